@@ -1,0 +1,9 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace oaslam::apps {
+
+// Each adds its subcommand to the application; its callback runs it, and throws InputError for bad input.
+
+}  // namespace oaslam::apps

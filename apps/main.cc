@@ -1,0 +1,45 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <exception>
+
+#include "commands.h"
+#include "oaslam/error.h"
+#include "oaslam/util/log.h"
+
+namespace {
+
+// Messages go to stderr, results to stdout.
+void InstallLogger() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("oaslam"));
+  spdlog::set_pattern("%^%l%$: %v");
+  oaslam::SetLogSink([](oaslam::LogLevel level, const std::string& message) {
+    switch (level) {
+      case oaslam::LogLevel::kDebug: return spdlog::debug(message);
+      case oaslam::LogLevel::kInfo: return spdlog::info(message);
+      case oaslam::LogLevel::kWarning: return spdlog::warn(message);
+    }
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  InstallLogger();
+  CLI::App app{"OA-SLAM: monocular SLAM with points and objects that finds its way back"};
+  app.name("oaslam");
+  app.set_version_flag("--version", "oaslam " OASLAM_VERSION);
+  app.require_subcommand(1);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  } catch (const oaslam::InputError& error) {
+    spdlog::error(error.what());
+    return 1;
+  } catch (const std::exception& error) {
+    spdlog::error("unexpected: {}", error.what());
+    return 2;
+  }
+  return 0;
+}

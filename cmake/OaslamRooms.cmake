@@ -1,0 +1,38 @@
+# A room of the architecture (docs/architecture.md) is one static library: every *.cc of its folder, every *_test.cc a test
+# of its name. What it may include is what it is linked with; tests/include_graph_test.cc checks that the code agrees.
+
+add_library(oaslam_options INTERFACE)
+target_compile_features(oaslam_options INTERFACE cxx_std_20)
+target_compile_options(oaslam_options INTERFACE
+  $<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wconversion;-Wshadow;-Wno-sign-conversion>
+  $<$<BOOL:${OASLAM_WERROR}>:-Werror>)
+if(OASLAM_SANITIZE)
+  target_compile_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE})
+endif()
+
+# oaslam_room(NAME [LINK target...] [PRIVATE_LINK target...])
+function(oaslam_room name)
+  cmake_parse_arguments(ROOM "" "" "LINK;PRIVATE_LINK" ${ARGN})
+  set(dir ${PROJECT_SOURCE_DIR}/src/oaslam/${name})
+  file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cc ${dir}/*.h)
+  file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cc)
+  list(REMOVE_ITEM sources ${tests} "")
+  if(NOT sources)
+    add_library(oaslam_${name} INTERFACE)
+    target_link_libraries(oaslam_${name} INTERFACE ${ROOM_LINK})
+    return()
+  endif()
+  add_library(oaslam_${name} STATIC ${sources})
+  set_target_properties(oaslam_${name} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME ${name})
+  target_include_directories(oaslam_${name} SYSTEM PUBLIC ${OpenCV_INCLUDE_DIRS} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_include_directories(oaslam_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
+  target_link_libraries(oaslam_${name} PUBLIC ${ROOM_LINK} PRIVATE $<BUILD_INTERFACE:oaslam_options> ${ROOM_PRIVATE_LINK})
+  set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_TARGETS oaslam_${name})
+  if(OASLAM_BUILD_TESTS)
+    foreach(test ${tests})
+      set_property(GLOBAL APPEND PROPERTY OASLAM_UNIT_TESTS "${name}:${test}")
+    endforeach()
+  endif()
+endfunction()

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace oaslam {
+
+enum class LensModel {
+  kPinhole,     // pinhole with radial-tangential distortion: k1 k2 p1 p2 k3 (OpenCV's order; zeros: none)
+  kFisheye,     // equidistant (Kannala-Brandt) distortion: k1 k2 k3 k4
+};
+
+// A calibrated camera. Pixel centres are at integer coordinates; distances in pixels.
+struct Camera {
+  LensModel model = LensModel::kPinhole;
+  int width = 0;
+  int height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  std::array<double, 5> distortion{};
+  bool is_guess = false;  // from a field of view, not from a calibration
+  std::string name{};
+
+  bool HasDistortion() const {
+    for (const double k : distortion)
+      if (k != 0) return true;
+    return false;
+  }
+  bool operator==(const Camera&) const = default;
+};
+
+}  // namespace oaslam

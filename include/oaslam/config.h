@@ -1,0 +1,133 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// Every parameter of the system: its default, its unit and why. A configuration file names them `section.key`
+// ; VisitFields below binds names and bounds.
+
+struct FeaturesConfig {
+  int count = 1000;            // key points a frame (doubled until initialised)
+  double scale_factor = 1.2;   // between pyramid levels
+  int levels = 8;
+  int fast_threshold = 20;     // grey levels
+  int min_fast_threshold = 7;  // in cells where the first finds nothing
+};
+
+struct TrackingConfig {
+  int min_init_matches = 100;        // between the two views of the initialisation
+  double min_init_parallax_deg = 1;  // median over the triangulated points
+  int min_inliers = 30;              // a pose with fewer map points is lost (15 in the first frames after initialisation)
+  int min_relocalization_inliers = 50;
+  int max_frames_between_keyframes = 30;
+  double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
+  int reset_below_keyframes = 6;       // lost with a smaller map: start anew
+};
+
+struct MappingConfig {
+  int covisible_neighbors = 20;      // keyframes to triangulate with and to fuse with
+  int min_shared_landmarks = 15;     // an edge of the covisibility graph
+  double min_parallax_cos = 0.9998;  // rays closer than this are not triangulated
+  double keyframe_redundancy = 0.9;  // share of landmarks seen by 3 others at the same scale: redundant
+};
+
+struct BundleConfig {
+  int local_iterations = 10;
+  int max_local_keyframes = 25;      // free keyframes of a local bundle adjustment
+};
+
+struct ObjectsConfig {
+  std::string model = "robust";      // "paper": Wasserstein distance, 9 dof; "robust": docs/objects.md
+  double min_score = 0.5;            // detections at or below are not mapped
+  double min_iou_box = 0.3;          // association gate, last box
+  double min_iou_projection = 0.2;   // association gate, projected ellipsoid
+  int min_shared_points = 10;        // tau: association by landmarks
+  int max_box_age = 15;              // frames: a last box older than this says nothing
+  int drop_after = 60;               // frames: an unreconstructed track unseen for longer is dropped
+  double min_parallax_deg = 10;      // first ellipsoid
+  int min_observations = 40;         // insertion into the map
+  double min_accept_iou = 0.3;       // insertion: overlap of projection and detection
+  double min_accept_share = 0.9;     // insertion: share of observations with that overlap (1 in the paper)
+  double fusion_iou = 0.2;           // duplicates: IoU of the 3-D boxes
+};
+
+struct RelocalizationConfig {
+  double min_score = 0.3;            // detections below are not used
+  int max_detections = 16;
+  int ransac_iterations = 300;
+  double accept_score = 34;          // statistic S, vision only (objects-study.md 3b)
+  double accept_margin = 5;
+  int accept_objects = 4;
+  int min_matches = 30;              // guided points that confirm an object pose
+};
+
+struct RunnerConfig {
+  std::string mode = "lockstep";     // sequential | lockstep | live
+  int lag = 2;                       // lockstep: the tracker of frame k sees the map of frame k - lag
+  int seed = 0;
+};
+
+struct SlamConfig {
+  FeaturesConfig features;
+  TrackingConfig tracking;
+  MappingConfig mapping;
+  BundleConfig bundle;
+  ObjectsConfig objects;
+  RelocalizationConfig relocalization;
+  RunnerConfig runner;
+
+  // All problems at once, each "section.key: value, allowed: bound"; empty when valid.
+  std::vector<std::string> Validate() const;
+};
+
+// Calls visit(name, value&, min, max) for numbers and visit(name, string&, allowed) for words.
+template <typename Config, typename Visitor>
+void VisitFields(Config& c, Visitor&& visit) {
+  using Words = std::vector<std::string>;
+  visit("features.count", c.features.count, 100, 20000);
+  visit("features.scale_factor", c.features.scale_factor, 1.05, 2.0);
+  visit("features.levels", c.features.levels, 1, 16);
+  visit("features.fast_threshold", c.features.fast_threshold, 1, 255);
+  visit("features.min_fast_threshold", c.features.min_fast_threshold, 1, 255);
+  visit("tracking.min_init_matches", c.tracking.min_init_matches, 20, 10000);
+  visit("tracking.min_init_parallax_deg", c.tracking.min_init_parallax_deg, 0.1, 45.0);
+  visit("tracking.min_inliers", c.tracking.min_inliers, 6, 1000);
+  visit("tracking.min_relocalization_inliers", c.tracking.min_relocalization_inliers, 6, 1000);
+  visit("tracking.max_frames_between_keyframes", c.tracking.max_frames_between_keyframes, 1, 100000);
+  visit("tracking.keyframe_inlier_ratio", c.tracking.keyframe_inlier_ratio, 0.1, 1.0);
+  visit("tracking.reset_below_keyframes", c.tracking.reset_below_keyframes, 0, 1000);
+  visit("mapping.covisible_neighbors", c.mapping.covisible_neighbors, 1, 100);
+  visit("mapping.min_shared_landmarks", c.mapping.min_shared_landmarks, 1, 1000);
+  visit("mapping.min_parallax_cos", c.mapping.min_parallax_cos, 0.5, 0.999999);
+  visit("mapping.keyframe_redundancy", c.mapping.keyframe_redundancy, 0.5, 1.0);
+  visit("bundle.local_iterations", c.bundle.local_iterations, 1, 1000);
+  visit("bundle.max_local_keyframes", c.bundle.max_local_keyframes, 2, 1000);
+  visit("objects.model", c.objects.model, Words{"robust", "paper"});
+  visit("objects.min_score", c.objects.min_score, 0.0, 1.0);
+  visit("objects.min_iou_box", c.objects.min_iou_box, 0.0, 1.0);
+  visit("objects.min_iou_projection", c.objects.min_iou_projection, 0.0, 1.0);
+  visit("objects.min_shared_points", c.objects.min_shared_points, 1, 1000);
+  visit("objects.max_box_age", c.objects.max_box_age, 1, 100000);
+  visit("objects.drop_after", c.objects.drop_after, 1, 100000);
+  visit("objects.min_parallax_deg", c.objects.min_parallax_deg, 0.1, 90.0);
+  visit("objects.min_observations", c.objects.min_observations, 3, 100000);
+  visit("objects.min_accept_iou", c.objects.min_accept_iou, 0.0, 1.0);
+  visit("objects.min_accept_share", c.objects.min_accept_share, 0.0, 1.0);
+  visit("objects.fusion_iou", c.objects.fusion_iou, 0.0, 1.0);
+  visit("relocalization.min_score", c.relocalization.min_score, 0.0, 1.0);
+  visit("relocalization.max_detections", c.relocalization.max_detections, 3, 200);
+  visit("relocalization.ransac_iterations", c.relocalization.ransac_iterations, 10, 100000);
+  visit("relocalization.accept_score", c.relocalization.accept_score, 0.0, 1e6);
+  visit("relocalization.accept_margin", c.relocalization.accept_margin, 0.0, 1e6);
+  visit("relocalization.accept_objects", c.relocalization.accept_objects, 3, 1000);
+  visit("relocalization.min_matches", c.relocalization.min_matches, 10, 1000);
+  visit("runner.mode", c.runner.mode, Words{"sequential", "lockstep", "live"});
+  visit("runner.lag", c.runner.lag, 1, 1000);
+  visit("runner.seed", c.runner.seed, 0, 2147483647);
+}
+
+}  // namespace oaslam

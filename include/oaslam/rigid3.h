@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+namespace oaslam {
+
+// A rigid motion x_in_b = b_from_a * x_in_a. Named after its direction, so that a wrong product is visible:
+// c_from_a = c_from_b * b_from_a.
+struct Rigid3 {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Rigid3() = default;
+  Rigid3(const Eigen::Quaterniond& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
+  Rigid3(const Eigen::Matrix3d& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return rotation * x + translation; }
+
+  Rigid3 operator*(const Rigid3& other) const {
+    return {(rotation * other.rotation).normalized(), rotation * other.translation + translation};
+  }
+
+  Rigid3 Inverse() const {
+    const Eigen::Quaterniond inverse = rotation.conjugate();
+    return {inverse, inverse * -translation};
+  }
+
+  // Of cam_from_world: the camera centre in the world.
+  Eigen::Vector3d OriginInSource() const { return rotation.conjugate() * -translation; }
+
+  Eigen::Matrix<double, 3, 4> Matrix() const {
+    Eigen::Matrix<double, 3, 4> m;
+    m << rotation.toRotationMatrix(), translation;
+    return m;
+  }
+};
+
+}  // namespace oaslam

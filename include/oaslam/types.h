@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// An axis-aligned image box as an area: the box of the one pixel (5, 7) is [5, 7, 6, 8].
+struct Box {
+  double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
+
+  double Width() const { return x2 - x1; }
+  double Height() const { return y2 - y1; }
+  double Area() const { return Width() > 0 && Height() > 0 ? Width() * Height() : 0; }
+  Eigen::Vector2d Center() const { return {(x1 + x2) / 2, (y1 + y2) / 2}; }
+  bool operator==(const Box&) const = default;
+};
+
+// What an object detector says of one image.
+struct Detection {
+  int category_id = 0;
+  double score = 0;  // (0, 1]
+  Box box;           // pixels of the original (distorted) image
+  std::optional<std::array<double, 5>> ellipse;  // cx, cy, width, height, theta [rad] where the detector gives one
+};
+
+// {x : |diag(1/half_axes) * rotation^T * (x - center)| <= 1}; rotation is world_from_object.
+struct Ellipsoid {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d half_axes = Eigen::Vector3d::Ones();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLost };
+
+// "initializing", "tracking", "relocalized", "objects", "lost".
+const char* ToString(TrackingState state);
+
+enum class RelocalizationMode { kPoints, kObjects, kPointsAndObjects };
+
+const char* ToString(RelocalizationMode mode);
+
+}  // namespace oaslam

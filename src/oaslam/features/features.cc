@@ -1,0 +1,34 @@
+#include "oaslam/features/features.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace oaslam {
+
+PyramidScales::PyramidScales(int level_count, double scale_factor)
+    : levels(std::min(level_count, kMaxLevels)), factor(static_cast<float>(scale_factor)) {
+  double s = 1;
+  for (int i = 0; i < levels; ++i, s *= scale_factor) scale[i] = static_cast<float>(s);
+}
+
+int PyramidScales::PredictLevel(double distance, double max_distance) const {
+  // scale[0] is seen from max_distance: closer by factor^n means n levels up.
+  const double level = std::log(max_distance / distance) / std::log(static_cast<double>(factor));
+  return std::clamp(static_cast<int>(std::lround(level)), 0, levels - 1);
+}
+
+void Features::BuildGrid() {
+  constexpr int kCells = kGridColumns * kGridRows;
+  std::vector<uint32_t> cell(keypoints.size());
+  cell_begin_.assign(kCells + 1, 0);
+  for (size_t i = 0; i < keypoints.size(); ++i) {
+    cell[i] = Row(keypoints[i].px.y()) * kGridColumns + Column(keypoints[i].px.x());
+    ++cell_begin_[cell[i] + 1];
+  }
+  for (int c = 0; c < kCells; ++c) cell_begin_[c + 1] += cell_begin_[c];
+  cell_items_.resize(keypoints.size());
+  std::vector<uint32_t> next(cell_begin_.begin(), cell_begin_.end() - 1);
+  for (uint32_t i = 0; i < keypoints.size(); ++i) cell_items_[next[cell[i]]++] = i;
+}
+
+}  // namespace oaslam

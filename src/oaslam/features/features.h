@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// A 256-bit binary descriptor.
+using Descriptor = std::array<uint64_t, 4>;
+
+inline int HammingDistance(const Descriptor& a, const Descriptor& b) {
+  return std::popcount(a[0] ^ b[0]) + std::popcount(a[1] ^ b[1]) + std::popcount(a[2] ^ b[2]) +
+         std::popcount(a[3] ^ b[3]);
+}
+
+struct Keypoint {
+  Eigen::Vector2f px = Eigen::Vector2f::Zero();  // in the ideal (undistorted) image
+  float angle_rad = 0;                           // orientation of the patch, [0, 2 pi)
+  uint8_t octave = 0;                            // pyramid level
+};
+
+// Scales of the levels of an image pyramid.
+struct PyramidScales {
+  static constexpr int kMaxLevels = 16;
+  int levels = 8;
+  float factor = 1.2F;
+  std::array<float, kMaxLevels> scale{};  // factor^level
+
+  PyramidScales() : PyramidScales(8, 1.2) {}
+  PyramidScales(int level_count, double scale_factor);
+  // The level at which something first fully visible at `max_distance` appears at `distance`, within [0, levels).
+  int PredictLevel(double distance, double max_distance) const;
+};
+
+// The key points of one image, immutable once extracted, with a grid over the ideal image for searches by place.
+struct Features {
+  static constexpr int kGridColumns = 64, kGridRows = 48;
+
+  std::vector<Keypoint> keypoints;
+  std::vector<Descriptor> descriptors;  // same length
+  PyramidScales pyramid;
+  Box bounds;                           // of the ideal image, pixels
+
+  int size() const { return static_cast<int>(keypoints.size()); }
+
+  // Fills the grid; call once after keypoints and bounds are set.
+  void BuildGrid();
+
+  // Calls visit(index) for each key point within `radius` (in both coordinates) of `px`, in ascending order of cells.
+  template <typename Visitor>
+  void VisitNear(const Eigen::Vector2d& px, double radius, Visitor&& visit) const;
+
+ private:
+  int Column(double x) const;
+  int Row(double y) const;
+  std::vector<uint32_t> cell_begin_;  // kGridColumns * kGridRows + 1
+  std::vector<uint32_t> cell_items_;
+};
+
+inline int Features::Column(double x) const {
+  const double c = (x - bounds.x1) * kGridColumns / bounds.Width();
+  return c <= 0 ? 0 : c >= kGridColumns ? kGridColumns - 1 : static_cast<int>(c);
+}
+
+inline int Features::Row(double y) const {
+  const double r = (y - bounds.y1) * kGridRows / bounds.Height();
+  return r <= 0 ? 0 : r >= kGridRows ? kGridRows - 1 : static_cast<int>(r);
+}
+
+template <typename Visitor>
+void Features::VisitNear(const Eigen::Vector2d& px, double radius, Visitor&& visit) const {
+  if (cell_begin_.empty() || px.x() + radius < bounds.x1 || px.x() - radius > bounds.x2 || px.y() + radius < bounds.y1 ||
+      px.y() - radius > bounds.y2)
+    return;
+  const int first_column = Column(px.x() - radius), last_column = Column(px.x() + radius);
+  const int last_row = Row(px.y() + radius);
+  for (int row = Row(px.y() - radius); row <= last_row; ++row) {
+    const uint32_t begin = cell_begin_[row * kGridColumns + first_column];
+    const uint32_t end = cell_begin_[row * kGridColumns + last_column + 1];
+    for (uint32_t i = begin; i < end; ++i) {
+      const Eigen::Vector2f& p = keypoints[cell_items_[i]].px;
+      if (std::abs(p.x() - px.x()) < radius && std::abs(p.y() - px.y()) < radius) visit(static_cast<int>(cell_items_[i]));
+    }
+  }
+}
+
+}  // namespace oaslam

@@ -1,0 +1,116 @@
+#include "oaslam/geometry/camera_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace oaslam {
+namespace {
+
+// Radial-tangential distortion of a point of the plane z = 1 (Brown 1966, OpenCV's order of coefficients).
+Eigen::Vector2d DistortPinhole(const std::array<double, 5>& k, const Eigen::Vector2d& p) {
+  const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
+  const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  return {x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
+          y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y};
+}
+
+Eigen::Matrix2d DistortPinholeJacobian(const std::array<double, 5>& k, const Eigen::Vector2d& p) {
+  const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
+  const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  const double slope = 2 * (k[0] + r2 * (2 * k[1] + 3 * r2 * k[4]));  // d radial / d r2, times 2
+  Eigen::Matrix2d j;
+  j << radial + slope * x * x + 2 * k[2] * y + 6 * k[3] * x, slope * x * y + 2 * k[2] * x + 2 * k[3] * y,
+      slope * x * y + 2 * k[2] * x + 2 * k[3] * y, radial + slope * y * y + 6 * k[2] * y + 2 * k[3] * x;
+  return j;
+}
+
+// Newton on the exact model; where it does not converge (outside of the model's range) the last iterate stands.
+Eigen::Vector2d UndistortPinhole(const std::array<double, 5>& k, const Eigen::Vector2d& distorted) {
+  Eigen::Vector2d p = distorted;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector2d step =
+        DistortPinholeJacobian(k, p).partialPivLu().solve(distorted - DistortPinhole(k, p));
+    if (!step.allFinite() || step.norm() > 10) return distorted;
+    p += step;
+    if (step.squaredNorm() < 1e-24) break;
+  }
+  return p;
+}
+
+// Kannala & Brandt 2006, equidistant: r_d = theta (1 + k1 theta^2 + k2 theta^4 + ...).
+double FisheyeRadius(const std::array<double, 5>& k, double theta) {
+  const double t2 = theta * theta;
+  return theta * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
+}
+
+Eigen::Vector2d DistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& p) {
+  const double r = p.norm();
+  return r < 1e-12 ? p : Eigen::Vector2d(p * (FisheyeRadius(k, std::atan(r)) / r));
+}
+
+Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& distorted) {
+  const double radius = distorted.norm();
+  if (radius < 1e-12) return distorted;
+  // A ray at 90 degrees or more has no place in a pinhole image: kept just inside.
+  constexpr double kMaxTheta = 1.55;
+  double theta = std::min(radius, kMaxTheta);
+  for (int i = 0; i < 30; ++i) {
+    const double t2 = theta * theta;
+    const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
+    if (std::abs(slope) < 1e-9) break;
+    const double step = (radius - FisheyeRadius(k, theta)) / slope;
+    theta = std::clamp(theta + step, 0.0, kMaxTheta);
+    if (std::abs(step) < 1e-13) break;
+  }
+  return distorted * (std::tan(theta) / radius);
+}
+
+}  // namespace
+
+Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel) {
+  if (!camera.HasDistortion() && camera.model == LensModel::kPinhole) return pixel;
+  const Eigen::Vector2d p((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
+  const Eigen::Vector2d u = camera.model == LensModel::kPinhole ? UndistortPinhole(camera.distortion, p)
+                                                                : UndistortFisheye(camera.distortion, p);
+  return {camera.fx * u.x() + camera.cx, camera.fy * u.y() + camera.cy};
+}
+
+Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal) {
+  if (!camera.HasDistortion() && camera.model == LensModel::kPinhole) return ideal;
+  const Eigen::Vector2d p((ideal.x() - camera.cx) / camera.fx, (ideal.y() - camera.cy) / camera.fy);
+  const Eigen::Vector2d d = camera.model == LensModel::kPinhole ? DistortPinhole(camera.distortion, p)
+                                                                : DistortFisheye(camera.distortion, p);
+  return {camera.fx * d.x() + camera.cx, camera.fy * d.y() + camera.cy};
+}
+
+Box UndistortBox(const Camera& camera, const Box& box) {
+  const double mid_x = (box.x1 + box.x2) / 2 - 0.5, mid_y = (box.y1 + box.y2) / 2 - 0.5;
+  return {Undistort(camera, {box.x1 - 0.5, mid_y}).x() + 0.5, Undistort(camera, {mid_x, box.y1 - 0.5}).y() + 0.5,
+          Undistort(camera, {box.x2 - 0.5, mid_y}).x() + 0.5, Undistort(camera, {mid_x, box.y2 - 0.5}).y() + 0.5};
+}
+
+Box IdealImageBounds(const Camera& camera) {
+  Box bounds{1e9, 1e9, -1e9, -1e9};
+  constexpr int kSteps = 32;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (camera.width - 1.0) * i / kSteps, y = (camera.height - 1.0) * i / kSteps;
+    for (const Eigen::Vector2d& border : {Eigen::Vector2d(x, 0), Eigen::Vector2d(x, camera.height - 1),
+                                          Eigen::Vector2d(0, y), Eigen::Vector2d(camera.width - 1, y)}) {
+      const Eigen::Vector2d p = Undistort(camera, border);
+      bounds = {std::min(bounds.x1, p.x()), std::min(bounds.y1, p.y()), std::max(bounds.x2, p.x()),
+                std::max(bounds.y2, p.y())};
+    }
+  }
+  return {bounds.x1 - 0.5, bounds.y1 - 0.5, bounds.x2 + 0.5, bounds.y2 + 0.5};
+}
+
+unsigned char TruncatedEdges(const Camera& camera, const Box& box, double margin_px) {
+  unsigned char edges = 0;
+  if (box.x1 <= margin_px) edges |= kLeft;
+  if (box.y1 <= margin_px) edges |= kTop;
+  if (box.x2 >= camera.width - margin_px) edges |= kRight;
+  if (box.y2 >= camera.height - margin_px) edges |= kBottom;
+  return edges;
+}
+
+}  // namespace oaslam

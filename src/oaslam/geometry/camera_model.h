@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "oaslam/camera.h"
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// Everything behind feature extraction lives in the ideal pinhole image of a camera: the same focal lengths and principal
+// point, no distortion. Points and boxes enter it once, exactly, by these functions.
+
+// A pixel of the original image, in the ideal pinhole image (which is unbounded).
+Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel);
+
+// The inverse of Undistort.
+Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal);
+
+// A box of the original image, in the ideal one: each edge goes where its midpoint goes (objects-study.md, section 5).
+// Boxes are areas, so an edge at x lies at pixel coordinate x - 0.5; this holds before and after.
+Box UndistortBox(const Camera& camera, const Box& box);
+
+// The box around the ideal image of all pixels of the camera.
+Box IdealImageBounds(const Camera& camera);
+
+// Edges of a box within `margin_px` of the border of the original image: bits of kLeft..kBottom.
+enum EdgeBit : unsigned char { kLeft = 1, kTop = 2, kRight = 4, kBottom = 8 };
+unsigned char TruncatedEdges(const Camera& camera, const Box& box, double margin_px = 3);
+
+// Ideal pinhole projection; z must not be zero.
+inline Eigen::Vector2d ProjectIdeal(const Camera& camera, const Eigen::Vector3d& x_in_cam) {
+  const double inverse_z = 1.0 / x_in_cam.z();
+  return {camera.fx * x_in_cam.x() * inverse_z + camera.cx, camera.fy * x_in_cam.y() * inverse_z + camera.cy};
+}
+
+// The ray (z = 1) through a point of the ideal image.
+inline Eigen::Vector3d RayOf(const Camera& camera, const Eigen::Vector2d& ideal) {
+  return {(ideal.x() - camera.cx) / camera.fx, (ideal.y() - camera.cy) / camera.fy, 1.0};
+}
+
+}  // namespace oaslam

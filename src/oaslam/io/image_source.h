@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+namespace oaslam {
+
+struct InputImage {
+  int index = 0;         // in the whole source, 0-based
+  double timestamp = 0;  // seconds
+  std::string name;      // base name without directory, e.g. "000123.png"; of a video "%06d"
+  cv::Mat image;         // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable
+};
+
+struct ImageSourceOptions {
+  std::optional<double> fps;  // folders of images (30 otherwise) and videos (their own otherwise)
+  int from = 0;               // first index
+  int to = -1;                // one past the last; -1: all
+  bool color = false;         // BGR rather than grey
+};
+
+// A sequence of images, read one at a time.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  // The next image, nothing at the end. An unreadable image comes back empty and with its name: the caller warns and goes on.
+  virtual std::optional<InputImage> Next() = 0;
+  // Images within [from, to) where known beforehand, -1 otherwise.
+  virtual int size() const = 0;
+};
+
+// Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" a line), a folder of images, a video file or
+// "webcam:N" (docs/formats.md). Throws InputError: nothing there, empty list, a line that is neither.
+std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSourceOptions& options);
+
+}  // namespace oaslam

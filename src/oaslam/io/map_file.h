@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/io/class_names.h"
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// What a map file holds.
+struct SavedMap {
+  Map map;
+  std::vector<FramePose> trajectory;
+  ClassNames class_names;  // of the categories of its objects, at least
+};
+
+// One SQLite file, written beside `path` and renamed, so that a crash leaves the old one whole (docs/formats.md has the schema).
+// Equal maps give equal content: save(load(save(m))) is byte-equal. Throws InputError.
+void SaveMap(const std::string& path, const SavedMap& saved);
+
+// Verifies application id, version, integrity, content checksum and the map's invariants. Throws InputError.
+SavedMap LoadMap(const std::string& path);
+
+}  // namespace oaslam

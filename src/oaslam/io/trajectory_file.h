@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+struct StampedPose {
+  double timestamp = 0;
+  Rigid3 world_from_cam;
+};
+
+// TUM format: "timestamp tx ty tz qx qy qz qw" a line, camera to world; '#' starts a comment. Sorted by time on return.
+// Throws InputError naming path and line.
+std::vector<StampedPose> LoadTrajectory(const std::string& path);
+void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);
+
+// A candidates.txt line: TUM columns and a score.
+struct ScoredPose {
+  StampedPose pose;
+  double score = 0;
+};
+void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& poses);
+std::vector<ScoredPose> LoadScoredPoses(const std::string& path);
+
+}  // namespace oaslam

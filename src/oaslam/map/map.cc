@@ -1,0 +1,247 @@
+#include "oaslam/map/map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+namespace oaslam {
+
+std::optional<Rigid3> Map::ResolvePose(KeyframeId id) const {
+  Rigid3 cam_from_keyframe;
+  for (;;) {
+    if (const Keyframe* keyframe = keyframes.Find(id)) return cam_from_keyframe * keyframe->cam_from_world;
+    const RetiredKeyframe* link = retired.Find(id);
+    if (!link) return std::nullopt;
+    cam_from_keyframe = cam_from_keyframe * link->cam_from_parent;
+    id = link->parent;
+  }
+}
+
+std::optional<ObjectId> Map::ResolveObject(ObjectId id) const {
+  while (const ObjectId* next = merged_objects.Find(id)) id = *next;
+  if (objects.Contains(id)) return id;
+  return std::nullopt;
+}
+
+LandmarkId Map::AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe) {
+  const LandmarkId id(next_landmark++);
+  Landmark landmark;
+  landmark.position = position;
+  landmark.first_keyframe = first_keyframe;
+  landmarks.Insert(id, std::move(landmark));
+  return id;
+}
+
+bool Map::AddObservation(LandmarkId landmark_id, KeyframeId keyframe_id, uint32_t keypoint) {
+  const Landmark* seen = landmarks.Find(landmark_id);
+  const Keyframe* by = keyframes.Find(keyframe_id);
+  if (!seen || !by || by->landmarks[keypoint].IsValid()) return false;
+  const auto place = std::ranges::lower_bound(seen->observations, keyframe_id, {}, &Observation::keyframe);
+  if (place != seen->observations.end() && place->keyframe == keyframe_id) return false;
+  const auto offset = place - seen->observations.begin();
+  auto& observations = landmarks.MutableAt(landmark_id).observations;
+  observations.insert(observations.begin() + offset, {keyframe_id, keypoint});
+  keyframes.MutableAt(keyframe_id).landmarks[keypoint] = landmark_id;
+  return true;
+}
+
+void Map::EraseObservation(LandmarkId landmark_id, KeyframeId keyframe_id) {
+  Landmark* landmark = landmarks.Mutable(landmark_id);
+  if (!landmark) return;
+  const auto place = std::ranges::find(landmark->observations, keyframe_id, &Observation::keyframe);
+  if (place == landmark->observations.end()) return;
+  keyframes.MutableAt(keyframe_id).landmarks[place->keypoint] = LandmarkId();
+  landmark->observations.erase(place);
+  if (landmark->observations.size() < 2) EraseLandmark(landmark_id);
+}
+
+void Map::EraseLandmark(LandmarkId id) {
+  const Landmark* landmark = landmarks.Find(id);
+  if (!landmark) return;
+  for (const Observation& o : landmark->observations)
+    keyframes.MutableAt(o.keyframe).landmarks[o.keypoint] = LandmarkId();
+  landmarks.Erase(id);
+}
+
+void Map::MergeLandmarks(LandmarkId from, LandmarkId to) {
+  if (from == to || !landmarks.Contains(from) || !landmarks.Contains(to)) return;
+  const Landmark old = landmarks.At(from);
+  EraseLandmark(from);
+  for (const Observation& o : old.observations) AddObservation(to, o.keyframe, o.keypoint);
+  Landmark& kept = landmarks.MutableAt(to);
+  kept.visible += old.visible;
+  kept.found += old.found;
+  UpdateLandmark(to);
+}
+
+void Map::RetireKeyframe(KeyframeId id) {
+  const Keyframe keyframe = keyframes.At(id);
+  KeyframeId parent;
+  if (!keyframe.covisible.empty()) {
+    parent = keyframe.covisible.front().keyframe;
+  } else {
+    keyframes.ForEach([&](KeyframeId other, const Keyframe&) {
+      if (other != id && (!parent.IsValid() || other < id)) parent = other;
+    });
+  }
+  OASLAM_CHECK(parent.IsValid());
+  for (const LandmarkId landmark : keyframe.landmarks)
+    if (landmark.IsValid()) EraseObservation(landmark, id);
+  for (const Covisible& c : keyframe.covisible)
+    std::erase_if(keyframes.MutableAt(c.keyframe).covisible, [&](const Covisible& back) { return back.keyframe == id; });
+  retired.Insert(id, {parent, keyframe.cam_from_world * keyframes.At(parent).cam_from_world.Inverse()});
+  keyframes.Erase(id);
+}
+
+void Map::UpdateLandmarkGeometry(LandmarkId id) {
+  Landmark& landmark = landmarks.MutableAt(id);
+  if (landmark.observations.empty()) return;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Observation& o : landmark.observations)
+    sum += (landmark.position - keyframes.At(o.keyframe).cam_from_world.OriginInSource()).normalized();
+  landmark.normal = sum.normalized();
+  const Observation& reference = landmark.observations.front();
+  const Keyframe& keyframe = keyframes.At(reference.keyframe);
+  const PyramidScales& pyramid = keyframe.features->pyramid;
+  const double distance = (landmark.position - keyframe.cam_from_world.OriginInSource()).norm();
+  const double scale = pyramid.scale[keyframe.features->keypoints[reference.keypoint].octave];
+  landmark.max_distance = static_cast<float>(distance * scale);
+  landmark.min_distance = landmark.max_distance / pyramid.scale[pyramid.levels - 1];
+}
+
+void Map::UpdateLandmark(LandmarkId id) {
+  UpdateLandmarkGeometry(id);
+  Landmark& landmark = landmarks.MutableAt(id);
+  // Of many observations the latest say enough, and the choice stays linear in the map.
+  constexpr size_t kMaxCompared = 12;
+  std::vector<const Descriptor*> all;
+  const size_t n = landmark.observations.size();
+  for (size_t i = n > kMaxCompared ? n - kMaxCompared : 0; i < n; ++i) {
+    const Observation& o = landmark.observations[i];
+    all.push_back(&keyframes.At(o.keyframe).features->descriptors[o.keypoint]);
+  }
+  if (all.empty()) return;
+  int best_median = std::numeric_limits<int>::max();
+  std::vector<int> distances(all.size());
+  for (const Descriptor* candidate : all) {
+    std::ranges::transform(all, distances.begin(), [&](const Descriptor* d) { return HammingDistance(*candidate, *d); });
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
+    std::ranges::nth_element(distances, middle);
+    if (*middle < best_median) {
+      best_median = *middle;
+      landmark.descriptor = *candidate;
+    }
+  }
+}
+
+namespace {
+
+bool MoreCovisible(const Covisible& a, const Covisible& b) {
+  return a.shared != b.shared ? a.shared > b.shared : a.keyframe < b.keyframe;
+}
+
+}  // namespace
+
+void Map::UpdateCovisibility(KeyframeId id, int min_shared) {
+  std::map<KeyframeId, int> shared;
+  for (const LandmarkId landmark : keyframes.At(id).landmarks)
+    if (landmark.IsValid())
+      for (const Observation& o : landmarks.At(landmark).observations)
+        if (o.keyframe != id) ++shared[o.keyframe];
+  Covisible strongest;
+  for (const auto& [other, count] : shared)
+    if (count > strongest.shared) strongest = {other, count};
+  std::vector<Covisible> edges;
+  for (const auto& [other, count] : shared)
+    if (count >= min_shared || other == strongest.keyframe) edges.push_back({other, count});
+
+  for (const Covisible& old : keyframes.At(id).covisible)
+    if (std::ranges::find(edges, old.keyframe, &Covisible::keyframe) == edges.end())
+      std::erase_if(keyframes.MutableAt(old.keyframe).covisible, [&](const Covisible& c) { return c.keyframe == id; });
+  for (const Covisible& edge : edges) {
+    auto& back = keyframes.MutableAt(edge.keyframe).covisible;
+    std::erase_if(back, [&](const Covisible& c) { return c.keyframe == id; });
+    const Covisible entry{id, edge.shared};
+    back.insert(std::ranges::upper_bound(back, entry, MoreCovisible), entry);
+  }
+  std::ranges::sort(edges, MoreCovisible);
+  keyframes.MutableAt(id).covisible = std::move(edges);
+}
+
+std::vector<KeyframeId> Map::CovisibleKeyframes(KeyframeId id, int count) const {
+  std::vector<KeyframeId> result;
+  if (const Keyframe* keyframe = keyframes.Find(id))
+    for (const Covisible& c : keyframe->covisible) {
+      if (static_cast<int>(result.size()) >= count) break;
+      result.push_back(c.keyframe);
+    }
+  return result;
+}
+
+int Map::CountTrackedLandmarks(KeyframeId id, int min_observations) const {
+  int count = 0;
+  for (const LandmarkId landmark : keyframes.At(id).landmarks)
+    if (landmark.IsValid() && static_cast<int>(landmarks.At(landmark).observations.size()) >= min_observations) ++count;
+  return count;
+}
+
+double Map::MedianDepth(KeyframeId id) const {
+  std::vector<double> depths;
+  const Keyframe& keyframe = keyframes.At(id);
+  for (const LandmarkId landmark : keyframe.landmarks)
+    if (landmark.IsValid()) depths.push_back((keyframe.cam_from_world * landmarks.At(landmark).position).z());
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::ranges::nth_element(depths, middle);
+  return *middle;
+}
+
+std::vector<std::string> Map::CheckInvariants() const {
+  std::vector<std::string> problems;
+  keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    if (!keyframe.features || keyframe.landmarks.size() != keyframe.features->keypoints.size())
+      return problems.push_back(fmt::format("keyframe {}: landmarks and key points differ in number", id.value));
+    if (keyframe.camera < 0 || keyframe.camera >= static_cast<int>(cameras.size()))
+      problems.push_back(fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));
+    if (retired.Contains(id)) problems.push_back(fmt::format("keyframe {}: also retired", id.value));
+    for (uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      const LandmarkId landmark = keyframe.landmarks[i];
+      if (!landmark.IsValid()) continue;
+      const Landmark* seen = landmarks.Find(landmark);
+      if (!seen || std::ranges::find(seen->observations, Observation{id, i}) == seen->observations.end())
+        problems.push_back(fmt::format("keyframe {}: landmark {} does not know it", id.value, landmark.value));
+    }
+    for (const Covisible& c : keyframe.covisible) {
+      const Keyframe* other = keyframes.Find(c.keyframe);
+      if (!other || std::ranges::find(other->covisible, id, &Covisible::keyframe) == other->covisible.end())
+        problems.push_back(fmt::format("keyframe {}: covisibility with {} is one-sided", id.value, c.keyframe.value));
+    }
+  });
+  landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    if (!landmark.position.allFinite()) problems.push_back(fmt::format("landmark {}: position not finite", id.value));
+    if (landmark.observations.size() < 2) problems.push_back(fmt::format("landmark {}: fewer than two observations", id.value));
+    for (size_t i = 0; i < landmark.observations.size(); ++i) {
+      const Observation& o = landmark.observations[i];
+      const Keyframe* by = keyframes.Find(o.keyframe);
+      if (!by || o.keypoint >= by->landmarks.size() || by->landmarks[o.keypoint] != id)
+        problems.push_back(fmt::format("landmark {}: keyframe {} does not know it", id.value, o.keyframe.value));
+      if (i > 0 && landmark.observations[i - 1].keyframe >= o.keyframe)
+        problems.push_back(fmt::format("landmark {}: observations not ascending", id.value));
+    }
+    if (id.value >= next_landmark) problems.push_back(fmt::format("landmark {}: id not allocated", id.value));
+  });
+  retired.ForEach([&](KeyframeId id, const RetiredKeyframe&) {
+    if (!ResolvePose(id)) problems.push_back(fmt::format("retired keyframe {}: leads nowhere", id.value));
+  });
+  objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.landmarks.size() != object.landmark_votes.size())
+      problems.push_back(fmt::format("object {}: votes and landmarks differ in number", id.value));
+    for (const ObjectObservation& o : object.observations)
+      if (!ResolvePose(o.anchor)) problems.push_back(fmt::format("object {}: anchor {} leads nowhere", id.value, o.anchor.value));
+  });
+  return problems;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/features/features.h"
+#include "oaslam/map/frame.h"
+#include "oaslam/map/table.h"
+#include "oaslam/rigid3.h"
+#include "oaslam/types.h"
+#include "oaslam/util/ids.h"
+
+namespace oaslam {
+
+struct Covisible {
+  KeyframeId keyframe;
+  int shared = 0;  // landmarks seen by both
+  bool operator==(const Covisible&) const = default;
+};
+
+struct Keyframe {
+  int frame_index = 0;
+  double timestamp = 0;
+  int camera = 0;  // index into Map::cameras
+  Rigid3 cam_from_world;
+  std::shared_ptr<const Features> features;
+  std::vector<LandmarkId> landmarks;  // per key point; invalid where none
+  std::vector<Covisible> covisible;   // most shared landmarks first, then by id
+};
+
+// A keyframe that was culled: what depends on its pose finds it through a keyframe that stayed.
+struct RetiredKeyframe {
+  KeyframeId parent;
+  Rigid3 cam_from_parent;
+};
+
+struct Observation {
+  KeyframeId keyframe;
+  uint32_t keypoint = 0;
+  bool operator==(const Observation&) const = default;
+};
+
+struct Landmark {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // mean unit direction from camera centres to the point
+  Descriptor descriptor{};                             // of the observation closest to all others
+  float min_distance = 0, max_distance = 0;            // where the pyramid can see it
+  KeyframeId first_keyframe;                           // at its creation
+  int visible = 1, found = 1;                          // frames that should have seen it, and did
+  std::vector<Observation> observations;               // ascending by keyframe
+};
+
+// Tentative: boxes only. Initialized: has an ellipsoid, not yet accepted. Mapped: accepted. Dropped: erased from the map.
+enum class ObjectState { kTentative, kInitialized, kMapped };
+
+struct ObjectObservation {
+  int frame_index = 0;
+  KeyframeId anchor;          // keyframe that carries the pose
+  Rigid3 cam_from_anchor;
+  int camera = 0;             // index into Map::cameras
+  Box box;                    // ideal image
+  double score = 0;
+  unsigned char truncated = 0;  // EdgeBits
+};
+
+struct Object {
+  int category_id = 0;
+  ObjectState state = ObjectState::kTentative;
+  Ellipsoid ellipsoid;                              // world; meaningless while tentative
+  Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();  // center, log half axes, yaw about up
+  double detection_rate = 0.9;                      // P_D: share of frames in view that detected it
+  double mean_iou = 0;                              // of projection and box over its own untruncated observations
+  int total_observations = 0;                       // also those not kept
+  int last_seen_frame = 0;
+  std::vector<ObjectObservation> observations;      // ascending by frame; thinned
+  std::vector<LandmarkId> landmarks;                // ascending; of key points often inside its boxes
+  std::vector<uint16_t> landmark_votes;             // parallel: how often
+};
+
+// The map, a value: copies are snapshots (Table). One writer, the mapper; every edit keeps both sides of an observation consistent.
+// The world frame is that of the first keyframe; the unit is arbitrary (monocular) unless scaled.
+struct Map {
+  std::vector<Camera> cameras;
+  Table<KeyframeId, Keyframe> keyframes;
+  Table<KeyframeId, RetiredKeyframe> retired;
+  Table<LandmarkId, Landmark> landmarks;
+  Table<ObjectId, Object> objects;
+  Table<ObjectId, ObjectId> merged_objects;  // from an erased duplicate to the object that took its observations
+  std::optional<Eigen::Vector3d> up;         // world direction against gravity, once known
+  uint64_t version = 0;                      // of the snapshot
+
+  uint32_t next_landmark = 0;
+
+  // The pose of a keyframe that is, or was, in the map.
+  std::optional<Rigid3> ResolvePose(KeyframeId id) const;
+  // The id under which an object lives now; nothing if it was dropped.
+  std::optional<ObjectId> ResolveObject(ObjectId id) const;
+
+  LandmarkId AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe);
+  // No-op if the keyframe sees this landmark already, or the key point is taken.
+  bool AddObservation(LandmarkId landmark, KeyframeId keyframe, uint32_t keypoint);
+  // Erases the landmark too when fewer than two observations remain.
+  void EraseObservation(LandmarkId landmark, KeyframeId keyframe);
+  void EraseLandmark(LandmarkId landmark);
+  // The observations of `from` that `to` lacks move to `to`; `from` is erased.
+  void MergeLandmarks(LandmarkId from, LandmarkId to);
+  // Erases a keyframe; it stays resolvable through its most covisible neighbour.
+  void RetireKeyframe(KeyframeId id);
+
+  // Descriptor, normal and distance range from the observations. Call after observations or poses changed.
+  void UpdateLandmark(LandmarkId id);
+  void UpdateLandmarkGeometry(LandmarkId id);  // normal and range only
+  // Covisibility of a keyframe from its landmarks; updates the neighbours' lists too.
+  void UpdateCovisibility(KeyframeId id, int min_shared);
+
+  // Up to `count` most covisible keyframes.
+  std::vector<KeyframeId> CovisibleKeyframes(KeyframeId id, int count) const;
+  // Key points of the keyframe whose landmark has at least `min_observations`.
+  int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
+  // Median depth of the keyframe's landmarks; 0 without any.
+  double MedianDepth(KeyframeId id) const;
+
+  // Every broken invariant of the tables, one line each; empty when consistent.
+  std::vector<std::string> CheckInvariants() const;
+};
+
+// One line of a trajectory: a frame's pose relative to the keyframe that carries it.
+struct FramePose {
+  int frame_index = 0;
+  double timestamp = 0;
+  KeyframeId reference;
+  Rigid3 cam_from_reference;
+  TrackingState state = TrackingState::kTracking;
+};
+
+}  // namespace oaslam

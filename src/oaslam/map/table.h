@@ -1,0 +1,135 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+
+// A table of values by id, itself a value: a copy shares the pages of the original until either side changes them, so that a
+// snapshot costs a pointer per page. Ids ascend and are never reused; erased means "not found". Iteration is in order of ids.
+// Thread safety: as of a std::vector, but that copies of one table may live on different threads.
+template <typename Id, typename T>
+class Table {
+  static constexpr uint32_t kPageSize = 64;
+  struct Page {
+    uint64_t owner = 0;  // the epoch of the one table that may write to this page
+    std::array<std::optional<T>, kPageSize> slots;
+  };
+
+ public:
+  Table() : epoch_(NewEpoch()) {}
+  Table(const Table& other) : pages_(other.pages_), size_(other.size_), epoch_(NewEpoch()) { other.epoch_ = NewEpoch(); }
+  Table(Table&& other) noexcept : pages_(std::move(other.pages_)), size_(other.size_), epoch_(other.epoch_.load()) {
+    other.size_ = 0;
+    other.epoch_ = NewEpoch();
+  }
+  Table& operator=(const Table& other) {
+    if (this != &other) *this = Table(other);
+    return *this;
+  }
+  Table& operator=(Table&& other) noexcept {
+    pages_ = std::move(other.pages_);
+    size_ = other.size_;
+    epoch_ = other.epoch_.load();
+    other.size_ = 0;
+    other.epoch_ = NewEpoch();
+    return *this;
+  }
+
+  const T* Find(Id id) const {
+    const uint32_t page = id.value / kPageSize;
+    if (page >= pages_.size() || !pages_[page]) return nullptr;
+    const std::optional<T>& slot = pages_[page]->slots[id.value % kPageSize];
+    return slot ? &*slot : nullptr;
+  }
+  const T& At(Id id) const {
+    const T* value = Find(id);
+    OASLAM_CHECK(value != nullptr);
+    return *value;
+  }
+  bool Contains(Id id) const { return Find(id) != nullptr; }
+
+  // For writing; copies the page if a snapshot shares it. Pointers and references got earlier by Find or At into this table keep
+  // pointing to the old content: take them again.
+  T* Mutable(Id id) {
+    if (!Contains(id)) return nullptr;
+    return &*OwnPage(id.value / kPageSize).slots[id.value % kPageSize];
+  }
+  T& MutableAt(Id id) {
+    T* value = Mutable(id);
+    OASLAM_CHECK(value != nullptr);
+    return *value;
+  }
+
+  T& Insert(Id id, T value) {
+    OASLAM_CHECK(id.IsValid() && !Contains(id));
+    const uint32_t page = id.value / kPageSize;
+    if (page >= pages_.size()) pages_.resize(page + 1);
+    std::optional<T>& slot = OwnPage(page).slots[id.value % kPageSize];
+    slot = std::move(value);
+    ++size_;
+    return *slot;
+  }
+
+  bool Erase(Id id) {
+    if (!Contains(id)) return false;
+    const uint32_t page = id.value / kPageSize;
+    OwnPage(page).slots[id.value % kPageSize].reset();
+    --size_;
+    for (const auto& slot : pages_[page]->slots)
+      if (slot) return true;
+    pages_[page].reset();
+    return true;
+  }
+
+  size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+
+  // Calls visit(id, const T&) in ascending order of ids; visit must not change the table.
+  template <typename Visitor>
+  void ForEach(Visitor&& visit) const {
+    for (uint32_t page = 0; page < pages_.size(); ++page) {
+      if (!pages_[page]) continue;
+      for (uint32_t slot = 0; slot < kPageSize; ++slot)
+        if (pages_[page]->slots[slot]) visit(Id(page * kPageSize + slot), *pages_[page]->slots[slot]);
+    }
+  }
+
+  std::vector<Id> Ids() const {
+    std::vector<Id> ids;
+    ids.reserve(size_);
+    ForEach([&](Id id, const T&) { ids.push_back(id); });
+    return ids;
+  }
+
+ private:
+  // Epochs only decide what is copied, never a result.
+  static uint64_t NewEpoch() {
+    static std::atomic<uint64_t> next{1};
+    return next.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  Page& OwnPage(uint32_t index) {
+    std::shared_ptr<Page>& page = pages_[index];
+    if (!page) {
+      page = std::make_shared<Page>();
+      page->owner = epoch_;
+    } else if (page->owner != epoch_) {
+      page = std::make_shared<Page>(*page);
+      page->owner = epoch_;
+    }
+    return *page;
+  }
+
+  std::vector<std::shared_ptr<Page>> pages_;
+  size_t size_ = 0;
+  mutable std::atomic<uint64_t> epoch_;
+};
+
+}  // namespace oaslam

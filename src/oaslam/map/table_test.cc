@@ -1,0 +1,51 @@
+#include "oaslam/map/table.h"
+
+#include <gtest/gtest.h>
+
+#include "oaslam/util/ids.h"
+
+namespace oaslam {
+namespace {
+
+TEST(Table, ACopyIsAValue) {
+  Table<LandmarkId, int> table;
+  for (uint32_t i = 0; i < 200; ++i) table.Insert(LandmarkId(i), static_cast<int>(i));
+  const Table<LandmarkId, int> snapshot = table;
+  table.MutableAt(LandmarkId(7)) = -1;
+  table.Erase(LandmarkId(8));
+  table.Insert(LandmarkId(500), 5);
+  EXPECT_EQ(snapshot.At(LandmarkId(7)), 7);
+  EXPECT_EQ(snapshot.At(LandmarkId(8)), 8);
+  EXPECT_FALSE(snapshot.Contains(LandmarkId(500)));
+  EXPECT_EQ(snapshot.size(), 200U);
+  EXPECT_EQ(table.At(LandmarkId(7)), -1);
+  EXPECT_EQ(table.size(), 200U);
+}
+
+TEST(Table, BothSidesMayWriteAfterACopy) {
+  Table<LandmarkId, int> a;
+  a.Insert(LandmarkId(1), 1);
+  Table<LandmarkId, int> b = a;
+  b.MutableAt(LandmarkId(1)) = 2;
+  a.MutableAt(LandmarkId(1)) = 3;
+  EXPECT_EQ(a.At(LandmarkId(1)), 3);
+  EXPECT_EQ(b.At(LandmarkId(1)), 2);
+}
+
+TEST(Table, SharesPagesNobodyWrote) {
+  Table<LandmarkId, int> table;
+  for (uint32_t i = 0; i < 128; ++i) table.Insert(LandmarkId(i), 0);
+  const Table<LandmarkId, int> snapshot = table;
+  table.MutableAt(LandmarkId(3)) = 1;
+  EXPECT_NE(snapshot.Find(LandmarkId(3)), table.Find(LandmarkId(3)));
+  EXPECT_EQ(snapshot.Find(LandmarkId(100)), table.Find(LandmarkId(100)));
+}
+
+TEST(Table, IteratesInOrderOfIds) {
+  Table<LandmarkId, int> table;
+  for (const uint32_t i : {300U, 2U, 77U}) table.Insert(LandmarkId(i), 0);
+  EXPECT_EQ(table.Ids(), (std::vector{LandmarkId(2), LandmarkId(77), LandmarkId(300)}));
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,11 @@
+#pragma once
+
+namespace oaslam {
+
+[[noreturn]] void CheckFailed(const char* condition, const char* file, int line);
+
+}  // namespace oaslam
+
+// A broken invariant of this library, never bad input: prints where and aborts.
+#define OASLAM_CHECK(condition) \
+  ((condition) ? static_cast<void>(0) : ::oaslam::CheckFailed(#condition, __FILE__, __LINE__))

@@ -1,0 +1,28 @@
+#include "oaslam/util/log.h"
+
+#include <memory>
+#include <mutex>
+
+namespace oaslam {
+namespace {
+
+// Any thread may log while another installs a sink: the one lock of the library that is not a queue's.
+std::mutex sink_mutex;
+LogSink& Sink() {
+  static LogSink sink;
+  return sink;
+}
+
+}  // namespace
+
+void SetLogSink(LogSink sink) {
+  const std::lock_guard lock(sink_mutex);
+  Sink() = std::move(sink);
+}
+
+void Log(LogLevel level, const std::string& message) {
+  const std::lock_guard lock(sink_mutex);
+  if (Sink()) Sink()(level, message);
+}
+
+}  // namespace oaslam

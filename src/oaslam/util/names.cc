@@ -1,0 +1,25 @@
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+const char* ToString(TrackingState state) {
+  switch (state) {
+    case TrackingState::kInitializing: return "initializing";
+    case TrackingState::kTracking: return "tracking";
+    case TrackingState::kRelocalized: return "relocalized";
+    case TrackingState::kObjects: return "objects";
+    case TrackingState::kLost: break;
+  }
+  return "lost";
+}
+
+const char* ToString(RelocalizationMode mode) {
+  switch (mode) {
+    case RelocalizationMode::kPoints: return "points";
+    case RelocalizationMode::kObjects: return "objects";
+    case RelocalizationMode::kPointsAndObjects: break;
+  }
+  return "points+objects";
+}
+
+}  // namespace oaslam
