@@ -1,0 +1,19 @@
+#pragma once
+
+#include <array>
+
+namespace oaslam {
+
+struct RealRoots2 {
+  std::array<double, 2> roots{};
+  int count = 0;
+};
+
+// Real roots of a x^2 + b x + c without cancellation; a may be zero.
+RealRoots2 SolveQuadratic(double a, double b, double c);
+
+// One real root of a x^3 + b x^2 + c x + d: of several the one where the slope is steepest. Zero leading coefficients are allowed,
+// but not all of a, b and c.
+double SolveCubicForOneRoot(double a, double b, double c, double d);
+
+}  // namespace oaslam
