@@ -1,0 +1,30 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/config.h"
+#include "oaslam/features/features.h"
+
+namespace oaslam {
+
+// ORB key points (Rublee et al. 2011) over an image pyramid, evenly spread over each level, and brought into the ideal image of
+// the camera.
+class OrbExtractor {
+ public:
+  OrbExtractor(const FeaturesConfig& config, const Camera& camera);
+
+  // `grey`: 8-bit, one channel, of the camera's size. `count`: about how many key points.
+  Features Extract(const cv::Mat& grey, int count) const;
+
+ private:
+  std::vector<int> CountPerLevel(int count) const;
+
+  FeaturesConfig config_;
+  Camera camera_;
+  PyramidScales pyramid_;
+  Box bounds_;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,102 @@
+#include "oaslam/features/orb_extractor.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "oaslam/features/keypoint_spread.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+const Camera kCamera{.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240};
+
+cv::Mat RandomScene(uint64_t seed) {
+  Rng rng(seed);
+  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
+  for (int i = 0; i < 300; ++i)
+    cv::rectangle(image, cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)), cv::Scalar(rng.Index(256)), -1);
+  cv::GaussianBlur(image, image, {3, 3}, 0.8);
+  return image;
+}
+
+TEST(OrbExtractor, FindsTheNumberAskedForOnEveryLevelInsideTheImage) {
+  const Features f = OrbExtractor({}, kCamera).Extract(RandomScene(1), 1000);
+  EXPECT_NEAR(f.size(), 1000, 60);
+  EXPECT_EQ(f.descriptors.size(), f.keypoints.size());
+  std::array<int, 8> per_level{};
+  for (const Keypoint& k : f.keypoints) {
+    ++per_level[k.octave];
+    EXPECT_TRUE(k.px.x() >= 15 && k.px.x() < 625 && k.px.y() >= 15 && k.px.y() < 465) << k.px.transpose();
+  }
+  for (const int n : per_level) EXPECT_GT(n, 20);
+  EXPECT_GT(per_level[0], per_level[7]);
+}
+
+TEST(OrbExtractor, TheSameImageGivesTheSameFeatures) {
+  const OrbExtractor orb({}, kCamera);
+  const Features a = orb.Extract(RandomScene(2), 500), b = orb.Extract(RandomScene(2), 500);
+  EXPECT_EQ(a.descriptors, b.descriptors);
+}
+
+TEST(OrbExtractor, DescriptorsSurviveARotationOfTheImage) {
+  const cv::Mat image = RandomScene(3);
+  cv::Mat rotated;
+  const cv::Mat turn = cv::getRotationMatrix2D({320, 240}, 35, 1);
+  cv::warpAffine(image, rotated, turn, image.size());
+  const OrbExtractor orb({}, kCamera);
+  const Features a = orb.Extract(image, 1000), b = orb.Extract(rotated, 1000);
+  int checked = 0, matched = 0;
+  for (int i = 0; i < a.size(); ++i) {
+    const Eigen::Vector2d p = a.keypoints[i].px.cast<double>();
+    const Eigen::Vector2d there(turn.at<double>(0, 0) * p.x() + turn.at<double>(0, 1) * p.y() + turn.at<double>(0, 2),
+                                turn.at<double>(1, 0) * p.x() + turn.at<double>(1, 1) * p.y() + turn.at<double>(1, 2));
+    int best = 256;
+    b.VisitNear(there, 3, [&](int j) { best = std::min(best, HammingDistance(a.descriptors[i], b.descriptors[j])); });
+    if (best == 256) continue;
+    ++checked;
+    matched += best <= 50;
+  }
+  EXPECT_GT(checked, 150);
+  EXPECT_GT(matched, checked * 0.6);
+}
+
+TEST(OrbExtractor, ABlackOrATinyImageHasNoFeatures) {
+  EXPECT_EQ(OrbExtractor({}, kCamera).Extract(cv::Mat::zeros(480, 640, CV_8UC1), 1000).size(), 0);
+  Camera tiny = kCamera;
+  tiny.width = tiny.height = 20;
+  EXPECT_EQ(OrbExtractor({}, tiny).Extract(cv::Mat::zeros(20, 20, CV_8UC1), 1000).size(), 0);
+}
+
+TEST(SpreadKeypoints, TakesTheStrongestOfEachPlace) {
+  std::vector<cv::KeyPoint> corners;
+  for (int i = 0; i < 500; ++i) corners.emplace_back(cv::Point2f(10 + static_cast<float>(i % 25) * 0.5F, 10 + static_cast<float>(i) * 0.02F), 7, -1, static_cast<float>(i));
+  corners.emplace_back(cv::Point2f(90, 90), 7, -1, 0.1F);
+  const auto chosen = SpreadKeypoints(corners, {0, 0, 100, 100}, 10);
+  EXPECT_LE(chosen.size(), 13U);
+  EXPECT_GE(chosen.size(), 8U);
+  EXPECT_TRUE(std::ranges::any_of(chosen, [](const cv::KeyPoint& k) { return k.pt.x == 90; }));
+  EXPECT_TRUE(std::ranges::any_of(chosen, [](const cv::KeyPoint& k) { return k.response == 499; }));
+}
+
+TEST(Features, GridFindsWhatIsNear) {
+  Features f;
+  f.bounds = {0, 0, 640, 480};
+  Rng rng(5);
+  for (int i = 0; i < 800; ++i) f.keypoints.push_back({{static_cast<float>(rng.Uniform(0, 640)), static_cast<float>(rng.Uniform(0, 480))}, 0, 0});
+  f.BuildGrid();
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::Vector2d p(rng.Uniform(-20, 660), rng.Uniform(-20, 500));
+    const double r = rng.Uniform(1, 80);
+    std::vector<int> found, expected;
+    f.VisitNear(p, r, [&](int i) { found.push_back(i); });
+    for (int i = 0; i < f.size(); ++i)
+      if (std::abs(f.keypoints[i].px.x() - p.x()) < r && std::abs(f.keypoints[i].px.y() - p.y()) < r) expected.push_back(i);
+    std::ranges::sort(found);
+    EXPECT_EQ(found, expected);
+  }
+}
+
+}  // namespace
+}  // namespace oaslam
