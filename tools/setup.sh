@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Installs what building and testing need and this machine lacks, on Debian 12 and Ubuntu 24.04. Does nothing when all is there.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build ccache                                              # build
+  libeigen3-dev libopencv-dev libceres-dev                                  # linear algebra, images and networks, least squares
+  libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
+  libcli11-dev libspdlog-dev libfmt-dev                                     # command line and messages
+  libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks
+)
+
+if ! command -v dpkg-query >/dev/null; then
+  echo "setup: not a Debian or Ubuntu system; install the equivalents of: ${packages[*]}" >&2
+  exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "setup: installing with apt-get${as_root:+ (sudo)}: ${missing[*]}"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+apt() {
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y "$@" >"$log" 2>&1 || {
+    tail -n 20 "$log" >&2
+    echo "setup: apt-get $1 failed (on Ubuntu, some of these are in 'universe': sudo add-apt-repository universe)" >&2
+    return 1
+  }
+}
+apt update
+apt install --no-install-recommends "${missing[@]}"
+echo "setup: done"
