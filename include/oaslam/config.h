@@ -23,6 +23,7 @@ struct TrackingConfig {
   double min_init_parallax_deg = 1;  // median over the triangulated points
   int min_inliers = 30;              // a pose with fewer map points is lost (15 in the first frames after initialisation)
   int min_relocalization_inliers = 50;
+  int min_frames_between_keyframes = 3;  // unless much of the view is new
   int max_frames_between_keyframes = 30;
   double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
   int reset_below_keyframes = 6;       // lost with a smaller map: start anew
@@ -97,6 +98,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("tracking.min_init_parallax_deg", c.tracking.min_init_parallax_deg, 0.1, 45.0);
   visit("tracking.min_inliers", c.tracking.min_inliers, 6, 1000);
   visit("tracking.min_relocalization_inliers", c.tracking.min_relocalization_inliers, 6, 1000);
+  visit("tracking.min_frames_between_keyframes", c.tracking.min_frames_between_keyframes, 1, 100000);
   visit("tracking.max_frames_between_keyframes", c.tracking.max_frames_between_keyframes, 1, 100000);
   visit("tracking.keyframe_inlier_ratio", c.tracking.keyframe_inlier_ratio, 0.1, 1.0);
   visit("tracking.reset_below_keyframes", c.tracking.reset_below_keyframes, 0, 1000);

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/config.h"
+#include "oaslam/error.h"
+#include "oaslam/rigid3.h"
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+struct SavedMap;  // internal content of a map file
+
+struct ImageInput {
+  cv::Mat image;                      // 8-bit, one channel or BGR, of the camera's size
+  double timestamp = 0;               // seconds, ascending
+  std::vector<Detection> detections;  // of an object detector, in pixels of this image; may be empty
+};
+
+// The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in the frame and unit of the map.
+struct TrackingResult {
+  int frame = 0;
+  double timestamp = 0;
+  TrackingState state = TrackingState::kLost;
+  std::optional<Rigid3> world_from_cam;
+  int keypoints = 0, matched = 0, inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
+  int detections = 0, objects = 0;              // objects: mapped objects seen in this image
+  double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
+  double cpu_ms = 0;                            // CPU time from image in to pose out; mapping not counted
+};
+
+enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
+
+// "failed", "points", "objects", "points+objects".
+const char* ToString(PoseEvidence evidence);
+
+// The answer to one image that is to be found in the map by itself.
+struct RelocalizationResult {
+  PoseEvidence evidence = PoseEvidence::kNone;  // what stands for the pose; kNone: not found
+  std::optional<Rigid3> world_from_cam;
+  double confidence = 0;                        // [0, 1]
+  int inlier_points = 0, matched_objects = 0;
+  double sigma_position = 0;                    // map units, 1 sigma
+  struct Candidate {
+    Rigid3 world_from_cam;
+    double score = 0;                           // higher is better; comparable within one image
+  };
+  std::vector<Candidate> candidates;            // best hypotheses, the accepted one first
+  std::string why_not;
+  double ms_features = 0, ms = 0;
+};
+
+// What is in the map, for display and for applications.
+struct MapSnapshot {
+  struct Object {
+    uint32_t id = 0;
+    int category_id = 0;
+    Ellipsoid ellipsoid;
+    int observations = 0;
+  };
+  std::vector<Rigid3> keyframes;           // world_from_cam
+  std::vector<Eigen::Vector3d> landmarks;
+  std::vector<Object> objects;
+};
+
+// Monocular SLAM with points and objects. Not thread-safe: one thread calls; mapping runs on a thread of its own
+// (runner.mode). Throws InputError for a configuration, image, or map file that cannot be used.
+class Slam {
+ public:
+  Slam(const SlamConfig& config, const Camera& camera);
+  ~Slam();
+  Slam(Slam&&) noexcept;
+  Slam& operator=(Slam&&) noexcept;
+
+  // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than the last throws InputError.
+  TrackingResult Process(const ImageInput& input);
+
+  // Finds one image in the map, independent of all others; the map stays as it is.
+  RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode);
+  // From detections alone. `gravity_in_cam`: direction of gravity in the camera's frame, any length, where known.
+  RelocalizationResult RelocalizeByObjects(const std::vector<Detection>& detections,
+                                           const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+
+  // How Process finds back after tracking was lost.
+  void SetRelocalizationMode(RelocalizationMode mode);
+
+  MapSnapshot Snapshot() const;
+
+  // Waits until all that was seen is in the map, and optimises it a last time. Process may go on afterwards.
+  void Finish();
+  // The map with the trajectory so far.
+  SavedMap Export() const;
+  void Save(const std::string& path) const;
+  // Replaces the map; the next image is relocalized in it. The file's camera may differ from this one.
+  void Load(const std::string& path);
+
+  // Forgets everything.
+  void Reset();
+  // Stops the mapping thread; idempotent. Also done by the destructor.
+  void Shutdown();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace oaslam

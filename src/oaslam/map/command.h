@@ -1,0 +1,35 @@
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// A point of the two-view initialisation.
+struct InitialPoint {
+  int first_keypoint = 0, second_keypoint = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // in the first camera, baseline 1
+};
+
+// A new map from two frames.
+struct InitialMap {
+  Frame first, second;
+  KeyframeId first_id, second_id;
+  Rigid3 second_from_first;  // |translation| = 1
+  std::vector<InitialPoint> points;
+};
+
+// How often the tracker should have seen a landmark since the last keyframe, and how often it did.
+struct LandmarkUse {
+  LandmarkId landmark;
+  int visible = 0, found = 0;
+};
+
+struct KeyframeInsertion {
+  KeyframeId id;
+  TrackedFrame frame;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,150 @@
+#include "oaslam/matching/descriptor_match.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/matching/orientation_check.h"
+
+namespace oaslam {
+namespace {
+
+// Drops the pairs whose second key point is wanted by a closer descriptor, or that turn differently from most.
+KeypointPairs Filter(const KeypointPairs& pairs, const std::vector<int>& distances, const Features& first, const Features& second) {
+  std::vector<int> winner(second.keypoints.size(), -1);
+  for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
+    int& w = winner[pairs[i].second];
+    if (w < 0 || distances[i] < distances[w]) w = i;
+  }
+  KeypointPairs unique;
+  std::vector<float> turns;
+  for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
+    if (winner[pairs[i].second] != i) continue;
+    unique.push_back(pairs[i]);
+    turns.push_back(first.keypoints[pairs[i].first].angle_rad - second.keypoints[pairs[i].second].angle_rad);
+  }
+  const std::vector<char> consistent = ConsistentOrientations(turns);
+  KeypointPairs kept;
+  for (size_t i = 0; i < unique.size(); ++i)
+    if (consistent[i]) kept.push_back(unique[i]);
+  return kept;
+}
+
+Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Matrix3d Calibration(const Camera& camera) {
+  Eigen::Matrix3d k;
+  k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  return k;
+}
+
+}  // namespace
+
+LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map, const Keyframe& keyframe, double ratio) {
+  KeypointPairs pairs;
+  std::vector<int> distances;
+  for (int i = 0; i < keyframe.features->size(); ++i) {
+    if (!keyframe.landmarks[i].IsValid() || !map.landmarks.Contains(keyframe.landmarks[i])) continue;
+    const Descriptor& descriptor = keyframe.features->descriptors[i];
+    int best = 256, second = 256, best_keypoint = -1;
+    for (int k = 0; k < features.size(); ++k) {
+      const int distance = HammingDistance(descriptor, features.descriptors[k]);
+      if (distance < best) {
+        second = best;
+        best = distance;
+        best_keypoint = k;
+      } else if (distance < second) {
+        second = distance;
+      }
+    }
+    if (best > kTightHamming || best >= ratio * second) continue;
+    pairs.emplace_back(i, best_keypoint);
+    distances.push_back(best);
+  }
+  LandmarkMatches matches{std::vector<LandmarkId>(features.keypoints.size()), 0};
+  for (const auto& [from, to] : Filter(pairs, distances, *keyframe.features, features)) {
+    matches.landmarks[to] = keyframe.landmarks[from];
+    ++matches.count;
+  }
+  return matches;
+}
+
+KeypointPairs MatchWithinWindow(const Features& first, const Features& second, std::span<const Eigen::Vector2d> expected,
+                                double window_px, double ratio) {
+  KeypointPairs pairs;
+  std::vector<int> distances;
+  for (int i = 0; i < first.size(); ++i) {
+    if (first.keypoints[i].octave > 0) continue;
+    int best = 256, next = 256, best_keypoint = -1;
+    second.VisitNear(expected[i], window_px, [&](int k) {
+      if (second.keypoints[k].octave > 0) return;
+      const int distance = HammingDistance(first.descriptors[i], second.descriptors[k]);
+      if (distance < best) {
+        next = best;
+        best = distance;
+        best_keypoint = k;
+      } else if (distance < next) {
+        next = distance;
+      }
+    });
+    if (best > kTightHamming || best >= ratio * next) continue;
+    pairs.emplace_back(i, best_keypoint);
+    distances.push_back(best);
+  }
+  return Filter(pairs, distances, first, second);
+}
+
+KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first, const Keyframe& second) {
+  const Camera& first_camera = map.cameras[first.camera];
+  const Camera& second_camera = map.cameras[second.camera];
+  const Rigid3 second_from_first = second.cam_from_world * first.cam_from_world.Inverse();
+  // x2^T F x1 = 0 (Hartley & Zisserman, section 9.6)
+  const Eigen::Matrix3d fundamental = Calibration(second_camera).inverse().transpose() * Skew(second_from_first.translation) *
+                                      second_from_first.rotation.toRotationMatrix() * Calibration(first_camera).inverse();
+  const Eigen::Vector3d epipole_ray = second_from_first.translation;
+  const bool epipole_in_front = epipole_ray.z() > 1e-9;
+  const Eigen::Vector2d epipole = epipole_in_front ? ProjectIdeal(second_camera, epipole_ray) : Eigen::Vector2d::Zero();
+
+  const Features& a = *first.features;
+  const Features& b = *second.features;
+  std::vector<int> free_second;
+  std::vector<Eigen::Vector3f> place;
+  for (int k = 0; k < b.size(); ++k) {
+    if (second.landmarks[k].IsValid()) continue;
+    // Near the epipole the depth is anybody's guess.
+    if (epipole_in_front && (b.keypoints[k].px.cast<double>() - epipole).squaredNorm() < 100 * b.pyramid.scale[b.keypoints[k].octave]) continue;
+    free_second.push_back(k);
+    place.push_back(b.keypoints[k].px.homogeneous());
+  }
+  KeypointPairs pairs;
+  std::vector<int> distances;
+  for (int i = 0; i < a.size(); ++i) {
+    if (first.landmarks[i].IsValid()) continue;
+    Eigen::Vector3d line = fundamental * a.keypoints[i].px.cast<double>().homogeneous();
+    const double norm = line.head<2>().norm();
+    if (norm < 1e-12) continue;
+    const Eigen::Vector3f unit_line = (line / norm).cast<float>();
+    int best = kTightHamming + 1, best_keypoint = -1;
+    for (size_t j = 0; j < free_second.size(); ++j) {
+      const float distance_to_line = unit_line.dot(place[j]);
+      const int k = free_second[j];
+      const float sigma = b.pyramid.scale[b.keypoints[k].octave];
+      if (distance_to_line * distance_to_line > 3.84F * sigma * sigma) continue;
+      const int distance = HammingDistance(a.descriptors[i], b.descriptors[k]);
+      if (distance < best) {
+        best = distance;
+        best_keypoint = k;
+      }
+    }
+    if (best_keypoint < 0) continue;
+    pairs.emplace_back(i, best_keypoint);
+    distances.push_back(best);
+  }
+  return Filter(pairs, distances, a, b);
+}
+
+}  // namespace oaslam

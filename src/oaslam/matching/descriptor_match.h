@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/map/map.h"
+#include "oaslam/matching/projection_search.h"
+
+namespace oaslam {
+
+// Pairs of key points (first image, second image).
+using KeypointPairs = std::vector<std::pair<int, int>>;
+
+// Landmarks of a keyframe found in a frame by their descriptors alone: nearest neighbour, distance ratio, each key point once,
+// orientations turning together.
+LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map, const Keyframe& keyframe, double ratio);
+
+// For the initialisation: key points of the lowest level within `window_px` of their place in the first image (`expected`).
+KeypointPairs MatchWithinWindow(const Features& first, const Features& second, std::span<const Eigen::Vector2d> expected,
+                                double window_px, double ratio);
+
+// For triangulation: key points without a landmark in both keyframes that agree with the epipolar geometry.
+KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first, const Keyframe& second);
+
+}  // namespace oaslam
