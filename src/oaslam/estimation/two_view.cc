@@ -1,0 +1,166 @@
+#include "oaslam/estimation/two_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/estimation/triangulation.h"
+#include "oaslam/estimation/two_view_models.h"
+#include "oaslam/estimation/two_view_refinement.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kMinPointParallaxDeg = 0.3;  // less says nothing about depth
+constexpr double kPlanarShare = 0.45;         // of S_H in S_H + S_E: a homography explains as much (Mur-Artal et al. 2015, IV)
+constexpr double kMaxBehindShare = 0.15;      // of the inliers: more, and the motion is wrong
+
+// What a motion makes of the matches.
+struct Structure {
+  std::vector<std::optional<Eigen::Vector3d>> points;  // in the first camera
+  std::vector<double> parallax_deg;                    // of the points
+  int inliers = 0;  // of the epipolar geometry
+  int behind = 0;   // inliers that have parallax but no point in front of both cameras near both key points
+  double score = 0; // sum over the points of 5.991 - chi^2
+};
+
+Structure Explain(const RayMatches& m, const Rigid3& motion, double sigma_px) {
+  const Eigen::Matrix3d essential = EssentialOf(motion);
+  Structure s;
+  s.points.resize(m.size());
+  const double max_error2 = 4 * sigma_px * sigma_px, min_cos = std::cos(kMinPointParallaxDeg * std::numbers::pi / 180);
+  for (int i = 0; i < m.size(); ++i) {
+    const double chi2 = SquaredSampson(m, essential, i) / (sigma_px * sigma_px);
+    if (!(chi2 < 3.841)) continue;
+    ++s.inliers;
+    const double cos_rays = (motion.rotation * m.first[i]).normalized().dot(m.second[i].normalized());
+    if (cos_rays > min_cos) continue;
+    const auto found = TriangulateRays(motion, m.first[i], m.second[i]);
+    const bool sound = found && [&] {
+      const Eigen::Vector3d& x = found->point;
+      const Eigen::Vector3d y = motion * x;
+      return x.z() > 0 && y.z() > 0 &&
+             (x.head<2>() / x.z() - m.first[i].head<2>()).squaredNorm() * std::pow(m.focal_first, 2) <= max_error2 &&
+             (y.head<2>() / y.z() - m.second[i].head<2>()).squaredNorm() * std::pow(m.focal_second, 2) <= max_error2;
+    }();
+    if (!sound) {
+      ++s.behind;
+      continue;
+    }
+    s.points[i] = found->point;
+    s.parallax_deg.push_back(std::acos(std::clamp(found->cos_parallax, -1.0, 1.0)) * 180 / std::numbers::pi);
+    s.score += kChi2TwoDof - chi2;
+  }
+  return s;
+}
+
+struct Candidate {
+  RefinedMotion motion;
+  Structure structure;
+};
+
+bool SameMotion(const Rigid3& a, const Rigid3& b) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  return a.rotation.angularDistance(b.rotation) < kDegree && a.translation.dot(b.translation) > std::cos(5 * kDegree);
+}
+
+// Refined candidates, best first, each motion once.
+std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<Rigid3>& motions, double sigma_px) {
+  std::vector<double> rough;  // a loose look decides which are worth a refinement
+  for (const Rigid3& motion : motions) rough.push_back(Explain(matches, motion, 2 * sigma_px).score);
+  const double best = rough.empty() ? 0 : *std::ranges::max_element(rough);
+  std::vector<Candidate> ranked;
+  for (size_t i = 0; i < motions.size(); ++i) {
+    if (!(rough[i] > 0.3 * best)) continue;
+    const RefinedMotion refined = RefineMotion(matches, motions[i], sigma_px);
+    ranked.push_back({refined, Explain(matches, refined.second_from_first, sigma_px)});
+  }
+  std::ranges::stable_sort(ranked, std::ranges::greater{}, [](const Candidate& c) { return c.structure.score; });
+  std::vector<Candidate> distinct;
+  for (Candidate& c : ranked)
+    if (std::ranges::none_of(distinct, [&](const Candidate& d) {
+          return SameMotion(c.motion.second_from_first, d.motion.second_from_first);
+        }))
+      distinct.push_back(std::move(c));
+  return distinct;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Empty if the best candidate is to be believed.
+std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ranked, int matches, const TwoViewOptions& options) {
+  const Structure& best = ranked.front().structure;
+  if (best.inliers < options.min_inlier_share * matches)
+    return fmt::format("{} of {} matches agree with the motion", best.inliers, matches);
+  if (report.triangulated < options.min_points) return fmt::format("{} points triangulated", report.triangulated);
+  if (report.parallax_deg < options.min_parallax_deg) return fmt::format("parallax of {:.2f} degrees", report.parallax_deg);
+  if (best.behind > kMaxBehindShare * best.inliers) return fmt::format("{} of {} points behind a camera", best.behind, best.inliers);
+  if (ranked.size() > 1 && ranked[1].structure.score > options.max_rival * best.score)
+    return fmt::format("two motions explain the matches ({:.0f} % of the best)", 100 * ranked[1].structure.score / best.score);
+  if (report.direction_sigma_deg > options.max_direction_sigma_deg)
+    return fmt::format("direction of motion uncertain by {:.1f} degrees", report.direction_sigma_deg);
+  return {};
+}
+
+RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second, std::span<const Eigen::Vector2d> px_first,
+                    std::span<const Eigen::Vector2d> px_second) {
+  RayMatches m;
+  m.focal_first = (camera_first.fx + camera_first.fy) / 2;
+  m.focal_second = (camera_second.fx + camera_second.fy) / 2;
+  for (size_t i = 0; i < px_first.size(); ++i) {
+    m.first.push_back(RayOf(camera_first, px_first[i]));
+    m.second.push_back(RayOf(camera_second, px_second[i]));
+  }
+  return m;
+}
+
+}  // namespace
+
+TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_second,
+                              std::span<const Eigen::Vector2d> px_first, std::span<const Eigen::Vector2d> px_second,
+                              const TwoViewOptions& options, Rng& rng) {
+  OASLAM_CHECK(px_first.size() == px_second.size());
+  TwoViewReport report;
+  report.points.resize(px_first.size());
+  const RayMatches matches = MakeRays(camera_first, camera_second, px_first, px_second);
+  if (matches.size() < std::max(8, options.min_points)) {
+    report.why_not = fmt::format("{} matches", matches.size());
+    return report;
+  }
+  const TwoViewModel homography = FitHomography(matches, options.sigma_px, options.homography_iterations, rng);
+  const TwoViewModel essential = FitEssential(matches, options.sigma_px, options.essential_iterations, rng);
+  report.planar = homography.score > kPlanarShare * (homography.score + essential.score);
+
+  // Both models speak: an essential matrix of eight points is arbitrary on a plane, a homography's motion is rough off it; after the
+  // refinement on all matches they are comparable, and the second of the plane's two motions shows up as a rival.
+  std::vector<Rigid3> motions;
+  if (homography.score > 0) motions = MotionsOfHomography(homography.matrix, matches);
+  if (essential.score > 0) std::ranges::copy(MotionsOfEssential(essential.matrix), std::back_inserter(motions));
+  std::vector<Candidate> ranked = RankMotions(matches, motions, options.sigma_px);
+  if (ranked.empty()) {
+    report.why_not = "no motion has points in front of both cameras";
+    return report;
+  }
+  const Candidate& best = ranked.front();
+  report.second_from_first = best.motion.second_from_first;
+  report.direction_sigma_deg = best.motion.direction_sigma_deg;
+  report.inliers = best.structure.inliers;
+  report.triangulated = static_cast<int>(best.structure.parallax_deg.size());
+  report.parallax_deg = Median(best.structure.parallax_deg);
+  report.why_not = Doubt(report, ranked, matches.size(), options);
+  report.success = report.why_not.empty();
+  report.points = best.structure.points;
+  return report;
+}
+
+}  // namespace oaslam

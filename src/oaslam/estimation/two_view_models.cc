@@ -1,0 +1,186 @@
+#include "oaslam/estimation/two_view_models.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <array>
+#include <cmath>
+
+#include "oaslam/estimation/pose_refinement.h"
+
+namespace oaslam {
+namespace {
+
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+using Rows8x9 = Eigen::Matrix<double, 8, 9>;
+
+constexpr double kChi2OneDof = 3.841;
+
+Eigen::Matrix3d FromRowMajor(const Vector9d& v) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v.data());
+}
+
+Eigen::Matrix<double, 1, 9> EssentialRow(const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
+  Eigen::Matrix<double, 1, 9> row;
+  row << y.x() * x.transpose(), y.y() * x.transpose(), y.z() * x.transpose();
+  return row;
+}
+
+// The two independent rows of [y]x H x = 0.
+Eigen::Matrix<double, 2, 9> HomographyRows(const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
+  Eigen::Matrix<double, 2, 9> rows;
+  rows << -x.transpose(), Eigen::RowVector3d::Zero(), y.x() * x.transpose(),  //
+      Eigen::RowVector3d::Zero(), -x.transpose(), y.y() * x.transpose();
+  return rows;
+}
+
+// The null vector of eight equations: what their rows leave of the orthogonal basis.
+Vector9d NullVector(const Rows8x9& rows) {
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 8>> qr(rows.transpose());
+  Vector9d last = Vector9d::Unit(8);
+  last.applyOnTheLeft(qr.householderQ());
+  return last;
+}
+
+Vector9d LeastSquaresNullVector(const Matrix9d& normal) {
+  return Eigen::SelfAdjointEigenSolver<Matrix9d>(normal).eigenvectors().col(0);
+}
+
+Eigen::Matrix3d NearestEssential(const Eigen::Matrix3d& m) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.matrixV().transpose();
+}
+
+double Credit(double chi2, double bound) { return chi2 < bound ? kChi2TwoDof - chi2 : 0; }
+
+double EssentialCredit(const RayMatches& m, const Eigen::Matrix3d& e, int i, double inverse_sigma2) {
+  const Eigen::Vector3d in_second = e * m.first[i], in_first = e.transpose() * m.second[i];
+  const double algebraic = m.second[i].dot(in_second), squared = algebraic * algebraic * inverse_sigma2;
+  return Credit(squared * m.focal_second * m.focal_second / in_second.head<2>().squaredNorm(), kChi2OneDof) +
+         Credit(squared * m.focal_first * m.focal_first / in_first.head<2>().squaredNorm(), kChi2OneDof);
+}
+
+double TransferCredit(const Eigen::Matrix3d& h, const Eigen::Vector3d& x, const Eigen::Vector3d& y, double weight) {
+  const Eigen::Vector3d moved = h * x;
+  return Credit((moved.head<2>() / moved.z() - y.head<2>()).squaredNorm() * weight, kChi2TwoDof);
+}
+
+template <int kCount>
+std::array<int, kCount> Sample(int n, Rng& rng) {
+  std::array<int, kCount> sample{};
+  for (int i = 0; i < kCount;) {
+    sample[i] = rng.Index(n);
+    bool fresh = true;
+    for (int j = 0; j < i; ++j) fresh &= sample[j] != sample[i];
+    i += fresh;
+  }
+  return sample;
+}
+
+// RANSAC with a local optimisation of the winner on its inliers. credit(model, i): what match i adds to the score; rows(i): its equations.
+template <int kSample, typename SampleRows, typename Repair, typename Score, typename Rows>
+TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleRows&& sample_rows, Repair&& repair,
+                    Score&& make_credit, Rows&& rows) {
+  const auto score = [&](const Eigen::Matrix3d& model) {
+    const auto credit = make_credit(model);
+    double sum = 0;
+    for (int i = 0; i < matches.size(); ++i) sum += credit(i);
+    return sum;
+  };
+  TwoViewModel best;
+  if (matches.size() < kSample) return best;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    const Eigen::Matrix3d model = repair(FromRowMajor(NullVector(sample_rows(Sample<kSample>(matches.size(), rng)))));
+    if (const double s = score(model); s > best.score) best = {model, s};
+  }
+  for (int polish = 0; polish < 4 && best.score > 0; ++polish) {
+    const auto credit = make_credit(best.matrix);
+    Matrix9d normal = Matrix9d::Zero();
+    for (int i = 0; i < matches.size(); ++i)
+      if (credit(i) > 0) normal += rows(i).transpose() * rows(i);
+    const Eigen::Matrix3d model = repair(FromRowMajor(LeastSquaresNullVector(normal)));
+    const double s = score(model);
+    if (!(s > best.score)) break;
+    best = {model, s};
+  }
+  return best;
+}
+
+}  // namespace
+
+TwoViewModel FitHomography(const RayMatches& matches, double sigma_px, int iterations, Rng& rng) {
+  const double to_second = std::pow(matches.focal_second / sigma_px, 2);
+  const double to_first = std::pow(matches.focal_first / sigma_px, 2);
+  const auto make_credit = [&](const Eigen::Matrix3d& h) {
+    const Eigen::Matrix3d inverse = h.inverse();
+    return [&matches, to_first, to_second, h, inverse](int i) {
+      return TransferCredit(h, matches.first[i], matches.second[i], to_second) +
+             TransferCredit(inverse, matches.second[i], matches.first[i], to_first);
+    };
+  };
+  const auto rows = [&](int i) { return HomographyRows(matches.first[i], matches.second[i]); };
+  const auto sample_rows = [&](const std::array<int, 4>& sample) {
+    Rows8x9 all;
+    for (int k = 0; k < 4; ++k) all.middleRows<2>(2 * k) = rows(sample[k]);
+    return all;
+  };
+  return Ransac<4>(matches, iterations, rng, sample_rows, [](const Eigen::Matrix3d& h) { return h; }, make_credit, rows);
+}
+
+TwoViewModel FitEssential(const RayMatches& matches, double sigma_px, int iterations, Rng& rng) {
+  const double inverse_sigma2 = 1 / (sigma_px * sigma_px);
+  const auto make_credit = [&](const Eigen::Matrix3d& e) {
+    return [&matches, inverse_sigma2, e](int i) { return EssentialCredit(matches, e, i, inverse_sigma2); };
+  };
+  const auto rows = [&](int i) { return EssentialRow(matches.first[i], matches.second[i]); };
+  const auto sample_rows = [&](const std::array<int, 8>& sample) {
+    Rows8x9 all;
+    for (int k = 0; k < 8; ++k) all.row(k) = rows(sample[k]);
+    return all;
+  };
+  return Ransac<8>(matches, iterations, rng, sample_rows, NearestEssential, make_credit, rows);
+}
+
+std::vector<Rigid3> MotionsOfEssential(const Eigen::Matrix3d& essential) {  // Hartley & Zisserman, result 9.19
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d w;
+  w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Eigen::Vector3d t = svd.matrixU().col(2);
+  std::vector<Rigid3> motions;
+  for (const Eigen::Matrix3d& middle : {w, Eigen::Matrix3d(w.transpose())}) {
+    Eigen::Matrix3d r = svd.matrixU() * middle * svd.matrixV().transpose();
+    if (r.determinant() < 0) r = -r;
+    motions.emplace_back(r, t);
+    motions.emplace_back(r, -t);
+  }
+  return motions;
+}
+
+// Ma, Soatto, Kosecka, Sastry, "An Invitation to 3-D Vision", algorithm 5.2.
+std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography, const RayMatches& matches) {
+  Eigen::Matrix3d h = homography / Eigen::JacobiSVD<Eigen::Matrix3d>(homography).singularValues()(1);
+  int positive = 0;
+  for (int i = 0; i < matches.size(); ++i) positive += matches.second[i].dot(h * matches.first[i]) > 0;
+  if (2 * positive < matches.size()) h = -h;
+
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(h.transpose() * h);  // ascending
+  const double s1 = eigen.eigenvalues()(2), s3 = eigen.eigenvalues()(0);
+  if (!(s1 - s3 > 1e-4)) return {};
+  const Eigen::Vector3d v1 = eigen.eigenvectors().col(2), v2 = eigen.eigenvectors().col(1), v3 = eigen.eigenvectors().col(0);
+  const double a = std::sqrt(std::max(0.0, 1 - s3) / (s1 - s3)), b = std::sqrt(std::max(0.0, s1 - 1) / (s1 - s3));
+  std::vector<Rigid3> motions;
+  for (const Eigen::Vector3d& u : {Eigen::Vector3d(a * v1 + b * v3), Eigen::Vector3d(a * v1 - b * v3)}) {
+    Eigen::Matrix3d before, after;
+    before << v2, u, v2.cross(u);
+    after << h * v2, h * u, (h * v2).cross(h * u);
+    const Eigen::Matrix3d r = after * before.transpose();
+    const Eigen::Vector3d t = (h - r) * v2.cross(u);
+    if (!(t.norm() > 1e-6)) continue;
+    motions.emplace_back(Eigen::Quaterniond(r).normalized(), t.normalized());
+    motions.emplace_back(Eigen::Quaterniond(r).normalized(), -t.normalized());
+  }
+  return motions;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "oaslam/rigid3.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+// Matches as rays (z = 1) of the two cameras; residuals are brought to pixels by the focal lengths.
+struct RayMatches {
+  std::vector<Eigen::Vector3d> first, second;
+  double focal_first = 1, focal_second = 1;
+  int size() const { return static_cast<int>(first.size()); }
+};
+
+// A 3x3 model between the rays of two cameras, and its score: sum over both images of max(0, 5.991 - chi^2), zero beyond the model's
+// own bound (Mur-Artal et al. 2015, eq. 2).
+struct TwoViewModel {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  double score = 0;
+};
+
+// x_second ~ H x_first.
+TwoViewModel FitHomography(const RayMatches& matches, double sigma_px, int iterations, Rng& rng);
+// x_second^T E x_first = 0.
+TwoViewModel FitEssential(const RayMatches& matches, double sigma_px, int iterations, Rng& rng);
+
+// The candidate motions second_from_first, translations of length 1. Of a homography none if it is a rotation.
+std::vector<Rigid3> MotionsOfEssential(const Eigen::Matrix3d& essential);
+std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography, const RayMatches& matches);
+
+}  // namespace oaslam

@@ -1,0 +1,158 @@
+#include "oaslam/estimation/two_view.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "oaslam/estimation/two_view_models.h"
+#include "oaslam/estimation/two_view_refinement.h"
+#include "oaslam/geometry/camera_model.h"
+
+namespace oaslam {
+namespace {
+
+const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+
+struct Scene {
+  Rigid3 second_from_first;  // not of unit length
+  std::vector<Eigen::Vector2d> first, second;
+  std::vector<Eigen::Vector3d> points;
+};
+
+enum class Shape { kGeneral, kPlane, kFar };
+
+Rigid3 Motion(const Eigen::Vector3d& center, double angle_rad) {
+  const Eigen::Quaterniond r(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(0.2, 1, 0.1).normalized()));
+  return {r, r * -center};
+}
+
+Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, double outliers, Rng& rng) {
+  Scene scene{motion, {}, {}, {}};
+  while (static_cast<int>(scene.points.size()) < count) {
+    const Eigen::Vector3d ray = RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)});
+    const double depth = shape == Shape::kGeneral ? rng.Uniform(1.5, 4)
+                         : shape == Shape::kPlane ? 2.5 / (1 + 0.5 * ray.x() + 0.8 * ray.y())
+                                                  : rng.Uniform(150, 400);
+    const Eigen::Vector3d x = ray * depth, y = motion * x;
+    if (y.z() < 0.1) continue;
+    const Eigen::Vector2d px = ProjectIdeal(kCamera, y);
+    if (px.x() < 0 || px.y() < 0 || px.x() > 640 || px.y() > 480) continue;
+    const auto noise = [&] { return Eigen::Vector2d(rng.Gaussian(noise_px), rng.Gaussian(noise_px)); };
+    scene.points.push_back(x);
+    scene.first.push_back(ProjectIdeal(kCamera, x) + noise());
+    scene.second.push_back(rng.Uniform(0, 1) < outliers ? Eigen::Vector2d(rng.Uniform(0, 640), rng.Uniform(0, 480))
+                                                        : Eigen::Vector2d(px + noise()));
+  }
+  return scene;
+}
+
+TwoViewReport Estimate(const Scene& scene, uint64_t seed) {
+  Rng rng(seed);
+  return EstimateTwoView(kCamera, kCamera, scene.first, scene.second, TwoViewOptions{}, rng);
+}
+
+double RotationErrorDeg(const TwoViewReport& report, const Scene& scene) {
+  return report.second_from_first.rotation.angularDistance(scene.second_from_first.rotation) * 180 / std::numbers::pi;
+}
+
+double DirectionErrorDeg(const TwoViewReport& report, const Scene& scene) {
+  const double c = report.second_from_first.translation.dot(scene.second_from_first.translation.normalized());
+  return std::acos(std::clamp(c, -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+TEST(TwoView, GeneralSceneWithNoiseAndOutliers) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Scene scene = MakeScene(Shape::kGeneral, Motion({0.3, 0.05, 0.1}, -0.08), 300, 1, 0.3, rng);
+    const TwoViewReport report = Estimate(scene, seed);
+    ASSERT_TRUE(report.success) << seed << ": " << report.why_not;
+    EXPECT_FALSE(report.planar);
+    EXPECT_LT(RotationErrorDeg(report, scene), 0.6) << seed;
+    EXPECT_LT(DirectionErrorDeg(report, scene), 4) << seed;
+    EXPECT_NEAR(report.second_from_first.translation.norm(), 1, 1e-9);
+    EXPECT_GT(report.triangulated, 180);
+    double worst = 0;
+    int checked = 0, bad = 0;
+    for (size_t i = 0; i < scene.points.size(); ++i) {
+      if (!report.points[i]) continue;
+      const double depth = report.points[i]->z() * scene.second_from_first.translation.norm();
+      bad += std::abs(depth / scene.points[i].z() - 1) > 0.25;
+      worst = std::max(worst, depth);
+      ++checked;
+    }
+    EXPECT_EQ(checked, report.triangulated);
+    EXPECT_LT(bad, 0.1 * checked) << seed;
+  }
+}
+
+TEST(TwoView, APlanarSceneIsSolvedOrRefusedNeverWrong) {
+  int solved = 0;
+  for (uint64_t seed = 0; seed < 30; ++seed) {
+    Rng rng(seed);
+    const Eigen::Vector3d center(rng.Uniform(-0.6, 0.6), rng.Uniform(-0.4, 0.4), rng.Uniform(-0.5, 0.5));
+    const Scene scene = MakeScene(Shape::kPlane, Motion(center, rng.Uniform(-0.2, 0.2)), 300, 0.5, 0.1, rng);
+    const TwoViewReport report = Estimate(scene, seed);
+    EXPECT_TRUE(report.planar) << seed;
+    if (!report.success) continue;
+    ++solved;
+    EXPECT_LT(RotationErrorDeg(report, scene), 1) << seed;
+    EXPECT_LT(DirectionErrorDeg(report, scene), 8) << seed;
+  }
+  EXPECT_GT(solved, 0);
+}
+
+TEST(TwoView, RefusesPureRotation) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Scene scene = MakeScene(Shape::kGeneral, Motion({0, 0, 0}, 0.15), 300, 1, 0.1, rng);
+    EXPECT_FALSE(Estimate(scene, seed).success) << seed;
+  }
+}
+
+TEST(TwoView, RefusesLowParallax) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const Scene scene = MakeScene(Shape::kFar, Motion({0.3, 0, 0.1}, 0.05), 300, 1, 0.1, rng);
+    EXPECT_FALSE(Estimate(scene, seed).success) << seed;
+  }
+}
+
+TEST(TwoView, RefusesUnrelatedMatchesAndTooFew) {
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    Rng rng(seed);
+    EXPECT_FALSE(Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 300, 1, 1, rng), seed).success);
+    EXPECT_FALSE(Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 7, 0, 0, rng), seed).success);
+  }
+}
+
+TEST(TwoView, TheSameSeedGivesTheSameReport) {
+  Rng rng(5);
+  const Scene scene = MakeScene(Shape::kGeneral, Motion({0.3, 0.05, 0.1}, -0.08), 200, 1, 0.3, rng);
+  const TwoViewReport a = Estimate(scene, 9), b = Estimate(scene, 9);
+  EXPECT_EQ(a.second_from_first.translation, b.second_from_first.translation);
+  EXPECT_EQ(a.points, b.points);
+}
+
+TEST(TwoView, DecompositionsHoldTheTrueMotion) {
+  const Rigid3 motion = Motion({0.3, -0.2, 0.4}, 0.3);
+  const Rigid3 unit(motion.rotation, motion.translation.normalized());
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.2, 0.3, 1).normalized();
+  const Eigen::Matrix3d h = motion.rotation.toRotationMatrix() + motion.translation * normal.transpose() / 2.0;
+  RayMatches matches;
+  for (const double x : {-0.3, 0.1, 0.4}) {
+    matches.first.emplace_back(x, 0.2, 1);
+    matches.second.push_back((h * matches.first.back()));
+    matches.second.back() /= matches.second.back().z();
+  }
+  const auto holds = [&](const std::vector<Rigid3>& motions) {
+    for (const Rigid3& m : motions)
+      if (m.rotation.angularDistance(unit.rotation) < 1e-6 && (m.translation - unit.translation).norm() < 1e-6) return true;
+    return false;
+  };
+  EXPECT_TRUE(holds(MotionsOfHomography(-3 * h, matches)));
+  EXPECT_TRUE(holds(MotionsOfEssential(-2 * EssentialOf(unit))));
+  EXPECT_TRUE(MotionsOfHomography(motion.rotation.toRotationMatrix(), matches).empty());
+}
+
+}  // namespace
+}  // namespace oaslam
