@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// {x : (x - mean)^T covariance^-1 (x - mean) <= 1} in pixels: half axes are the square roots of the covariance's eigenvalues.
+struct Ellipse {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
+};
+
+// The axis-aligned ellipse inscribed in a box.
+Ellipse InscribedEllipse(const Box& box);
+
+// mean +- sqrt(diagonal of the covariance): no decomposition needed.
+Box BoundingBox(const Ellipse& ellipse);
+
+// The squared 2-Wasserstein distance of the Gaussians N(mean, covariance), px^2.
+double SquaredWasserstein(const Ellipse& a, const Ellipse& b);
+
+// The square root of a symmetric positive definite 2x2 matrix in closed form.
+Eigen::Matrix2d SquareRoot(const Eigen::Matrix2d& m);
+
+}  // namespace oaslam

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "oaslam/camera.h"
+#include "oaslam/geometry/ellipsoid.h"
+
+namespace oaslam {
+
+// Parameters of an ellipsoid, in this order: centre (world, 3), logarithms of the half axes (3), then small rotations [rad] about its own
+// third, first and second axis. The first seven describe an ellipsoid whose third axis stays upright.
+constexpr int kShapeParameters = 9;
+using ShapeVector = Eigen::Matrix<double, kShapeParameters, 1>;
+
+Ellipsoid Moved(const Ellipsoid& ellipsoid, const ShapeVector& change);
+
+// Parameters of a pose cam_from_world: translation then rotation [rad] of the camera frame, exp(w) * pose + t.
+using PoseVector = Eigen::Matrix<double, 6, 1>;
+
+Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change);
+
+// An ellipsoid seen from a pose: what its outline and the derivatives of that need.
+struct EllipsoidView {
+  Eigen::Vector3d center;            // in the camera's frame
+  Eigen::Matrix3d cam_from_ellipsoid;  // rotation
+  Eigen::Matrix3d cam_from_world;      // rotation
+  Eigen::Vector3d half_axes;
+  OutlineConic outline;
+};
+
+// Nothing unless wholly in front of the camera.
+std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world);
+
+// Derivatives of the box edges (x1, y1, x2, y2), px.
+using EdgesByShape = Eigen::Matrix<double, 4, kShapeParameters>;
+using EdgesByPose = Eigen::Matrix<double, 4, 6>;
+EdgesByShape DifferentiateByShape(const EllipsoidView& view, const Camera& camera);
+EdgesByPose DifferentiateByPose(const EllipsoidView& view, const Camera& camera);
+
+// Derivatives of (mean x, mean y, covariance xx, xy, yy) of the outline's ellipse; px, px^2.
+using EllipseByShape = Eigen::Matrix<double, 5, kShapeParameters>;
+EllipseByShape DifferentiateEllipse(const EllipsoidView& view, const Camera& camera);
+
+}  // namespace oaslam
