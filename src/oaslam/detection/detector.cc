@@ -1,0 +1,134 @@
+#include "oaslam/detection/detector.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <fstream>
+#include <iterator>
+#include <opencv2/dnn.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+
+#include "oaslam/detection/letterbox.h"
+#include "oaslam/detection/onnx_info.h"
+#include "oaslam/error.h"
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kDefaultInputSize = 640;
+constexpr int kMaxInputSize = 4096;
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(path + ": cannot read the detector's file");
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad() || bytes.empty()) throw InputError(path + ": empty or unreadable, not an ONNX file");
+  return bytes;
+}
+
+cv::Size InputSize(const std::string& path, const OnnxInfo& info, const DetectorOptions& options) {
+  const std::vector<int64_t>& shape = info.input_shape;
+  if (shape.size() != 4 || (shape[1] != 3 && shape[1] != 0))
+    throw InputError(fmt::format("{}: not an image detector: its input has the shape [{}], asked for [1, 3, height, width]",
+                                 path, fmt::join(shape, ", ")));
+  const auto choose = [&](int wanted, int64_t stored) {
+    if (wanted > 0 && stored > 0 && wanted != stored)
+      throw InputError(fmt::format("{}: input size {} asked for, but the network is made for {}", path, wanted, stored));
+    return wanted > 0 ? wanted : stored > 0 ? stored : kDefaultInputSize;
+  };
+  const int64_t width = choose(options.input_size.width, shape[3]);
+  const int64_t height = choose(options.input_size.height, shape[2]);
+  if (width < 32 || height < 32 || width > kMaxInputSize || height > kMaxInputSize)
+    throw InputError(fmt::format("{}: input size {}x{}, allowed: 32 to {}", path, width, height, kMaxInputSize));
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+std::vector<int> ShapeOf(const cv::Mat& tensor) { return {tensor.size.p, tensor.size.p + tensor.dims}; }
+
+}  // namespace
+
+struct Detector::Impl {
+  DetectorOptions options;
+  cv::dnn::Net net;
+  cv::Size input_size;
+  std::map<int, std::string> names;
+  std::vector<cv::String> output_names;
+  size_t output = 0;  // which of the outputs holds the boxes
+  OutputFormat format;
+
+  std::vector<cv::Mat> Forward(const cv::Mat& network_image, bool yolox) {
+    net.setInput(cv::dnn::blobFromImage(network_image, yolox ? 1.0 : 1.0 / 255, cv::Size(), cv::Scalar(), !yolox));
+    std::vector<cv::Mat> outputs;
+    net.forward(outputs, output_names);
+    return outputs;
+  }
+
+  // Runs the network once and looks at what comes out.
+  void Probe(const std::string& path, bool end_to_end) {
+    const std::vector<cv::Mat> outputs = Forward(cv::Mat(input_size, CV_8UC3, cv::Scalar::all(114)), false);
+    std::string shapes;
+    for (size_t i = 0; i < outputs.size(); ++i) {
+      const std::vector<int> shape = ShapeOf(outputs[i]);
+      const auto found = outputs[i].depth() == CV_32F
+                             ? RecognizeOutput(shape, input_size, options.layout, static_cast<int>(names.size()), end_to_end)
+                             : std::nullopt;
+      if (found) {
+        output = i;
+        format = *found;
+        return;
+      }
+      shapes += fmt::format("{}[{}]", i > 0 ? ", " : "", fmt::join(shape, ", "));
+    }
+    throw InputError(fmt::format("{}: not a detector of layout '{}': outputs {} for an input of {}x{}", path,
+                                 ToString(options.layout), shapes, input_size.width, input_size.height));
+  }
+};
+
+std::unique_ptr<Detector> Detector::Load(const std::string& path, const DetectorOptions& options) {
+  const std::string bytes = ReadFile(path);
+  const std::optional<OnnxInfo> info = ParseOnnxInfo(bytes);
+  if (!info) throw InputError(path + ": not an ONNX file, or a damaged one");
+  auto impl = std::make_unique<Impl>();
+  impl->options = options;
+  impl->input_size = InputSize(path, *info, options);
+  if (const auto names = info->metadata.find("names"); names != info->metadata.end())
+    impl->names = ParseNamesMetadata(names->second);
+  const auto end_to_end = info->metadata.find("end2end");
+  try {
+    impl->net = cv::dnn::readNetFromONNX(bytes.data(), bytes.size());
+    impl->net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+    impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+    impl->output_names = impl->net.getUnconnectedOutLayersNames();
+    impl->Probe(path, end_to_end != info->metadata.end() && end_to_end->second == "True");
+  } catch (const cv::Exception& error) {
+    throw InputError(fmt::format("{}: OpenCV {} cannot run this network: {}", path, CV_VERSION, error.err));
+  }
+  return std::unique_ptr<Detector>(new Detector(std::move(impl)));
+}
+
+Detector::Detector(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Detector::~Detector() = default;
+
+std::vector<Detection> Detector::Detect(const cv::Mat& image) {
+  OASLAM_CHECK(!image.empty() && image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3));
+  cv::Mat bgr = image;
+  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
+  const bool yolox = impl_->format.layout == DetectorLayout::kYolox;
+  const Letterbox letterbox = MakeLetterbox(bgr, impl_->input_size, !yolox);
+  const cv::Mat output = impl_->Forward(letterbox.image, yolox)[impl_->output];
+  std::vector<Detection> found =
+      SuppressPerClass(DecodeOutput(output, impl_->format, impl_->input_size, impl_->options.min_score), impl_->options.max_iou);
+  for (Detection& d : found) d.box = FromLetterbox(letterbox, d.box, image.size());
+  std::erase_if(found, [](const Detection& d) { return d.box.Area() <= 0; });
+  return found;
+}
+
+DetectorLayout Detector::layout() const { return impl_->format.layout; }
+cv::Size Detector::input_size() const { return impl_->input_size; }
+int Detector::class_count() const { return impl_->format.classes; }
+const std::map<int, std::string>& Detector::class_names() const { return impl_->names; }
+
+}  // namespace oaslam

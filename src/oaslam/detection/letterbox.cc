@@ -1,0 +1,42 @@
+#include "oaslam/detection/letterbox.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+
+Letterbox MakeLetterbox(const cv::Mat& bgr, const cv::Size& network_size, bool centered) {
+  OASLAM_CHECK(!bgr.empty() && bgr.type() == CV_8UC3);
+  Letterbox result;
+  result.scale = std::min(static_cast<double>(network_size.width) / bgr.cols,
+                          static_cast<double>(network_size.height) / bgr.rows);
+  const auto fit = [&](int size, int bound) {
+    // The makers of YOLOX truncate, those of YOLOv5 and later round.
+    const double scaled = size * result.scale;
+    return std::clamp(static_cast<int>(centered ? std::lround(scaled) : static_cast<long>(scaled + 1e-9)), 1, bound);
+  };
+  const cv::Size inner(fit(bgr.cols, network_size.width), fit(bgr.rows, network_size.height));
+  const int left = centered ? (network_size.width - inner.width) / 2 : 0;
+  const int top = centered ? (network_size.height - inner.height) / 2 : 0;
+  result.left = left;
+  result.top = top;
+  result.image = cv::Mat(network_size, CV_8UC3, cv::Scalar::all(114));
+  cv::Mat target = result.image(cv::Rect(cv::Point(left, top), inner));
+  cv::resize(bgr, target, inner, 0, 0, cv::INTER_LINEAR);
+  return result;
+}
+
+Box FromLetterbox(const Letterbox& letterbox, const Box& box, const cv::Size& image_size) {
+  const auto x = [&](double v) {
+    return std::clamp((v - letterbox.left) / letterbox.scale, 0.0, static_cast<double>(image_size.width));
+  };
+  const auto y = [&](double v) {
+    return std::clamp((v - letterbox.top) / letterbox.scale, 0.0, static_cast<double>(image_size.height));
+  };
+  return {x(box.x1), y(box.y1), x(box.x2), y(box.y2)};
+}
+
+}  // namespace oaslam

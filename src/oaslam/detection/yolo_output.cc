@@ -1,0 +1,204 @@
+#include "oaslam/detection/yolo_output.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <opencv2/dnn.hpp>
+#include <utility>
+
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+constexpr std::array<int, 3> kStrides{8, 16, 32};
+// An end-to-end export keeps a few hundred rows; a one-class YOLOv5, whose rows have six columns too, has thousands.
+constexpr int kMaxEndToEndRows = 1000;
+constexpr std::array<std::pair<DetectorLayout, const char*>, 5> kNames{{{DetectorLayout::kAuto, "auto"},
+                                                                        {DetectorLayout::kYolox, "yolox"},
+                                                                        {DetectorLayout::kYolov5, "yolov5"},
+                                                                        {DetectorLayout::kYolov8, "yolov8"},
+                                                                        {DetectorLayout::kEndToEnd, "end2end"}}};
+
+int GridCells(const cv::Size& size) {
+  int cells = 0;
+  for (const int stride : kStrides) cells += (size.width / stride) * (size.height / stride);
+  return cells;
+}
+
+// rows x columns of an output [1, rows, columns] or [rows, columns].
+std::optional<std::pair<int, int>> RowsAndColumns(const std::vector<int>& shape) {
+  if (shape.size() == 3 && shape[0] == 1) return std::pair{shape[1], shape[2]};
+  if (shape.size() == 2) return std::pair{shape[0], shape[1]};
+  return std::nullopt;
+}
+
+// Columns behind the classes are mask coefficients of a segmenting model; how many classes there are, only the names tell.
+int ClassCount(int columns, int first_class, int named_classes) {
+  const int classes = columns - first_class;
+  return named_classes > 0 && named_classes < classes ? named_classes : classes;
+}
+
+// Rows of one or three anchors in every cell of all grids, or fewer grids, are a multiple of the coarsest grid's cells (stride 32, or
+// 64 of the large models). What is not is another kind of network.
+bool FillsGrids(int candidates, const cv::Size& network_size) {
+  for (const int stride : {32, 64}) {
+    const int cells = (network_size.width / stride) * (network_size.height / stride);
+    if (cells > 0 && candidates >= cells && candidates % cells == 0) return true;
+  }
+  return false;
+}
+
+DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, bool end_to_end) {
+  if (columns == 6 && (end_to_end || rows <= kMaxEndToEndRows)) return DetectorLayout::kEndToEnd;
+  if (columns > rows) return DetectorLayout::kYolov8;
+  return rows == GridCells(network_size) ? DetectorLayout::kYolox : DetectorLayout::kYolov5;
+}
+
+struct BestClass {
+  int id = 0;
+  float score = 0;
+};
+
+BestClass Best(const float* scores, int count, size_t step) {
+  BestClass best{0, scores[0]};
+  for (int c = 1; c < count; ++c)
+    if (const float score = scores[static_cast<size_t>(c) * step]; score > best.score) best = {c, score};
+  return best;
+}
+
+Box CenterBox(double cx, double cy, double w, double h) { return {cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2}; }
+
+bool IsUsable(const Detection& d, double min_score) {
+  return std::isfinite(d.score) && d.score > min_score && std::isfinite(d.box.x1 + d.box.y1 + d.box.x2 + d.box.y2) &&
+         d.box.Area() > 0;
+}
+
+// The centre of a YOLOX row is an offset from its grid cell, in cells; its size the logarithm of cells (Ge et al. 2021, section 2).
+std::vector<Detection> DecodeYolox(const cv::Mat& rows, int classes, const cv::Size& network_size, double min_score) {
+  std::vector<Detection> found;
+  int row = 0;
+  for (const int stride : kStrides) {
+    for (int y = 0; y < network_size.height / stride; ++y) {
+      for (int x = 0; x < network_size.width / stride; ++x, ++row) {
+        const float* r = rows.ptr<float>(row);
+        const BestClass best = Best(r + 5, classes, 1);
+        const Detection d{.category_id = best.id,
+                          .score = r[4] * best.score,
+                          .box = CenterBox(stride * (x + double{r[0]}), stride * (y + double{r[1]}),
+                                           stride * std::exp(double{r[2]}), stride * std::exp(double{r[3]}))};
+        if (IsUsable(d, min_score)) found.push_back(d);
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<Detection> DecodeYolov5(const cv::Mat& rows, int classes, double min_score) {
+  std::vector<Detection> found;
+  for (int i = 0; i < rows.rows; ++i) {
+    const float* r = rows.ptr<float>(i);
+    if (!(r[4] > min_score)) continue;
+    const BestClass best = Best(r + 5, classes, 1);
+    const Detection d{.category_id = best.id, .score = r[4] * best.score, .box = CenterBox(r[0], r[1], r[2], r[3])};
+    if (IsUsable(d, min_score)) found.push_back(d);
+  }
+  return found;
+}
+
+std::vector<Detection> DecodeYolov8(const cv::Mat& columns, int classes, double min_score) {
+  std::vector<Detection> found;
+  const size_t step = columns.step1();
+  for (int i = 0; i < columns.cols; ++i) {
+    const float* c = columns.ptr<float>(0) + i;
+    const BestClass best = Best(c + 4 * step, classes, step);
+    const Detection d{.category_id = best.id, .score = best.score, .box = CenterBox(c[0], c[step], c[2 * step], c[3 * step])};
+    if (IsUsable(d, min_score)) found.push_back(d);
+  }
+  return found;
+}
+
+std::vector<Detection> DecodeEndToEnd(const cv::Mat& rows, double min_score) {
+  std::vector<Detection> found;
+  for (int i = 0; i < rows.rows; ++i) {
+    const float* r = rows.ptr<float>(i);
+    const Detection d{.category_id = static_cast<int>(std::lround(r[5])), .score = r[4], .box = {r[0], r[1], r[2], r[3]}};
+    if (IsUsable(d, min_score) && d.category_id >= 0) found.push_back(d);
+  }
+  return found;
+}
+
+}  // namespace
+
+const char* ToString(DetectorLayout layout) {
+  for (const auto& [value, name] : kNames)
+    if (value == layout) return name;
+  return "auto";
+}
+
+std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name) {
+  for (const auto& [value, known] : kNames)
+    if (name == known) return value;
+  return std::nullopt;
+}
+
+std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape, const cv::Size& network_size,
+                                            DetectorLayout wanted, int named_classes, bool end_to_end) {
+  const auto size = RowsAndColumns(shape);
+  if (!size) return std::nullopt;
+  const auto [rows, columns] = *size;
+  const DetectorLayout layout = wanted == DetectorLayout::kAuto ? GuessLayout(rows, columns, network_size, end_to_end) : wanted;
+  switch (layout) {
+    case DetectorLayout::kYolox:
+      if (rows != GridCells(network_size) || columns < 6) return std::nullopt;
+      return OutputFormat{layout, ClassCount(columns, 5, named_classes)};
+    case DetectorLayout::kYolov5:
+      if (columns < 6 || !FillsGrids(rows, network_size)) return std::nullopt;
+      return OutputFormat{layout, ClassCount(columns, 5, named_classes)};
+    case DetectorLayout::kYolov8:
+      if (rows < 5 || !FillsGrids(columns, network_size)) return std::nullopt;
+      return OutputFormat{layout, ClassCount(rows, 4, named_classes)};
+    case DetectorLayout::kEndToEnd:
+      if (columns != 6) return std::nullopt;
+      return OutputFormat{layout, named_classes};
+    case DetectorLayout::kAuto: break;
+  }
+  return std::nullopt;
+}
+
+std::vector<Detection> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
+                                    double min_score) {
+  OASLAM_CHECK(output.depth() == CV_32F && output.isContinuous() && output.dims >= 2);
+  const cv::Mat matrix(output.size[output.dims - 2], output.size[output.dims - 1], CV_32F, const_cast<uchar*>(output.data));
+  switch (format.layout) {
+    case DetectorLayout::kAuto: break;
+    case DetectorLayout::kYolox: return DecodeYolox(matrix, format.classes, network_size, min_score);
+    case DetectorLayout::kYolov5: return DecodeYolov5(matrix, format.classes, min_score);
+    case DetectorLayout::kYolov8: return DecodeYolov8(matrix, format.classes, min_score);
+    case DetectorLayout::kEndToEnd: return DecodeEndToEnd(matrix, min_score);
+  }
+  OASLAM_CHECK(format.layout != DetectorLayout::kAuto);
+  return {};
+}
+
+std::vector<Detection> SuppressPerClass(std::vector<Detection> detections, double max_iou) {
+  std::map<int, std::vector<Detection>> by_class;
+  for (Detection& d : detections) by_class[d.category_id].push_back(std::move(d));
+  std::vector<Detection> kept;
+  for (const auto& [category, candidates] : by_class) {
+    std::vector<cv::Rect2d> boxes;
+    std::vector<float> scores;
+    for (const Detection& d : candidates) {
+      boxes.emplace_back(d.box.x1, d.box.y1, d.box.Width(), d.box.Height());
+      scores.push_back(static_cast<float>(d.score));
+    }
+    std::vector<int> indices;
+    cv::dnn::NMSBoxes(boxes, scores, 0.0F, static_cast<float>(max_iou), indices);
+    for (const int i : indices) kept.push_back(candidates[static_cast<size_t>(i)]);
+  }
+  std::ranges::stable_sort(kept, [](const Detection& a, const Detection& b) { return a.score > b.score; });
+  return kept;
+}
+
+}  // namespace oaslam

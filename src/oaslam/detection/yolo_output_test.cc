@@ -1,0 +1,151 @@
+#include "oaslam/detection/yolo_output.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace oaslam {
+namespace {
+
+const cv::Size kNetwork(64, 32);  // grids of 8x4, 4x2 and 2x1 cells: 42
+constexpr int kCells = 42;
+constexpr int kClasses = 3;
+
+cv::Mat Tensor(int rows, int columns) { return cv::Mat(std::vector<int>{1, rows, columns}, CV_32F, cv::Scalar(0)); }
+
+float& At(cv::Mat& tensor, int row, int column) { return tensor.at<float>(0, row, column); }
+
+void FillRow(cv::Mat& tensor, int row, const std::vector<float>& values) {
+  for (size_t i = 0; i < values.size(); ++i) At(tensor, row, static_cast<int>(i)) = values[i];
+}
+
+void ExpectBox(const Box& box, double x1, double y1, double x2, double y2) {
+  EXPECT_NEAR(box.x1, x1, 1e-4);
+  EXPECT_NEAR(box.y1, y1, 1e-4);
+  EXPECT_NEAR(box.x2, x2, 1e-4);
+  EXPECT_NEAR(box.y2, y2, 1e-4);
+}
+
+TEST(YoloOutput, DecodesTheGridOfYolox) {
+  cv::Mat tensor = Tensor(kCells, 5 + kClasses);
+  // Cell (3, 1) of stride 8, and cell (1, 0) of stride 32: the last row.
+  FillRow(tensor, 1 * 8 + 3, {0.5F, 0.25F, std::log(2.F), std::log(1.5F), 0.9F, 0.1F, 0.8F, 0.2F});
+  FillRow(tensor, kCells - 1, {0.F, 0.5F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.5F});
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kNetwork, 0.3);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].category_id, 1);
+  EXPECT_NEAR(found[0].score, 0.72, 1e-6);
+  ExpectBox(found[0].box, 28 - 8, 10 - 6, 28 + 8, 10 + 6);
+  EXPECT_EQ(found[1].category_id, 2);
+  ExpectBox(found[1].box, 32 - 16, 16 - 16, 32 + 16, 16 + 16);
+}
+
+TEST(YoloOutput, DecodesRowsOfYolov5) {
+  cv::Mat tensor = Tensor(3 * kCells, 5 + kClasses);
+  FillRow(tensor, 100, {30, 20, 10, 4, 0.8F, 0.5F, 0.25F, 0.F});
+  FillRow(tensor, 5, {30, 20, 10, 4, 0.2F, 1.F, 0.F, 0.F});  // objectness too low
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolov5, kClasses}, kNetwork, 0.3);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].category_id, 0);
+  EXPECT_NEAR(found[0].score, 0.4, 1e-6);
+  ExpectBox(found[0].box, 25, 18, 35, 22);
+}
+
+TEST(YoloOutput, DecodesColumnsOfYolov8) {
+  cv::Mat tensor = Tensor(4 + kClasses, kCells);
+  const std::vector<float> column{30, 20, 10, 4, 0.1F, 0.2F, 0.9F};
+  for (size_t i = 0; i < column.size(); ++i) At(tensor, static_cast<int>(i), 17) = column[i];
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolov8, kClasses}, kNetwork, 0.3);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].category_id, 2);
+  EXPECT_NEAR(found[0].score, 0.9, 1e-6);
+  ExpectBox(found[0].box, 25, 18, 35, 22);
+}
+
+TEST(YoloOutput, IgnoresMaskCoefficients) {
+  cv::Mat tensor = Tensor(4 + kClasses + 32, kCells);
+  At(tensor, 2, 3) = At(tensor, 3, 3) = 10;
+  At(tensor, 5, 3) = 0.6F;
+  At(tensor, 20, 3) = 5;  // no class
+  const auto format = RecognizeOutput({1, 4 + kClasses + 32, kCells}, kNetwork, DetectorLayout::kAuto, kClasses, false);
+  ASSERT_TRUE(format);
+  EXPECT_EQ(format->classes, kClasses);
+  const auto found = DecodeOutput(tensor, *format, kNetwork, 0.3);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].category_id, 1);
+}
+
+TEST(YoloOutput, DecodesEndToEndRows) {
+  cv::Mat tensor = Tensor(300, 6);
+  FillRow(tensor, 0, {1, 2, 30, 20, 0.9F, 7});
+  FillRow(tensor, 1, {1, 2, 30, 20, 0.1F, 7});
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kEndToEnd, 0}, kNetwork, 0.3);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].category_id, 7);
+  ExpectBox(found[0].box, 1, 2, 30, 20);
+}
+
+TEST(YoloOutput, DropsWhatIsNoBox) {
+  cv::Mat tensor = Tensor(kCells, 5 + kClasses);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  FillRow(tensor, 0, {nan, 0, 0, 0, 1, 1, 0, 0});
+  FillRow(tensor, 1, {0, 0, 1e4F, 0, 1, 1, 0, 0});  // exp overflows
+  FillRow(tensor, 2, {0, 0, 0, 0, nan, 1, 0, 0});
+  EXPECT_TRUE(DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kNetwork, 0.3).empty());
+}
+
+DetectorLayout Guess(const std::vector<int>& shape, int size = 640, int names = 0, bool end_to_end = false) {
+  const auto format = RecognizeOutput(shape, {size, size}, DetectorLayout::kAuto, names, end_to_end);
+  return format ? format->layout : DetectorLayout::kAuto;
+}
+
+TEST(YoloOutput, TellsLayoutsApart) {
+  EXPECT_EQ(Guess({1, 3549, 85}, 416), DetectorLayout::kYolox);
+  EXPECT_EQ(Guess({1, 25200, 85}), DetectorLayout::kYolov5);
+  EXPECT_EQ(Guess({25200, 85}), DetectorLayout::kYolov5);
+  EXPECT_EQ(Guess({1, 25200, 6}), DetectorLayout::kYolov5);       // one class, not end-to-end
+  EXPECT_EQ(Guess({1, 102000, 85}, 1280), DetectorLayout::kYolov5);  // with a grid of stride 64
+  EXPECT_EQ(Guess({1, 84, 8400}), DetectorLayout::kYolov8);
+  EXPECT_EQ(Guess({1, 6, 8400}), DetectorLayout::kYolov8);        // two classes
+  EXPECT_EQ(Guess({1, 300, 6}), DetectorLayout::kEndToEnd);
+  EXPECT_EQ(Guess({1, 2000, 6}, 640, 80, true), DetectorLayout::kEndToEnd);
+}
+
+TEST(YoloOutput, RefusesOtherNetworks) {
+  EXPECT_EQ(Guess({1, 1000}, 224), DetectorLayout::kAuto);           // a classifier
+  EXPECT_EQ(Guess({1, 19, 128, 128}, 512), DetectorLayout::kAuto);   // a segmentation
+  EXPECT_EQ(Guess({1, 197, 768}, 224), DetectorLayout::kAuto);       // a transformer's tokens
+  EXPECT_EQ(Guess({2, 25200, 85}), DetectorLayout::kAuto);           // a batch of two
+}
+
+TEST(YoloOutput, AnOverrideIsCheckedAgainstTheShape) {
+  const cv::Size size(640, 640);
+  EXPECT_EQ(RecognizeOutput({1, 8400, 85}, size, DetectorLayout::kYolov5, 0, false)->classes, 80);  // YOLOv6
+  EXPECT_FALSE(RecognizeOutput({1, 25200, 85}, size, DetectorLayout::kYolox, 0, false));
+  EXPECT_FALSE(RecognizeOutput({1, 84, 8400}, size, DetectorLayout::kEndToEnd, 0, false));
+}
+
+TEST(YoloOutput, NamesOfLayoutsGoBothWays) {
+  for (const char* name : {"auto", "yolox", "yolov5", "yolov8", "end2end"})
+    EXPECT_STREQ(ToString(DetectorLayoutFromString(name).value()), name);
+  EXPECT_FALSE(DetectorLayoutFromString("yolo"));
+}
+
+TEST(YoloOutput, SuppressesWithinAClassOnly) {
+  const Box box{10, 10, 20, 20};
+  const Box shifted{11, 10, 21, 20};  // IoU 9/11
+  const Box apart{30, 10, 40, 20};
+  const auto kept = SuppressPerClass({{.category_id = 1, .score = 0.5, .box = box},
+                                      {.category_id = 1, .score = 0.9, .box = shifted},
+                                      {.category_id = 2, .score = 0.6, .box = box},
+                                      {.category_id = 1, .score = 0.4, .box = apart}},
+                                     0.5);
+  ASSERT_EQ(kept.size(), 3u);
+  EXPECT_DOUBLE_EQ(kept[0].score, 0.9);
+  EXPECT_DOUBLE_EQ(kept[1].score, 0.6);
+  EXPECT_DOUBLE_EQ(kept[2].score, 0.4);
+}
+
+}  // namespace
+}  // namespace oaslam
