@@ -15,7 +15,7 @@ struct InputImage {
 };
 
 struct ImageSourceOptions {
-  std::optional<double> fps;  // folders of images (30 otherwise) and videos (their own otherwise)
+  std::optional<double> fps{};  // folders of images (30 otherwise) and videos (their own otherwise)
   int from = 0;               // first index
   int to = -1;                // one past the last; -1: all
   bool color = false;         // BGR rather than grey

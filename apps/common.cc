@@ -1,0 +1,148 @@
+#include "common.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "oaslam/error.h"
+#include "oaslam/io/config_file.h"
+
+namespace oaslam::apps {
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+constexpr const char* kPlainPattern = "%^%l%$: %v";
+constexpr const char* kClearLine = "\r\033[K";
+constexpr int kPlainStepUnknownTotal = 100;  // frames between plain lines when the total is not known
+
+std::string Duration(double seconds) {
+  const int s = static_cast<int>(seconds + 0.5);
+  return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60) : fmt::format("{}:{:02}", s / 60, s % 60);
+}
+
+}  // namespace
+
+void AddQuietOption(CLI::App& app, CommonOptions& options) {
+  app.add_flag_function(
+      "--quiet",
+      [&options](int64_t) {
+        options.quiet = true;
+        spdlog::set_level(spdlog::level::warn);
+      },
+      "No progress, no notes: results only");
+}
+
+void AddConfigOptions(CLI::App& app, CommonOptions& options) {
+  app.add_option("--config", options.config, "Configuration file (YAML: sections of keys)")->type_name("YAML");
+  app.add_option("--set", options.set, "Sets one configuration key, e.g. tracking.min_inliers=25; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+}
+
+void AddFrameOptions(CLI::App& app, CommonOptions& options) {
+  app.add_option("--from", options.from, "First frame, counted from 0")->check(CLI::NonNegativeNumber);
+  app.add_option("--to", options.to, "One past the last frame")->check(CLI::NonNegativeNumber);
+  app.add_option("--fps", options.fps, "Frames a second, for images without time stamps and videos");
+}
+
+void AddClassesOption(CLI::App& app, CommonOptions& options) {
+  app.add_option("--classes", options.classes, "Class names (YAML \"names: {41: cup}\", or a name a line); default: COCO")->type_name("FILE");
+}
+
+void AddCommonOptions(CLI::App& app, CommonOptions& options) {
+  AddFrameOptions(app, options);
+  AddClassesOption(app, options);
+  AddConfigOptions(app, options);
+  AddQuietOption(app, options);
+}
+
+SlamConfig LoadConfiguration(const CommonOptions& options) {
+  SlamConfig config;
+  if (!options.config.empty()) LoadConfig(options.config, config);
+  for (const std::string& assignment : options.set) ApplySetting(assignment, config);
+  if (const auto problems = config.Validate(); !problems.empty())
+    throw InputError(fmt::format("configuration: {}", fmt::join(problems, "\n")));
+  return config;
+}
+
+ClassNames LoadClasses(const CommonOptions& options) {
+  return options.classes.empty() ? CocoClassNames() : LoadClassNames(options.classes);
+}
+
+ImageSourceOptions FrameRange(const CommonOptions& options) {
+  return {.fps = options.fps, .from = options.from, .to = options.to};
+}
+
+void EnsureOutputFolder(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (!fs::is_directory(path, error)) throw InputError(fmt::format("{}: the folder cannot be created", path));
+  const fs::path probe = fs::path(path) / fmt::format(".oaslam-{}", getpid());
+  const bool writable = static_cast<bool>(std::ofstream(probe) << "x" << std::flush);
+  fs::remove(probe, error);
+  if (!writable) throw InputError(fmt::format("{}: the folder cannot be written to", path));
+}
+
+ProgressBar::ProgressBar(int total, bool quiet)
+    : total_(total), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()) {
+  // A message in between takes the line of the bar, which is drawn anew below it.
+  if (terminal_ && !quiet_) spdlog::set_pattern(std::string(kClearLine) + kPlainPattern);
+}
+
+ProgressBar::~ProgressBar() { Finish(); }
+
+std::string ProgressBar::Line(const std::string& state, double seconds) const {
+  const double rate = seconds > 0 ? done_ / seconds : 0;
+  if (total_ <= 0) return fmt::format("{} frames  {:.1f}/s  {}", done_, rate, state);
+  const double left = rate > 0 ? std::max(total_ - done_, 0) / rate : 0;
+  return fmt::format("{:3.0f} %  {}/{}  {:.1f}/s  {} left  {}", 100.0 * done_ / total_, done_, total_, rate, Duration(left), state);
+}
+
+void ProgressBar::Update(int done, const std::string& state) {
+  if (quiet_ || finished_) return;
+  done_ = done;
+  state_ = state;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  if (terminal_) {
+    if (drawn_s_ >= 0 && seconds - drawn_s_ < 0.1) return;
+    drawn_s_ = seconds;
+    fmt::print(stderr, "{}{}", kClearLine, Line(state, seconds));
+    std::fflush(stderr);
+  } else if (done - printed_ >= (total_ > 0 ? std::max((total_ + 9) / 10, 1) : kPlainStepUnknownTotal)) {
+    printed_ = done;
+    fmt::print(stderr, "{}\n", Line(state, seconds));
+  }
+}
+
+void ProgressBar::Finish() {
+  if (finished_ || quiet_) return;
+  finished_ = true;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  if (terminal_) {
+    spdlog::set_pattern(kPlainPattern);
+    fmt::print(stderr, "{}{} frames in {}\n", kClearLine, done_, Duration(seconds));
+  } else if (done_ > printed_) {
+    fmt::print(stderr, "{}\n", Line(state_, seconds));
+  }
+}
+
+void InstallInterruptHandler() {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { interrupted = 1; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+}
+
+bool Interrupted() { return interrupted != 0; }
+
+}  // namespace oaslam::apps

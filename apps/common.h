@@ -1,0 +1,67 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/io/class_names.h"
+#include "oaslam/io/image_source.h"
+
+namespace oaslam::apps {
+
+// Options that several commands share.
+struct CommonOptions {
+  bool quiet = false;
+  std::string config;             // path, empty: defaults
+  std::vector<std::string> set;   // section.key=value
+  int from = 0, to = -1;          // frames [from, to); -1: to the end
+  std::string classes;            // path, empty: COCO
+  std::optional<double> fps;
+};
+
+void AddQuietOption(CLI::App& app, CommonOptions& options);
+void AddConfigOptions(CLI::App& app, CommonOptions& options);   // --config, --set
+void AddFrameOptions(CLI::App& app, CommonOptions& options);    // --from, --to, --fps
+void AddClassesOption(CLI::App& app, CommonOptions& options);
+// All of them. `options` must outlive the parsing.
+void AddCommonOptions(CLI::App& app, CommonOptions& options);
+
+// --config, then --set, then validation; all problems in one InputError.
+SlamConfig LoadConfiguration(const CommonOptions& options);
+ClassNames LoadClasses(const CommonOptions& options);
+ImageSourceOptions FrameRange(const CommonOptions& options);
+
+// Creates the folder and checks that it can be written to. Throws InputError.
+void EnsureOutputFolder(const std::string& path);
+
+// Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
+class ProgressBar {
+ public:
+  // `total` below 0: not known.
+  ProgressBar(int total, bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void Update(int done, const std::string& state);
+  void Finish();
+
+ private:
+  std::string Line(const std::string& state, double seconds) const;
+
+  int total_, done_ = 0;
+  bool quiet_, terminal_, finished_ = false;
+  int printed_ = 0;  // frames at the last plain line
+  double drawn_s_ = -1;
+  std::string state_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+// The first Ctrl-C asks the command to finish what it has; a second one ends it.
+void InstallInterruptHandler();
+bool Interrupted();
+
+}  // namespace oaslam::apps

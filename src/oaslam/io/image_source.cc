@@ -1,0 +1,228 @@
+#include "oaslam/io/image_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
+#include <vector>
+
+#include "oaslam/error.h"
+#include "oaslam/io/text.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDefaultFps = 30;
+
+struct ListedImage {
+  double timestamp = 0;
+  std::string path;
+};
+
+cv::Mat ReadImage(const std::string& path, bool color) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+  if (bytes.empty()) return {};
+  // A calibration is of the stored pixels, so that the orientation in the file's metadata is not applied.
+  try {
+    return cv::imdecode(bytes, (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+class ListSource : public ImageSource {
+ public:
+  ListSource(std::vector<ListedImage> images, const ImageSourceOptions& options, const std::string& source)
+      : images_(std::move(images)), color_(options.color), next_(options.from) {
+    const int count = static_cast<int>(images_.size());
+    if (count == 0) throw InputError(fmt::format("{}: no images", source));
+    if (options.from >= count) throw InputError(fmt::format("--from {}: {} has {} images", options.from, source, count));
+    end_ = options.to < 0 ? count : std::min(options.to, count);
+    size_ = std::max(end_ - next_, 0);
+  }
+
+  std::optional<InputImage> Next() override {
+    if (next_ >= end_) return std::nullopt;
+    const ListedImage& listed = images_[next_];
+    return InputImage{next_++, listed.timestamp, BaseName(listed.path), ReadImage(listed.path, color_)};
+  }
+  int size() const override { return size_; }
+
+ private:
+  std::vector<ListedImage> images_;
+  bool color_;
+  int next_, end_ = 0, size_ = 0;
+};
+
+class VideoSource : public ImageSource {
+ public:
+  VideoSource(const std::string& path, const ImageSourceOptions& options) : options_(options) {
+    // Not whatever backend comes first: they disagree on the number of frames.
+    const int backend = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
+    if (!capture_.open(path, backend)) throw InputError(fmt::format("{}: neither a list of images nor a video that can be opened", path));
+    const double own_fps = capture_.get(cv::CAP_PROP_FPS);
+    fps_ = options.fps ? *options.fps : std::isfinite(own_fps) && own_fps > 0.1 && own_fps < 10000 ? own_fps : kDefaultFps;
+    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    const int frames = count > 0 && count < 1e9 ? static_cast<int>(count) : -1;
+    const int end = options.to < 0 ? frames : frames < 0 ? options.to : std::min(options.to, frames);
+    size_ = end < 0 ? -1 : std::max(end - options.from, 0);
+    if (frames >= 0 && options.from >= frames) throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, frames));
+  }
+
+  std::optional<InputImage> Next() override {
+    for (; index_ < options_.from; ++index_)
+      if (!capture_.grab()) return std::nullopt;
+    cv::Mat image;
+    if ((options_.to >= 0 && index_ >= options_.to) || !capture_.read(image)) return std::nullopt;
+    if (!options_.color && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+    InputImage result{index_, index_ / fps_, fmt::format("{:06}", index_), image.clone()};
+    ++index_;
+    return result;
+  }
+  int size() const override { return size_; }
+
+ private:
+  ImageSourceOptions options_;
+  cv::VideoCapture capture_;
+  double fps_ = kDefaultFps;
+  int index_ = 0, size_ = -1;
+};
+
+// Live: time stamps are the seconds since the first image.
+class WebcamSource : public ImageSource {
+ public:
+  WebcamSource(const std::string& source, const ImageSourceOptions& options) : options_(options) {
+    const auto number = ParseNumber(source.substr(7));
+    if (!number || *number < 0 || *number > 1000 || *number != std::floor(*number))
+      throw InputError(fmt::format("{}: expected webcam:N with N from 0", source));
+    if (!capture_.open(static_cast<int>(*number))) throw InputError(fmt::format("{}: cannot be opened", source));
+    if (options.fps) capture_.set(cv::CAP_PROP_FPS, *options.fps);
+  }
+
+  std::optional<InputImage> Next() override {
+    for (; index_ < options_.from; ++index_)
+      if (!capture_.grab()) return std::nullopt;
+    cv::Mat image;
+    if ((options_.to >= 0 && index_ >= options_.to) || !capture_.read(image)) return std::nullopt;
+    const auto now = std::chrono::steady_clock::now();
+    if (!start_) start_ = now;
+    if (!options_.color && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+    InputImage result{index_, std::chrono::duration<double>(now - *start_).count(), fmt::format("{:06}", index_), image.clone()};
+    ++index_;
+    return result;
+  }
+  int size() const override { return options_.to < 0 ? -1 : std::max(options_.to - options_.from, 0); }
+
+ private:
+  ImageSourceOptions options_;
+  cv::VideoCapture capture_;
+  std::optional<std::chrono::steady_clock::time_point> start_;
+  int index_ = 0;
+};
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+// "2.png" before "10.png": runs of digits compare as numbers.
+bool NaturalLess(const std::string& a, const std::string& b) {
+  size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!IsDigit(a[i]) || !IsDigit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    while (i < a.size() && a[i] == '0') ++i;
+    while (j < b.size() && b[j] == '0') ++j;
+    const size_t begin_a = i, begin_b = j;
+    while (i < a.size() && IsDigit(a[i])) ++i;
+    while (j < b.size() && IsDigit(b[j])) ++j;
+    if (i - begin_a != j - begin_b) return i - begin_a < j - begin_b;
+    if (const int order = a.compare(begin_a, i - begin_a, b, begin_b, j - begin_b); order != 0) return order < 0;
+  }
+  if (i < a.size() || j < b.size()) return j < b.size();
+  return a < b;
+}
+
+bool HasImageExtension(const fs::path& path) {
+  static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".pnm", ".tif", ".tiff", ".webp"};
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::find(kExtensions, extension) != kExtensions.end();
+}
+
+std::vector<ListedImage> ListFolder(const std::string& folder, double fps) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error) throw InputError(fmt::format("{}: {}", folder, error.message()));
+  std::vector<std::string> names;
+  for (const auto& entry : entries)
+    if (HasImageExtension(entry.path()) && !entry.is_directory()) names.push_back(entry.path().filename().string());
+  std::ranges::sort(names, NaturalLess);
+  std::vector<ListedImage> images;
+  for (const std::string& name : names) images.push_back({static_cast<double>(images.size()) / fps, (fs::path(folder) / name).string()});
+  return images;
+}
+
+// "timestamp path" or "path" a line, the same all through; paths are relative to the folder of the list.
+std::vector<ListedImage> ReadList(const std::string& path, double fps) {
+  const fs::path folder = fs::path(path).parent_path();
+  const std::string text = ReadTextFile(path);
+  std::vector<ListedImage> images;
+  std::optional<bool> with_times;
+  int line_number = 0;
+  for (const std::string_view raw : SplitLines(text)) {
+    ++line_number;
+    const std::string_view line = Trim(raw);
+    if (line.empty() || line[0] == '#') continue;
+    const std::string_view first = SplitFields(line)[0];
+    const auto timestamp = ParseNumber(first);
+    const std::string_view rest = timestamp ? Trim(line.substr(first.size())) : line;
+    if (rest.empty() || (with_times && *with_times != timestamp.has_value()))
+      throw InputError(fmt::format("{}:{}: \"{}\", expected \"{}path\"", path, line_number, line, with_times.value_or(true) ? "timestamp " : ""));
+    with_times = timestamp.has_value();
+    images.push_back({timestamp.value_or(static_cast<double>(images.size()) / fps), (folder / rest).string()});
+  }
+  return images;
+}
+
+bool IsText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 4096> head{};
+  file.read(head.data(), head.size());
+  return std::find(head.begin(), head.begin() + file.gcount(), '\0') == head.begin() + file.gcount();
+}
+
+}  // namespace
+
+std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSourceOptions& options) {
+  if (options.from < 0) throw InputError(fmt::format("--from {}: allowed: 0 and above", options.from));
+  if (options.to >= 0 && options.to <= options.from)
+    throw InputError(fmt::format("--to {}: allowed: above --from {}", options.to, options.from));
+  if (options.fps && !(*options.fps > 0 && *options.fps <= 10000)) throw InputError(fmt::format("--fps {}: allowed: above 0 to 10000", *options.fps));
+  if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
+  const double fps = options.fps.value_or(kDefaultFps);
+  std::error_code error;
+  if (!fs::exists(source, error)) throw InputError(fmt::format("{}: there is no such file or folder", source));
+  if (fs::is_directory(source, error)) {
+    const std::string list = (fs::path(source) / "rgb.txt").string();
+    return std::make_unique<ListSource>(fs::exists(list, error) ? ReadList(list, fps) : ListFolder(source, fps), options, source);
+  }
+  if (HasImageExtension(source)) return std::make_unique<ListSource>(std::vector{ListedImage{0.0, source}}, options, source);
+  if (IsText(source)) return std::make_unique<ListSource>(ReadList(source, fps), options, source);
+  return std::make_unique<VideoSource>(source, options);
+}
+
+}  // namespace oaslam

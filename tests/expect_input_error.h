@@ -1,0 +1,24 @@
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "oaslam/error.h"
+
+namespace oaslam {
+
+// The message of the InputError that `act` throws; a failure if it throws none.
+inline std::string InputErrorOf(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no InputError was thrown";
+  return {};
+}
+
+}  // namespace oaslam
