@@ -1,0 +1,182 @@
+// The rooms of docs/architecture.md and the arrows between them: who may include whom. The build alone cannot tell, because all rooms
+// share one include folder.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace oaslam {
+namespace {
+
+using Rooms = std::map<std::string, std::set<std::string>>;
+
+// The table of docs/architecture.md; a room may also include what those it names may.
+const Rooms& Architecture() {
+  static const Rooms rooms{
+      {"util", {}},
+      {"geometry", {"util"}},
+      {"features", {"geometry"}},
+      {"estimation", {"geometry"}},
+      {"map", {"features"}},
+      {"matching", {"map", "estimation"}},
+      {"bundle", {"map", "estimation"}},
+      {"tracking", {"matching"}},
+      {"mapping", {"matching", "bundle"}},
+      {"objects", {"map", "estimation"}},
+      {"relocalization", {"matching"}},
+      {"io", {"map"}},
+      {"system", {"tracking", "mapping", "objects", "relocalization", "io"}},
+      {"detection", {"io"}},
+      {"evaluation", {"geometry", "io"}},
+  };
+  return rooms;
+}
+
+// Of the public headers, the ones that only system/ implements.
+const std::set<std::string> kPublicFace{"slam.h"};
+
+std::set<std::string> Closure(const Rooms& rooms, const std::string& room) {
+  std::set<std::string> reached{room};
+  std::vector<std::string> open{room};
+  while (!open.empty()) {
+    const std::string next = open.back();
+    open.pop_back();
+    for (const std::string& below : rooms.at(next))
+      if (reached.insert(below).second) open.push_back(below);
+  }
+  return reached;
+}
+
+struct SourceFile {
+  std::string path;  // "tracking/motion_model.cc"; of a public header "public/slam.h"
+  std::string text;
+};
+
+std::vector<std::string> IncludesOf(const std::string& text) {
+  static const std::regex include(R"re(^[ \t]*#[ \t]*include[ \t]*["<]([^">]+)[">])re");
+  std::vector<std::string> found;
+  std::istringstream lines(text);
+  std::smatch match;
+  for (std::string line; std::getline(lines, line);)
+    if (std::regex_search(line, match, include)) found.push_back(match[1]);
+  return found;
+}
+
+bool IsQuoted(const std::string& text, const std::string& include) { return text.find('"' + include + '"') != std::string::npos; }
+
+// What is wrong with one include, empty if nothing.
+std::string Problem(const Rooms& rooms, const SourceFile& file, const std::string& include) {
+  const std::string room = file.path.substr(0, file.path.find('/'));
+  const bool is_test = file.path.ends_with("_test.cc");
+  if (!include.starts_with("oaslam/")) {
+    // Helpers of tests stand in tests/; everything else of ours is included by its full path.
+    return IsQuoted(file.text, include) && !is_test ? "not under oaslam/" : "";
+  }
+  const std::string inside = include.substr(std::string("oaslam/").size());
+  const size_t slash = inside.find('/');
+  if (slash == std::string::npos) {
+    const bool allowed = !kPublicFace.contains(inside) || room == "system" || room == "public";
+    return allowed ? "" : "the public face is system's alone";
+  }
+  if (room == "public") return "a public header may not show a room";
+  const std::string target = inside.substr(0, slash);
+  if (!rooms.contains(target)) return "no such room";
+  return Closure(rooms, room).contains(target) ? "" : room + " may not enter " + target;
+}
+
+std::vector<std::string> Violations(const Rooms& rooms, const std::vector<SourceFile>& files) {
+  std::vector<std::string> found;
+  for (const SourceFile& file : files) {
+    const std::string room = file.path.substr(0, file.path.find('/'));
+    if (room != "public" && !rooms.contains(room)) {
+      found.push_back(file.path + ": a room that is not in the table");
+      continue;
+    }
+    for (const std::string& include : IncludesOf(file.text))
+      if (const std::string problem = Problem(rooms, file, include); !problem.empty())
+        found.push_back(file.path + " includes " + include + ": " + problem);
+  }
+  return found;
+}
+
+std::vector<SourceFile> FilesUnder(const std::filesystem::path& folder, const std::string& prefix) {
+  std::vector<SourceFile> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    const std::string extension = entry.path().extension();
+    if (extension != ".h" && extension != ".cc") continue;
+    std::stringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    files.push_back({prefix + std::filesystem::relative(entry.path(), folder).string(), text.str()});
+  }
+  return files;
+}
+
+TEST(IncludeGraph, TheCodeKeepsToTheArchitecture) {
+  const std::filesystem::path root = OASLAM_SOURCE_DIR;
+  std::vector<SourceFile> files = FilesUnder(root / "src" / "oaslam", "");
+  for (SourceFile& header : FilesUnder(root / "include" / "oaslam", "public/")) files.push_back(std::move(header));
+  ASSERT_GT(files.size(), 20u);
+  EXPECT_THAT(Violations(Architecture(), files), ::testing::IsEmpty());
+}
+
+TEST(IncludeGraph, TheBuildLinksNothingElse) {
+  std::stringstream text;
+  text << std::ifstream(std::filesystem::path(OASLAM_SOURCE_DIR) / "src" / "CMakeLists.txt").rdbuf();
+  const std::string build = text.str();
+  const std::regex call(R"(oaslam_room\((\w+)([^)]*)\))");
+  const std::regex link(R"(oaslam_(\w+))");
+  std::set<std::string> seen;
+  for (std::sregex_iterator it(build.begin(), build.end(), call), end; it != end; ++it) {
+    const std::string room = (*it)[1], arguments = (*it)[2];
+    ASSERT_TRUE(Architecture().contains(room)) << room;
+    seen.insert(room);
+    for (std::sregex_iterator l(arguments.begin(), arguments.end(), link); l != end; ++l)
+      EXPECT_TRUE(Closure(Architecture(), room).contains((*l)[1])) << room << " links " << (*l)[1];
+  }
+  EXPECT_EQ(seen.size(), Architecture().size());
+}
+
+TEST(IncludeGraph, NoCycles) {
+  for (const auto& [room, below] : Architecture())
+    for (const std::string& other : below) EXPECT_FALSE(Closure(Architecture(), other).contains(room)) << room << " " << other;
+}
+
+std::vector<std::string> Check(const std::string& path, const std::string& text) {
+  return Violations(Architecture(), {{path, text}});
+}
+
+TEST(IncludeGraph, ForbiddenArrowsAreFound) {
+  using ::testing::ElementsAre;
+  EXPECT_THAT(Check("tracking/a.cc", "#include \"oaslam/mapping/b.h\"\n"),
+              ElementsAre("tracking/a.cc includes oaslam/mapping/b.h: tracking may not enter mapping"));
+  EXPECT_THAT(Check("objects/a_test.cc", "  #  include <oaslam/tracking/b.h>\n"),
+              ElementsAre("objects/a_test.cc includes oaslam/tracking/b.h: objects may not enter tracking"));
+  EXPECT_THAT(Check("map/a.h", "#include \"oaslam/slam.h\""),
+              ElementsAre("map/a.h includes oaslam/slam.h: the public face is system's alone"));
+  EXPECT_THAT(Check("public/slam.h", "#include \"oaslam/map/map.h\""),
+              ElementsAre("public/slam.h includes oaslam/map/map.h: a public header may not show a room"));
+  EXPECT_THAT(Check("io/a.cc", "#include \"common.h\""), ElementsAre("io/a.cc includes common.h: not under oaslam/"));
+  EXPECT_THAT(Check("io/a.cc", "#include \"oaslam/apps/common.h\""),
+              ElementsAre("io/a.cc includes oaslam/apps/common.h: no such room"));
+  EXPECT_THAT(Check("cellar/a.cc", ""), ElementsAre("cellar/a.cc: a room that is not in the table"));
+}
+
+TEST(IncludeGraph, AllowedArrowsPass) {
+  EXPECT_THAT(Check("tracking/a.cc",
+                    "#include <vector>\n#include <opencv2/core.hpp>\n#include \"oaslam/tracking/a.h\"\n"
+                    "#include \"oaslam/matching/b.h\"\n#include \"oaslam/util/check.h\"\n#include \"oaslam/types.h\"\n"),
+              ::testing::IsEmpty());
+  EXPECT_THAT(Check("system/a.cc", "#include \"oaslam/slam.h\"\n#include \"oaslam/objects/b.h\"\n"), ::testing::IsEmpty());
+  EXPECT_THAT(Check("map/a_test.cc", "#include \"synthetic_world.h\"\n"), ::testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace oaslam
