@@ -1,0 +1,151 @@
+#include "oaslam/estimation/ellipsoid_residuals.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+
+namespace oaslam {
+namespace {
+
+// Only keeps the axes that no view observes from vanishing; the paper has none.
+constexpr double kWassersteinPriorWeightPx = 5;
+// A view with the object not in front of it costs what a box that is wrong by this much costs.
+constexpr double kBehindPx = 300;
+
+struct Loss {
+  double cost, weight;
+};
+
+Loss HuberLoss(double squared) {
+  if (squared <= kHuberPx * kHuberPx) return {squared, 1};
+  const double norm = std::sqrt(squared);
+  return {2 * kHuberPx * norm - kHuberPx * kHuberPx, kHuberPx / norm};
+}
+
+Loss LossOf(EllipsoidResidual residual, double squared) {
+  return residual == EllipsoidResidual::kEdges ? HuberLoss(squared) : Loss{squared, 1};
+}
+
+Ellipse EllipseOf(const EllipsoidView& view, const Camera& camera) {
+  const OutlineConic& c = view.outline;
+  const double x = c.xz / c.zz, y = c.yz / c.zz;
+  Ellipse ellipse;
+  ellipse.mean = {camera.fx * x + camera.cx, camera.fy * y + camera.cy};
+  ellipse.covariance(0, 0) = camera.fx * camera.fx * (x * x - c.xx / c.zz);
+  ellipse.covariance(1, 1) = camera.fy * camera.fy * (y * y - c.yy / c.zz);
+  ellipse.covariance(0, 1) = ellipse.covariance(1, 0) = camera.fx * camera.fy * (x * y - c.xy / c.zz);
+  return ellipse;
+}
+
+Eigen::Matrix<double, 4, 3> PriorRows(const EllipsoidFitOptions& options) {
+  return options.residual == EllipsoidResidual::kEdges ? ShapePriorRows(kPriorWeightPx, options.up.has_value())
+                                                       : ShapePriorRows(kWassersteinPriorWeightPx, false);
+}
+
+void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidual kind, NormalEquations& normal) {
+  const auto add = [&](const auto& residual, const auto& jacobian, auto&& mask) {
+    const Loss loss = LossOf(kind, view.score * residual.squaredNorm());
+    const double weight = loss.weight * view.score;
+    normal.cost += loss.cost;
+    for (int row = 0; row < residual.size(); ++row) {
+      if (!mask(row)) continue;
+      const ShapeVector j = jacobian.row(row).transpose();
+      normal.hessian.noalias() += weight * j * j.transpose();
+      normal.gradient.noalias() += weight * residual[row] * j;
+    }
+  };
+  if (kind == EllipsoidResidual::kEdges) {
+    const Eigen::Vector4d residual = EdgeResidual(OutlineBox(seen.outline, *view.camera), view.box, view.truncated);
+    add(residual, DifferentiateByShape(seen, *view.camera),
+        [&](int row) { return !(view.truncated & (1 << row)) || residual[row] != 0; });
+  } else {
+    const WassersteinResidual w = ComputeWasserstein(InscribedEllipse(view.box), EllipseOf(seen, *view.camera));
+    const Eigen::Matrix<double, 6, kShapeParameters> jacobian = w.by_moments * DifferentiateEllipse(seen, *view.camera);
+    add(w.value, jacobian, [](int) { return true; });
+  }
+}
+
+}  // namespace
+
+Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned char truncated) {
+  Eigen::Vector4d residual = Edges(predicted) - Edges(detected);
+  if (truncated == 0) return residual;
+  if (truncated & kLeft) residual[0] = std::max(residual[0], 0.0);
+  if (truncated & kTop) residual[1] = std::max(residual[1], 0.0);
+  if (truncated & kRight) residual[2] = std::min(residual[2], 0.0);
+  if (truncated & kBottom) residual[3] = std::min(residual[3], 0.0);
+  return residual;
+}
+
+WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected) {
+  // The inscribed ellipse is axis-aligned: S1^1/2 = diag(s).
+  const Eigen::Vector2d s = detected.covariance.diagonal().cwiseSqrt();
+  const Eigen::Matrix2d m = s.asDiagonal() * projected.covariance * s.asDiagonal();
+  const double root = std::sqrt(std::max(m.determinant(), 1e-12)), norm = std::sqrt(m.trace() + 2 * root);
+  const Eigen::Matrix2d numerator = m + root * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d inverse = s.cwiseInverse();
+
+  WassersteinResidual result;
+  result.value.head<2>() = projected.mean - detected.mean;
+  const Eigen::Matrix2d shape = inverse.asDiagonal() * (numerator / norm) - Eigen::Matrix2d(s.asDiagonal());
+  result.value.tail<4>() = shape.reshaped();
+  result.by_moments.setZero();
+  result.by_moments.topLeftCorner<2, 2>().setIdentity();
+  for (int k = 0; k < 3; ++k) {
+    Eigen::Matrix2d dm = Eigen::Matrix2d::Zero();
+    if (k == 0) dm(0, 0) = s[0] * s[0];
+    if (k == 1) dm(0, 1) = dm(1, 0) = s[0] * s[1];
+    if (k == 2) dm(1, 1) = s[1] * s[1];
+    const double d_det = dm(0, 0) * m(1, 1) + m(0, 0) * dm(1, 1) - 2 * m(0, 1) * dm(0, 1);
+    const double d_root = 0.5 * d_det / root, d_norm = (dm.trace() + 2 * d_root) / (2 * norm);
+    const Eigen::Matrix2d change =
+        inverse.asDiagonal() *
+        ((dm + d_root * Eigen::Matrix2d::Identity()) / norm - numerator * (d_norm / (norm * norm)));
+    result.by_moments.block<4, 1>(2, 2 + k) = change.reshaped();
+  }
+  return result;
+}
+
+Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pair) {
+  Eigen::Matrix<double, 4, 3> rows = Eigen::Matrix<double, 4, 3>::Constant(-1.0 / 3);
+  rows.topRows<3>() += Eigen::Matrix3d::Identity();
+  rows.row(3) << 1, -1, 0;
+  if (!horizontal_pair) rows.row(3).setZero();
+  return weight_px * rows;
+}
+
+NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options) {
+  NormalEquations normal;
+  for (const BoxView& view : views) {
+    if (const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world)) {
+      Accumulate(view, *seen, options.residual, normal);
+      ++normal.in_front;
+    } else {
+      normal.cost += LossOf(options.residual, kBehindPx * kBehindPx).cost;
+    }
+  }
+  const Eigen::Matrix<double, 4, 3> rows = PriorRows(options);
+  const Eigen::Vector4d prior = rows * ellipsoid.half_axes.array().log().matrix();
+  normal.cost += prior.squaredNorm();
+  normal.gradient.segment<3>(3) += rows.transpose() * prior;
+  normal.hessian.block<3, 3>(3, 3) += rows.transpose() * rows;
+  return normal;
+}
+
+double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options) {
+  double cost = (PriorRows(options) * ellipsoid.half_axes.array().log().matrix()).squaredNorm();
+  for (const BoxView& view : views) {
+    const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
+    double squared = kBehindPx * kBehindPx;
+    if (seen && options.residual == EllipsoidResidual::kEdges)
+      squared = view.score * EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated).squaredNorm();
+    else if (seen)
+      squared = view.score * SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
+    cost += LossOf(options.residual, squared).cost;
+  }
+  return cost;
+}
+
+}  // namespace oaslam

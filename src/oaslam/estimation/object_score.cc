@@ -1,0 +1,48 @@
+#include "oaslam/estimation/object_score.h"
+
+#include <algorithm>
+
+#include "oaslam/estimation/ellipsoid_residuals.h"
+#include "oaslam/geometry/box.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kPixelNoise = 2, kSizeNoise = 0.06, kMaxDeviation = 6, kTypicalSize = 250, kReferenceWidth = 640;
+// Where the linear model of the variance means nothing any more.
+constexpr double kMaxEdgeSigmaPx = 300;
+
+}  // namespace
+
+ObjectScore::ObjectScore(const Camera& camera)
+    : pixel_unit_(camera.width / kReferenceWidth),
+      log_background_(std::log(static_cast<double>(camera.width) * camera.height) + 2 * std::log(kTypicalSize * pixel_unit_)) {}
+
+double ObjectScore::DetectorSigma(const Box& detected) const {
+  return kPixelNoise * pixel_unit_ + kSizeNoise * SizeOf(detected);
+}
+
+double ObjectScore::operator()(const Box& detected, unsigned char truncated, const Box& predicted,
+                               const Eigen::Vector4d& edge_variance) const {
+  const double sigma = DetectorSigma(detected);
+  const Eigen::Array4d s = (edge_variance.array() + sigma * sigma).sqrt();
+  const Eigen::Array4d r = EdgeResidual(predicted, detected, truncated).array().abs();
+  return std::max(log_background_ - std::log(16 * s.prod()) - (r / s).min(kMaxDeviation).sum(), 0.0);
+}
+
+double ObjectScore::WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted,
+                                       double edge_variance) const {
+  const double sigma = DetectorSigma(detected), variance = sigma * sigma + edge_variance;
+  const Eigen::Array4d r = EdgeResidual(predicted, detected, truncated).array().abs();
+  return std::max(log_background_ - std::log(16 * variance * variance) -
+                      (r / std::sqrt(variance)).min(kMaxDeviation).sum(),
+                  0.0);
+}
+
+Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera, const ShapeCovariance& covariance) {
+  const Eigen::Matrix<double, 4, 7> jacobian = DifferentiateByShape(view, camera).leftCols<7>();
+  const Eigen::Vector4d variance = (jacobian * covariance).cwiseProduct(jacobian).rowwise().sum();
+  return variance.cwiseMax(0.0).cwiseMin(kMaxEdgeSigmaPx * kMaxEdgeSigmaPx);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+#include "oaslam/camera.h"
+#include "oaslam/estimation/ellipsoid_fit.h"
+#include "oaslam/geometry/ellipsoid_jacobian.h"
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// How much more likely a detected box is as the sight of a given object than as one of something else: the logarithm
+//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u + 0.06 size)^2 + model variance_e
+// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md, section 3b), at least 0.
+// u = W / 640 px makes it independent of the image's resolution.
+class ObjectScore {
+ public:
+  explicit ObjectScore(const Camera& camera);
+
+  // sqrt(detector variance) of each edge of a box, px.
+  double DetectorSigma(const Box& detected) const;
+
+  // r_e is 0 at a truncated edge that the prediction passes.
+  double operator()(const Box& detected, unsigned char truncated, const Box& predicted,
+                    const Eigen::Vector4d& edge_variance) const;
+
+  // The same with one variance for all edges, for the many.
+  double WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted, double edge_variance) const;
+
+  double pixel_unit() const { return pixel_unit_; }
+
+ private:
+  double pixel_unit_;      // u
+  double log_background_;
+};
+
+// Variance of the predicted edges that comes from the uncertainty of the object's model, px^2.
+Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera, const ShapeCovariance& covariance);
+
+}  // namespace oaslam
