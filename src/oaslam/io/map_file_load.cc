@@ -1,0 +1,264 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "oaslam/error.h"
+#include "oaslam/io/map_file.h"
+#include "oaslam/io/map_schema.h"
+#include "oaslam/io/sqlite.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kMaxKeypoints = 1'000'000;
+
+template <typename T>
+std::vector<T> CopyOf(std::span<const std::byte> bytes) {
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+template <typename Enum, size_t N>
+Enum ReadWord(RowReader& row, const std::array<std::pair<const char*, Enum>, N>& words) {
+  const std::string text = row.Text();
+  for (const auto& [word, value] : words)
+    if (text == word) return value;
+  row.Refuse(fmt::format("\"{}\" is not known", text));
+}
+
+constexpr std::array<std::pair<const char*, LensModel>, 2> kLensModels{{{"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}};
+constexpr std::array<std::pair<const char*, ObjectState>, 3> kObjectStates{
+    {{"tentative", ObjectState::kTentative}, {"initialized", ObjectState::kInitialized}, {"mapped", ObjectState::kMapped}}};
+
+std::array<std::pair<const char*, TrackingState>, 5> TrackingStates() {
+  std::array<std::pair<const char*, TrackingState>, 5> words;
+  size_t i = 0;
+  for (const auto state : {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized, TrackingState::kObjects, TrackingState::kLost})
+    words[i++] = {ToString(state), state};
+  return words;
+}
+
+void ReadMeta(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "meta", "key", "key <> 'checksum'");
+  while (rows.Next()) {
+    const std::string key = rows.Text();
+    if (key == "map_version")
+      map.version = static_cast<uint64_t>(rows.Integer(INT64_MIN, INT64_MAX));
+    else if (key == "next_landmark")
+      map.next_landmark = static_cast<uint32_t>(rows.Integer(0, UINT32_MAX));
+    else if (key == "up_x" || key == "up_y" || key == "up_z") {
+      if (!map.up) map.up = Eigen::Vector3d::Zero();
+      (*map.up)[key[3] - 'x'] = rows.Real();
+    } else
+      rows.Refuse(fmt::format("key \"{}\" is not known", key));
+  }
+}
+
+void ReadCameras(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "cameras", "id");
+  while (rows.Next()) {
+    rows.Int(static_cast<int>(map.cameras.size()), static_cast<int>(map.cameras.size()));
+    Camera camera;
+    camera.name = rows.Text();
+    camera.model = ReadWord(rows, kLensModels);
+    camera.width = rows.Int(0);
+    camera.height = rows.Int(0);
+    for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = rows.Real();
+    for (double& k : camera.distortion) k = rows.Real();
+    camera.is_guess = rows.Int(0, 1) != 0;
+    map.cameras.push_back(std::move(camera));
+  }
+}
+
+std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
+  auto features = std::make_shared<Features>();
+  const auto count = static_cast<size_t>(row.Int(0, kMaxKeypoints));
+  PyramidScales& pyramid = features->pyramid;
+  pyramid.levels = row.Int(1, PyramidScales::kMaxLevels);
+  pyramid.factor = static_cast<float>(row.Real());
+  pyramid.scale = {};
+  const auto scales = CopyOf<float>(row.Blob(pyramid.levels * sizeof(float)));
+  std::ranges::copy(scales, pyramid.scale.begin());
+  features->bounds = row.ReadBox();
+  if (!(features->bounds.Area() > 0)) row.Refuse("empty bounds");
+  features->keypoints.reserve(count);
+  for (const StoredKeypoint& k : CopyOf<StoredKeypoint>(row.Blob(count * sizeof(StoredKeypoint)))) {
+    if (!std::isfinite(k.x) || !std::isfinite(k.y) || k.octave < 0 || k.octave >= pyramid.levels) row.Refuse("a key point out of range");
+    features->keypoints.push_back({{k.x, k.y}, k.angle_rad, static_cast<uint8_t>(k.octave)});
+  }
+  features->descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
+  features->BuildGrid();
+  return features;
+}
+
+void ReadKeyframes(Database& database, Checksum& checksum, Map& map) {
+  RowReader keyframes(database, checksum, "keyframes", "id");
+  while (keyframes.Next()) {
+    const auto id = keyframes.RequiredId<KeyframeId>();
+    Keyframe keyframe;
+    keyframe.frame_index = keyframes.Int();
+    keyframe.timestamp = keyframes.Real();
+    keyframe.camera = keyframes.Int();
+    keyframe.cam_from_world = keyframes.Pose();
+    map.keyframes.Insert(id, std::move(keyframe));
+  }
+  RowReader retired(database, checksum, "retired_keyframes", "id");
+  while (retired.Next()) {
+    const auto id = retired.RequiredId<KeyframeId>();
+    const auto parent = retired.RequiredId<KeyframeId>();
+    map.retired.Insert(id, {parent, retired.Pose()});
+  }
+  RowReader features(database, checksum, "features", "keyframe");
+  while (features.Next()) {
+    Keyframe* keyframe = map.keyframes.Mutable(features.RequiredId<KeyframeId>());
+    if (!keyframe) features.Refuse("no such keyframe");
+    keyframe->features = ReadFeatures(features);
+    keyframe->landmarks.resize(keyframe->features->keypoints.size());
+  }
+  RowReader covisibility(database, checksum, "covisibility", "keyframe, rank");
+  while (covisibility.Next()) {
+    Keyframe* keyframe = map.keyframes.Mutable(covisibility.RequiredId<KeyframeId>());
+    if (!keyframe) covisibility.Refuse("no such keyframe");
+    covisibility.Int();
+    const auto neighbor = covisibility.RequiredId<KeyframeId>();
+    keyframe->covisible.push_back({neighbor, covisibility.Int(0)});
+  }
+}
+
+void ReadLandmarks(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "landmarks", "id");
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<LandmarkId>();
+    Landmark landmark;
+    landmark.position = rows.Vector();
+    landmark.normal = rows.Vector();
+    landmark.min_distance = static_cast<float>(rows.Real());
+    landmark.max_distance = static_cast<float>(rows.Real());
+    landmark.first_keyframe = rows.OptionalId<KeyframeId>();
+    landmark.visible = rows.Int();
+    landmark.found = rows.Int();
+    const auto descriptor = rows.Blob(sizeof(Descriptor));
+    std::memcpy(landmark.descriptor.data(), descriptor.data(), sizeof(Descriptor));
+    map.landmarks.Insert(id, std::move(landmark));
+  }
+  RowReader observations(database, checksum, "observations", "landmark, keyframe");
+  while (observations.Next()) {
+    const auto id = observations.RequiredId<LandmarkId>();
+    const auto keyframe_id = observations.RequiredId<KeyframeId>();
+    const auto keypoint = static_cast<uint32_t>(observations.Int(0));
+    Landmark* landmark = map.landmarks.Mutable(id);
+    Keyframe* keyframe = map.keyframes.Mutable(keyframe_id);
+    if (!landmark || !keyframe || keypoint >= keyframe->landmarks.size()) observations.Refuse("of something that is not there");
+    landmark->observations.push_back({keyframe_id, keypoint});
+    keyframe->landmarks[keypoint] = id;
+  }
+}
+
+void ReadObjects(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "objects", "id");
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<ObjectId>();
+    Object object;
+    object.category_id = rows.Int();
+    object.state = ReadWord(rows, kObjectStates);
+    object.ellipsoid.center = rows.Vector();
+    object.ellipsoid.half_axes = rows.Vector();
+    object.ellipsoid.rotation = rows.Rotation();
+    const auto covariance = rows.Blob(sizeof(double) * static_cast<size_t>(object.covariance.size()));
+    std::memcpy(object.covariance.data(), covariance.data(), covariance.size());
+    object.detection_rate = rows.Real();
+    object.mean_iou = rows.Real();
+    object.total_observations = rows.Int(0);
+    object.last_seen_frame = rows.Int();
+    map.objects.Insert(id, std::move(object));
+  }
+  const auto object_of = [&](RowReader& row) -> Object& {
+    Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
+    if (!object) row.Refuse("no such object");
+    return *object;
+  };
+  RowReader observations(database, checksum, "object_observations", "object, rank");
+  while (observations.Next()) {
+    Object& object = object_of(observations);
+    observations.Int();
+    ObjectObservation o;
+    o.frame_index = observations.Int();
+    o.anchor = observations.RequiredId<KeyframeId>();
+    o.cam_from_anchor = observations.Pose();
+    o.camera = observations.Int(0, static_cast<int>(map.cameras.size()) - 1);
+    o.box = observations.ReadBox();
+    o.score = observations.Real();
+    o.truncated = static_cast<unsigned char>(observations.Int(0, 255));
+    object.observations.push_back(o);
+  }
+  RowReader landmarks(database, checksum, "object_landmarks", "object, landmark");
+  while (landmarks.Next()) {
+    Object& object = object_of(landmarks);
+    object.landmarks.push_back(landmarks.RequiredId<LandmarkId>());
+    object.landmark_votes.push_back(static_cast<uint16_t>(landmarks.Int(0, UINT16_MAX)));
+  }
+  RowReader merged(database, checksum, "merged_objects", "id");
+  while (merged.Next()) {
+    const auto id = merged.RequiredId<ObjectId>();
+    map.merged_objects.Insert(id, merged.OptionalId<ObjectId>());
+  }
+}
+
+void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
+  const auto states = TrackingStates();
+  RowReader rows(database, checksum, "trajectory", "rank");
+  while (rows.Next()) {
+    rows.Int();
+    FramePose pose;
+    pose.frame_index = rows.Int();
+    pose.timestamp = rows.Real();
+    pose.reference = rows.OptionalId<KeyframeId>();
+    pose.cam_from_reference = rows.Pose();
+    pose.state = ReadWord(rows, states);
+    saved.trajectory.push_back(pose);
+  }
+  RowReader names(database, checksum, "class_names", "category_id");
+  while (names.Next()) {
+    const int id = names.Int();
+    saved.class_names[id] = names.Text();
+  }
+}
+
+void CheckKind(Database& database) {
+  if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId) database.Refuse("is a database, but not a map of oaslam");
+  const int64_t version = database.QueryInteger("PRAGMA user_version");
+  if (version > kMapFormatVersion)
+    database.Refuse(fmt::format("is a map of format {}, this program reads up to {}: use a newer oaslam", version, kMapFormatVersion));
+  if (version < 1) database.Refuse(fmt::format("is a map of format {}, expected 1 to {}", version, kMapFormatVersion));
+  std::string answer = database.QueryText("PRAGMA quick_check(1)");
+  std::ranges::replace(answer, '\n', ' ');
+  if (answer != "ok") database.Refuse("is damaged: " + answer);
+}
+
+}  // namespace
+
+SavedMap LoadMap(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) throw InputError(fmt::format("{}: there is no such file", path));
+  if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("{}: is not a file", path));
+  Database database(path, Database::Access::kReadOnly);
+  CheckKind(database);
+  SavedMap saved;
+  Checksum checksum;
+  ReadMeta(database, checksum, saved.map);
+  ReadCameras(database, checksum, saved.map);
+  ReadKeyframes(database, checksum, saved.map);
+  ReadLandmarks(database, checksum, saved.map);
+  ReadObjects(database, checksum, saved.map);
+  ReadTrajectory(database, checksum, saved);
+  if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex()) database.Refuse("is damaged: the checksum does not match");
+  if (const auto problems = saved.map.CheckInvariants(); !problems.empty()) database.Refuse("is damaged: " + problems.front());
+  return saved;
+}
+
+}  // namespace oaslam

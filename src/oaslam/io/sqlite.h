@@ -1,0 +1,142 @@
+#pragma once
+
+#include <sqlite3.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "oaslam/rigid3.h"
+#include "oaslam/types.h"
+#include "oaslam/util/ids.h"
+
+namespace oaslam {
+
+// FNV-1a (Fowler, Noll, Vo), taking a word of 64 bits at a time, over types and values in order.
+class Checksum {
+ public:
+  void Add(uint64_t word) { state_ = Mix(state_ ^ word); }
+  void Add(std::span<const std::byte> bytes);
+  std::string Hex() const;
+
+ private:
+  // The shift carries the high bits down, which multiplication alone never does.
+  static uint64_t Mix(uint64_t v) {
+    v *= 0x100000001b3ULL;
+    return v ^ (v >> 32);
+  }
+  uint64_t state_ = 0xcbf29ce484222325ULL;
+};
+
+// An open SQLite database; what SQLite refuses is an InputError that names the path.
+class Database {
+ public:
+  enum class Access { kReadOnly, kCreate };
+  Database(std::string path, Access access);
+
+  void Execute(const std::string& sql);
+  int64_t QueryInteger(const std::string& sql);
+  std::string QueryText(const std::string& sql);
+  sqlite3* handle() const { return handle_.get(); }
+  [[noreturn]] void Refuse(const std::string& problem) const;
+
+ private:
+  struct Closer {
+    void operator()(sqlite3* handle) const { sqlite3_close(handle); }
+  };
+  std::string path_;
+  std::unique_ptr<sqlite3, Closer> handle_;
+};
+
+class Statement {
+ public:
+  Statement(Database& database, const std::string& sql);
+  // True when there is a row.
+  bool Step();
+  sqlite3_stmt* handle() const { return handle_.get(); }
+  Database& database() const { return *database_; }
+
+ private:
+  struct Finalizer {
+    void operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
+  };
+  Database* database_;
+  std::unique_ptr<sqlite3_stmt, Finalizer> handle_;
+};
+
+// Inserts rows into a table, its columns in order, and adds them to the checksum. A Rigid3 is seven columns (qx qy qz qw tx ty tz).
+class RowWriter {
+ public:
+  RowWriter(Database& database, Checksum& checksum, const std::string& table, int columns);
+
+  template <typename... Values>
+  void Write(const Values&... values) {
+    column_ = 0;
+    (Bind(values), ...);
+    Insert();
+  }
+
+ private:
+  void Bind(int64_t value);
+  void Bind(int value) { Bind(static_cast<int64_t>(value)); }
+  void Bind(uint32_t value) { Bind(static_cast<int64_t>(value)); }
+  template <typename Tag>
+  void Bind(StrongId<Tag> id) {
+    Bind(id.IsValid() ? static_cast<int64_t>(id.value) : -1);
+  }
+  void Bind(double value);
+  void Bind(std::string_view text);
+  void Bind(std::span<const std::byte> blob);
+  void Bind(const Eigen::Vector3d& v);
+  void Bind(const Eigen::Quaterniond& q);
+  void Bind(const Rigid3& pose);
+  void Bind(const Box& box);
+  void Insert();
+
+  Checksum& checksum_;
+  Statement statement_;
+  int column_ = 0, columns_;
+};
+
+// Reads the rows of a table in order, column by column, and adds them to the checksum. A value of a wrong type or out of range is an
+// InputError that names table and column.
+class RowReader {
+ public:
+  RowReader(Database& database, Checksum& checksum, const std::string& table, const std::string& order, const std::string& where = "1");
+
+  bool Next();
+  int64_t Integer(int64_t min, int64_t max);
+  int Int(int min = INT32_MIN, int max = INT32_MAX) { return static_cast<int>(Integer(min, max)); }
+  // Bounded, so that a wrong id cannot ask for all memory.
+  template <typename Id>
+  Id RequiredId() {
+    return Id(static_cast<uint32_t>(Integer(0, kMaxId)));
+  }
+  template <typename Id>
+  Id OptionalId() {
+    const int64_t value = Integer(-1, kMaxId);
+    return value < 0 ? Id() : Id(static_cast<uint32_t>(value));
+  }
+  double Real();  // finite
+  std::string Text();
+  std::span<const std::byte> Blob(size_t size);  // valid until Next()
+  Eigen::Vector3d Vector();
+  Eigen::Quaterniond Rotation();
+  Rigid3 Pose();
+  Box ReadBox();
+  [[noreturn]] void Refuse(const std::string& problem) const;
+
+ private:
+  static constexpr int64_t kMaxId = 100'000'000;
+  int NextColumn(int type);
+
+  Checksum& checksum_;
+  std::string table_;
+  Statement statement_;
+  int column_ = 0;
+};
+
+}  // namespace oaslam
