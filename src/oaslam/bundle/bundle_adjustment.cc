@@ -1,0 +1,83 @@
+#include "oaslam/bundle/bundle_adjustment.h"
+
+#include <algorithm>
+#include <map>
+
+#include "oaslam/bundle/bundle_problem.h"
+
+namespace oaslam {
+namespace {
+
+// Observers beyond the free keyframes that share the most landmarks with them: more hardly add to what holds the window in place.
+constexpr size_t kMaxFixedKeyframes = 40;
+
+std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::vector<LandmarkId> seen;
+  for (const KeyframeId id : keyframes)
+    for (const LandmarkId landmark : map.keyframes.At(id).landmarks)
+      if (landmark.IsValid()) seen.push_back(landmark);
+  std::ranges::sort(seen);
+  const auto [first, last] = std::ranges::unique(seen);
+  seen.erase(first, last);
+  return seen;
+}
+
+std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<LandmarkId>& landmarks,
+                                           const std::vector<KeyframeId>& except) {
+  std::map<KeyframeId, int> shared;
+  for (const LandmarkId id : landmarks)
+    for (const Observation& o : map.landmarks.At(id).observations) ++shared[o.keyframe];
+  for (const KeyframeId id : except) shared.erase(id);
+  std::vector<std::pair<KeyframeId, int>> ranked(shared.begin(), shared.end());
+  std::ranges::stable_sort(ranked, std::ranges::greater{}, [](const auto& entry) { return entry.second; });
+  std::vector<KeyframeId> strongest;
+  for (size_t i = 0; i < std::min(ranked.size(), kMaxFixedKeyframes); ++i) strongest.push_back(ranked[i].first);
+  return strongest;
+}
+
+KeyframeId FirstKeyframe(const Map& map) {
+  KeyframeId first;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) {
+    if (!first.IsValid()) first = id;
+  });
+  return first;
+}
+
+}  // namespace
+
+BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const BundleConfig& config) {
+  std::vector<KeyframeId> window = map.CovisibleKeyframes(newest, config.max_local_keyframes - 1);
+  window.push_back(newest);
+  std::ranges::sort(window);
+  BundleSelection selection;
+  selection.landmarks = LandmarksSeenBy(map, window);
+  selection.fixed_keyframes = StrongestObservers(map, selection.landmarks, window);
+  // Without observers from outside the oldest of the window holds the gauge; its scale is then held by damping alone.
+  const bool hold_oldest = window.front() == FirstKeyframe(map) || selection.fixed_keyframes.empty();
+  if (hold_oldest) selection.fixed_keyframes.push_back(window.front());
+  std::ranges::sort(selection.fixed_keyframes);
+  selection.free_keyframes.assign(window.begin() + (hold_oldest ? 1 : 0), window.end());
+  return SolveBundle(map, selection, config.local_iterations);
+}
+
+BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations) {
+  BundleSelection selection;
+  selection.free_keyframes = map.keyframes.Ids();
+  if (selection.free_keyframes.empty()) return {};
+  selection.fixed_keyframes = {selection.free_keyframes.front()};
+  selection.free_keyframes.erase(selection.free_keyframes.begin());
+  selection.landmarks = map.landmarks.Ids();
+  return SolveBundle(map, selection, iterations);
+}
+
+void ApplyCorrection(const BundleCorrection& correction, Map& map) {
+  for (const auto& [id, pose] : correction.poses)
+    if (Keyframe* keyframe = map.keyframes.Mutable(id)) keyframe->cam_from_world = pose;
+  for (const auto& [id, point] : correction.points)
+    if (Landmark* landmark = map.landmarks.Mutable(id)) landmark->position = point;
+  for (const auto& [landmark, keyframe] : correction.outliers) map.EraseObservation(landmark, keyframe);
+  for (const auto& [id, point] : correction.points)
+    if (map.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);
+}
+
+}  // namespace oaslam

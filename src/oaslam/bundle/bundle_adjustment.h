@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// What a bundle adjustment would change in the map it read.
+struct BundleCorrection {
+  bool success = false;  // false: nothing to optimise, or the solver failed; the rest is empty
+  std::vector<std::pair<KeyframeId, Rigid3>> poses;            // cam_from_world, ascending
+  std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // ascending
+  std::vector<std::pair<LandmarkId, KeyframeId>> outliers;     // observations to erase
+  double initial_cost = 0, final_cost = 0;                     // half the sum of Huber's kernel of chi^2, over the same observations
+  int iterations = 0;
+};
+
+// Of `newest` and its most covisible keyframes with all landmarks they see; other observers and the map's first keyframe hold the gauge.
+// Two stages: with Huber's kernel; then without, and without the outliers (chi^2 > 5.991, or behind the camera).
+BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const BundleConfig& config);
+
+// Of everything; the first keyframe stays.
+BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations);
+
+// Writes a correction into a map that may have grown since: what is no longer there is skipped. Covisibility is left to the caller.
+void ApplyCorrection(const BundleCorrection& correction, Map& map);
+
+}  // namespace oaslam

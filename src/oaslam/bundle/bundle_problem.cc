@@ -1,0 +1,186 @@
+#include "oaslam/bundle/bundle_problem.h"
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+
+#include "oaslam/bundle/reprojection_cost.h"
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+// The parameters and residuals of one adjustment. Blocks of a kind are contiguous and ascend with their ids: Ceres orders blocks of an
+// elimination group by address, so this makes its result a function of the map alone.
+class BundleProblem {
+ public:
+  BundleProblem(const Map& map, const BundleSelection& selection) : map_(map), selection_(selection), huber_(std::sqrt(kChi2TwoDof)) {
+    poses_.reserve(selection.free_keyframes.size());
+    for (const KeyframeId id : selection.free_keyframes) poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
+    CollectObservations();
+    Build();
+  }
+
+  int observation_count() const { return static_cast<int>(observations_.size()); }
+
+  // Returns false if the solver found no usable solution; then nothing is changed.
+  bool Solve(int max_iterations) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = poses_.size() <= 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (auto& point : points_) options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
+    for (auto& pose : poses_) options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
+    options.max_num_iterations = max_iterations;
+    options.num_threads = 1;
+    options.function_tolerance = 1e-3;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, problem_.get(), &summary);
+    iterations_ += static_cast<int>(summary.iterations.size());
+    if (!summary.IsSolutionUsable()) Log(LogLevel::kWarning, "bundle adjustment: " + summary.message);
+    return summary.IsSolutionUsable();
+  }
+
+  // Leaves the kernel and the present outliers out of what follows.
+  void DropOutliers() {
+    loss_.Reset(nullptr, ceres::TAKE_OWNERSHIP);
+    for (const Seen& seen : observations_) {
+      const bool active = !IsOutlier(Chi2(seen));
+      if (seen.free_cost) seen.free_cost->set_active(active);
+      if (seen.fixed_cost) seen.fixed_cost->set_active(active);
+    }
+  }
+
+  double RobustCost() const {
+    double sum = 0;
+    for (const Seen& seen : observations_) {
+      double rho[3];
+      huber_.Evaluate(std::min(Chi2(seen), 1e6), rho);
+      sum += rho[0] / 2;
+    }
+    return sum;
+  }
+
+  BundleCorrection Correction() const {
+    BundleCorrection correction;
+    correction.success = true;
+    correction.iterations = iterations_;
+    for (size_t i = 0; i < poses_.size(); ++i) correction.poses.emplace_back(selection_.free_keyframes[i], FromBlock(poses_[i]));
+    for (size_t i = 0; i < points_.size(); ++i) correction.points.emplace_back(point_ids_[i], points_[i]);
+    for (const Seen& seen : observations_)
+      if (IsOutlier(Chi2(seen))) correction.outliers.emplace_back(point_ids_[seen.point], seen.keyframe);
+    return correction;
+  }
+
+ private:
+  struct Seen {
+    KeyframeId keyframe;
+    int point = 0;  // index into points_
+    int pose = -1;  // index into poses_; -1: fixed
+    const Keyframe* by = nullptr;
+    Eigen::Vector2d px;
+    double sigma_px = 1;
+    ReprojectionCost* free_cost = nullptr;
+    FixedPoseReprojectionCost* fixed_cost = nullptr;
+  };
+
+  static bool IsOutlier(double chi2) { return !(chi2 <= kChi2TwoDof); }
+
+  int IndexOfFree(KeyframeId id) const {
+    const auto& ids = selection_.free_keyframes;
+    const auto place = std::ranges::lower_bound(ids, id);
+    return place != ids.end() && *place == id ? static_cast<int>(place - ids.begin()) : -1;
+  }
+
+  // A landmark needs two observations by the selected keyframes, or it could slide along its ray.
+  void CollectObservations() {
+    for (const LandmarkId id : selection_.landmarks) {
+      const Landmark& landmark = map_.landmarks.At(id);
+      const size_t before = observations_.size();
+      for (const Observation& o : landmark.observations) {
+        const int pose = IndexOfFree(o.keyframe);
+        if (pose < 0 && !std::ranges::binary_search(selection_.fixed_keyframes, o.keyframe)) continue;
+        const Keyframe& by = map_.keyframes.At(o.keyframe);
+        const Keypoint& keypoint = by.features->keypoints[o.keypoint];
+        observations_.push_back({o.keyframe, static_cast<int>(points_.size()), pose, &by, keypoint.px.cast<double>(),
+                                 static_cast<double>(by.features->pyramid.scale[keypoint.octave])});
+      }
+      if (observations_.size() - before < 2) {
+        observations_.resize(before);
+        continue;
+      }
+      points_.push_back(landmark.position);
+      point_ids_.push_back(id);
+    }
+  }
+
+  void Build() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.disable_all_safety_checks = true;
+    problem_ = std::make_unique<ceres::Problem>(options);
+    for (auto& point : points_) problem_->AddParameterBlock(point.data(), 3);
+    for (auto& pose : poses_) problem_->AddParameterBlock(pose.data(), 7, &manifold_);
+    for (Seen& seen : observations_) {
+      const Camera& camera = map_.cameras[seen.by->camera];
+      double* point = points_[seen.point].data();
+      if (seen.pose >= 0) {
+        seen.free_cost = &free_costs_.emplace_back(camera, seen.px, seen.sigma_px);
+        problem_->AddResidualBlock(seen.free_cost, &loss_, poses_[seen.pose].data(), point);
+      } else {
+        seen.fixed_cost = &fixed_costs_.emplace_back(camera, seen.by->cam_from_world, seen.px, seen.sigma_px);
+        problem_->AddResidualBlock(seen.fixed_cost, &loss_, point);
+      }
+    }
+  }
+
+  // Infinite behind the camera.
+  double Chi2(const Seen& seen) const {
+    const Rigid3 pose = seen.pose >= 0 ? FromBlock(poses_[seen.pose]) : seen.by->cam_from_world;
+    const Eigen::Vector3d p = pose * points_[seen.point];
+    if (!(p.z() > 0)) return std::numeric_limits<double>::infinity();
+    return (ProjectIdeal(map_.cameras[seen.by->camera], p) - seen.px).squaredNorm() / (seen.sigma_px * seen.sigma_px);
+  }
+
+  const Map& map_;
+  const BundleSelection& selection_;
+  std::vector<PoseBlock> poses_;
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<LandmarkId> point_ids_;
+  std::vector<Seen> observations_;
+  std::deque<ReprojectionCost> free_costs_;
+  std::deque<FixedPoseReprojectionCost> fixed_costs_;
+  PoseManifold manifold_;
+  ceres::HuberLoss huber_;
+  ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)), ceres::TAKE_OWNERSHIP};
+  std::unique_ptr<ceres::Problem> problem_;
+  int iterations_ = 0;
+};
+
+}  // namespace
+
+BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, int iterations) {
+  if (selection.free_keyframes.empty()) return {};
+  BundleProblem problem(map, selection);
+  if (problem.observation_count() == 0) return {};
+  const double initial_cost = problem.RobustCost();
+  const int first_stage = (iterations + 1) / 2;
+  if (!problem.Solve(first_stage)) return {};
+  problem.DropOutliers();
+  if (!problem.Solve(std::max(1, iterations - first_stage))) return {};
+  BundleCorrection correction = problem.Correction();
+  correction.initial_cost = initial_cost;
+  correction.final_cost = problem.RobustCost();
+  return correction;
+}
+
+}  // namespace oaslam

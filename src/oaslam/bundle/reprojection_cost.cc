@@ -1,0 +1,155 @@
+#include "oaslam/bundle/reprojection_cost.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace oaslam {
+namespace {
+
+using Matrix23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+using Matrix27 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
+using Matrix76 = Eigen::Matrix<double, 7, 6, Eigen::RowMajor>;
+using Matrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
+
+// At or behind the camera there is no projection: a large constant error, so that no step gains by going there.
+constexpr double kMinDepth = 1e-6, kBehindError = 100;
+
+Eigen::Matrix3d Hat(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Quaterniond Exp(const Eigen::Vector3d& w) {
+  const double half = w.norm() / 2;
+  const double s = half < 1e-8 ? 0.5 : std::sin(half) / (2 * half);
+  return {std::cos(half), s * w.x(), s * w.y(), s * w.z()};
+}
+
+Eigen::Vector3d LogOf(const Eigen::Quaterniond& q) {
+  const double s = q.vec().norm();
+  if (s < 1e-12) return 2 * q.vec() / q.w();
+  return 2 * std::atan2(q.w() < 0 ? -s : s, std::abs(q.w())) / s * q.vec();
+}
+
+// d(exp(w) q)/dw at w = 0, rows x y z w: half the quaternion product of each axis with q.
+Eigen::Matrix<double, 4, 3> LeftDerivative(const Eigen::Quaterniond& q) {
+  Eigen::Matrix<double, 4, 3> d;
+  d << q.w(), q.z(), -q.y(), -q.z(), q.w(), q.x(), q.y(), -q.x(), q.w(), -q.x(), -q.y(), -q.z();
+  return 0.5 * d;
+}
+
+Eigen::Map<const Eigen::Quaterniond> Rotation(const double* pose) { return Eigen::Map<const Eigen::Quaterniond>(pose); }
+Eigen::Map<const Eigen::Vector3d> Translation(const double* pose) { return Eigen::Map<const Eigen::Vector3d>(pose + 4); }
+
+// Writes the residual of a point in the camera; returns its derivative by that point.
+Matrix23 Project(const Eigen::Vector3d& p, double fx, double fy, const Eigen::Vector2d& px_minus_center, double* residuals) {
+  Matrix23 d = Matrix23::Zero();
+  if (p.z() < kMinDepth) {
+    residuals[0] = residuals[1] = kBehindError;
+    return d;
+  }
+  const double inverse_z = 1 / p.z(), x = p.x() * inverse_z, y = p.y() * inverse_z;
+  residuals[0] = fx * x - px_minus_center.x();
+  residuals[1] = fy * y - px_minus_center.y();
+  d << fx * inverse_z, 0, -fx * x * inverse_z, 0, fy * inverse_z, -fy * y * inverse_z;
+  return d;
+}
+
+}  // namespace
+
+PoseBlock ToBlock(const Rigid3& pose) {
+  const Eigen::Vector4d& q = pose.rotation.coeffs();
+  return {q(0), q(1), q(2), q(3), pose.translation.x(), pose.translation.y(), pose.translation.z()};
+}
+
+Rigid3 FromBlock(const PoseBlock& block) {
+  return {Rotation(block.data()).normalized(), Eigen::Vector3d(Translation(block.data()))};
+}
+
+bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const Eigen::Quaterniond turn = Exp(Eigen::Map<const Eigen::Vector3d>(delta + 3));
+  const Eigen::Quaterniond q = (turn * Rotation(x)).normalized();
+  const Eigen::Vector3d t = turn * Translation(x) + Eigen::Map<const Eigen::Vector3d>(delta);
+  const PoseBlock moved = ToBlock(Rigid3(q, t));
+  std::ranges::copy(moved, x_plus_delta);
+  return true;
+}
+
+bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Matrix76> j(jacobian);
+  j.setZero();
+  j.topRightCorner<4, 3>() = LeftDerivative(Rotation(x));
+  j.bottomLeftCorner<3, 3>().setIdentity();
+  j.bottomRightCorner<3, 3>() = -Hat(Translation(x));
+  return true;
+}
+
+bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  const Eigen::Quaterniond turn = Rotation(y) * Rotation(x).conjugate();
+  Eigen::Map<Eigen::Matrix<double, 6, 1>> difference(y_minus_x);
+  difference << Translation(y) - turn * Translation(x), LogOf(turn);
+  return true;
+}
+
+bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Matrix67> j(jacobian);
+  j.setZero();
+  // The columns of LeftDerivative are orthogonal and of length 1/2: its left inverse is four times its transpose.
+  const Eigen::Matrix<double, 3, 4> dw = 4 * LeftDerivative(Rotation(x)).transpose();
+  j.topLeftCorner<3, 4>() = Hat(Translation(x)) * dw;
+  j.topRightCorner<3, 3>().setIdentity();
+  j.bottomLeftCorner<3, 4>() = dw;
+  return true;
+}
+
+ReprojectionCost::ReprojectionCost(const Camera& camera, const Eigen::Vector2d& px, double sigma_px)
+    : fx_(camera.fx / sigma_px), fy_(camera.fy / sigma_px), px_minus_center_((px - Eigen::Vector2d(camera.cx, camera.cy)) / sigma_px) {}
+
+bool ReprojectionCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+  Matrix23 by_point_in_cam = Matrix23::Zero();
+  const Eigen::Map<const Eigen::Quaterniond> q = Rotation(parameters[0]);
+  const Eigen::Map<const Eigen::Vector3d> x(parameters[1]);
+  const Eigen::Vector3d v = q.vec(), cross = 2 * v.cross(x);
+  if (active_) {
+    const Eigen::Vector3d p = x + q.w() * cross + v.cross(cross) + Translation(parameters[0]);
+    by_point_in_cam = Project(p, fx_, fy_, px_minus_center_, residuals);
+  } else {
+    residuals[0] = residuals[1] = 0;
+  }
+  if (!jacobians) return true;
+  if (jacobians[0]) {
+    // x + 2 w (v x x) + 2 v x (v x x) by v and by w.
+    const Eigen::Matrix3d by_vector =
+        -2 * q.w() * Hat(x) + 2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
+    Eigen::Map<Matrix27> j(jacobians[0]);
+    j.leftCols<3>().noalias() = by_point_in_cam * by_vector;
+    j.col(3).noalias() = by_point_in_cam * cross;
+    j.rightCols<3>() = by_point_in_cam;
+  }
+  if (jacobians[1]) Eigen::Map<Matrix23>(jacobians[1]).noalias() = by_point_in_cam * q.toRotationMatrix();
+  return true;
+}
+
+FixedPoseReprojectionCost::FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world, const Eigen::Vector2d& px,
+                                                     double sigma_px)
+    : fx_(camera.fx / sigma_px),
+      fy_(camera.fy / sigma_px),
+      px_minus_center_((px - Eigen::Vector2d(camera.cx, camera.cy)) / sigma_px),
+      rotation_(cam_from_world.rotation.toRotationMatrix()),
+      translation_(cam_from_world.translation) {}
+
+bool FixedPoseReprojectionCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+  Matrix23 by_point_in_cam = Matrix23::Zero();
+  if (active_) {
+    const Eigen::Vector3d p = rotation_ * Eigen::Map<const Eigen::Vector3d>(parameters[0]) + translation_;
+    by_point_in_cam = Project(p, fx_, fy_, px_minus_center_, residuals);
+  } else {
+    residuals[0] = residuals[1] = 0;
+  }
+  if (jacobians && jacobians[0]) Eigen::Map<Matrix23>(jacobians[0]).noalias() = by_point_in_cam * rotation_;
+  return true;
+}
+
+}  // namespace oaslam
