@@ -20,7 +20,7 @@ struct BundleCorrection {
 };
 
 // Of `newest` and its most covisible keyframes with all landmarks they see; other observers and the map's first keyframe hold the gauge.
-// Two stages: with Huber's kernel; then without, and without the outliers (chi^2 > 5.991, or behind the camera).
+// Two stages: with Huber's kernel; then, if there are more than a few outliers (chi^2 > 5.991, or behind the camera), without both.
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const BundleConfig& config);
 
 // Of everything; the first keyframe stays.

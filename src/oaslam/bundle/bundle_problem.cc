@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <memory>
 
 #include "oaslam/bundle/reprojection_cost.h"
@@ -48,21 +49,25 @@ class BundleProblem {
     return summary.IsSolutionUsable();
   }
 
-  // Leaves the kernel and the present outliers out of what follows.
-  void DropOutliers() {
+  // Leaves the kernel and the present outliers out of what follows; returns the share of outliers.
+  double DropOutliers() {
     loss_.Reset(nullptr, ceres::TAKE_OWNERSHIP);
-    for (const Seen& seen : observations_) {
-      const bool active = !IsOutlier(Chi2(seen));
-      if (seen.free_cost) seen.free_cost->set_active(active);
-      if (seen.fixed_cost) seen.fixed_cost->set_active(active);
+    const std::vector<double> chi2 = Chi2OfAll();
+    int outliers = 0;
+    for (size_t i = 0; i < chi2.size(); ++i) {
+      const bool active = !IsOutlier(chi2[i]);
+      outliers += !active;
+      if (observations_[i].free_cost) observations_[i].free_cost->set_active(active);
+      if (observations_[i].fixed_cost) observations_[i].fixed_cost->set_active(active);
     }
+    return static_cast<double>(outliers) / static_cast<double>(chi2.size());
   }
 
   double RobustCost() const {
     double sum = 0;
-    for (const Seen& seen : observations_) {
+    for (const double chi2 : Chi2OfAll()) {
       double rho[3];
-      huber_.Evaluate(std::min(Chi2(seen), 1e6), rho);
+      huber_.Evaluate(std::min(chi2, 1e6), rho);
       sum += rho[0] / 2;
     }
     return sum;
@@ -74,8 +79,9 @@ class BundleProblem {
     correction.iterations = iterations_;
     for (size_t i = 0; i < poses_.size(); ++i) correction.poses.emplace_back(selection_.free_keyframes[i], FromBlock(poses_[i]));
     for (size_t i = 0; i < points_.size(); ++i) correction.points.emplace_back(point_ids_[i], points_[i]);
-    for (const Seen& seen : observations_)
-      if (IsOutlier(Chi2(seen))) correction.outliers.emplace_back(point_ids_[seen.point], seen.keyframe);
+    const std::vector<double> chi2 = Chi2OfAll();
+    for (size_t i = 0; i < chi2.size(); ++i)
+      if (IsOutlier(chi2[i])) correction.outliers.emplace_back(point_ids_[observations_[i].point], observations_[i].keyframe);
     return correction;
   }
 
@@ -143,12 +149,20 @@ class BundleProblem {
     }
   }
 
-  // Infinite behind the camera.
-  double Chi2(const Seen& seen) const {
-    const Rigid3 pose = seen.pose >= 0 ? FromBlock(poses_[seen.pose]) : seen.by->cam_from_world;
-    const Eigen::Vector3d p = pose * points_[seen.point];
-    if (!(p.z() > 0)) return std::numeric_limits<double>::infinity();
-    return (ProjectIdeal(map_.cameras[seen.by->camera], p) - seen.px).squaredNorm() / (seen.sigma_px * seen.sigma_px);
+  // Per observation; infinite behind the camera.
+  std::vector<double> Chi2OfAll() const {
+    std::vector<Eigen::Matrix<double, 3, 4>> free_poses;
+    for (const PoseBlock& block : poses_) free_poses.push_back(FromBlock(block).Matrix());
+    std::vector<double> chi2;
+    chi2.reserve(observations_.size());
+    for (const Seen& seen : observations_) {
+      const Eigen::Vector3d& x = points_[seen.point];
+      const Eigen::Vector3d p = seen.pose >= 0 ? free_poses[seen.pose] * x.homogeneous() : seen.by->cam_from_world * x;
+      chi2.push_back(p.z() > 0 ? (ProjectIdeal(map_.cameras[seen.by->camera], p) - seen.px).squaredNorm() /
+                                     (seen.sigma_px * seen.sigma_px)
+                               : std::numeric_limits<double>::infinity());
+    }
+    return chi2;
   }
 
   const Map& map_;
@@ -175,8 +189,9 @@ BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, i
   const double initial_cost = problem.RobustCost();
   const int first_stage = (iterations + 1) / 2;
   if (!problem.Solve(first_stage)) return {};
-  problem.DropOutliers();
-  if (!problem.Solve(std::max(1, iterations - first_stage))) return {};
+  // Few outliers hardly pull through the kernel, and they are erased: the next adjustment is without them.
+  constexpr double kNegligibleOutliers = 0.01;
+  if (problem.DropOutliers() > kNegligibleOutliers && !problem.Solve(std::max(1, iterations - first_stage))) return {};
   BundleCorrection correction = problem.Correction();
   correction.initial_cost = initial_cost;
   correction.final_cost = problem.RobustCost();
