@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -88,6 +89,9 @@ class Slam {
 
   // How Process finds back after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
+
+  // Names of the detector's categories, saved with the map; COCO's without.
+  void SetClassNames(std::map<int, std::string> names);
 
   MapSnapshot Snapshot() const;
 

@@ -44,6 +44,9 @@ const char* ToString(TrackingState state);
 
 enum class RelocalizationMode { kPoints, kObjects, kPointsAndObjects };
 
+// "points", "objects", "points+objects".
 const char* ToString(RelocalizationMode mode);
+// Throws InputError for any other word.
+RelocalizationMode RelocalizationModeOf(const std::string& name);
 
 }  // namespace oaslam

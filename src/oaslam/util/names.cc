@@ -1,3 +1,4 @@
+#include "oaslam/error.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -20,6 +21,12 @@ const char* ToString(RelocalizationMode mode) {
     case RelocalizationMode::kPointsAndObjects: break;
   }
   return "points+objects";
+}
+
+RelocalizationMode RelocalizationModeOf(const std::string& name) {
+  for (const RelocalizationMode mode : {RelocalizationMode::kPoints, RelocalizationMode::kObjects, RelocalizationMode::kPointsAndObjects})
+    if (name == ToString(mode)) return mode;
+  throw InputError("relocalization: " + name + ", allowed: points | objects | points+objects");
 }
 
 }  // namespace oaslam

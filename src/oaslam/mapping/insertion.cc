@@ -1,0 +1,64 @@
+#include <algorithm>
+
+#include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/mapping/local_mapping.h"
+
+namespace oaslam {
+namespace {
+
+Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
+  Keyframe keyframe;
+  keyframe.frame_index = frame.index;
+  keyframe.timestamp = frame.timestamp;
+  keyframe.camera = frame.camera;
+  keyframe.cam_from_world = cam_from_world;
+  keyframe.features = frame.features;
+  keyframe.landmarks.resize(frame.features->keypoints.size());
+  return keyframe;
+}
+
+}  // namespace
+
+bool InsertInitialMap(const InitialMap& initial, const TrackingConfig& config, Map& map) {
+  constexpr int kIterations = 20;
+  Map fresh;
+  fresh.cameras = map.cameras;
+  fresh.next_landmark = map.next_landmark;
+  fresh.keyframes.Insert(initial.first_id, MakeKeyframe(initial.first, {}));
+  fresh.keyframes.Insert(initial.second_id, MakeKeyframe(initial.second, initial.second_from_first));
+  for (const InitialPoint& point : initial.points) {
+    const LandmarkId id = fresh.AddLandmark(point.position, initial.second_id);
+    fresh.AddObservation(id, initial.first_id, point.first_keypoint);
+    fresh.AddObservation(id, initial.second_id, point.second_keypoint);
+    fresh.UpdateLandmark(id);
+  }
+  fresh.UpdateCovisibility(initial.second_id, 1);
+  ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations), fresh);
+  const double depth = fresh.MedianDepth(initial.first_id);
+  if (depth <= 0 || static_cast<int>(fresh.landmarks.size()) < config.min_init_matches / 2) return false;
+  for (const KeyframeId id : fresh.keyframes.Ids()) fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;
+  for (const LandmarkId id : fresh.landmarks.Ids()) fresh.landmarks.MutableAt(id).position /= depth;
+  for (const LandmarkId id : fresh.landmarks.Ids()) fresh.UpdateLandmark(id);
+  fresh.UpdateCovisibility(initial.second_id, 1);
+  map = std::move(fresh);
+  return true;
+}
+
+void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map) {
+  const TrackedFrame& tracked = insertion.frame;
+  const auto reference = map.ResolvePose(tracked.reference);
+  map.keyframes.Insert(insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference : tracked.cam_from_world));
+  for (uint32_t i = 0; i < tracked.landmarks.size(); ++i)
+    if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i)) map.UpdateLandmark(tracked.landmarks[i]);
+  map.UpdateCovisibility(insertion.id, config.min_shared_landmarks);
+}
+
+void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map) {
+  for (const LandmarkUse& use : uses)
+    if (Landmark* landmark = map.landmarks.Mutable(use.landmark)) {
+      landmark->visible += use.visible;
+      landmark->found += use.found;
+    }
+}
+
+}  // namespace oaslam

@@ -1,0 +1,28 @@
+#include "oaslam/tracking/keyframe_decision.h"
+
+#include <gtest/gtest.h>
+
+namespace oaslam {
+namespace {
+
+TEST(KeyframeDecision, ANewViewMakesAKeyframe) {
+  const TrackingConfig config;
+  EXPECT_FALSE(NeedsKeyframe({10, true, 300, 310}, config));
+  EXPECT_TRUE(NeedsKeyframe({10, true, 200, 310}, config));
+  EXPECT_TRUE(NeedsKeyframe({1, true, 100, 310}, config));
+  EXPECT_FALSE(NeedsKeyframe({1, true, 250, 310}, config));
+}
+
+TEST(KeyframeDecision, TimeAloneMakesAKeyframe) {
+  const TrackingConfig config;
+  EXPECT_TRUE(NeedsKeyframe({config.max_frames_between_keyframes, true, 300, 300}, config));
+}
+
+TEST(KeyframeDecision, NeverWhileTheMapperIsBusyOrTrackingIsThin) {
+  const TrackingConfig config;
+  EXPECT_FALSE(NeedsKeyframe({50, false, 100, 310}, config));
+  EXPECT_FALSE(NeedsKeyframe({50, true, 12, 310}, config));
+}
+
+}  // namespace
+}  // namespace oaslam
