@@ -1,0 +1,48 @@
+#include "oaslam/io/map_results.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "oaslam/io/text.h"
+
+namespace oaslam {
+namespace {
+
+// Nine digits are more than the map is good for, and without "-0".
+template <typename Vector>
+std::string Numbers(const Vector& vector) {
+  std::vector<std::string> numbers;
+  for (Eigen::Index i = 0; i < vector.size(); ++i) numbers.push_back(fmt::format("{:.9g}", vector[i] == 0 ? 0.0 : vector[i]));
+  return fmt::format("[{}]", fmt::join(numbers, ", "));
+}
+
+// Mean score of its detections.
+double Score(const Object& object) {
+  double sum = 0;
+  for (const ObjectObservation& o : object.observations) sum += o.score;
+  return object.observations.empty() ? 0 : sum / static_cast<double>(object.observations.size());
+}
+
+}  // namespace
+
+void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& names) {
+  std::string text;
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    const Ellipsoid& e = object.ellipsoid;
+    const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs()) : Eigen::Vector4d(e.rotation.coeffs());
+    text += fmt::format(
+        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {},\n   \"center\": {},\n   \"half_axes\": {},\n   \"rotation\": {},\n"
+        "   \"observations\": {}, \"score\": {:.4f},\n   \"covariance_diag\": {}}}",
+        text.empty() ? "" : ",", id.value, object.category_id, nlohmann::json(NameOf(names, object.category_id)).dump(), Numbers(e.center),
+        Numbers(e.half_axes), Numbers(rotation), object.total_observations, Score(object), Numbers(Eigen::VectorXd(object.covariance.diagonal())));
+  });
+  WriteTextFile(path, "[" + text + "\n]\n");
+}
+
+}  // namespace oaslam
