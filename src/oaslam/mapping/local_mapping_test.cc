@@ -1,0 +1,124 @@
+#include "oaslam/mapping/local_mapping.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+using testing::IsEmpty;
+
+struct Scene {
+  synthetic::World world = synthetic::MakeWorld({.cameras = 10});
+  synthetic::MappedWorld mapped = synthetic::MakeMap(world, {});
+  Map& map = mapped.map;
+};
+
+TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  Rng rng(3);
+  const synthetic::View first = synthetic::MakeView(world, world.cam_from_world[2], {}, rng);
+  const synthetic::View second = synthetic::MakeView(world, world.cam_from_world[3], {}, rng);
+  InitialMap initial;
+  initial.first = {0, 0.0, 0, first.features, {}};
+  initial.second = {9, 0.3, 0, second.features, {}};
+  initial.first_id = KeyframeId(4);
+  initial.second_id = KeyframeId(5);
+  const Rigid3 motion = world.cam_from_world[3] * world.cam_from_world[2].Inverse();
+  initial.second_from_first = Rigid3(motion.rotation, motion.translation.normalized());
+  for (int i = 0; i < static_cast<int>(first.point_of_keypoint.size()); ++i)
+    for (int j = 0; j < static_cast<int>(second.point_of_keypoint.size()); ++j)
+      if (first.point_of_keypoint[i] >= 0 && first.point_of_keypoint[i] == second.point_of_keypoint[j])
+        initial.points.push_back({i, j, world.cam_from_world[2] * world.points[first.point_of_keypoint[i]] / motion.translation.norm()});
+  Map map;
+  map.cameras.push_back(world.camera);
+  ASSERT_TRUE(InsertInitialMap(initial, {}, map));
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  EXPECT_NEAR(map.MedianDepth(KeyframeId(4)), 1, 0.05);
+  EXPECT_GT(map.landmarks.size(), 250U);
+
+  initial.points.resize(20);
+  Map refused;
+  refused.cameras.push_back(world.camera);
+  EXPECT_FALSE(InsertInitialMap(initial, {}, refused));
+  EXPECT_TRUE(refused.keyframes.empty());
+}
+
+TEST(Triangulation, RecoversErasedLandmarks) {
+  Scene s;
+  for (const LandmarkId id : s.map.landmarks.Ids())
+    if (id.value % 2 == 0) s.map.EraseLandmark(id);
+  for (const KeyframeId id : s.map.keyframes.Ids()) s.map.UpdateCovisibility(id, 15);
+  const size_t before = s.map.landmarks.size();
+  const auto created = TriangulateNewLandmarks(KeyframeId(5), {}, s.map);
+  EXPECT_GT(created.size(), 120U);
+  EXPECT_EQ(s.map.landmarks.size(), before + created.size());
+  EXPECT_THAT(s.map.CheckInvariants(), IsEmpty());
+  int near = 0;
+  for (const LandmarkId id : created) {
+    double best = 1e9;
+    for (const Eigen::Vector3d& p : s.world.points) best = std::min(best, (p - s.map.landmarks.At(id).position).norm());
+    near += best < 0.1;
+  }
+  EXPECT_GT(near, 0.9 * static_cast<double>(created.size()));
+}
+
+TEST(Culling, ALandmarkNobodyFindsGoes) {
+  Scene s;
+  const std::vector<LandmarkId> ids = s.map.landmarks.Ids();
+  const std::vector<LandmarkId> recent(ids.begin(), ids.begin() + 10);
+  CountLandmarkUse(std::vector<LandmarkUse>{{recent[0], 20, 2}, {recent[1], 20, 15}}, s.map);
+  CullRecentLandmarks(recent, KeyframeId(9), s.map);
+  EXPECT_FALSE(s.map.landmarks.Contains(recent[0]));
+  EXPECT_TRUE(s.map.landmarks.Contains(recent[1]) || s.map.landmarks.size() < ids.size());
+  EXPECT_THAT(s.map.CheckInvariants(), IsEmpty());
+}
+
+TEST(Culling, RedundantKeyframesAreRetired) {
+  synthetic::WorldOptions crowded;
+  crowded.cameras = 14;
+  crowded.arc_deg = 6;
+  synthetic::MappedWorld mapped = synthetic::MakeMap(synthetic::MakeWorld(crowded), {});
+  const int culled = CullKeyframes(KeyframeId(13), {}, mapped.map);
+  EXPECT_GT(culled, 2);
+  EXPECT_TRUE(mapped.map.keyframes.Contains(KeyframeId(0)));
+  EXPECT_TRUE(mapped.map.keyframes.Contains(KeyframeId(13)));
+  EXPECT_THAT(mapped.map.CheckInvariants(), IsEmpty());
+  for (uint32_t k = 0; k < 14; ++k) EXPECT_TRUE(mapped.map.ResolvePose(KeyframeId(k)));
+}
+
+TEST(Fusion, JoinsTheLandmarksOfAKeyframeWithItsNeighbours) {
+  Scene s;
+  Map& map = s.map;
+  // Keyframe 5 forgets its landmarks and triangulates twins of its own.
+  for (const LandmarkId id : std::vector(map.keyframes.At(KeyframeId(5)).landmarks))
+    if (id.IsValid()) map.EraseObservation(id, KeyframeId(5));
+  int twins = 0;
+  Rng rng(2);
+  synthetic::View view;
+  for (int k = 0; k <= 5; ++k) view = synthetic::MakeView(s.world, s.world.cam_from_world[k], {}, rng);
+  for (uint32_t i = 0; i < view.point_of_keypoint.size(); i += 3) {
+    const int point = view.point_of_keypoint[i];
+    if (point < 0 || !s.mapped.landmark_of_point[point].IsValid()) continue;
+    const Landmark* old = map.landmarks.Find(s.mapped.landmark_of_point[point]);
+    if (!old || old->observations.size() < 4) continue;
+    const Observation moved = old->observations.front();
+    map.EraseObservation(s.mapped.landmark_of_point[point], moved.keyframe);
+    const LandmarkId twin = map.AddLandmark(s.world.points[point], KeyframeId(5));
+    map.AddObservation(twin, KeyframeId(5), i);
+    map.AddObservation(twin, moved.keyframe, moved.keypoint);
+    map.UpdateLandmark(twin);
+    ++twins;
+  }
+  ASSERT_GT(twins, 40);
+  map.UpdateCovisibility(KeyframeId(5), 1);
+  const size_t before = map.landmarks.size();
+  FuseLandmarks(KeyframeId(5), {}, map);
+  EXPECT_LT(map.landmarks.size(), before - static_cast<size_t>(twins) * 7 / 10);
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace oaslam

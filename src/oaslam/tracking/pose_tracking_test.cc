@@ -1,0 +1,102 @@
+#include "oaslam/tracking/pose_tracking.h"
+
+#include <gtest/gtest.h>
+
+#include "oaslam/tracking/initializer.h"
+#include "oaslam/tracking/local_map.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+struct Scene {
+  synthetic::World world = synthetic::MakeWorld({});
+  synthetic::MappedWorld mapped = synthetic::MakeMap(world, {});
+  Rigid3 truth = synthetic::PoseOnArc({}, 3);
+  Frame frame;
+
+  Scene() {
+    Rng rng(9);
+    frame.features = synthetic::MakeView(world, truth, {}, rng).features;
+  }
+  double Error(const Rigid3& pose) const { return (pose.OriginInSource() - truth.OriginInSource()).norm(); }
+};
+
+TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
+  const Scene s;
+  const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
+  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5));
+  ASSERT_TRUE(first.success);
+  const TrackReport tracked = TrackLocalMap(s.frame, s.mapped.map, first, 30);
+  ASSERT_TRUE(tracked.success);
+  EXPECT_GT(tracked.inliers, first.inliers);
+  EXPECT_LT(s.Error(tracked.cam_from_world), 0.01);
+  EXPECT_TRUE(tracked.reference.IsValid());
+  EXPECT_GE(tracked.visible.size(), static_cast<size_t>(tracked.inliers));
+}
+
+TEST(PoseTracking, FindsTheKeyframeFromAPoorGuess) {
+  const Scene s;
+  const TrackReport report = TrackFromKeyframe(s.frame, s.mapped.map, KeyframeId(4), synthetic::PoseOnArc({}, -5));
+  ASSERT_TRUE(report.success);
+  EXPECT_LT(s.Error(report.cam_from_world), 0.02);
+}
+
+TEST(PoseTracking, AnImageOfNothingFails) {
+  const Scene s;
+  Rng rng(1);
+  Frame clutter;
+  clutter.features = synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng).features;
+  const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
+  const TrackReport first = TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth);
+  EXPECT_FALSE(first.success && TrackLocalMap(clutter, s.mapped.map, first, 30).success);
+  EXPECT_FALSE(TrackFromKeyframe(clutter, s.mapped.map, KeyframeId(4), s.truth).success);
+}
+
+TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {
+  const Scene s;
+  const LocalMap local = CollectLocalMap(s.mapped.map, s.mapped.map.keyframes.At(KeyframeId(2)).landmarks, 5);
+  ASSERT_EQ(local.keyframes.size(), 5U);
+  EXPECT_EQ(local.keyframes.front(), KeyframeId(2));
+  std::vector<LandmarkId> sorted = local.landmarks;
+  std::ranges::sort(sorted);
+  EXPECT_EQ(std::ranges::adjacent_find(sorted), sorted.end());
+}
+
+TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
+  synthetic::World world = synthetic::MakeWorld({});
+  for (double& d : world.max_distance) d = 3.0;  // the lowest level carries the initialisation
+  Initializer initializer{TrackingConfig{}};
+  Rng views(5), rng(0);
+  std::optional<InitialMap> map;
+  int at = 0;
+  for (int i = 0; i < 40 && !map; ++i) {
+    Frame frame;
+    frame.index = i;
+    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
+    map = initializer.Process(frame, world.camera, rng);
+    at = i;
+  }
+  ASSERT_TRUE(map);
+  EXPECT_GT(at, 1);
+  EXPECT_GT(map->points.size(), 80U);
+  const Rigid3 truth = synthetic::PoseOnArc({}, 0.4 * at) * synthetic::PoseOnArc({}, 0).Inverse();
+  EXPECT_GT(map->second_from_first.translation.dot(truth.translation.normalized()), 0.98);
+}
+
+TEST(Initializer, NeverFromACameraThatOnlyTurns) {
+  synthetic::World world = synthetic::MakeWorld({});
+  for (double& d : world.max_distance) d = 3.0;
+  Initializer initializer{TrackingConfig{}};
+  Rng views(5), rng(0);
+  for (int i = 0; i < 25; ++i) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.008 * i, Eigen::Vector3d::UnitY()));
+    Frame frame;
+    frame.index = i;
+    frame.features = synthetic::MakeView(world, Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0), {}, views).features;
+    EXPECT_FALSE(initializer.Process(frame, world.camera, rng)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace oaslam
