@@ -182,9 +182,9 @@ std::vector<Detection> DecodeOutput(const cv::Mat& output, const OutputFormat& f
   return {};
 }
 
-std::vector<Detection> SuppressPerClass(std::vector<Detection> detections, double max_iou) {
+std::vector<Detection> SuppressPerClass(const std::vector<Detection>& detections, double max_iou) {
   std::map<int, std::vector<Detection>> by_class;
-  for (Detection& d : detections) by_class[d.category_id].push_back(std::move(d));
+  for (const Detection& d : detections) by_class[d.category_id].push_back(d);
   std::vector<Detection> kept;
   for (const auto& [category, candidates] : by_class) {
     std::vector<cv::Rect2d> boxes;

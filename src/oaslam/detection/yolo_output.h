@@ -38,6 +38,6 @@ std::vector<Detection> DecodeOutput(const cv::Mat& output, const OutputFormat& f
                                     double min_score);
 
 // Non-maximum suppression within each class; best scores first.
-std::vector<Detection> SuppressPerClass(std::vector<Detection> detections, double max_iou);
+std::vector<Detection> SuppressPerClass(const std::vector<Detection>& detections, double max_iou);
 
 }  // namespace oaslam
