@@ -1,0 +1,70 @@
+#include "oaslam/features/descriptor_index.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <utility>
+
+#include "oaslam/util/check.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kDescriptorBits = 256;
+constexpr uint32_t kMeanBucket = 16;  // more finds more and takes longer
+
+}  // namespace
+
+uint32_t DescriptorIndex::Key(const Table& table, const Descriptor& descriptor) {
+  uint32_t key = 0;
+  for (const uint8_t bit : table.bits) key = key << 1 | static_cast<uint32_t>(descriptor[bit / 64] >> (bit % 64) & 1);
+  return key;
+}
+
+DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vector<uint32_t> labels)
+    : descriptors_(std::move(descriptors)), labels_(std::move(labels)) {
+  OASLAM_CHECK(descriptors_.size() == labels_.size());
+  const uint32_t buckets = static_cast<uint32_t>(descriptors_.size()) / kMeanBucket;
+  const int bits = std::clamp(static_cast<int>(std::bit_width(buckets)), 6, kDescriptorBits / kTables);
+  std::vector<uint8_t> order(kDescriptorBits);
+  std::iota(order.begin(), order.end(), uint8_t{0});
+  Rng rng(0x9d5a);
+  for (int i = kDescriptorBits - 1; i > 0; --i) std::swap(order[i], order[rng.Index(i + 1)]);
+
+  std::vector<uint32_t> keys(descriptors_.size());
+  for (int t = 0; t < kTables; ++t) {
+    Table& table = tables_[t];
+    table.bits.assign(order.begin() + t * bits, order.begin() + (t + 1) * bits);
+    table.begin.assign((size_t{1} << bits) + 1, 0);
+    for (size_t i = 0; i < keys.size(); ++i) {
+      keys[i] = Key(table, descriptors_[i]);
+      ++table.begin[keys[i] + 1];
+    }
+    std::partial_sum(table.begin.begin(), table.begin.end(), table.begin.begin());
+    table.items.resize(keys.size());
+    std::vector<uint32_t> next(table.begin.begin(), table.begin.end() - 1);
+    for (uint32_t i = 0; i < keys.size(); ++i) table.items[next[keys[i]]++] = i;
+  }
+}
+
+std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descriptor, int max_distance, size_t max_hits) const {
+  std::vector<Hit> hits;
+  if (labels_.empty()) return hits;
+  for (const Table& table : tables_) {
+    const uint32_t key = Key(table, descriptor);
+    for (uint32_t i = table.begin[key]; i < table.begin[key + 1]; ++i) {
+      const uint32_t item = table.items[i];
+      const int distance = HammingDistance(descriptor, descriptors_[item]);
+      if (distance <= max_distance) hits.push_back({labels_[item], distance});
+    }
+  }
+  std::ranges::sort(hits, {}, [](const Hit& h) { return std::pair(h.label, h.distance); });
+  const auto repeats = std::ranges::unique(hits, {}, &Hit::label);
+  hits.erase(repeats.begin(), repeats.end());
+  std::ranges::stable_sort(hits, {}, &Hit::distance);
+  if (hits.size() > max_hits) hits.resize(max_hits);
+  return hits;
+}
+
+}  // namespace oaslam

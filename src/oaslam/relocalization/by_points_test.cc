@@ -1,0 +1,109 @@
+#include "oaslam/relocalization/by_points.h"
+
+#include <gtest/gtest.h>
+
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+using synthetic::MappedWorld;
+using synthetic::View;
+using synthetic::WorldOptions;
+
+constexpr WorldOptions kWorld{.points = 1500, .cameras = 8, .seed = 1};
+
+Frame MakeFrame(const View& view) {
+  Frame frame;
+  frame.features = view.features;
+  return frame;
+}
+
+struct Fixture {
+  synthetic::World world = synthetic::MakeWorld(kWorld);
+  MappedWorld mapped = synthetic::MakeMap(world, {.position_noise = 0.005});
+  PlaceIndex index{mapped.map};
+};
+
+TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
+  const Fixture f;
+  for (const double angle : {-25.0, -3.0, 12.0, 27.0}) {
+    Rng rng(static_cast<uint64_t>(angle + 100));
+    const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
+    const View view = MakeView(f.world, truth, {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
+    const RelocalizationReport report = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+    ASSERT_TRUE(report.success) << angle << ": " << report.why_not;
+    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02) << angle;
+    EXPECT_LT(report.sigma_position, 0.02);
+    EXPECT_TRUE(report.keyframe.IsValid());
+    ASSERT_EQ(report.landmarks.size(), view.point_of_keypoint.size());
+    int right = 0, inliers = 0;
+    for (size_t k = 0; k < report.landmarks.size(); ++k) {
+      if (!report.landmarks[k].IsValid()) continue;
+      ++inliers;
+      right += view.point_of_keypoint[k] >= 0 && f.mapped.landmark_of_point[view.point_of_keypoint[k]] == report.landmarks[k];
+    }
+    EXPECT_EQ(inliers, report.inliers);
+    EXPECT_GT(right, 0.97 * inliers);
+  }
+}
+
+TEST(RelocalizeByPoints, RefusesAnotherWorld) {
+  const Fixture f;
+  WorldOptions other = kWorld;
+  other.seed = 77;
+  const synthetic::World elsewhere = synthetic::MakeWorld(other);
+  for (uint64_t seed = 0; seed < 5; ++seed) {
+    Rng rng(seed);
+    const View view = MakeView(elsewhere, synthetic::PoseOnArc(kWorld, 0), {}, rng);
+    const RelocalizationReport report = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+    EXPECT_FALSE(report.success);
+    EXPECT_FALSE(report.why_not.empty());
+  }
+}
+
+TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
+  const Fixture f;
+  Rng rng(1);
+  View nothing = MakeView(f.world, f.world.cam_from_world[0], {.missed = 1, .clutter = 0}, rng);
+  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, {}, rng).success);
+  Map empty;
+  empty.cameras.push_back(f.world.camera);
+  const View view = MakeView(f.world, f.world.cam_from_world[0], {}, rng);
+  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(view), empty, PlaceIndex(empty), {}, {}, rng).success);
+}
+
+TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
+  Fixture f;
+  const auto ids = f.mapped.map.landmarks.Ids();
+  for (size_t i = 0; i < ids.size(); i += 2) f.mapped.map.EraseLandmark(ids[i]);
+  f.mapped.map.RetireKeyframe(KeyframeId(3));
+  Rng rng(2);
+  const View view = MakeView(f.world, f.world.cam_from_world[3], {}, rng);
+  EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng).success);
+}
+
+TEST(VerifyByPoints, ConfirmsARoughPose) {
+  const Fixture f;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    Rng rng(seed);
+    const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+    const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
+    const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
+    const RelocalizationReport report = VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, {}, rng);
+    ASSERT_TRUE(report.success) << seed << ": " << report.why_not;
+    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
+  }
+}
+
+TEST(VerifyByPoints, RefusesAPoseThatIsElsewhere) {
+  const Fixture f;
+  Rng rng(4);
+  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
+  const RelocalizationReport report =
+      VerifyByPoints(MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, {}, rng);
+  EXPECT_FALSE(report.success);
+}
+
+}  // namespace
+}  // namespace oaslam

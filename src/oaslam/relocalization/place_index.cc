@@ -1,0 +1,72 @@
+#include "oaslam/relocalization/place_index.h"
+
+#include <algorithm>
+#include <map>
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kViewsOfALandmark = 4;  // descriptors indexed of each: it looks different from different sides
+constexpr int kMaxHamming = 64;
+constexpr size_t kMaxHits = 8;
+constexpr int kNeighbours = 5;           // keyframes that make a place with the first
+
+DescriptorIndex MakeIndex(const Map& map) {
+  std::vector<Descriptor> descriptors;
+  std::vector<uint32_t> labels;
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    const size_t seen = landmark.observations.size(), views = std::min(seen, kViewsOfALandmark);
+    for (size_t v = 0; v < views; ++v) {
+      const Observation& o = landmark.observations[views == 1 ? 0 : v * (seen - 1) / (views - 1)];
+      descriptors.push_back(map.keyframes.At(o.keyframe).features->descriptors[o.keypoint]);
+      labels.push_back(id.value);
+    }
+  });
+  return DescriptorIndex(std::move(descriptors), std::move(labels));
+}
+
+}  // namespace
+
+PlaceIndex::PlaceIndex(const Map& map) : index_(MakeIndex(map)) {}
+
+LandmarkHits PlaceIndex::Find(const Features& features) const {
+  LandmarkHits hits;
+  hits.reserve(features.descriptors.size());
+  for (const Descriptor& descriptor : features.descriptors) hits.push_back(index_.Query(descriptor, kMaxHamming, kMaxHits));
+  return hits;
+}
+
+std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hits, int count) const {
+  std::map<KeyframeId, double> votes;
+  for (const auto& of_keypoint : hits) {
+    for (const DescriptorIndex::Hit& hit : of_keypoint) {
+      const Landmark* landmark = map.landmarks.Find(LandmarkId(hit.label));
+      if (!landmark) continue;
+      const double vote = 1.0 / static_cast<double>(of_keypoint.size());
+      for (const Observation& o : landmark->observations) votes[o.keyframe] += vote;
+    }
+  }
+  std::vector<Place> places;
+  for (const auto& [id, own] : votes) {
+    if (!map.keyframes.Contains(id)) continue;
+    Place place{{id}, own};
+    for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
+      place.keyframes.push_back(neighbour);
+      const auto theirs = votes.find(neighbour);
+      if (theirs != votes.end()) place.votes += 0.2 * theirs->second;  // support, yet the own view decides
+    }
+    places.push_back(std::move(place));
+  }
+  std::ranges::stable_sort(places, std::ranges::greater{}, &Place::votes);
+  std::vector<Place> chosen;
+  for (Place& place : places) {
+    if (static_cast<int>(chosen.size()) >= count) break;
+    const bool covered = std::ranges::any_of(chosen, [&](const Place& better) {
+      return std::ranges::find(better.keyframes, place.keyframes.front()) != better.keyframes.end();
+    });
+    if (!covered) chosen.push_back(std::move(place));
+  }
+  return chosen;
+}
+
+}  // namespace oaslam
