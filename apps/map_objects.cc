@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "common.h"
+#include "oaslam/error.h"
+#include "oaslam/io/camera_file.h"
+#include "oaslam/io/detection_file.h"
+#include "oaslam/io/map_file.h"
+#include "oaslam/io/map_results.h"
+#include "oaslam/io/text.h"
+#include "oaslam/io/trajectory_file.h"
+#include "oaslam/objects/known_poses.h"
+#include "oaslam/util/stopwatch.h"
+#include "timed_detections.h"
+
+namespace oaslam::apps {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string trajectory, camera, detections, out, map_out;
+};
+
+constexpr double kMaxTimeDifference = 0.020;  // seconds between a detection's image and its pose
+
+const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double timestamp) {
+  const auto after = std::ranges::lower_bound(poses, timestamp, {}, &StampedPose::timestamp);
+  const StampedPose* nearest = nullptr;
+  double smallest = kMaxTimeDifference;
+  for (auto i = after == poses.begin() ? after : after - 1; i != poses.end() && i <= after; ++i) {
+    const double difference = std::abs(i->timestamp - timestamp);
+    if (difference > smallest) continue;
+    smallest = difference;
+    nearest = &*i;
+  }
+  return nearest;
+}
+
+std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera) {
+  const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
+  const std::vector<TimedDetections> images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  std::vector<PosedDetections> frames;
+  for (const TimedDetections& image : images) {
+    const StampedPose* pose = NearestPose(poses, image.timestamp);
+    if (!pose) continue;
+    frames.push_back({image.index, image.timestamp, pose->world_from_cam.Inverse(), IdealDetections(camera, image.detections)});
+  }
+  if (frames.empty())
+    throw InputError(fmt::format("{}: none of its poses is within {} s of an image of {}", options.trajectory,
+                                 kMaxTimeDifference, options.detections));
+  if (frames.size() < images.size())
+    spdlog::warn("{} of {} images have no pose within {} s: skipped", images.size() - frames.size(), images.size(), kMaxTimeDifference);
+  return frames;
+}
+
+void WriteResults(const Options& options, const KnownPoseMap& result, const ClassNames& names, size_t frames, const Stopwatch& watch) {
+  const std::filesystem::path out(options.out);
+  SavedMap saved{result.map, {}, names};
+  std::vector<StampedPose> trajectory;
+  int objects = 0;
+  result.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    trajectory.push_back({keyframe.timestamp, keyframe.cam_from_world.Inverse()});
+    saved.trajectory.push_back({keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
+  });
+  result.map.objects.ForEach([&](ObjectId, const Object& object) { objects += object.state == ObjectState::kMapped; });
+  SaveTrajectory((out / "trajectory.txt").string(), trajectory);
+  SaveTrajectory((out / "keyframes.txt").string(), trajectory);
+  SaveObjectsJson((out / "objects.json").string(), result.map, names);
+  MapPlot plot;
+  plot.map = &result.map;
+  plot.trajectory = trajectory;
+  plot.names = names;
+  plot.title = fmt::format("{} objects from {} known poses", objects, frames);
+  SaveMapSvg((out / "map.svg").string(), plot);
+  if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  const double wall_s = watch.WallMs() / 1000, ms = wall_s * 1000 / static_cast<double>(frames);
+  const nlohmann::ordered_json summary = {
+      {"version", OASLAM_VERSION}, {"mode", "map-objects"}, {"frames", frames}, {"tracked", frames},
+      {"keyframes", frames}, {"landmarks", 0}, {"objects", objects}, {"loops", 0}, {"ms_mean", ms},
+      {"cpu_s", ProcessCpuSeconds()}, {"wall_s", wall_s}, {"peak_rss_mb", PeakRssMb()}, {"mean_iou", result.mean_iou}};
+  WriteTextFile((out / "summary.json").string(), summary.dump(2) + "\n");
+  if (!options.common.quiet)
+    fmt::print("{} objects from {} images, mean IoU {:.3f}, in {:.1f} s\n", objects, frames, result.mean_iou, wall_s);
+}
+
+void MapObjects(const Options& options) {
+  const Stopwatch watch;
+  const SlamConfig config = LoadConfiguration(options.common);
+  const ClassNames names = LoadClasses(options.common);
+  const Camera camera = LoadCamera(options.camera, {0, 0});
+  const std::vector<PosedDetections> frames = PoseDetections(options, camera);
+  EnsureOutputFolder(options.out);
+  ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
+  const KnownPoseMap result = MapObjectsFromKnownPoses(frames, camera, config.objects, [&](int done) { progress.Update(done, "mapping objects"); });
+  progress.Finish();
+  WriteResults(options, result, names, frames.size(), watch);
+}
+
+}  // namespace
+
+void AddMapObjectsCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("map-objects", "Map objects from poses that are already known (ARKit, COLMAP, another SLAM)");
+  command->add_option("--trajectory", options->trajectory, "Poses, TUM format, camera to world")->required()->type_name("TUM")->check(CLI::ExistingFile);
+  command->add_option("--camera", options->camera, "Calibration file")->required()->type_name("CAM");
+  command->add_option("--detections", options->detections, "Detections; names are time stamps")->required()->type_name("JSON")->check(CLI::ExistingFile);
+  command->add_option("--out", options->out, "Output folder")->required()->type_name("DIR");
+  command->add_option("--map-out", options->map_out, "Also save the map")->type_name("FILE");
+  AddCommonOptions(*command, options->common);
+  command->callback([options] { MapObjects(*options); });
+}
+
+}  // namespace oaslam::apps

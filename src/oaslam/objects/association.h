@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/frame.h"
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// One detection of a frame and the object it is of; or that an object was not detected where it should have been.
+struct ObjectSighting {
+  ObjectId object;              // as the tracker knows it; the mapper resolves merged objects
+  int category_id = 0;
+  bool is_new = false;          // its first: the mapper creates the object
+  bool detected = true;         // false: predicted well inside the image and missed; nothing below counts then
+  ObjectObservation observation;
+  std::vector<LandmarkId> landmarks;  // ascending; of the matched key points inside the box
+};
+
+// What the tracker remembers of an object.
+struct ObjectTrack {
+  ObjectId object;
+  int category_id = 0;
+  Box last_box;         // ideal image
+  int last_frame = -1;  // of last_box; -1: not seen since the tracker started
+  bool in_map = false;  // a snapshot held it
+};
+
+// The tracker's open tracks, a value, ascending by object. It alone creates ids of objects.
+struct ObjectTracks {
+  std::vector<ObjectTrack> open;
+  uint32_t next_object = 0;
+
+  // For a map from a file: its objects are re-associated, new ones get new ids.
+  static ObjectTracks ContinueFrom(const Map& map);
+};
+
+struct ObjectAssociation {
+  ObjectTracks tracks;  // after this frame
+  std::vector<ObjectSighting> sightings;
+};
+
+// Decides which object each detection is of: optimal one-to-one within a class, by the overlap with the object's last box or with its
+// projection (paper, section "Box-based Object Tracking") or by shared landmarks ("Point-based"); the rest open new tracks. The snapshot is
+// the one the frame was tracked in.
+ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot, ObjectTracks tracks,
+                                   const ObjectsConfig& config);
+
+}  // namespace oaslam

@@ -1,0 +1,19 @@
+#include "oaslam/objects/life_cycle.h"
+
+namespace oaslam {
+
+std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence, const ObjectsConfig& config) {
+  // Well below the share that admits it, so that an object does not flicker.
+  const double demote_share = 0.6 * config.min_accept_share;
+  if (state == ObjectState::kMapped) {
+    const bool fails = !evidence.has_model || evidence.accept_share < demote_share;
+    return fails ? ObjectState::kInitialized : ObjectState::kMapped;
+  }
+  if (evidence.unseen_frames > config.drop_after) return std::nullopt;
+  if (!evidence.has_model) return ObjectState::kTentative;
+  const bool accepted =
+      evidence.observations >= config.min_observations && evidence.accept_share >= config.min_accept_share;
+  return accepted ? ObjectState::kMapped : ObjectState::kInitialized;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,108 @@
+#include "oaslam/objects/object_merging.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/objects/object_model.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kSideBySide = 3;           // images with both, in separate boxes: two objects
+constexpr double kMinMergedIoU = 0.5;    // of the common model
+
+int CountShared(const Object& a, const Object& b) {
+  constexpr int kMinVotes = 3;  // more than once by chance
+  int shared = 0;
+  for (size_t i = 0, j = 0; i < a.landmarks.size() && j < b.landmarks.size();) {
+    if (a.landmarks[i] == b.landmarks[j]) shared += a.landmark_votes[i] >= kMinVotes && b.landmark_votes[j] >= kMinVotes;
+    if (a.landmarks[i] <= b.landmarks[j])
+      ++i;
+    else
+      ++j;
+  }
+  return shared;
+}
+
+bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
+  if (a.category_id != b.category_id || a.state == ObjectState::kTentative || b.state == ObjectState::kTentative) return false;
+  return IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
+         Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center) ||
+         CountShared(a, b) > config.min_shared_points;
+}
+
+// Both ascending by frame.
+int CountSideBySide(const Object& a, const Object& b) {
+  int count = 0;
+  auto j = b.observations.begin();
+  for (const ObjectObservation& o : a.observations) {
+    while (j != b.observations.end() && j->frame_index < o.frame_index) ++j;
+    if (j != b.observations.end() && j->frame_index == o.frame_index) count += IoU(o.box, j->box) < 0.5;
+  }
+  return count;
+}
+
+Object Union(const Map& map, const Object& a, const Object& b) {
+  Object joint = a;
+  joint.observations.insert(joint.observations.end(), b.observations.begin(), b.observations.end());
+  std::ranges::stable_sort(joint.observations, {}, &ObjectObservation::frame_index);
+  ThinObservations(map, joint.observations);
+  joint.total_observations += b.total_observations;
+  joint.last_seen_frame = std::max(a.last_seen_frame, b.last_seen_frame);
+  if (b.state == ObjectState::kMapped) joint.state = ObjectState::kMapped;
+  AddVotes(b.landmarks, b.landmark_votes, joint);
+  return joint;
+}
+
+bool TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
+  const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
+  if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return false;
+  Object joint = Union(map, a, b);
+  const Ellipsoid* better = a.total_observations >= b.total_observations ? &a.ellipsoid : &b.ellipsoid;
+  const auto model = FitObjectModel(map, ViewsOf(map, joint.observations), better, config);
+  if (!model || model->overlap.accept_share < config.min_accept_share || model->overlap.mean_iou < kMinMergedIoU) return false;
+  AdoptModel(map, *model, joint);
+  map.objects.MutableAt(kept) = std::move(joint);
+  map.objects.Erase(gone);
+  map.merged_objects.Insert(gone, kept);
+  return true;
+}
+
+}  // namespace
+
+void AdoptModel(const Map& map, const ObjectModel& model, Object& object) {
+  object.ellipsoid = model.ellipsoid;
+  object.mean_iou = model.overlap.mean_iou;
+  object.covariance = EstimateCovariance(model.ellipsoid, ViewsOf(map, object.observations));
+}
+
+void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes, Object& object) {
+  std::vector<LandmarkId> ids;
+  std::vector<uint16_t> sums;
+  size_t i = 0, j = 0;
+  while (i < object.landmarks.size() || j < landmarks.size()) {
+    const bool take_own = j >= landmarks.size() || (i < object.landmarks.size() && object.landmarks[i] <= landmarks[j]);
+    const LandmarkId id = take_own ? object.landmarks[i] : landmarks[j];
+    int sum = 0;
+    while (i < object.landmarks.size() && object.landmarks[i] == id) sum += object.landmark_votes[i++];
+    while (j < landmarks.size() && landmarks[j] == id) sum += votes[j++];
+    ids.push_back(id);
+    sums.push_back(static_cast<uint16_t>(std::min(sum, UINT16_MAX + 0)));
+  }
+  object.landmarks = std::move(ids);
+  object.landmark_votes = std::move(sums);
+}
+
+void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config) {
+  for (const ObjectId id : changed) {
+    for (const ObjectId other : map.objects.Ids()) {
+      if (!map.objects.Contains(id)) break;
+      if (other == id || !map.objects.Contains(other)) continue;
+      TryMerge(map, std::min(id, other), std::max(id, other), config);
+    }
+  }
+}
+
+}  // namespace oaslam

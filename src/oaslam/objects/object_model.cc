@@ -1,0 +1,80 @@
+#include "oaslam/objects/object_model.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kBadIoU = 0.5;  // a model this bad is worth a new start
+
+EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {
+  EllipsoidFitOptions options;
+  if (config.model == "paper")
+    options.residual = EllipsoidResidual::kWasserstein;
+  else
+    options.up = map.up;
+  return options;
+}
+
+Eigen::Vector3d DirectionInWorld(const Map& map, const ObjectObservation& o) {
+  const Rigid3 cam_from_world = o.cam_from_anchor * *map.ResolvePose(o.anchor);
+  return (cam_from_world.rotation.conjugate() * RayOf(map.cameras[o.camera], CenterPixel(o.box))).normalized();
+}
+
+}  // namespace
+
+std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> observations) {
+  std::vector<BoxView> views;
+  views.reserve(observations.size());
+  for (const ObjectObservation& o : observations) {
+    const std::optional<Rigid3> anchor_from_world = map.ResolvePose(o.anchor);
+    OASLAM_CHECK(anchor_from_world.has_value());
+    views.push_back({o.cam_from_anchor * *anchor_from_world, &map.cameras[o.camera], o.box, o.score, o.truncated});
+  }
+  return views;
+}
+
+std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxView> views, const Ellipsoid* current,
+                                          const ObjectsConfig& config) {
+  const EllipsoidFitOptions options = OptionsOf(map, config);
+  const auto measured = [&](const EllipsoidFit& fit) {
+    return ObjectModel{fit.ellipsoid, MeasureOverlap(fit.ellipsoid, views, config.min_accept_iou)};
+  };
+  std::optional<ObjectModel> best;
+  if (current) {
+    if (const EllipsoidFit fit = FitEllipsoid(views, *current, options); fit.success) best = measured(fit);
+    if (best && best->overlap.mean_iou >= kBadIoU) return best;
+  }
+  const SphereEstimate sphere = EstimateSphere(views, config.min_parallax_deg);
+  if (!sphere.success) return best;
+  const EllipsoidFit fit = FitFromSphere(views, sphere.sphere, options);
+  if (!fit.success) return best;
+  const ObjectModel fresh = measured(fit);
+  return best && best->overlap.mean_iou >= fresh.overlap.mean_iou ? best : fresh;
+}
+
+void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations) {
+  constexpr double kAnglePerFrame = 0.001;  // rad: a still camera's observations are worth something, too
+  if (observations.size() <= kMaxObservations) return;
+  std::vector<Eigen::Vector3d> directions;
+  for (const ObjectObservation& o : observations) directions.push_back(DirectionInWorld(map, o));
+  while (observations.size() > kMaxObservations) {
+    size_t closest = 1;
+    double smallest = std::numeric_limits<double>::infinity();
+    for (size_t i = 1; i + 1 < observations.size(); ++i) {
+      const double gap = (directions[i + 1] - directions[i - 1]).norm() +
+                         kAnglePerFrame * (observations[i + 1].frame_index - observations[i - 1].frame_index);
+      if (gap >= smallest) continue;
+      smallest = gap;
+      closest = i;
+    }
+    directions.erase(directions.begin() + static_cast<std::ptrdiff_t>(closest));
+    observations.erase(observations.begin() + static_cast<std::ptrdiff_t>(closest));
+  }
+}
+
+}  // namespace oaslam
