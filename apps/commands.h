@@ -5,5 +5,6 @@
 namespace oaslam::apps {
 
 // Each adds its subcommand to the application; its callback runs it, and throws InputError for bad input.
+void AddMapObjectsCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

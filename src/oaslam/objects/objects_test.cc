@@ -1,0 +1,352 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/objects/association.h"
+#include "oaslam/objects/known_poses.h"
+#include "oaslam/objects/life_cycle.h"
+#include "oaslam/objects/object_mapper.h"
+#include "oaslam/objects/object_merging.h"
+#include "oaslam/objects/upright.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+const Eigen::Vector3d kUp(0, 0, 1);
+
+struct TrueObject {
+  int category_id;
+  Ellipsoid ellipsoid;
+};
+
+// A table with two cups side by side, a book and a bottle.
+std::vector<TrueObject> Table() {
+  const auto turned = [](double yaw) { return Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())); };
+  return {{41, {{-0.1, 0, 0.05}, {0.05, 0.05, 0.06}, turned(0)}},
+          {41, {{0.1, 0.05, 0.05}, {0.05, 0.05, 0.06}, turned(0)}},
+          {73, {{0.3, -0.3, 0.02}, {0.15, 0.1, 0.03}, turned(0.7)}},
+          {39, {{-0.3, 0.3, 0.12}, {0.04, 0.04, 0.12}, turned(0)}}};
+}
+
+Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double roll = 0) {
+  const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(kUp).normalized();
+  Eigen::Matrix3d rotation;
+  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ())) * Eigen::Quaterniond(rotation),
+          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) * (-rotation * eye)};
+}
+
+struct Noise {
+  double box_px = 1, miss_rate = 0.1, false_rate = 0.1;
+};
+
+std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int frames, const Noise& noise, uint64_t seed) {
+  Rng rng(seed);
+  std::vector<PosedDetections> film;
+  for (int i = 0; i < frames; ++i) {
+    const double angle = 2.0 * i / frames;
+    PosedDetections frame;
+    frame.frame_index = i;
+    frame.timestamp = i / 30.0;
+    frame.cam_from_world = LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7 + 0.1 * std::sin(7 * angle)}, {0, 0, 0.05}, rng.Gaussian(0.03));
+    for (const TrueObject& object : objects) {
+      if (rng.Uniform(0, 1) < noise.miss_rate) continue;
+      Box box = *ProjectToBox(object.ellipsoid, frame.cam_from_world, kCamera);
+      for (double* edge : {&box.x1, &box.y1, &box.x2, &box.y2}) *edge += rng.Gaussian(noise.box_px);
+      frame.detections.push_back({object.category_id, 0.8, box, 0});
+    }
+    if (rng.Uniform(0, 1) < noise.false_rate) {
+      const double x = rng.Uniform(0, 560), y = rng.Uniform(0, 400);
+      frame.detections.push_back({41, 0.6, {x, y, x + 60, y + 60}, 0});
+    }
+    frame.detections.push_back({41, 0.4, {300, 20, 360, 80}, 0});  // below the score that is mapped
+    film.push_back(std::move(frame));
+  }
+  return film;
+}
+
+std::vector<Object> MappedObjects(const Map& map) {
+  std::vector<Object> mapped;
+  map.objects.ForEach([&](ObjectId, const Object& o) {
+    if (o.state == ObjectState::kMapped) mapped.push_back(o);
+  });
+  return mapped;
+}
+
+double DistanceToNearest(const TrueObject& truth, const std::vector<Object>& mapped) {
+  double nearest = 1e9;
+  for (const Object& o : mapped)
+    if (o.category_id == truth.category_id)
+      nearest = std::min(nearest, (o.ellipsoid.center - truth.ellipsoid.center).norm());
+  return nearest;
+}
+
+TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
+  const auto objects = Table();
+  for (const char* model : {"robust", "paper"}) {
+    ObjectsConfig config;
+    config.model = model;
+    const KnownPoseMap result = MapObjectsFromKnownPoses(Film(objects, 150, {}, 1), kCamera, config);
+    const std::vector<Object> mapped = MappedObjects(result.map);
+    EXPECT_EQ(mapped.size(), objects.size()) << model;
+    for (const TrueObject& truth : objects) EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << model;
+    EXPECT_GT(result.mean_iou, 0.85) << model;
+    for (const Object& o : mapped) {
+      EXPECT_LE(o.observations.size(), 60U);
+      EXPECT_GT(o.total_observations, 100);
+      EXPECT_GT(o.detection_rate, 0.8);
+      EXPECT_LT(o.detection_rate, 0.97);
+      EXPECT_GT(o.covariance.diagonal().minCoeff(), 0);
+      EXPECT_LT(std::sqrt(o.covariance.topLeftCorner<3, 3>().trace()), 0.05);
+    }
+    EXPECT_TRUE(result.map.CheckInvariants().empty());
+  }
+}
+
+TEST(ObjectMapping, IsTheSameOnEveryRun) {
+  const auto film = Film(Table(), 80, {}, 2);
+  const KnownPoseMap a = MapObjectsFromKnownPoses(film, kCamera, {}), b = MapObjectsFromKnownPoses(film, kCamera, {});
+  ASSERT_EQ(a.map.objects.Ids(), b.map.objects.Ids());
+  for (const ObjectId id : a.map.objects.Ids())
+    EXPECT_EQ(a.map.objects.At(id).ellipsoid.center, b.map.objects.At(id).ellipsoid.center);
+}
+
+TEST(ObjectMapping, ScaleOfTheMapDoesNotMatter) {
+  auto film = Film(Table(), 120, {}, 3);
+  const auto near = MappedObjects(MapObjectsFromKnownPoses(film, kCamera, {}).map);
+  for (PosedDetections& frame : film) frame.cam_from_world.translation *= 50;
+  const auto far = MappedObjects(MapObjectsFromKnownPoses(film, kCamera, {}).map);
+  ASSERT_EQ(near.size(), far.size());
+  for (size_t i = 0; i < near.size(); ++i) {
+    EXPECT_LT((far[i].ellipsoid.center - 50 * near[i].ellipsoid.center).norm(), 0.01 * 50);
+    EXPECT_LT((far[i].ellipsoid.half_axes - 50 * near[i].ellipsoid.half_axes).norm(), 0.01 * 50);
+  }
+}
+
+TEST(ObjectMapping, OnlyBriefSightingsAreDropped) {
+  auto film = Film(Table(), 200, {}, 4);
+  for (int i = 10; i < 25; ++i) film[i].detections.push_back({0, 0.9, {100.0 + i, 100, 160.0 + i, 220}, 0});
+  const KnownPoseMap result = MapObjectsFromKnownPoses(film, kCamera, {});
+  result.map.objects.ForEach([&](ObjectId, const Object& o) { EXPECT_NE(o.category_id, 0); });
+}
+
+TEST(ObjectMapping, FollowsCorrectedKeyframes) {
+  const auto film = Film(Table(), 120, {}, 5);
+  Map map = MapObjectsFromKnownPoses(film, kCamera, {}).map;
+  const Rigid3 moved_from_world(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())), {3, -2, 1});
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.MutableAt(id);
+    keyframe.cam_from_world = keyframe.cam_from_world * moved_from_world.Inverse();
+  }
+  const auto before = MappedObjects(map);
+  UpdateObjects(map, {}, 120, {});
+  const auto after = MappedObjects(map);
+  ASSERT_EQ(before.size(), after.size());
+  for (size_t i = 0; i < before.size(); ++i)
+    EXPECT_LT((after[i].ellipsoid.center - moved_from_world * before[i].ellipsoid.center).norm(), 0.01);
+}
+
+TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
+  Map map;
+  const auto film = Film({}, 100, {}, 6);
+  for (size_t i = 0; i < film.size(); ++i) {
+    Keyframe keyframe;
+    keyframe.cam_from_world = film[i].cam_from_world;
+    map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(i)), keyframe);
+    if (i == 8) EXPECT_FALSE(EstimateUp(map));  // hardly turned
+  }
+  const auto up = EstimateUp(map);
+  ASSERT_TRUE(up);
+  EXPECT_GT(up->dot(kUp), std::cos(0.03));
+}
+
+// ---- association
+
+TrackedFrame FrameWith(int index, std::vector<ObjectDetection> detections) {
+  TrackedFrame tracked;
+  tracked.frame.index = index;
+  tracked.frame.detections = std::move(detections);
+  tracked.reference = KeyframeId(0);
+  return tracked;
+}
+
+Map EmptyMap() {
+  Map map;
+  map.cameras = {kCamera};
+  return map;
+}
+
+TEST(Association, CrossingBoxesKeepTheirObjects) {
+  // Two boxes that pass each other: each is nearer to its own last place than to the other's at every step.
+  const Map map = EmptyMap();
+  ObjectTracks tracks;
+  ObjectId left, right;
+  for (int i = 0; i <= 40; ++i) {
+    const Box a{100.0 + 4 * i, 100, 180.0 + 4 * i, 180}, b{260.0 - 4 * i, 120, 340.0 - 4 * i, 220};
+    const bool swapped = i % 2 == 1;  // in any order
+    const ObjectDetection da{41, 0.9, a, 0}, db{41, 0.9, b, 0};
+    auto result = AssociateObjects(FrameWith(i, swapped ? std::vector{db, da} : std::vector{da, db}), map, tracks, {});
+    tracks = result.tracks;
+    ASSERT_EQ(result.sightings.size(), 2U);
+    const ObjectSighting &sa = result.sightings[swapped ? 1 : 0], &sb = result.sightings[swapped ? 0 : 1];
+    if (i == 0) {
+      left = sa.object;
+      right = sb.object;
+      EXPECT_TRUE(sa.is_new && sb.is_new);
+    }
+    EXPECT_EQ(sa.object, left) << i;
+    EXPECT_EQ(sb.object, right) << i;
+  }
+  EXPECT_EQ(tracks.open.size(), 2U);
+}
+
+TEST(Association, ClassesDoNotMixAndOldBoxesAreForgotten) {
+  const Map map = EmptyMap();
+  const Box box{100, 100, 180, 180};
+  auto first = AssociateObjects(FrameWith(0, {{41, 0.9, box, 0}}), map, {}, {});
+  auto other_class = AssociateObjects(FrameWith(1, {{39, 0.9, box, 0}}), map, first.tracks, {});
+  EXPECT_TRUE(other_class.sightings[0].is_new);
+  auto late = AssociateObjects(FrameWith(20, {{41, 0.9, box, 0}}), map, first.tracks, {});
+  EXPECT_TRUE(late.sightings[0].is_new);
+  auto soon = AssociateObjects(FrameWith(10, {{41, 0.9, box, 0}}), map, first.tracks, {});
+  EXPECT_FALSE(soon.sightings[0].is_new);
+}
+
+Object MappedCup(const Eigen::Vector3d& center) {
+  Object object;
+  object.category_id = 41;
+  object.state = ObjectState::kMapped;
+  object.ellipsoid = {center, {0.1, 0.1, 0.1}, Eigen::Quaterniond::Identity()};
+  return object;
+}
+
+TEST(Association, MapObjectsAreFoundByTheirProjection) {
+  Map map = EmptyMap();
+  map.objects.Insert(ObjectId(7), MappedCup({0, 0, 2}));
+  const Box seen = *ProjectToBox(map.objects.At(ObjectId(7)).ellipsoid, Rigid3(), kCamera);
+  const ObjectTracks tracks = ObjectTracks::ContinueFrom(map);
+  const auto hit = AssociateObjects(FrameWith(500, {{41, 0.9, seen, 0}}), map, tracks, {});
+  ASSERT_EQ(hit.sightings.size(), 1U);
+  EXPECT_EQ(hit.sightings[0].object, ObjectId(7));
+  EXPECT_FALSE(hit.sightings[0].is_new);
+  const auto miss = AssociateObjects(FrameWith(500, {{41, 0.9, {10, 10, 60, 60}, 0}}), map, tracks, {});
+  ASSERT_EQ(miss.sightings.size(), 2U);
+  EXPECT_EQ(miss.sightings[0].object, ObjectId(8));  // ids go on after those of the map
+  EXPECT_FALSE(miss.sightings[1].detected);
+  EXPECT_EQ(miss.sightings[1].object, ObjectId(7));
+}
+
+TEST(Association, SharedLandmarksOutweighOverlap) {
+  Map map = EmptyMap();
+  map.objects.Insert(ObjectId(0), MappedCup({0, 0, 2}));
+  Object elsewhere = MappedCup({0.15, 0, 2});
+  for (uint32_t i = 0; i < 20; ++i) {
+    elsewhere.landmarks.push_back(LandmarkId(i));
+    elsewhere.landmark_votes.push_back(5);
+  }
+  map.objects.Insert(ObjectId(1), elsewhere);
+  const Box box = *ProjectToBox(map.objects.At(ObjectId(0)).ellipsoid, Rigid3(), kCamera);
+  TrackedFrame tracked = FrameWith(0, {{41, 0.9, box, 0}});
+  auto features = std::make_shared<Features>();
+  for (uint32_t i = 0; i < 20; ++i) {
+    Keypoint keypoint;
+    keypoint.px = box.Center().cast<float>();
+    features->keypoints.push_back(keypoint);
+    tracked.landmarks.push_back(LandmarkId(i));
+  }
+  tracked.frame.features = features;
+  EXPECT_EQ(AssociateObjects(tracked, map, {}, {}).sightings[0].object, ObjectId(1));
+  tracked.landmarks.assign(20, LandmarkId());
+  EXPECT_EQ(AssociateObjects(tracked, map, {}, {}).sightings[0].object, ObjectId(0));
+}
+
+TEST(Association, FollowsMergedAndDroppedObjects) {
+  Map map = EmptyMap();
+  map.objects.Insert(ObjectId(0), MappedCup({0, 0, -5}));
+  map.merged_objects.Insert(ObjectId(1), ObjectId(0));
+  ObjectTracks tracks;
+  tracks.next_object = 3;
+  tracks.open = {{ObjectId(1), 41, {10, 10, 60, 60}, 4, true}, {ObjectId(2), 41, {200, 10, 260, 60}, 4, true}};
+  const auto result = AssociateObjects(FrameWith(5, {{41, 0.9, {10, 10, 60, 60}, 0}, {41, 0.9, {200, 10, 260, 60}, 0}}), map, tracks, {});
+  EXPECT_EQ(result.sightings[0].object, ObjectId(0));  // now lives under this id
+  EXPECT_EQ(result.sightings[1].object, ObjectId(3));  // object 2 was dropped: a new one
+}
+
+TEST(LifeCycle, Transitions) {
+  const ObjectsConfig config;
+  const auto next = [&](ObjectState state, ObjectEvidence evidence) { return NextState(state, evidence, config); };
+  EXPECT_EQ(next(ObjectState::kTentative, {false, 100, 0, 0}), ObjectState::kTentative);
+  EXPECT_EQ(next(ObjectState::kTentative, {false, 100, 0, 61}), std::nullopt);
+  EXPECT_EQ(next(ObjectState::kTentative, {true, 12, 1, 0}), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kInitialized, {true, 39, 1, 0}), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kInitialized, {true, 40, 0.95, 0}), ObjectState::kMapped);
+  EXPECT_EQ(next(ObjectState::kInitialized, {true, 40, 0.85, 0}), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kInitialized, {true, 39, 1, 61}), std::nullopt);
+  EXPECT_EQ(next(ObjectState::kMapped, {true, 400, 0.8, 5000}), ObjectState::kMapped);
+  EXPECT_EQ(next(ObjectState::kMapped, {true, 400, 0.4, 0}), ObjectState::kInitialized);
+}
+
+// ---- merging
+
+// The film's cup 0 as two objects: what was seen before frame `split`, and after.
+Map SplitMap(bool really_two) {
+  std::vector<TrueObject> objects = {Table()[0]};
+  if (really_two) objects.push_back({41, {{-0.1, 0, 0.05}, {0.02, 0.02, 0.02}, Eigen::Quaterniond::Identity()}});
+  Map map = EmptyMap();
+  const auto features = std::make_shared<const Features>();
+  const auto film = Film(objects, 200, {1, 0, 0}, 7);
+  for (uint32_t k = 0; k < 200; ++k) {
+    map.keyframes.Insert(KeyframeId(k), {static_cast<int>(k), k / 30.0, 0, film[k].cam_from_world, features, {}, {}});
+    const size_t which = really_two ? 1 : 0;
+    ObjectSighting first, second;
+    first.object = ObjectId(0);
+    second.object = ObjectId(1);
+    first.category_id = second.category_id = 41;
+    first.is_new = k == 0;
+    second.is_new = really_two ? k == 0 : k == 100;
+    const auto observe = [&](size_t d) {
+      return ObjectObservation{static_cast<int>(k), KeyframeId(k), Rigid3(), 0, film[k].detections[d].box, 0.8, 0};
+    };
+    first.observation = observe(0);
+    second.observation = observe(which);
+    std::vector<ObjectSighting> sightings;
+    if (really_two || k < 100) sightings.push_back(first);
+    if (really_two || k >= 100) sightings.push_back(second);
+    ObjectsConfig config;
+    config.drop_after = 1000;
+    UpdateObjects(map, sightings, static_cast<int>(k), config);
+  }
+  return map;
+}
+
+TEST(Merging, OneObjectTrackedTwiceBecomesOne) {
+  const Map map = SplitMap(false);
+  EXPECT_EQ(map.objects.size(), 1U);
+  ASSERT_TRUE(map.ResolveObject(ObjectId(1)));
+  EXPECT_EQ(*map.ResolveObject(ObjectId(1)), ObjectId(0));
+  EXPECT_EQ(map.objects.At(ObjectId(0)).total_observations, 200);
+  EXPECT_EQ(map.objects.At(ObjectId(0)).state, ObjectState::kMapped);
+}
+
+TEST(Merging, ObjectsSeenSideBySideStayTwo) {
+  EXPECT_EQ(SplitMap(true).objects.size(), 2U);  // although one is inside the other
+}
+
+TEST(Merging, VotesAdd) {
+  Object object;
+  object.landmarks = {LandmarkId(1), LandmarkId(5)};
+  object.landmark_votes = {2, 3};
+  AddVotes({LandmarkId(0), LandmarkId(5), LandmarkId(9)}, {1, 1, 1}, object);
+  EXPECT_EQ(object.landmarks, (std::vector{LandmarkId(0), LandmarkId(1), LandmarkId(5), LandmarkId(9)}));
+  EXPECT_EQ(object.landmark_votes, (std::vector<uint16_t>{1, 2, 4, 1}));
+}
+
+}  // namespace
+}  // namespace oaslam
