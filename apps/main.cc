@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   app.name("oaslam");
   app.set_version_flag("--version", "oaslam " OASLAM_VERSION);
   app.require_subcommand(1);
+  oaslam::apps::AddRunCommand(app);
   oaslam::apps::AddMapObjectsCommand(app);
   try {
     app.parse(argc, argv);

@@ -1,0 +1,46 @@
+#include "frame_inputs.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "oaslam/io/camera_file.h"
+
+namespace oaslam::apps {
+
+FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
+  if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
+  if (!sources.detector.empty()) detector_ = Detector::Load(sources.detector, {});
+  ImageSourceOptions range = FrameRange(common);
+  range.color = detector_ != nullptr;
+  images_ = OpenImages(sources.images, range);
+  ahead_ = NextReadable();
+  if (!ahead_) throw InputError(fmt::format("{}: no readable image", sources.images));
+  camera_ = LoadCamera(sources.camera, ahead_->image.size());
+  if (camera_.is_guess) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
+}
+
+std::optional<InputImage> FrameInputs::NextReadable() {
+  while (std::optional<InputImage> image = images_->Next()) {
+    if (image->image.empty()) {
+      spdlog::warn("image {} ({}): missing or unreadable, skipped", image->index, image->name);
+      continue;
+    }
+    if (last_timestamp_ && !(image->timestamp > *last_timestamp_)) {
+      spdlog::warn("image {} ({}): time stamp {:.6f} is not after {:.6f}, skipped", image->index, image->name, image->timestamp, *last_timestamp_);
+      continue;
+    }
+    last_timestamp_ = image->timestamp;
+    return image;
+  }
+  return std::nullopt;
+}
+
+std::optional<FrameInput> FrameInputs::Next() {
+  std::optional<InputImage> image = ahead_ ? std::exchange(ahead_, std::nullopt) : NextReadable();
+  if (!image) return std::nullopt;
+  FrameInput frame{image->index, image->name, {image->image, image->timestamp, {}}};
+  frame.input.detections = detector_ ? detector_->Detect(image->image) : detections_.Find(image->name);
+  return frame;
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,125 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <thread>
+
+#include "commands.h"
+#include "common.h"
+#include "frame_inputs.h"
+#include "run_results.h"
+
+namespace oaslam::apps {
+namespace {
+
+struct RunOptions {
+  CommonOptions common;
+  std::string images, camera, detections, detector, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
+  std::optional<int> seed;
+};
+
+double Seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+SlamConfig Configure(const RunOptions& options) {
+  CommonOptions common = options.common;
+  if (!options.mode.empty()) common.set.push_back("runner.mode=" + options.mode);
+  if (options.seed) common.set.push_back(fmt::format("runner.seed={}", *options.seed));
+  return LoadConfiguration(common);
+}
+
+// Holds images back to the pace of their time stamps, and says which came too late.
+class LivePace {
+ public:
+  // False: the next image is due already, drop this one.
+  bool Wait(double timestamp) {
+    if (!start_s_) {
+      start_s_ = Seconds() - timestamp;
+      return true;
+    }
+    const double ahead_s = *start_s_ + timestamp - Seconds();
+    const double interval_s = timestamp - last_;
+    last_ = timestamp;
+    if (ahead_s < -interval_s) return false;
+    if (ahead_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(ahead_s));
+    return true;
+  }
+
+ private:
+  std::optional<double> start_s_;
+  double last_ = 0;
+};
+
+int Run(const RunOptions& options) {
+  const SlamConfig config = Configure(options);
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
+  const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  EnsureOutputFolder(options.out);
+
+  Slam slam(config, inputs.camera());
+  slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
+  if (!options.map_in.empty()) slam.Load(options.map_in);
+  slam.SetClassNames(LoadClasses(options.common));
+  RunResults results(options.out, config);
+  InstallInterruptHandler();
+  ProgressBar progress(inputs.size(), options.common.quiet);
+  LivePace pace;
+  const double start_s = Seconds();
+  int done = 0, dropped = 0;
+  std::exception_ptr failure;
+  try {
+    while (!Interrupted()) {
+      const std::optional<FrameInput> frame = inputs.Next();
+      if (!frame) break;
+      if (config.runner.mode == "live" && !pace.Wait(frame->input.timestamp)) {
+        ++dropped;
+        continue;
+      }
+      const TrackingResult result = slam.Process(frame->input);
+      results.Add(frame->index, result);
+      progress.Update(++done, fmt::format("{}, {} points", ToString(result.state), result.inliers));
+    }
+  } catch (const std::exception&) {
+    failure = std::current_exception();
+  }
+  progress.Finish();
+  slam.Finish();
+  slam.Shutdown();
+  const SavedMap saved = slam.Export();
+  results.Finish(saved, groundtruth, Seconds() - start_s, Interrupted());
+  if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
+  if (failure) std::rethrow_exception(failure);
+  if (!options.common.quiet)
+    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", results.tracked(), done, saved.map.keyframes.size(),
+               saved.map.landmarks.size(), options.out);
+  return Interrupted() ? 130 : 0;
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app) {
+  auto* command = app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
+  const auto options = std::make_shared<RunOptions>();
+  command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
+  command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
+  auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
+  command->add_option("--detector", options->detector, "ONNX model that finds the boxes")->excludes(detections);
+  command->add_option("--out", options->out, "folder for the results")->required();
+  command->add_option("--map-out", options->map_out, "save the map to this file");
+  command->add_option("--map-in", options->map_in, "start from this map: relocalize in it, go on mapping");
+  command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
+  command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
+      ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  command->add_option("--seed", options->seed, "of the random numbers");
+  AddCommonOptions(*command, options->common);
+  command->callback([options] {
+    if (const int code = Run(*options)) throw CLI::RuntimeError(code);
+  });
+}
+
+}  // namespace oaslam::apps

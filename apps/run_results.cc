@@ -1,0 +1,105 @@
+#include "run_results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "oaslam/io/map_results.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam::apps {
+namespace {
+
+double Percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, place);
+  return *place;
+}
+
+double Rounded(double value, double unit) { return std::round(value / unit) * unit; }
+
+double MeanObjectIou(const Map& map) {
+  double sum = 0;
+  int count = 0;
+  map.objects.ForEach([&](ObjectId, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    sum += object.mean_iou;
+    ++count;
+  });
+  return count > 0 ? sum / count : 0;
+}
+
+int CountMappedObjects(const Map& map) {
+  int count = 0;
+  map.objects.ForEach([&](ObjectId, const Object& object) { count += object.state == ObjectState::kMapped; });
+  return count;
+}
+
+}  // namespace
+
+std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& trajectory) {
+  std::vector<StampedPose> poses;
+  for (const FramePose& frame : trajectory)
+    if (const auto reference = map.ResolvePose(frame.reference))
+      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  return poses;
+}
+
+std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
+  std::vector<StampedPose> poses;
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { poses.push_back({k.timestamp, k.cam_from_world.Inverse()}); });
+  std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
+  return poses;
+}
+
+RunResults::RunResults(const std::string& folder, const SlamConfig& config)
+    : folder_(folder), config_(config), frames_(folder + "/frames.csv") {
+  if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
+  frames_ << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled\n";
+}
+
+void RunResults::Add(int source_index, const TrackingResult& r) {
+  frames_ << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},0\n", source_index, r.timestamp, ToString(r.state),
+                         r.keypoints, r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms);
+  ++frame_count_;
+  ms_.push_back(r.ms_total);
+  if (!r.world_from_cam) return;
+  ++tracked_;
+  live_.push_back({r.timestamp, *r.world_from_cam});
+}
+
+void RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
+  frames_.flush();
+  const std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory);
+  SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
+  SaveTrajectory(folder_ + "/trajectory_live.txt", live_);
+  SaveTrajectory(folder_ + "/keyframes.txt", KeyframeTrajectory(saved.map));
+  SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names);
+
+  nlohmann::ordered_json summary;
+  summary["version"] = OASLAM_VERSION;
+  summary["seed"] = config_.runner.seed;
+  summary["mode"] = config_.runner.mode;
+  summary["frames"] = frame_count_;
+  summary["tracked"] = trajectory.size();
+  summary["keyframes"] = saved.map.keyframes.size();
+  summary["landmarks"] = saved.map.landmarks.size();
+  summary["objects"] = CountMappedObjects(saved.map);
+  summary["loops"] = 0;
+  summary["ms_median"] = Rounded(Percentile(ms_, .5), .01);
+  summary["ms_mean"] = ms_.empty() ? 0 : Rounded(std::accumulate(ms_.begin(), ms_.end(), 0.0) / static_cast<double>(ms_.size()), .01);
+  summary["ms_p95"] = Rounded(Percentile(ms_, .95), .01);
+  summary["cpu_s"] = Rounded(ProcessCpuSeconds(), .01);
+  summary["wall_s"] = Rounded(wall_s, .01);
+  summary["peak_rss_mb"] = Rounded(PeakRssMb(), .1);
+  summary["mean_iou"] = Rounded(MeanObjectIou(saved.map), 1e-4);
+  MapPlot plot{.map = &saved.map, .trajectory = trajectory, .groundtruth = {}, .localized = {}, .names = saved.class_names, .title = "oaslam run"};
+  if (interrupted) summary["interrupted"] = true;
+  SaveMapSvg(folder_ + "/map.svg", plot);
+  std::ofstream(folder_ + "/summary.json") << summary.dump(2) << '\n';
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,48 @@
+#include "oaslam/system/mapper.h"
+
+#include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/mapping/local_mapping.h"
+#include "oaslam/objects/object_mapper.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+
+void Mapper::Apply(const MapCommand& command) {
+  if (command.reset) Reset();
+  if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
+    Log(LogLevel::kDebug, "initial map refused after refinement");
+  CountLandmarkUse(command.uses, map_);
+  if (command.keyframe) MapKeyframe(*command.keyframe);
+  if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, command.frame_index, config_.objects);
+}
+
+void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
+  InsertKeyframe(keyframe, config_.mapping, map_);
+  recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
+  const std::vector<LandmarkId> created = TriangulateNewLandmarks(keyframe.id, config_.mapping, map_);
+  recent_landmarks_.insert(recent_landmarks_.end(), created.begin(), created.end());
+  FuseLandmarks(keyframe.id, config_.mapping, map_);
+  if (map_.keyframes.size() > 2) ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
+  CullKeyframes(keyframe.id, config_.mapping, map_);
+}
+
+void Mapper::Finish() {
+  constexpr int kIterations = 10;
+  if (map_.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map_, kIterations), map_);
+}
+
+void Mapper::Reset() {
+  Map empty;
+  empty.cameras = map_.cameras;
+  empty.next_landmark = map_.next_landmark;
+  empty.version = map_.version;
+  map_ = std::move(empty);
+  recent_landmarks_.clear();
+}
+
+std::shared_ptr<const Map> Mapper::Publish() {
+  ++map_.version;
+  return std::make_shared<const Map>(map_);
+}
+
+}  // namespace oaslam

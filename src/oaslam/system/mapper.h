@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/command.h"
+#include "oaslam/map/map.h"
+#include "oaslam/objects/association.h"
+
+namespace oaslam {
+
+// What the tracker asks of the mapper after a frame.
+struct MapCommand {
+  int frame_index = 0;
+  bool reset = false;  // forget the map first
+  std::optional<InitialMap> initial;
+  std::optional<KeyframeInsertion> keyframe;
+  std::vector<LandmarkUse> uses;
+  std::vector<ObjectSighting> sightings;  // since the command before, in order of frames
+};
+
+// The one writer of the map.
+class Mapper {
+ public:
+  Mapper(const SlamConfig& config, Map map) : config_(config), map_(std::move(map)) {}
+
+  void Apply(const MapCommand& command);
+
+  // A last optimisation over everything.
+  void Finish();
+
+  // The map as it is now; shares what does not change later.
+  std::shared_ptr<const Map> Publish();
+
+ private:
+  void Reset();
+  void MapKeyframe(const KeyframeInsertion& keyframe);
+
+  SlamConfig config_;
+  Map map_;
+  std::vector<LandmarkId> recent_landmarks_;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "oaslam/system/map_pipeline.h"
+#include "oaslam/system/tracker.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+using testing::IsEmpty;
+
+struct WalkResult {
+  std::vector<FramePose> trajectory;
+  std::vector<Rigid3> final_poses;  // cam_from_world, of trajectory
+  std::shared_ptr<const Map> map;
+  std::vector<TrackingState> states;
+};
+
+// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; blind in [blind_from, blind_to).
+WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1) {
+  synthetic::World world = synthetic::MakeWorld({});
+  for (double& d : world.max_distance) d = std::min(d, 3.6);
+  SlamConfig config;
+  config.runner.mode = mode;
+  Map empty;
+  empty.cameras.push_back(world.camera);
+  MapPipeline pipeline(config, std::move(empty));
+  Tracker tracker(config, {}, false);
+  WalkResult run;
+  Rng rng(7);
+  for (int i = 0; i < frames; ++i) {
+    const bool blind = i >= blind_from && i < blind_to;
+    const double angle = -20 + 0.4 * (i < 80 ? i : 160 - i);
+    Frame frame{i, i / 30.0, 0, {}, {}};
+    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle), {.missed = blind ? 1.0 : 0.1}, rng).features;
+    auto snapshot = pipeline.SnapshotFor(i);
+    Tracker::Outcome outcome = tracker.Track(frame, *snapshot);
+    if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
+    if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
+    run.states.push_back(outcome.state);
+  }
+  run.map = pipeline.Finish();
+  run.trajectory = tracker.trajectory();
+  for (const FramePose& f : run.trajectory) run.final_poses.push_back(f.cam_from_reference * *run.map->ResolvePose(f.reference));
+  return run;
+}
+
+// RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of the world.
+double AbsoluteError(const WalkResult& run) {
+  const auto n = static_cast<Eigen::Index>(run.trajectory.size());
+  Eigen::Matrix3Xd estimate(3, n), truth(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int f = run.trajectory[i].frame_index;
+    estimate.col(i) = run.final_poses[i].OriginInSource();
+    truth.col(i) = synthetic::PoseOnArc({}, -20 + 0.4 * (f < 80 ? f : 160 - f)).OriginInSource();
+  }
+  const Eigen::Matrix4d sim = Eigen::umeyama(estimate, truth, true);
+  return std::sqrt(((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth).colwise().squaredNorm().mean());
+}
+
+TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
+  for (const std::string mode : {"sequential", "lockstep", "live"}) {
+    const WalkResult run = Walk(mode, 120);
+    EXPECT_GT(run.trajectory.size(), 95U) << mode;
+    EXPECT_LT(AbsoluteError(run), 0.01) << mode;
+    EXPECT_GE(run.map->keyframes.size(), 4U) << mode;
+    EXPECT_THAT(run.map->CheckInvariants(), IsEmpty()) << mode;
+  }
+}
+
+TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
+  for (const std::string mode : {"sequential", "lockstep"}) {
+    const WalkResult a = Walk(mode, 90), b = Walk(mode, 90);
+    ASSERT_EQ(a.final_poses.size(), b.final_poses.size());
+    for (size_t i = 0; i < a.final_poses.size(); ++i) {
+      EXPECT_EQ(a.final_poses[i].translation, b.final_poses[i].translation);
+      EXPECT_EQ(a.final_poses[i].rotation.coeffs(), b.final_poses[i].rotation.coeffs());
+    }
+    EXPECT_EQ(a.map->landmarks.size(), b.map->landmarks.size());
+  }
+}
+
+TEST(Pipeline, LostEarlyItStartsAnew) {
+  const WalkResult run = Walk("lockstep", 70, 16, 22);
+  EXPECT_EQ(run.states[18], TrackingState::kInitializing);
+  EXPECT_EQ(run.states.back(), TrackingState::kTracking);
+  EXPECT_LT(AbsoluteError(run), 0.02);
+}
+
+}  // namespace
+}  // namespace oaslam

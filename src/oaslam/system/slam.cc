@@ -1,0 +1,184 @@
+#include "oaslam/slam.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "oaslam/features/orb_extractor.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/io/map_file.h"
+#include "oaslam/system/map_pipeline.h"
+#include "oaslam/system/tracker.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam {
+namespace {
+
+cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
+  if (image.cols != camera.width || image.rows != camera.height)
+    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}", image.cols, image.rows,
+                                 camera.width, camera.height));
+  if (image.type() == CV_8UC1) return image;
+  cv::Mat grey;
+  if (image.type() == CV_8UC3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  else if (image.type() == CV_8UC4) cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
+  else throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+  return grey;
+}
+
+std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections, const Camera& camera) {
+  std::vector<ObjectDetection> ideal;
+  for (const Detection& d : detections)
+    ideal.push_back({d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
+  return ideal;
+}
+
+void CheckConfig(const SlamConfig& config) {
+  const std::vector<std::string> problems = config.Validate();
+  if (!problems.empty()) throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
+}
+
+void CheckCamera(const Camera& camera) {
+  if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
+    throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive", camera.width, camera.height, camera.fx, camera.fy));
+}
+
+}  // namespace
+
+class Slam::Impl {
+ public:
+  Impl(const SlamConfig& config, const Camera& camera) : config_(config), camera_(camera), extractor_(config.features, camera) {
+    Map map;
+    map.cameras.push_back(camera);
+    Begin(std::move(map), false);
+  }
+
+  void Begin(Map map, bool is_loaded) {
+    FirstIds ids;
+    for (const KeyframeId id : map.keyframes.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
+    for (const KeyframeId id : map.retired.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
+    ids.objects = ObjectTracks::ContinueFrom(map);
+    const auto known = std::ranges::find(map.cameras, camera_);
+    camera_index_ = static_cast<int>(known - map.cameras.begin());
+    if (known == map.cameras.end()) map.cameras.push_back(camera_);
+    pipeline_.emplace(config_, std::move(map));
+    tracker_.emplace(config_, ids, is_loaded);
+    snapshot_ = pipeline_->Newest();
+  }
+
+  TrackingResult Process(const ImageInput& input);
+
+  Frame MakeFrame(const ImageInput& input, int index, int keypoints) const {
+    const cv::Mat grey = ToGrey(input.image, camera_);
+    Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_)};
+    frame.features = std::make_shared<const Features>(extractor_.Extract(grey, keypoints));
+    return frame;
+  }
+
+  SlamConfig config_;
+  Camera camera_;
+  int camera_index_ = 0;
+  OrbExtractor extractor_;
+  std::optional<MapPipeline> pipeline_;
+  std::optional<Tracker> tracker_;
+  std::shared_ptr<const Map> snapshot_;
+  std::vector<FramePose> loaded_trajectory_;
+  ClassNames class_names_ = CocoClassNames();
+  RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
+  int next_index_ = 0;
+  std::optional<double> last_timestamp_;
+};
+
+TrackingResult Slam::Impl::Process(const ImageInput& input) {
+  if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
+    throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", input.timestamp, *last_timestamp_));
+  const Stopwatch total;
+  const int keypoints = config_.features.count * (tracker_->IsInitializing() ? 2 : 1);
+  const Frame frame = MakeFrame(input, next_index_, keypoints);
+  last_timestamp_ = input.timestamp;
+  ++next_index_;
+  const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
+
+  snapshot_ = pipeline_->SnapshotFor(frame.index);
+  const Stopwatch tracking;
+  Tracker::Outcome outcome = tracker_->Track(frame, *snapshot_);
+  const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
+  if (outcome.command) pipeline_->Submit(std::move(*outcome.command), outcome.map_required);
+  if (outcome.map_required) {
+    snapshot_ = pipeline_->Newest();
+    outcome = tracker_->AdoptInitialMap(frame, *snapshot_);
+  }
+
+  TrackingResult result;
+  result.frame = frame.index;
+  result.timestamp = frame.timestamp;
+  result.state = outcome.state;
+  if (outcome.cam_from_world) result.world_from_cam = outcome.cam_from_world->Inverse();
+  result.keypoints = frame.features->size();
+  result.matched = outcome.matched;
+  result.inliers = outcome.inliers;
+  result.objects = outcome.objects;
+  result.ms_objects = outcome.ms_objects;
+  result.detections = static_cast<int>(frame.detections.size());
+  result.ms_features = ms_features;
+  result.ms_track = ms_track;
+  result.ms_total = ms_features + ms_track;
+  result.cpu_ms = cpu_features + cpu_track;
+  return result;
+}
+
+Slam::Slam(const SlamConfig& config, const Camera& camera) {
+  CheckConfig(config);
+  CheckCamera(camera);
+  impl_ = std::make_unique<Impl>(config, camera);
+}
+Slam::~Slam() = default;
+Slam::Slam(Slam&&) noexcept = default;
+Slam& Slam::operator=(Slam&&) noexcept = default;
+
+TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(input); }
+
+void Slam::SetRelocalizationMode(RelocalizationMode mode) { impl_->mode_ = mode; }
+
+void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
+
+void Slam::Finish() {
+  impl_->pipeline_->Submit(impl_->tracker_->TakeRest(), true);
+  impl_->snapshot_ = impl_->pipeline_->Finish();
+}
+
+SavedMap Slam::Export() const {
+  SavedMap saved{*impl_->snapshot_, impl_->loaded_trajectory_, impl_->class_names_};
+  const auto& trajectory = impl_->tracker_->trajectory();
+  saved.trajectory.insert(saved.trajectory.end(), trajectory.begin(), trajectory.end());
+  return saved;
+}
+
+void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
+
+void Slam::Load(const std::string& path) {
+  SavedMap saved = LoadMap(path);
+  impl_->Begin(std::move(saved.map), true);
+  impl_->loaded_trajectory_ = std::move(saved.trajectory);
+  impl_->class_names_ = std::move(saved.class_names);
+}
+
+void Slam::Reset() {
+  impl_ = std::make_unique<Impl>(impl_->config_, impl_->camera_);
+}
+
+void Slam::Shutdown() { impl_->pipeline_->Shutdown(); }
+
+MapSnapshot Slam::Snapshot() const {
+  MapSnapshot view;
+  impl_->snapshot_->keyframes.ForEach([&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
+  impl_->snapshot_->landmarks.ForEach([&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
+  impl_->snapshot_->objects.ForEach([&](ObjectId id, const Object& o) {
+    if (o.state == ObjectState::kMapped) view.objects.push_back({id.value, o.category_id, o.ellipsoid, o.total_observations});
+  });
+  return view;
+}
+
+}  // namespace oaslam

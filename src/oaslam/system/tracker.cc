@@ -1,0 +1,189 @@
+#include "oaslam/system/tracker.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "oaslam/tracking/keyframe_decision.h"
+#include "oaslam/util/log.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam {
+namespace {
+
+Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
+  Tracker::Outcome outcome;
+  outcome.state = state;
+  outcome.cam_from_world = cam_from_world;
+  outcome.matched = matched;
+  outcome.inliers = inliers;
+  return outcome;
+}
+
+}  // namespace
+
+Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded)
+    : config_(config),
+      initializer_(config.tracking),
+      rng_(static_cast<uint64_t>(config.runner.seed)),
+      phase_(map_is_loaded ? Phase::kLost : Phase::kInitializing),
+      map_is_loaded_(map_is_loaded),
+      next_keyframe_(ids.keyframe),
+      object_tracks_(ids.objects) {}
+
+Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
+  if (phase_ == Phase::kInitializing) return Initialize(frame, map);
+  const TrackReport followed = phase_ == Phase::kTracking ? FollowMotion(frame, map) : TrackReport{};
+  const TrackReport tracked = followed.success ? TrackLocalMap(frame, map, followed, config_.tracking.min_inliers) : TrackReport{};
+  if (!tracked.success) return Lose(frame, map);
+  Remember(frame, map, tracked, TrackingState::kTracking);
+  Outcome outcome = Tracked(TrackingState::kTracking, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  ObserveObjects(frame, map, tracked, outcome);
+  outcome.command = MakeKeyframe(frame, map, tracked);
+  return outcome;
+}
+
+Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
+  Outcome outcome;
+  outcome.state = TrackingState::kInitializing;
+  std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
+  if (!initial) return outcome;
+  initializer_.Reset();
+  initial->first_id = KeyframeId(next_keyframe_++);
+  initial->second_id = KeyframeId(next_keyframe_++);
+  trajectory_ = {{initial->first.index, initial->first.timestamp, initial->first_id, {}, TrackingState::kTracking},
+                 {frame.index, frame.timestamp, initial->second_id, {}, TrackingState::kTracking}};
+  newest_keyframe_ = initial->second_id;
+  newest_keyframe_frame_ = frame.index;
+  outcome.command.emplace();
+  outcome.command->frame_index = frame.index;
+  outcome.command->initial = std::move(initial);
+  outcome.map_required = true;
+  return outcome;
+}
+
+Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
+  const Keyframe* keyframe = map.keyframes.Find(newest_keyframe_);
+  if (!keyframe) {
+    trajectory_.clear();
+    Outcome refused;
+    refused.state = TrackingState::kInitializing;
+    return refused;
+  }
+  phase_ = Phase::kTracking;
+  velocity_.reset();
+  uses_.clear();
+  last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
+  const int points = static_cast<int>(map.landmarks.size());
+  return Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
+}
+
+TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
+  const std::optional<Rigid3> reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
+  if (!reference) return {};
+  const Rigid3 last_pose = last_->cam_from_reference * *reference;
+  if (velocity_) {
+    const int frames = std::max(1, frame.index - last_->frame.index);
+    Rigid3 predicted = last_pose;
+    for (int i = 0; i < std::min(frames, 3); ++i) predicted = *velocity_ * predicted;
+    TrackReport report = TrackFromLastFrame(frame, map, *last_->frame.features, last_->landmarks, predicted);
+    if (report.success) return report;
+  }
+  const TrackReport still = TrackFromLastFrame(frame, map, *last_->frame.features, last_->landmarks, last_pose);
+  return still.success ? still : TrackFromKeyframe(frame, map, last_->reference, last_pose);
+}
+
+Tracker::Outcome Tracker::Lose(const Frame& frame, const Map& map) {
+  const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
+  if (phase_ == Phase::kTracking && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes)
+    return StartAnew(frame);
+  phase_ = Phase::kLost;
+  velocity_.reset();
+  last_.reset();
+  return {};
+}
+
+Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
+  Log(LogLevel::kInfo, "lost with a small map: starting anew");
+  phase_ = Phase::kInitializing;
+  velocity_.reset();
+  last_.reset();
+  uses_.clear();
+  trajectory_.clear();
+  initializer_.Reset();
+  sightings_.clear();
+  object_tracks_.open.clear();
+  Outcome outcome;
+  outcome.state = TrackingState::kInitializing;
+  outcome.command.emplace();
+  outcome.command->frame_index = frame.index;
+  outcome.command->reset = true;
+  return outcome;
+}
+
+void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
+  const Rigid3 cam_from_reference = tracked.cam_from_world * map.keyframes.At(tracked.reference).cam_from_world.Inverse();
+  velocity_.reset();
+  if (last_ && frame.index == last_->frame.index + 1)
+    if (const auto reference = map.ResolvePose(last_->reference))
+      velocity_ = tracked.cam_from_world * (last_->cam_from_reference * *reference).Inverse();
+  last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
+  trajectory_.push_back({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state});
+  phase_ = Phase::kTracking;
+  for (const LandmarkId id : tracked.visible) uses_.push_back({id, 1, 0});
+  for (const LandmarkId id : tracked.landmarks)
+    if (id.IsValid()) uses_.push_back({id, 0, 1});
+}
+
+std::optional<MapCommand> Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked) {
+  const KeyframeEvidence evidence{
+      .frames_since_keyframe = frame.index - newest_keyframe_frame_,
+      .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),
+      .inliers = tracked.inliers,
+      .reference_landmarks = map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2)};
+  if (!NeedsKeyframe(evidence, config_.tracking)) return std::nullopt;
+  newest_keyframe_ = KeyframeId(next_keyframe_++);
+  newest_keyframe_frame_ = frame.index;
+  trajectory_.back().reference = newest_keyframe_;
+  trajectory_.back().cam_from_reference = {};
+  MapCommand command;
+  command.frame_index = frame.index;
+  command.keyframe = KeyframeInsertion{newest_keyframe_, {frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers}};
+  command.uses = TakeUses();
+  command.sightings = std::exchange(sightings_, {});
+  return command;
+}
+
+MapCommand Tracker::TakeRest() {
+  MapCommand command;
+  command.frame_index = last_ ? last_->frame.index : newest_keyframe_frame_;
+  command.uses = TakeUses();
+  command.sightings = std::exchange(sightings_, {});
+  return command;
+}
+
+void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome) {
+  const Stopwatch watch;
+  const TrackedFrame seen{frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers};
+  ObjectAssociation association = AssociateObjects(seen, map, std::move(object_tracks_), config_.objects);
+  object_tracks_ = std::move(association.tracks);
+  for (ObjectSighting& sighting : association.sightings) {
+    const auto now = map.ResolveObject(sighting.object);
+    outcome.objects += sighting.detected && now && map.objects.At(*now).state == ObjectState::kMapped;
+    sightings_.push_back(std::move(sighting));
+  }
+  outcome.ms_objects = watch.WallMs();
+}
+
+std::vector<LandmarkUse> Tracker::TakeUses() {
+  std::ranges::stable_sort(uses_, {}, &LandmarkUse::landmark);
+  std::vector<LandmarkUse> sums;
+  for (const LandmarkUse& use : uses_) {
+    if (sums.empty() || sums.back().landmark != use.landmark) sums.push_back({use.landmark, 0, 0});
+    sums.back().visible += use.visible;
+    sums.back().found += use.found;
+  }
+  uses_.clear();
+  return sums;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/map.h"
+#include "oaslam/objects/association.h"
+#include "oaslam/system/mapper.h"
+#include "oaslam/tracking/initializer.h"
+#include "oaslam/tracking/pose_tracking.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+// Where the tracker's ids begin: behind those of a loaded map.
+struct FirstIds {
+  uint32_t keyframe = 0;
+  ObjectTracks objects;
+};
+
+// Follows the camera from frame to frame on snapshots of the map, and tells the mapper what to add.
+class Tracker {
+ public:
+  struct Outcome {
+    TrackingState state = TrackingState::kLost;
+    std::optional<Rigid3> cam_from_world;
+    int matched = 0, inliers = 0;
+    int objects = 0;             // mapped objects seen
+    double ms_objects = 0;
+    std::optional<MapCommand> command;
+    bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
+  };
+
+  Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded);
+
+  Outcome Track(const Frame& frame, const Map& map);
+  // Takes over a map that Track asked for; back to initialising where the mapper refused it.
+  Outcome AdoptInitialMap(const Frame& frame, const Map& map);
+
+  bool IsInitializing() const { return phase_ == Phase::kInitializing; }
+  // What was seen since the last command, for the mapper.
+  MapCommand TakeRest();
+  // Poses of all frames so far, relative to keyframes of the map or retired from it.
+  const std::vector<FramePose>& trajectory() const { return trajectory_; }
+
+ private:
+  enum class Phase { kInitializing, kTracking, kLost };
+
+  Outcome Initialize(const Frame& frame, const Map& map);
+  Outcome Lose(const Frame& frame, const Map& map);
+  Outcome StartAnew(const Frame& frame);
+  TrackReport FollowMotion(const Frame& frame, const Map& map) const;
+  void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
+  std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
+  std::vector<LandmarkUse> TakeUses();
+  void ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome);
+
+  struct Last {
+    Frame frame;
+    std::vector<LandmarkId> landmarks;
+    KeyframeId reference;
+    Rigid3 cam_from_reference;
+  };
+
+  SlamConfig config_;
+  Initializer initializer_;
+  Rng rng_;
+  Phase phase_ = Phase::kInitializing;
+  bool map_is_loaded_;
+  uint32_t next_keyframe_;
+  std::optional<Last> last_;
+  std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
+  KeyframeId newest_keyframe_;
+  int newest_keyframe_frame_ = 0;
+  std::vector<LandmarkUse> uses_;   // since the newest keyframe
+  ObjectTracks object_tracks_;
+  std::vector<ObjectSighting> sightings_;  // since the newest keyframe
+  std::vector<FramePose> trajectory_;
+};
+
+}  // namespace oaslam
