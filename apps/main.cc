@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   oaslam::apps::AddRunCommand(app);
   oaslam::apps::AddMapObjectsCommand(app);
+  oaslam::apps::AddEvaluateCommand(app);
+  oaslam::apps::AddInfoCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

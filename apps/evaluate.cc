@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "commands.h"
+#include "common.h"
+#include "oaslam/error.h"
+#include "oaslam/evaluation/object_metrics.h"
+#include "oaslam/evaluation/plots.h"
+#include "oaslam/evaluation/relocalization_metrics.h"
+#include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct EvaluateOptions {
+  CommonOptions common;
+  std::string estimate, groundtruth, align = "sim3", plot;
+  std::vector<std::string> poses, errors;
+  std::string map_trajectory, frames;
+  std::string objects, truth;
+};
+
+AlignMode ParseAlign(const std::string& word) {
+  return word == "sim3" ? AlignMode::kSim3 : word == "se3" ? AlignMode::kSe3 : AlignMode::kNone;
+}
+
+void AddAlign(CLI::App& app, EvaluateOptions& o) {
+  app.add_option("--align", o.align, "How the estimate is fitted to the ground truth first")
+      ->check(CLI::IsMember({"sim3", "se3", "none"}))
+      ->capture_default_str();
+}
+
+void PrintRow(const char* name, const ErrorStatistics& s, const char* unit) {
+  fmt::print("{:<26} {:>10.5f} {:>10.5f} {:>10.5f} {:>10.5f} {:>7}  {}\n", name, s.rmse, s.mean, s.median, s.max, s.count, unit);
+}
+
+void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
+  const auto estimate = LoadTrajectory(o.estimate), groundtruth = LoadTrajectory(o.groundtruth);
+  const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
+  if (!report.success) throw InputError(fmt::format("{}: {}", o.estimate, report.why_not));
+  const double scale = report.reference_from_estimate.scale;
+  fmt::print("{:<26} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse", "mean", "median", "max", "count");
+  PrintRow("ATE position", report.position, "m");
+  PrintRow("ATE rotation", report.rotation_deg, "deg");
+  for (const double interval : {0.0, 1.0}) {
+    const RelativeReport relative = EvaluateRelative(groundtruth, estimate, scale, interval);
+    PrintRow(interval == 0 ? "RPE translation, a frame" : "RPE translation, a second", relative.translation, "m");
+    PrintRow(interval == 0 ? "RPE rotation, a frame" : "RPE rotation, a second", relative.rotation_deg, "deg");
+  }
+  fmt::print("poses {} of {} with ground truth, align {}, scale {:.6f}\n", report.pairs, estimate.size(), o.align, scale);
+  if (o.plot.empty()) return;
+  auto aligned = estimate;
+  for (StampedPose& pose : aligned) pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
+  std::vector<StampedPose> shown;  // the time of the estimate only
+  for (const StampedPose& pose : groundtruth)
+    if (pose.timestamp >= estimate.front().timestamp - 0.05 && pose.timestamp <= estimate.back().timestamp + 0.05) shown.push_back(pose);
+  SaveTrajectoryPlot(o.plot, shown, aligned, fmt::format("{}: ATE {:.2f} cm over {} poses", fs::path(o.estimate).filename().string(), 100 * report.position.rmse, report.pairs));
+}
+
+// What takes the map's frame to that of the ground truth.
+Alignment AlignMap(const EvaluateOptions& o) {
+  const TrajectoryReport report = EvaluateTrajectory(LoadTrajectory(o.groundtruth), LoadTrajectory(o.map_trajectory), ParseAlign(o.align));
+  if (!report.success) throw InputError(fmt::format("{}: {}", o.map_trajectory, report.why_not));
+  return report.reference_from_estimate;
+}
+
+// All frames that were asked about: as given, or of frames.csv beside the poses.
+std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& poses_path, const std::vector<StampedPose>& poses) {
+  if (!o.frames.empty()) return LoadFrameTimes(o.frames);
+  const fs::path beside = fs::path(poses_path).parent_path() / "frames.csv";
+  if (fs::exists(beside)) return LoadFrameTimes(beside.string());
+  Log(LogLevel::kWarning, fmt::format("{}: no frames.csv beside it and no --frames: shares are of its poses only", poses_path));
+  std::vector<double> times;
+  for (const StampedPose& pose : poses) times.push_back(pose.timestamp);
+  return times;
+}
+
+void PrintRelocalization(const RelocalizationErrors& errors) {
+  const RelocalizationFigures figures = Summarize(errors);
+  fmt::print("{}: {} frames, {:.1f} % answered, {:.1f} % false, median {:.1f} cm {:.2f} deg\n", errors.name, errors.frames, 100 * figures.accepted,
+             100 * figures.false_share, 100 * figures.median_position, figures.median_rotation_deg);
+  const auto row = [](const char* name, const auto& values) {
+    fmt::print("  {:<12}", name);
+    for (const double v : values) fmt::print(" {:>7.1f} %", 100 * v);
+    fmt::print("\n");
+  };
+  fmt::print("  {:<12}", "within");
+  for (const double d : kRecallDistances) fmt::print(" {:>6.0f} cm", 100 * d);
+  fmt::print("\n");
+  row("recall", figures.recall);
+  row("precision", figures.precision);
+}
+
+std::string CurveName(const std::string& path) {
+  const fs::path file = fs::absolute(path);
+  return file.filename() == "poses.txt" ? file.parent_path().filename().string() : file.stem().string();
+}
+
+void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
+  const Alignment alignment = AlignMap(o);
+  const auto groundtruth = LoadTrajectory(o.groundtruth);
+  std::vector<RelocalizationErrors> curves;
+  for (const std::string& path : o.poses) {
+    const auto poses = LoadTrajectory(path);
+    curves.push_back(CompareRelocalization(groundtruth, poses, FrameTimes(o, path, poses), alignment));
+    curves.back().name = CurveName(path);
+  }
+  for (const std::string& path : o.errors) {
+    curves.push_back(LoadRelocalizationErrors(path));
+    curves.back().name = CurveName(path);
+  }
+  for (const RelocalizationErrors& curve : curves) PrintRelocalization(curve);
+  if (!o.plot.empty()) SaveRecallPlot(o.plot, curves, "Frames localized within a distance");
+}
+
+void EvaluateObjectsCommand(const EvaluateOptions& o) {
+  const auto mapped = LoadObjects(o.objects), truth = LoadTrueObjects(o.truth);
+  const ObjectReport report = EvaluateObjects(mapped, truth, AlignMap(o));
+  fmt::print("{} mapped, {} true, {} matched: recall {:.3f}, precision {:.3f}\n", mapped.size(), truth.size(), report.matches.size(), report.recall,
+             report.precision);
+  fmt::print("median centre error {:.3f} of the longest half axis, median size error {:.1f} %\n", report.median_centre,
+             100 * (std::exp(report.median_log_size) - 1));
+  std::vector<bool> found(truth.size()), right(mapped.size());
+  for (const ObjectMatch& match : report.matches) found[match.truth] = right[match.mapped] = true;
+  for (size_t i = 0; i < truth.size(); ++i)
+    if (!found[i]) fmt::print("missed: {}\n", truth[i].name);
+  for (size_t i = 0; i < mapped.size(); ++i)
+    if (!right[i]) fmt::print("wrong: {}\n", mapped[i].name);
+}
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App& app) {
+  auto options = std::make_shared<EvaluateOptions>();
+  EvaluateOptions& o = *options;
+  CLI::App* evaluate = app.add_subcommand("evaluate", "Compare results with ground truth");
+  evaluate->require_subcommand(1);
+
+  CLI::App* trajectory = evaluate->add_subcommand("trajectory", "Absolute and relative error of a trajectory (TUM format)");
+  trajectory->add_option("estimate", o.estimate, "Trajectory")->required();
+  trajectory->add_option("groundtruth", o.groundtruth, "Ground truth")->required();
+  trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
+  trajectory->callback([options] { EvaluateTrajectoryCommand(*options); });
+
+  CLI::App* relocalization = evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");
+  relocalization->add_option("--poses", o.poses, "poses.txt of localize; repeat it to compare")->expected(1)->take_all()->required();
+  relocalization->add_option("--errors", o.errors, "Errors of another system: frame,position_error_m,rotation_error_deg")->expected(1)->take_all();
+  relocalization->add_option("--frames", o.frames, "All frames asked about (frames.csv or a list with time stamps); default: frames.csv beside the poses");
+  relocalization->add_option("--plot", o.plot, "Draw the share of frames against the error into this SVG");
+  relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });
+
+  CLI::App* objects = evaluate->add_subcommand("objects", "Objects of a map against true ones");
+  objects->add_option("objects", o.objects, "objects.json of a run")->required();
+  objects->add_option("--truth", o.truth, "True objects (JSON)")->required();
+  objects->callback([options] { EvaluateObjectsCommand(*options); });
+
+  for (CLI::App* command : {relocalization, objects}) {
+    command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
+    command->add_option("--map-trajectory", o.map_trajectory, "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth")
+        ->required();
+  }
+  for (CLI::App* command : {trajectory, relocalization, objects}) {
+    AddAlign(*command, o);
+    AddQuietOption(*command, o.common);
+  }
+}
+
+}  // namespace oaslam::apps

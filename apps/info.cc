@@ -1,0 +1,97 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "commands.h"
+#include "common.h"
+#include "oaslam/io/map_file.h"
+
+namespace oaslam::apps {
+namespace {
+
+struct ObjectSummary {
+  int mapped = 0, candidates = 0;
+  std::vector<double> sizes;  // largest diameters of the mapped ones, map units
+};
+
+void PrintCameras(const Map& map) {
+  for (size_t i = 0; i < map.cameras.size(); ++i) {
+    const Camera& c = map.cameras[i];
+    fmt::print("camera {}     {}{} x {}, {}{}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}{}\n", i, c.name.empty() ? "" : c.name + ", ", c.width, c.height,
+               c.model == LensModel::kFisheye ? "fisheye" : "pinhole", c.HasDistortion() ? " with distortion" : "", c.fx, c.fy, c.cx, c.cy,
+               c.is_guess ? " (a guess)" : "");
+  }
+}
+
+void PrintPoints(const Map& map) {
+  size_t observations = 0, keypoints = 0;
+  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) { observations += landmark.observations.size(); });
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { keypoints += keyframe.features->keypoints.size(); });
+  fmt::print("keyframes    {} ({} key points), {} retired\n", map.keyframes.size(), keypoints, map.retired.size());
+  fmt::print("landmarks    {}, {} observations\n", map.landmarks.size(), observations);
+}
+
+void PrintTimes(const SavedMap& saved) {
+  double first = 0, last = 0;
+  bool any = false;
+  const auto add = [&](double t) {
+    first = any ? std::min(first, t) : t;
+    last = any ? std::max(last, t) : t;
+    any = true;
+  };
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { add(keyframe.timestamp); });
+  for (const FramePose& pose : saved.trajectory) add(pose.timestamp);
+  fmt::print("trajectory   {} frames\n", saved.trajectory.size());
+  if (any) fmt::print("time         {:.3f} s to {:.3f} s ({:.1f} s)\n", first, last, last - first);
+}
+
+void PrintObjects(const SavedMap& saved) {
+  std::map<int, ObjectSummary> classes;
+  size_t mapped = 0, observations = 0;
+  saved.map.objects.ForEach([&](ObjectId, const Object& object) {
+    ObjectSummary& summary = classes[object.category_id];
+    observations += static_cast<size_t>(object.total_observations);
+    if (object.state != ObjectState::kMapped) {
+      ++summary.candidates;
+      return;
+    }
+    ++mapped;
+    ++summary.mapped;
+    summary.sizes.push_back(2 * object.ellipsoid.half_axes.maxCoeff());
+  });
+  fmt::print("objects      {} mapped, {} candidates, {} observations\n", mapped, saved.map.objects.size() - mapped, observations);
+  for (auto& [category, summary] : classes) {
+    std::ranges::sort(summary.sizes);
+    fmt::print("  {:<16} {}", NameOf(saved.class_names, category), summary.mapped);
+    if (summary.candidates > 0) fmt::print(" + {} candidates", summary.candidates);
+    for (size_t i = 0; i < summary.sizes.size(); ++i) fmt::print("{}{:.3g}", i == 0 ? ", diameter " : " ", summary.sizes[i]);
+    fmt::print("\n");
+  }
+}
+
+void PrintInfo(const std::string& path) {
+  const SavedMap saved = LoadMap(path);
+  fmt::print("file         {}, {:.2f} MB\n", path, static_cast<double>(std::filesystem::file_size(path)) / 1e6);
+  fmt::print("integrity    ok (checksum and invariants verified)\n");
+  PrintCameras(saved.map);
+  PrintPoints(saved.map);
+  PrintTimes(saved);
+  PrintObjects(saved);
+  if (saved.map.up) fmt::print("up           {:.4f} {:.4f} {:.4f}\n", saved.map.up->x(), saved.map.up->y(), saved.map.up->z());
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app) {
+  auto path = std::make_shared<std::string>();
+  auto common = std::make_shared<CommonOptions>();
+  CLI::App* command = app.add_subcommand("info", "Show what is in a map file, and verify it");
+  command->add_option("file", *path, "Map file")->required();
+  AddQuietOption(*command, *common);
+  command->callback([path, common] { PrintInfo(*path); });
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/evaluation/relocalization_metrics.h"
+#include "oaslam/io/trajectory_file.h"
+
+namespace oaslam {
+
+// Both from above, in the frame of the reference.
+void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference, const std::vector<StampedPose>& aligned_estimate,
+                        const std::string& title);
+
+// The share of frames that were localized within a distance, from 0 to 1 m: a curve for each.
+void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title);
+
+}  // namespace oaslam

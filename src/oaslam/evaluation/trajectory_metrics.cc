@@ -1,0 +1,93 @@
+#include "oaslam/evaluation/trajectory_metrics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace oaslam {
+
+ErrorStatistics StatisticsOf(std::vector<double> errors) {
+  ErrorStatistics s;
+  s.count = errors.size();
+  if (errors.empty()) return s;
+  const auto n = static_cast<double>(errors.size());
+  for (const double e : errors) s.rmse += e * e / n, s.mean += e / n;
+  s.rmse = std::sqrt(s.rmse);
+  std::ranges::sort(errors);
+  const size_t half = errors.size() / 2;
+  s.median = errors.size() % 2 == 1 ? errors[half] : (errors[half - 1] + errors[half]) / 2;
+  s.max = errors.back();
+  return s;
+}
+
+TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_poses, const std::vector<StampedPose>& estimated_poses, AlignMode mode) {
+  const auto reference = WithoutDuplicates(reference_poses), estimate = WithoutDuplicates(estimated_poses);
+  const auto pairs = Associate(reference, estimate);
+  TrajectoryReport report;
+  report.pairs = pairs.size();
+  if (pairs.empty()) {
+    report.why_not = fmt::format("no pose within {} s of the ground truth", kMaxTimeDifference);
+    return report;
+  }
+  const auto alignment = AlignPositions(reference, estimate, pairs, mode);
+  if (!alignment) {
+    report.why_not = fmt::format("{} poses with ground truth do not fix an alignment", pairs.size());
+    return report;
+  }
+  std::vector<double> position, rotation;
+  for (const auto& [r, q] : pairs) {
+    const PoseError error = ErrorOf(reference[r], estimate[q], *alignment);
+    position.push_back(error.position);
+    rotation.push_back(error.rotation_deg);
+  }
+  report.success = true;
+  report.reference_from_estimate = *alignment;
+  report.position = StatisticsOf(std::move(position));
+  report.rotation_deg = StatisticsOf(std::move(rotation));
+  return report;
+}
+
+namespace {
+
+// Pairs of indices into `pairs` that are one interval apart.
+std::vector<std::pair<size_t, size_t>> Intervals(const std::vector<StampedPose>& estimate, const std::vector<AssociatedPair>& pairs,
+                                                 double interval_s) {
+  std::vector<StampedPose> at;
+  for (const AssociatedPair& pair : pairs) at.push_back({estimate[pair.query].timestamp, {}});
+  std::vector<std::pair<size_t, size_t>> intervals;
+  if (interval_s > 0) {
+    std::vector<StampedPose> later = at;
+    for (StampedPose& pose : later) pose.timestamp += interval_s;
+    for (const auto& [end, begin] : Associate(at, later)) intervals.emplace_back(begin, end);
+    return intervals;
+  }
+  std::vector<double> steps;
+  for (size_t i = 1; i < at.size(); ++i) steps.push_back(at[i].timestamp - at[i - 1].timestamp);
+  const double usual = StatisticsOf(steps).median;
+  for (size_t i = 1; i < at.size(); ++i)
+    if (steps[i - 1] <= 2 * usual) intervals.emplace_back(i - 1, i);
+  return intervals;
+}
+
+}  // namespace
+
+RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference_poses, const std::vector<StampedPose>& estimated_poses, double scale,
+                                double interval_s) {
+  const auto reference = WithoutDuplicates(reference_poses), estimate = WithoutDuplicates(estimated_poses);
+  const auto pairs = Associate(reference, estimate);
+  std::vector<double> translation, rotation;
+  for (const auto& [begin, end] : Intervals(estimate, pairs, interval_s)) {
+    const Rigid3 true_motion =
+        reference[pairs[begin].reference].world_from_cam.Inverse() * reference[pairs[end].reference].world_from_cam;
+    Rigid3 motion = estimate[pairs[begin].query].world_from_cam.Inverse() * estimate[pairs[end].query].world_from_cam;
+    motion.translation *= scale;
+    const Rigid3 error = true_motion.Inverse() * motion;
+    translation.push_back(error.translation.norm());
+    rotation.push_back(error.rotation.angularDistance(Eigen::Quaterniond::Identity()) * 180 / std::numbers::pi);
+  }
+  return {StatisticsOf(std::move(translation)), StatisticsOf(std::move(rotation))};
+}
+
+}  // namespace oaslam

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/evaluation/alignment.h"
+
+namespace oaslam {
+
+struct ErrorStatistics {
+  double rmse = 0, mean = 0, median = 0, max = 0;
+  size_t count = 0;
+};
+
+ErrorStatistics StatisticsOf(std::vector<double> errors);
+
+// Absolute trajectory error (Sturm et al. 2012): distance of the aligned positions.
+struct TrajectoryReport {
+  bool success = false;
+  std::string why_not;
+  size_t pairs = 0;
+  Alignment reference_from_estimate;
+  ErrorStatistics position;      // units of the reference
+  ErrorStatistics rotation_deg;
+};
+
+TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& estimate, AlignMode mode);
+
+// Relative pose error (Sturm et al. 2012): of the motion over an interval, the estimate scaled by `scale`.
+struct RelativeReport {
+  ErrorStatistics translation;  // units of the reference
+  ErrorStatistics rotation_deg;
+};
+
+// `interval_s`: 0 for neighbouring frames (of which those across a gap are left out).
+RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& estimate, double scale,
+                                double interval_s);
+
+}  // namespace oaslam
