@@ -45,22 +45,26 @@ const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double tim
 
 std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera) {
   const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
-  const std::vector<TimedDetections> images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  const std::vector<TimedDetections> images =
+      SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
   std::vector<PosedDetections> frames;
   for (const TimedDetections& image : images) {
     const StampedPose* pose = NearestPose(poses, image.timestamp);
     if (!pose) continue;
-    frames.push_back({image.index, image.timestamp, pose->world_from_cam.Inverse(), IdealDetections(camera, image.detections)});
+    frames.push_back(
+        {image.index, image.timestamp, pose->world_from_cam.Inverse(), IdealDetections(camera, image.detections)});
   }
   if (frames.empty())
     throw InputError(fmt::format("{}: none of its poses is within {} s of an image of {}", options.trajectory,
                                  kMaxTimeDifference, options.detections));
   if (frames.size() < images.size())
-    spdlog::warn("{} of {} images have no pose within {} s: skipped", images.size() - frames.size(), images.size(), kMaxTimeDifference);
+    spdlog::warn("{} of {} images have no pose within {} s: skipped", images.size() - frames.size(), images.size(),
+                 kMaxTimeDifference);
   return frames;
 }
 
-void WriteResults(const Options& options, const KnownPoseMap& result, const ClassNames& names, size_t frames, const Stopwatch& watch) {
+void WriteResults(const Options& options, const KnownPoseMap& result, const ClassNames& names, size_t frames,
+                  const Stopwatch& watch) {
   const std::filesystem::path out(options.out);
   SavedMap saved{result.map, {}, names};
   std::vector<StampedPose> trajectory;
@@ -81,10 +85,19 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
   SaveMapSvg((out / "map.svg").string(), plot);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   const double wall_s = watch.WallMs() / 1000, ms = wall_s * 1000 / static_cast<double>(frames);
-  const nlohmann::ordered_json summary = {
-      {"version", OASLAM_VERSION}, {"mode", "map-objects"}, {"frames", frames}, {"tracked", frames},
-      {"keyframes", frames}, {"landmarks", 0}, {"objects", objects}, {"loops", 0}, {"ms_mean", ms},
-      {"cpu_s", ProcessCpuSeconds()}, {"wall_s", wall_s}, {"peak_rss_mb", PeakRssMb()}, {"mean_iou", result.mean_iou}};
+  const nlohmann::ordered_json summary = {{"version", OASLAM_VERSION},
+                                          {"mode", "map-objects"},
+                                          {"frames", frames},
+                                          {"tracked", frames},
+                                          {"keyframes", frames},
+                                          {"landmarks", 0},
+                                          {"objects", objects},
+                                          {"loops", 0},
+                                          {"ms_mean", ms},
+                                          {"cpu_s", ProcessCpuSeconds()},
+                                          {"wall_s", wall_s},
+                                          {"peak_rss_mb", PeakRssMb()},
+                                          {"mean_iou", result.mean_iou}};
   WriteTextFile((out / "summary.json").string(), summary.dump(2) + "\n");
   if (!options.common.quiet)
     fmt::print("{} objects from {} images, mean IoU {:.3f}, in {:.1f} s\n", objects, frames, result.mean_iou, wall_s);
@@ -98,7 +111,8 @@ void MapObjects(const Options& options) {
   const std::vector<PosedDetections> frames = PoseDetections(options, camera);
   EnsureOutputFolder(options.out);
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
-  const KnownPoseMap result = MapObjectsFromKnownPoses(frames, camera, config.objects, [&](int done) { progress.Update(done, "mapping objects"); });
+  const KnownPoseMap result = MapObjectsFromKnownPoses(frames, camera, config.objects,
+                                                       [&](int done) { progress.Update(done, "mapping objects"); });
   progress.Finish();
   WriteResults(options, result, names, frames.size(), watch);
 }
@@ -107,10 +121,17 @@ void MapObjects(const Options& options) {
 
 void AddMapObjectsCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("map-objects", "Map objects from poses that are already known (ARKit, COLMAP, another SLAM)");
-  command->add_option("--trajectory", options->trajectory, "Poses, TUM format, camera to world")->required()->type_name("TUM")->check(CLI::ExistingFile);
+  CLI::App* command =
+      app.add_subcommand("map-objects", "Map objects from poses that are already known (ARKit, COLMAP, another SLAM)");
+  command->add_option("--trajectory", options->trajectory, "Poses, TUM format, camera to world")
+      ->required()
+      ->type_name("TUM")
+      ->check(CLI::ExistingFile);
   command->add_option("--camera", options->camera, "Calibration file")->required()->type_name("CAM");
-  command->add_option("--detections", options->detections, "Detections; names are time stamps")->required()->type_name("JSON")->check(CLI::ExistingFile);
+  command->add_option("--detections", options->detections, "Detections; names are time stamps")
+      ->required()
+      ->type_name("JSON")
+      ->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Output folder")->required()->type_name("DIR");
   command->add_option("--map-out", options->map_out, "Also save the map")->type_name("FILE");
   AddCommonOptions(*command, options->common);

@@ -10,7 +10,8 @@
 
 namespace oaslam::apps {
 
-std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table, const std::string& path, const CommonOptions& options) {
+std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table, const std::string& path,
+                                                   const CommonOptions& options) {
   std::vector<TimedDetections> images;
   bool stamped = true;
   for (const ImageDetections& image : table.images()) {
@@ -19,7 +20,9 @@ std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table, 
     images.push_back({0, stamp.value_or(0), image.file_name, image.detections});
   }
   // Frame numbers are numbers, too, but of no unit: only a fraction makes a number a time.
-  const auto has_fraction = [](const TimedDetections& image) { return WithoutExtension(BaseName(image.name)).find('.') != std::string::npos; };
+  const auto has_fraction = [](const TimedDetections& image) {
+    return WithoutExtension(BaseName(image.name)).find('.') != std::string::npos;
+  };
   stamped = stamped && std::ranges::any_of(images, has_fraction);
   if (stamped)
     std::ranges::stable_sort(images, {}, &TimedDetections::timestamp);

@@ -14,7 +14,8 @@
 namespace oaslam {
 namespace {
 
-// Bounds of the half axes relative to the distance from the cameras, which is all that is known of the scale: at 1.5 m 8 mm and 1.6 m.
+// Bounds of the half axes relative to the distance from the cameras, which is all that is known of the scale: at 1.5 m
+// 8 mm and 1.6 m.
 constexpr double kMinAxisPerDepth = 0.005, kMaxAxisPerDepth = 1.1;
 
 double MedianDepth(std::span<const BoxView> views, const Eigen::Vector3d& center) {
@@ -37,8 +38,9 @@ std::vector<Ray> CenterRays(std::span<const BoxView> views) {
   std::vector<Ray> rays;
   rays.reserve(views.size());
   for (const BoxView& view : views)
-    rays.push_back({view.cam_from_world.OriginInSource(),
-                    (view.cam_from_world.rotation.conjugate() * RayOf(*view.camera, CenterPixel(view.box))).normalized()});
+    rays.push_back(
+        {view.cam_from_world.OriginInSource(),
+         (view.cam_from_world.rotation.conjugate() * RayOf(*view.camera, CenterPixel(view.box))).normalized()});
   return rays;
 }
 
@@ -166,7 +168,8 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
   return fit;
 }
 
-EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphere, const EllipsoidFitOptions& options) {
+EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphere,
+                           const EllipsoidFitOptions& options) {
   const EllipsoidFit fit = FitEllipsoid(views, sphere, options);
   if (!options.up || options.residual != EllipsoidResidual::kEdges) return fit;
   Ellipsoid turned = sphere;
@@ -183,7 +186,8 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
     if (!seen) continue;
     const Eigen::Vector4d residual = EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated);
-    if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx) continue;  // not this object's box, or a wrong one
+    if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx)
+      continue;  // not this object's box, or a wrong one
     const EdgesByShape jacobian = DifferentiateByShape(*seen, *view.camera);
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;

@@ -26,8 +26,9 @@ struct SphereEstimate {
   double parallax_deg = 0;  // the largest angle between two rays through box centres
 };
 
-// The first model of an object (paper, section "Initial Object Reconstruction"): the point nearest to all rays through the box centres,
-// with the mean back-projected box size. Fails below the parallax, or when the point is behind a camera.
+// The first model of an object (paper, section "Initial Object Reconstruction"): the point nearest to all rays through
+// the box centres, with the mean back-projected box size. Fails below the parallax, or when the point is behind a
+// camera.
 SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_parallax_deg);
 
 enum class EllipsoidResidual {
@@ -57,7 +58,8 @@ struct EllipsoidFit {
 // The ellipsoid with the smallest residuals, by Levenberg-Marquardt from `start`.
 EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start, const EllipsoidFitOptions& options);
 
-// From a first model, whose turn about the vertical is unknown: the better of two starts 45 deg apart where there is an `up`.
+// From a first model, whose turn about the vertical is unknown: the better of two starts 45 deg apart where there is an
+// `up`.
 EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphere, const EllipsoidFitOptions& options);
 
 // The same ellipsoid, its axes relabelled and turned so that the third is `up`.
@@ -65,8 +67,8 @@ Ellipsoid MakeUpright(const Ellipsoid& ellipsoid, const Eigen::Vector3d& up);
 
 using ShapeCovariance = Eigen::Matrix<double, 7, 7>;
 
-// Covariance of centre, log half axes and rotation about the third axis, of box edges with 4 px noise that is correlated over 6 views,
-// and of the shape prior.
+// Covariance of centre, log half axes and rotation about the third axis, of box edges with 4 px noise that is
+// correlated over 6 views, and of the shape prior.
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views);
 
 }  // namespace oaslam

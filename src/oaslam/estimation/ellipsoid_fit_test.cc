@@ -34,7 +34,8 @@ std::vector<BoxView> ViewsOf(const Ellipsoid& object, int count, double noise_px
   std::vector<BoxView> views;
   for (int i = 0; i < count; ++i) {
     const double angle = 1.6 * i / count;
-    const Rigid3 pose = LookAt({1.5 * std::cos(angle), 1.5 * std::sin(angle), 0.6 + 0.3 * std::sin(5 * angle)}, looked_at);
+    const Rigid3 pose =
+        LookAt({1.5 * std::cos(angle), 1.5 * std::sin(angle), 0.6 + 0.3 * std::sin(5 * angle)}, looked_at);
     Box box = *ProjectToBox(object, pose, kCamera);
     for (double* edge : {&box.x1, &box.y1, &box.x2, &box.y2}) *edge += rng.Gaussian(noise_px);
     box = Intersection(box, {0, 0, 640, 480});
@@ -71,7 +72,8 @@ TEST(EllipsoidFit, RecoversTheTruthFromCleanBoxes) {
     ASSERT_TRUE(fit.success);
     EXPECT_LT((fit.ellipsoid.center - TrueObject().center).norm(), residual == EllipsoidResidual::kEdges ? 0.01 : 0.02);
     const ViewOverlap overlap = MeasureOverlap(fit.ellipsoid, views, 0.3);
-    // The prior pulls this flat object a little towards a sphere; W2 fits an inscribed ellipse, whose box is not that of a slanted outline.
+    // The prior pulls this flat object a little towards a sphere; W2 fits an inscribed ellipse, whose box is not that
+    // of a slanted outline.
     EXPECT_GT(overlap.mean_iou, residual == EllipsoidResidual::kEdges ? 0.93 : 0.85);
     EXPECT_EQ(overlap.accept_share, 1);
   }
@@ -132,7 +134,8 @@ TEST(EllipsoidFit, CostIsThatOfTheNormalEquations) {
     for (int k = 0; k < kShapeParameters; ++k) {
       const double h = 1e-6;
       const double numeric = (EvaluateCost(views, Moved(e, h * ShapeVector::Unit(k)), options) -
-                              EvaluateCost(views, Moved(e, -h * ShapeVector::Unit(k)), options)) / (4 * h);
+                              EvaluateCost(views, Moved(e, -h * ShapeVector::Unit(k)), options)) /
+                             (4 * h);
       EXPECT_NEAR(normal.gradient[k], numeric, 1e-4 * (1 + std::abs(numeric))) << k;
     }
   }
@@ -160,8 +163,10 @@ TEST(MakeUpright, KeepsAnUprightEllipsoid) {
   // Lying on its side: its axes are relabelled, its body stays.
   const Eigen::Quaterniond tip(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitX()));
   const Ellipsoid tipped{e.center, e.half_axes, tip};
-  EXPECT_LT((MakeUpright(tipped, kUp).half_axes.cwiseProduct(Eigen::Vector3d(1, 1, 1)) -
-             Eigen::Vector3d(0.15, 0.12, 0.06)).norm(), 1e-9);
+  EXPECT_LT(
+      (MakeUpright(tipped, kUp).half_axes.cwiseProduct(Eigen::Vector3d(1, 1, 1)) - Eigen::Vector3d(0.15, 0.12, 0.06))
+          .norm(),
+      1e-9);
   EXPECT_LT((BoundingBox(MakeUpright(tipped, kUp)).max - BoundingBox(tipped).max).norm(), 1e-9);
 }
 
@@ -196,7 +201,8 @@ TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
   EXPECT_EQ(score(box, 0, {400, 10, 440, 40}, certain), 0);
   // An uncertain model is worth less where it fits and forgives more where it does not.
   EXPECT_LT(score(box, 0, box, Eigen::Vector4d::Constant(400)), score(box, 0, box, certain));
-  EXPECT_GT(score(box, 0, {230, 200, 290, 280}, Eigen::Vector4d::Constant(400)), score(box, 0, {230, 200, 290, 280}, certain));
+  EXPECT_GT(score(box, 0, {230, 200, 290, 280}, Eigen::Vector4d::Constant(400)),
+            score(box, 0, {230, 200, 290, 280}, certain));
   const Box cut{0, 200, 60, 280};
   EXPECT_NEAR(score(cut, kLeft, {-50, 200, 60, 280}, certain), score(cut, kLeft, cut, certain), 1e-12);
   EXPECT_LT(score(cut, kLeft, {25, 200, 60, 280}, certain), score(cut, kLeft, cut, certain));

@@ -100,9 +100,8 @@ WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& p
     if (k == 2) dm(1, 1) = s[1] * s[1];
     const double d_det = dm(0, 0) * m(1, 1) + m(0, 0) * dm(1, 1) - 2 * m(0, 1) * dm(0, 1);
     const double d_root = 0.5 * d_det / root, d_norm = (dm.trace() + 2 * d_root) / (2 * norm);
-    const Eigen::Matrix2d change =
-        inverse.asDiagonal() *
-        ((dm + d_root * Eigen::Matrix2d::Identity()) / norm - numerator * (d_norm / (norm * norm)));
+    const Eigen::Matrix2d change = inverse.asDiagonal() * ((dm + d_root * Eigen::Matrix2d::Identity()) / norm -
+                                                           numerator * (d_norm / (norm * norm)));
     result.by_moments.block<4, 1>(2, 2 + k) = change.reshaped();
   }
   return result;
@@ -116,7 +115,8 @@ Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pai
   return weight_px * rows;
 }
 
-NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options) {
+NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
+                          const EllipsoidFitOptions& options) {
   NormalEquations normal;
   for (const BoxView& view : views) {
     if (const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world)) {
@@ -140,7 +140,8 @@ double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, 
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
     double squared = kBehindPx * kBehindPx;
     if (seen && options.residual == EllipsoidResidual::kEdges)
-      squared = view.score * EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated).squaredNorm();
+      squared =
+          view.score * EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated).squaredNorm();
     else if (seen)
       squared = view.score * SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
     cost += LossOf(options.residual, squared).cost;

@@ -19,8 +19,8 @@ struct NormalEquations {
 // Box edges minus measured ones, px; 0 at a truncated edge that the prediction passes.
 Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned char truncated);
 
-// Six smooth numbers whose squares sum to W2^2 of the inscribed ellipse of the box and the projected one: mean difference, and
-// vec(S1^-1/2 M^1/2 - S1^1/2) with M = S1^1/2 S2 S1^1/2 (objects-study.md, section 5.3).
+// Six smooth numbers whose squares sum to W2^2 of the inscribed ellipse of the box and the projected one: mean
+// difference, and vec(S1^-1/2 M^1/2 - S1^1/2) with M = S1^1/2 S2 S1^1/2 (objects-study.md, section 5.3).
 using WassersteinVector = Eigen::Matrix<double, 6, 1>;
 struct WassersteinResidual {
   WassersteinVector value;
@@ -28,13 +28,14 @@ struct WassersteinResidual {
 };
 WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected);
 
-NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options);
+NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
+                          const EllipsoidFitOptions& options);
 
 // The cost alone.
 double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options);
 
-// Rows of the shape prior over the log half axes, in px: deviations from their mean and, with `horizontal_pair`, the difference of the
-// first two.
+// Rows of the shape prior over the log half axes, in px: deviations from their mean and, with `horizontal_pair`, the
+// difference of the first two.
 Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pair);
 
 constexpr double kPriorWeightPx = 30;  // sigma of a log axis about 1/3 at the noise of 10 px

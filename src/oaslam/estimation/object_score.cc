@@ -16,7 +16,8 @@ constexpr double kMaxEdgeSigmaPx = 300;
 
 ObjectScore::ObjectScore(const Camera& camera)
     : pixel_unit_(camera.width / kReferenceWidth),
-      log_background_(std::log(static_cast<double>(camera.width) * camera.height) + 2 * std::log(kTypicalSize * pixel_unit_)) {}
+      log_background_(std::log(static_cast<double>(camera.width) * camera.height) +
+                      2 * std::log(kTypicalSize * pixel_unit_)) {}
 
 double ObjectScore::DetectorSigma(const Box& detected) const {
   return kPixelNoise * pixel_unit_ + kSizeNoise * SizeOf(detected);
@@ -34,9 +35,8 @@ double ObjectScore::WithCommonVariance(const Box& detected, unsigned char trunca
                                        double edge_variance) const {
   const double sigma = DetectorSigma(detected), variance = sigma * sigma + edge_variance;
   const Eigen::Array4d r = EdgeResidual(predicted, detected, truncated).array().abs();
-  return std::max(log_background_ - std::log(16 * variance * variance) -
-                      (r / std::sqrt(variance)).min(kMaxDeviation).sum(),
-                  0.0);
+  return std::max(
+      log_background_ - std::log(16 * variance * variance) - (r / std::sqrt(variance)).min(kMaxDeviation).sum(), 0.0);
 }
 
 Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera, const ShapeCovariance& covariance) {

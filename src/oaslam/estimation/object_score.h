@@ -11,9 +11,10 @@
 namespace oaslam {
 
 // How much more likely a detected box is as the sight of a given object than as one of something else: the logarithm
-//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u + 0.06 size)^2 + model variance_e
-// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md, section 3b), at least 0.
-// u = W / 640 px makes it independent of the image's resolution.
+//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u + 0.06 size)^2 +
+//   model variance_e
+// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md, section 3b), at
+// least 0. u = W / 640 px makes it independent of the image's resolution.
 class ObjectScore {
  public:
   explicit ObjectScore(const Camera& camera);
@@ -26,12 +27,13 @@ class ObjectScore {
                     const Eigen::Vector4d& edge_variance) const;
 
   // The same with one variance for all edges, for the many.
-  double WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted, double edge_variance) const;
+  double WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted,
+                            double edge_variance) const;
 
   double pixel_unit() const { return pixel_unit_; }
 
  private:
-  double pixel_unit_;      // u
+  double pixel_unit_;  // u
   double log_background_;
 };
 

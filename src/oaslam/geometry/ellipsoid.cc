@@ -33,7 +33,8 @@ Box OutlineBox(const OutlineConic& c, const Camera& camera) {
   return {u - half_width, v - half_height, u + half_width, v + half_height};
 }
 
-std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world, const Camera& camera) {
+std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,
+                                        const Camera& camera) {
   const InCamera view = View(ellipsoid, cam_from_world);
   const OutlineConic& c = view.outline;
   if (!IsInFront(view.center.z(), c)) return std::nullopt;

@@ -7,12 +7,8 @@ namespace {
 
 // u w^T + w u^T, scaled.
 OutlineConic SymmetricProduct(double scale, const Eigen::Vector3d& u, const Eigen::Vector3d& w) {
-  return {2 * scale * u.x() * w.x(),
-          scale * (u.x() * w.y() + u.y() * w.x()),
-          scale * (u.x() * w.z() + u.z() * w.x()),
-          2 * scale * u.y() * w.y(),
-          scale * (u.y() * w.z() + u.z() * w.y()),
-          2 * scale * u.z() * w.z()};
+  return {2 * scale * u.x() * w.x(), scale * (u.x() * w.y() + u.y() * w.x()), scale * (u.x() * w.z() + u.z() * w.x()),
+          2 * scale * u.y() * w.y(), scale * (u.y() * w.z() + u.z() * w.y()), 2 * scale * u.z() * w.z()};
 }
 
 // The change of C* with each parameter: C* = sum_i a_i^2 v_i v_i^T - p p^T.
@@ -34,8 +30,11 @@ struct AxisTerms {
   double mean, moment, inverse_zz, half_inverse_deviation, focal;
 
   AxisTerms(double cross, double square, double zz, double f)
-      : mean(cross / zz), moment(square / zz), inverse_zz(1 / zz),
-        half_inverse_deviation(0.5 / std::sqrt(mean * mean - moment)), focal(f) {}
+      : mean(cross / zz),
+        moment(square / zz),
+        inverse_zz(1 / zz),
+        half_inverse_deviation(0.5 / std::sqrt(mean * mean - moment)),
+        focal(f) {}
 
   double MeanChange(double d_cross, double d_zz) const { return (d_cross - mean * d_zz) * inverse_zz; }
   double VarianceChange(double d_mean, double d_square, double d_zz) const {
@@ -102,8 +101,7 @@ EdgesByPose DifferentiateByPose(const EllipsoidView& view, const Camera& camera)
   EdgesByPose jacobian;
   const EdgeDifferential edges(view.outline, camera);
   const OutlineConic& c = view.outline;
-  for (int k = 0; k < 3; ++k)
-    jacobian.col(k) = edges(SymmetricProduct(-1, Eigen::Vector3d::Unit(k), view.center));
+  for (int k = 0; k < 3; ++k) jacobian.col(k) = edges(SymmetricProduct(-1, Eigen::Vector3d::Unit(k), view.center));
   // C* turns with the camera: dC* = [w] C* + ([w] C*)^T.
   jacobian.col(3) = edges({0, -c.xz, c.xy, -2 * c.yz, c.yy - c.zz, 2 * c.yz});
   jacobian.col(4) = edges({2 * c.xz, c.yz, c.zz - c.xx, 0, -c.xy, -2 * c.xz});

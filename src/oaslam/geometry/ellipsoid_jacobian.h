@@ -8,8 +8,9 @@
 
 namespace oaslam {
 
-// Parameters of an ellipsoid, in this order: centre (world, 3), logarithms of the half axes (3), then small rotations [rad] about its own
-// third, first and second axis. The first seven describe an ellipsoid whose third axis stays upright.
+// Parameters of an ellipsoid, in this order: centre (world, 3), logarithms of the half axes (3), then small rotations
+// [rad] about its own third, first and second axis. The first seven describe an ellipsoid whose third axis stays
+// upright.
 constexpr int kShapeParameters = 9;
 using ShapeVector = Eigen::Matrix<double, kShapeParameters, 1>;
 
@@ -22,7 +23,7 @@ Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change);
 
 // An ellipsoid seen from a pose: what its outline and the derivatives of that need.
 struct EllipsoidView {
-  Eigen::Vector3d center;            // in the camera's frame
+  Eigen::Vector3d center;              // in the camera's frame
   Eigen::Matrix3d cam_from_ellipsoid;  // rotation
   Eigen::Matrix3d cam_from_world;      // rotation
   Eigen::Vector3d half_axes;

@@ -28,7 +28,8 @@ struct Scene {
 Scene RandomScene(Rng& rng) {
   Scene s;
   s.cam_from_world = {RandomRotation(rng), {rng.Uniform(-3, 3), rng.Uniform(-3, 3), rng.Uniform(-3, 3)}};
-  s.ellipsoid.center = s.cam_from_world.Inverse() * Eigen::Vector3d(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1.5, 4));
+  s.ellipsoid.center =
+      s.cam_from_world.Inverse() * Eigen::Vector3d(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1.5, 4));
   s.ellipsoid.half_axes = {rng.Uniform(0.1, 0.6), rng.Uniform(0.1, 0.6), rng.Uniform(0.1, 0.6)};
   s.ellipsoid.rotation = RandomRotation(rng);
   return s;
@@ -94,16 +95,19 @@ TEST(Ellipsoid, JacobiansAreDerivatives) {
     const EdgesByShape by_shape = DifferentiateByShape(*view, camera);
     const EllipseByShape of_ellipse = DifferentiateEllipse(*view, camera);
     for (int k = 0; k < kShapeParameters; ++k) {
-      const Ellipsoid plus = Moved(s.ellipsoid, h * ShapeVector::Unit(k)), minus = Moved(s.ellipsoid, -h * ShapeVector::Unit(k));
+      const Ellipsoid plus = Moved(s.ellipsoid, h * ShapeVector::Unit(k)),
+                      minus = Moved(s.ellipsoid, -h * ShapeVector::Unit(k));
       const Eigen::Vector4d numeric = (edges(plus, s.cam_from_world) - edges(minus, s.cam_from_world)) / (2 * h);
       EXPECT_LT((by_shape.col(k) - numeric).norm(), 1e-4 * (1 + numeric.norm())) << k;
-      const auto numeric_moments = ((moments(plus, s.cam_from_world) - moments(minus, s.cam_from_world)) / (2 * h)).eval();
+      const auto numeric_moments =
+          ((moments(plus, s.cam_from_world) - moments(minus, s.cam_from_world)) / (2 * h)).eval();
       EXPECT_LT((of_ellipse.col(k) - numeric_moments).norm(), 1e-4 * (1 + numeric_moments.norm())) << k;
     }
     const EdgesByPose by_pose = DifferentiateByPose(*view, camera);
     for (int k = 0; k < 6; ++k) {
       const Eigen::Vector4d numeric = (edges(s.ellipsoid, Moved(s.cam_from_world, h * PoseVector::Unit(k))) -
-                                       edges(s.ellipsoid, Moved(s.cam_from_world, -h * PoseVector::Unit(k)))) / (2 * h);
+                                       edges(s.ellipsoid, Moved(s.cam_from_world, -h * PoseVector::Unit(k)))) /
+                                      (2 * h);
       EXPECT_LT((by_pose.col(k) - numeric).norm(), 1e-4 * (1 + numeric.norm())) << k;
     }
   }
@@ -142,7 +146,8 @@ TEST(Ellipse, WassersteinOfAlignedEllipsesIsEuclidean) {
 TEST(Up2P, FindsTheTruePose) {
   Rng rng(3);
   for (int trial = 0; trial < 2000; ++trial) {
-    const Rigid3 truth(RandomRotation(rng), Eigen::Vector3d(rng.Uniform(-3, 3), rng.Uniform(-3, 3), rng.Uniform(-3, 3)));
+    const Rigid3 truth(RandomRotation(rng),
+                       Eigen::Vector3d(rng.Uniform(-3, 3), rng.Uniform(-3, 3), rng.Uniform(-3, 3)));
     const Eigen::Vector3d up_in_world = (RandomRotation(rng) * Eigen::Vector3d::UnitX()).normalized();
     std::array<Eigen::Vector3d, 2> rays, points;
     for (int i = 0; i < 2; ++i) {

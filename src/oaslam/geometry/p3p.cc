@@ -109,7 +109,8 @@ P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& rays, const std::array<E
   if (!(along.cross(beside).norm() > 1e-6 * size) || !(pairs.squared.minCoeff() > 1e-12 * size)) return result;
   if (!(std::abs(rays[0].dot(rays[1].cross(rays[2]))) > 1e-12)) return result;
 
-  // Two conics in the depths; a singular member of their pencil splits into two planes through the origin of depth space.
+  // Two conics in the depths; a singular member of their pencil splits into two planes through the origin of depth
+  // space.
   const Eigen::Vector3d a = pairs.squared / size;
   const Eigen::Matrix3d d1 = Form(pairs, 0) * a[2] - Form(pairs, 2) * a[0];
   const Eigen::Matrix3d d2 = Form(pairs, 1) * a[2] - Form(pairs, 2) * a[1];

@@ -9,12 +9,13 @@ namespace oaslam {
 Up2PPoses SolveUp2P(const std::array<Eigen::Vector3d, 2>& rays, const Eigen::Vector3d& up_in_cam,
                     const std::array<Eigen::Vector3d, 2>& points, const Eigen::Vector3d& up_in_world) {
   Up2PPoses result;
-  // In frames whose z axis is up, D2 u2 - D1 u1 = Rz(yaw) (P2 - P1): the vertical part gives D2 from D1, the length of the
-  // horizontal part a quadratic in D1. The steeper ray is the second, which divides.
+  // In frames whose z axis is up, D2 u2 - D1 u1 = Rz(yaw) (P2 - P1): the vertical part gives D2 from D1, the length of
+  // the horizontal part a quadratic in D1. The steeper ray is the second, which divides.
   const auto upright_from_cam = Eigen::Quaterniond::FromTwoVectors(up_in_cam, Eigen::Vector3d::UnitZ());
   const auto upright_from_world = Eigen::Quaterniond::FromTwoVectors(up_in_world, Eigen::Vector3d::UnitZ());
   const std::array<Eigen::Vector3d, 2> upright = {upright_from_cam * rays[0], upright_from_cam * rays[1]};
-  const int second = std::abs(upright[1].z()) * upright[0].norm() >= std::abs(upright[0].z()) * upright[1].norm() ? 1 : 0;
+  const int second =
+      std::abs(upright[1].z()) * upright[0].norm() >= std::abs(upright[0].z()) * upright[1].norm() ? 1 : 0;
   const int first = 1 - second;
   const Eigen::Vector3d &u1 = upright[first], &u2 = upright[second];
   const Eigen::Vector3d between = upright_from_world * (points[second] - points[first]);

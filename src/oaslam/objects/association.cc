@@ -19,8 +19,8 @@ constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
 struct Candidate {
   size_t track = 0;
-  const Object* object = nullptr;    // in the snapshot
-  std::optional<Box> projection;     // of its ellipsoid, sufficiently inside the image
+  const Object* object = nullptr;  // in the snapshot
+  std::optional<Box> projection;   // of its ellipsoid, sufficiently inside the image
   double share_inside = 0;
   std::vector<LandmarkId> landmarks;  // that belong to it
 };
@@ -117,7 +117,8 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
   }
   // Landmarks are more precise than boxes: they outweigh any overlap.
   const int shared = CountShared(landmarks, candidate.landmarks);
-  if (shared >= config.min_shared_points) score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());
+  if (shared >= config.min_shared_points)
+    score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());
   return score;
 }
 
@@ -175,9 +176,14 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   if (!frame.detections.empty()) {
     for (size_t j = 0; j < candidates.size(); ++j) {
       const Candidate& c = candidates[j];
-      if (seen[j] || !c.projection || c.object->state != ObjectState::kMapped || c.share_inside < kWellInsideShare) continue;
+      if (seen[j] || !c.projection || c.object->state != ObjectState::kMapped || c.share_inside < kWellInsideShare)
+        continue;
       if (SizeOf(*c.projection) < kMinMissedSizePx * camera.width / 640) continue;
-      sightings.push_back({.object = tracks.open[j].object, .category_id = c.object->category_id, .detected = false, .observation = {}, .landmarks = {}});
+      sightings.push_back({.object = tracks.open[j].object,
+                           .category_id = c.object->category_id,
+                           .detected = false,
+                           .observation = {},
+                           .landmarks = {}});
     }
   }
   return {std::move(tracks), std::move(sightings)};

@@ -10,10 +10,10 @@ namespace oaslam {
 
 // One detection of a frame and the object it is of; or that an object was not detected where it should have been.
 struct ObjectSighting {
-  ObjectId object;              // as the tracker knows it; the mapper resolves merged objects
+  ObjectId object;  // as the tracker knows it; the mapper resolves merged objects
   int category_id = 0;
-  bool is_new = false;          // its first: the mapper creates the object
-  bool detected = true;         // false: predicted well inside the image and missed; nothing below counts then
+  bool is_new = false;   // its first: the mapper creates the object
+  bool detected = true;  // false: predicted well inside the image and missed; nothing below counts then
   ObjectObservation observation;
   std::vector<LandmarkId> landmarks;  // ascending; of the matched key points inside the box
 };
@@ -41,9 +41,9 @@ struct ObjectAssociation {
   std::vector<ObjectSighting> sightings;
 };
 
-// Decides which object each detection is of: optimal one-to-one within a class, by the overlap with the object's last box or with its
-// projection (paper, section "Box-based Object Tracking") or by shared landmarks ("Point-based"); the rest open new tracks. The snapshot is
-// the one the frame was tracked in.
+// Decides which object each detection is of: optimal one-to-one within a class, by the overlap with the object's last
+// box or with its projection (paper, section "Box-based Object Tracking") or by shared landmarks ("Point-based"); the
+// rest open new tracks. The snapshot is the one the frame was tracked in.
 ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot, ObjectTracks tracks,
                                    const ObjectsConfig& config);
 

@@ -19,8 +19,8 @@ struct PosedDetections {
 };
 
 struct KnownPoseMap {
-  Map map;               // a keyframe without features per frame
-  double mean_iou = 0;   // over mapped objects, of the mean over all of an object's untruncated observations
+  Map map;              // a keyframe without features per frame
+  double mean_iou = 0;  // over mapped objects, of the mean over all of an object's untruncated observations
 };
 
 // Maps objects from known poses, which stay as they are. `progress` is called after each frame with their count.

@@ -9,14 +9,15 @@ namespace oaslam {
 
 // What decides over an object's life.
 struct ObjectEvidence {
-  bool has_model = false;    // an ellipsoid could be fitted
-  int observations = 0;      // in all
-  double accept_share = 0;   // of its observations with at least objects.min_accept_iou
+  bool has_model = false;   // an ellipsoid could be fitted
+  int observations = 0;     // in all
+  double accept_share = 0;  // of its observations with at least objects.min_accept_iou
   int unseen_frames = 0;
 };
 
-// Tentative -> Initialized with a first model -> Mapped when seen often enough and in agreement -> back to Initialized when most
-// observations contradict the model. Dropped (nothing) when unseen for too long without ever having been mapped.
+// Tentative -> Initialized with a first model -> Mapped when seen often enough and in agreement -> back to Initialized
+// when most observations contradict the model. Dropped (nothing) when unseen for too long without ever having been
+// mapped.
 std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence, const ObjectsConfig& config);
 
 }  // namespace oaslam

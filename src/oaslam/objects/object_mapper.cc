@@ -34,7 +34,8 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
   if (object.state == ObjectState::kMapped) CountView(sighting.detected, object);
   if (!sighting.detected) return std::nullopt;
   auto& observations = object.observations;
-  const auto place = std::ranges::upper_bound(observations, sighting.observation.frame_index, {}, &ObjectObservation::frame_index);
+  const auto place =
+      std::ranges::upper_bound(observations, sighting.observation.frame_index, {}, &ObjectObservation::frame_index);
   observations.insert(place, sighting.observation);
   ++object.total_observations;
   object.last_seen_frame = std::max(object.last_seen_frame, sighting.observation.frame_index);
@@ -55,7 +56,8 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
 
 bool HasMoved(const Map& map, const Object& object, const ObjectsConfig& config) {
   if (object.state == ObjectState::kTentative) return false;
-  const ViewOverlap overlap = MeasureOverlap(object.ellipsoid, ViewsOf(map, object.observations), config.min_accept_iou);
+  const ViewOverlap overlap =
+      MeasureOverlap(object.ellipsoid, ViewsOf(map, object.observations), config.min_accept_iou);
   return std::abs(overlap.mean_iou - object.mean_iou) > kMovedIoU;
 }
 
@@ -80,13 +82,15 @@ void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map
 void DropUnseen(int current_frame, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
-    if (object.state != ObjectState::kMapped && current_frame - object.last_seen_frame > config.drop_after) map.objects.Erase(id);
+    if (object.state != ObjectState::kMapped && current_frame - object.last_seen_frame > config.drop_after)
+      map.objects.Erase(id);
   }
 }
 
 }  // namespace
 
-void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int current_frame, const ObjectsConfig& config) {
+void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int current_frame,
+                   const ObjectsConfig& config) {
   if (const auto up = EstimateUp(map)) map.up = up;
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)

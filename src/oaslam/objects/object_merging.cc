@@ -10,14 +10,15 @@
 namespace oaslam {
 namespace {
 
-constexpr int kSideBySide = 3;           // images with both, in separate boxes: two objects
-constexpr double kMinMergedIoU = 0.5;    // of the common model
+constexpr int kSideBySide = 3;         // images with both, in separate boxes: two objects
+constexpr double kMinMergedIoU = 0.5;  // of the common model
 
 int CountShared(const Object& a, const Object& b) {
   constexpr int kMinVotes = 3;  // more than once by chance
   int shared = 0;
   for (size_t i = 0, j = 0; i < a.landmarks.size() && j < b.landmarks.size();) {
-    if (a.landmarks[i] == b.landmarks[j]) shared += a.landmark_votes[i] >= kMinVotes && b.landmark_votes[j] >= kMinVotes;
+    if (a.landmarks[i] == b.landmarks[j])
+      shared += a.landmark_votes[i] >= kMinVotes && b.landmark_votes[j] >= kMinVotes;
     if (a.landmarks[i] <= b.landmarks[j])
       ++i;
     else
@@ -27,7 +28,8 @@ int CountShared(const Object& a, const Object& b) {
 }
 
 bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
-  if (a.category_id != b.category_id || a.state == ObjectState::kTentative || b.state == ObjectState::kTentative) return false;
+  if (a.category_id != b.category_id || a.state == ObjectState::kTentative || b.state == ObjectState::kTentative)
+    return false;
   return IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
          Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center) ||
          CountShared(a, b) > config.min_shared_points;
@@ -62,7 +64,8 @@ bool TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& confi
   Object joint = Union(map, a, b);
   const Ellipsoid* better = a.total_observations >= b.total_observations ? &a.ellipsoid : &b.ellipsoid;
   const auto model = FitObjectModel(map, ViewsOf(map, joint.observations), better, config);
-  if (!model || model->overlap.accept_share < config.min_accept_share || model->overlap.mean_iou < kMinMergedIoU) return false;
+  if (!model || model->overlap.accept_share < config.min_accept_share || model->overlap.mean_iou < kMinMergedIoU)
+    return false;
   AdoptModel(map, *model, joint);
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);

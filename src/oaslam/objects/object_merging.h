@@ -7,9 +7,10 @@
 
 namespace oaslam {
 
-// Merges each of `changed` with objects of its class that are the same: their boxes in space overlap, one's centre is in the other, or they
-// share landmarks (paper, section "Objects Fusion"); and one ellipsoid explains the observations of both. Two objects that were detected
-// side by side in the same images are never one. The merged observations go to the older object; the other's id stays resolvable.
+// Merges each of `changed` with objects of its class that are the same: their boxes in space overlap, one's centre is
+// in the other, or they share landmarks (paper, section "Objects Fusion"); and one ellipsoid explains the observations
+// of both. Two objects that were detected side by side in the same images are never one. The merged observations go to
+// the older object; the other's id stays resolvable.
 void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config);
 
 // A model, and all that follows from it, into the object.

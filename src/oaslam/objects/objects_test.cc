@@ -47,7 +47,8 @@ struct Noise {
   double box_px = 1, miss_rate = 0.1, false_rate = 0.1;
 };
 
-std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int frames, const Noise& noise, uint64_t seed) {
+std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int frames, const Noise& noise,
+                                  uint64_t seed) {
   Rng rng(seed);
   std::vector<PosedDetections> film;
   for (int i = 0; i < frames; ++i) {
@@ -55,7 +56,8 @@ std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int fr
     PosedDetections frame;
     frame.frame_index = i;
     frame.timestamp = i / 30.0;
-    frame.cam_from_world = LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7 + 0.1 * std::sin(7 * angle)}, {0, 0, 0.05}, rng.Gaussian(0.03));
+    frame.cam_from_world = LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7 + 0.1 * std::sin(7 * angle)},
+                                  {0, 0, 0.05}, rng.Gaussian(0.03));
     for (const TrueObject& object : objects) {
       if (rng.Uniform(0, 1) < noise.miss_rate) continue;
       Box box = *ProjectToBox(object.ellipsoid, frame.cam_from_world, kCamera);
@@ -140,7 +142,8 @@ TEST(ObjectMapping, OnlyBriefSightingsAreDropped) {
 TEST(ObjectMapping, FollowsCorrectedKeyframes) {
   const auto film = Film(Table(), 120, {}, 5);
   Map map = MapObjectsFromKnownPoses(film, kCamera, {}).map;
-  const Rigid3 moved_from_world(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())), {3, -2, 1});
+  const Rigid3 moved_from_world(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
+                                {3, -2, 1});
   for (const KeyframeId id : map.keyframes.Ids()) {
     Keyframe& keyframe = map.keyframes.MutableAt(id);
     keyframe.cam_from_world = keyframe.cam_from_world * moved_from_world.Inverse();
@@ -160,7 +163,9 @@ TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
     Keyframe keyframe;
     keyframe.cam_from_world = film[i].cam_from_world;
     map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(i)), keyframe);
-    if (i == 8) EXPECT_FALSE(EstimateUp(map));  // hardly turned
+    if (i == 8) {
+      EXPECT_FALSE(EstimateUp(map));  // hardly turned
+    }
   }
   const auto up = EstimateUp(map);
   ASSERT_TRUE(up);
@@ -274,7 +279,8 @@ TEST(Association, FollowsMergedAndDroppedObjects) {
   ObjectTracks tracks;
   tracks.next_object = 3;
   tracks.open = {{ObjectId(1), 41, {10, 10, 60, 60}, 4, true}, {ObjectId(2), 41, {200, 10, 260, 60}, 4, true}};
-  const auto result = AssociateObjects(FrameWith(5, {{41, 0.9, {10, 10, 60, 60}, 0}, {41, 0.9, {200, 10, 260, 60}, 0}}), map, tracks, {});
+  const auto result = AssociateObjects(FrameWith(5, {{41, 0.9, {10, 10, 60, 60}, 0}, {41, 0.9, {200, 10, 260, 60}, 0}}),
+                                       map, tracks, {});
   EXPECT_EQ(result.sightings[0].object, ObjectId(0));  // now lives under this id
   EXPECT_EQ(result.sightings[1].object, ObjectId(3));  // object 2 was dropped: a new one
 }

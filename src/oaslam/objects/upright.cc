@@ -5,10 +5,10 @@
 namespace oaslam {
 
 std::optional<Eigen::Vector3d> EstimateUp(const Map& map) {
-  constexpr size_t kEnough = 200;        // keyframes that are looked at, evenly
+  constexpr size_t kEnough = 200;  // keyframes that are looked at, evenly
   constexpr size_t kMinKeyframes = 5;
-  constexpr double kMinTurn = 0.03;      // variance of the x axes in the second direction: about 10 deg of yaw
-  constexpr double kMinSeparation = 8;   // over that in the upright direction, which is roll
+  constexpr double kMinTurn = 0.03;     // variance of the x axes in the second direction: about 10 deg of yaw
+  constexpr double kMinSeparation = 8;  // over that in the upright direction, which is roll
   const size_t stride = map.keyframes.size() / kEnough + 1;
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   Eigen::Vector3d rough_up = Eigen::Vector3d::Zero();
