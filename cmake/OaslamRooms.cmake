@@ -6,6 +6,10 @@ target_compile_features(oaslam_options INTERFACE cxx_std_20)
 target_compile_options(oaslam_options INTERFACE
   $<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wconversion;-Wshadow;-Wno-sign-conversion>
   $<$<BOOL:${OASLAM_WERROR}>:-Werror>)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  # Hamming distances eight times as fast; in every x86-64 processor since 2008.
+  target_compile_options(oaslam_options INTERFACE -mpopcnt)
+endif()
 if(OASLAM_SANITIZE)
   target_compile_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE})
