@@ -9,7 +9,7 @@
 namespace oaslam {
 
 // Approximate nearest neighbours of binary descriptors by locality-sensitive hashing: tables keyed by disjoint random bits (Indyk & Motwani
-// 1998), so that no vocabulary has to be trained or loaded. Building is linear; the same input gives the same index.
+// 1998) of those that split the descriptors evenly, so that no vocabulary has to be trained or loaded. Building is linear; the same input gives the same index.
 class DescriptorIndex {
  public:
   struct Hit {

@@ -13,7 +13,7 @@ namespace {
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;
 constexpr double kRatio = 0.85;    // of the nearest to the second nearest descriptor in a place
-constexpr int kFewInliers = 20;    // accepted if all else speaks for the pose
+constexpr int kFewInliers = 30;    // accepted if all else speaks for the pose
 constexpr int kLocalKeyframes = 15;
 
 struct Match {

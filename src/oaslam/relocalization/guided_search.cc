@@ -85,6 +85,7 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map, std::span<
     const Selected selected = Select(features, map, matches.landmarks);
     const PoseReport pose = RefinePose(map.cameras[frame.camera], report.cam_from_world, selected.observations);
     report.inliers = 0;
+    report.expected = static_cast<int>(projected.size());
     if (!pose.success) return report;
     report.cam_from_world = pose.cam_from_world;
     report.inliers = pose.inliers;

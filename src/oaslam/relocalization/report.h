@@ -21,6 +21,7 @@ struct RelocalizationReport {
   Rigid3 cam_from_world;
   std::vector<LandmarkId> landmarks;  // per key point, inliers only; invalid elsewhere
   int inliers = 0;
+  int expected = 0;                   // landmarks that the pose puts into view
   double inlier_share = 0;            // of the landmarks that were found near their projection
   double chance_inliers = 0;          // that a wrong pose would have got by the same search
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // as PoseReport's
