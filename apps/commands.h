@@ -7,6 +7,7 @@ namespace oaslam::apps {
 // Each adds its subcommand to the application; its callback runs it, and throws InputError for bad input.
 void AddRunCommand(CLI::App& app);
 void AddMapObjectsCommand(CLI::App& app);
+void AddLocalizeCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   oaslam::apps::AddRunCommand(app);
   oaslam::apps::AddMapObjectsCommand(app);
+  oaslam::apps::AddLocalizeCommand(app);
   oaslam::apps::AddEvaluateCommand(app);
   oaslam::apps::AddInfoCommand(app);
   try {

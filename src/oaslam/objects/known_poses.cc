@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/object_model.h"
@@ -31,7 +32,9 @@ KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, c
   KnownPoseMap result;
   Map& map = result.map;
   map.cameras = {camera};
-  const auto no_features = std::make_shared<const Features>();
+  auto no_features = std::make_shared<Features>();
+  no_features->bounds = IdealImageBounds(camera);
+  no_features->BuildGrid();
   ObjectTracks tracks;
   std::vector<std::pair<ObjectId, ObjectObservation>> observations;
   for (size_t i = 0; i < frames.size(); ++i) {

@@ -1,0 +1,80 @@
+#include "oaslam/relocalization/by_objects.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "oaslam/relocalization/object_hypotheses.h"
+#include "oaslam/relocalization/object_refinement.h"
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kRefined = 12;  // guesses
+constexpr size_t kReturned = 5;
+constexpr size_t kFewGuesses = 5;
+// Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
+constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
+// A known vertical leaves wrong poses less freedom: S > 25 and n >= 3 instead of 34 and 4 (objects-study.md, section
+// 3b).
+constexpr double kGravityShare = 25.0 / 34;
+
+struct Refined {
+  ObjectPoseCandidate candidate;
+  double depth = 0;
+};
+
+void Refine(const ObjectScene& scene, const std::vector<PoseGuess>& guesses, std::vector<Refined>& refined) {
+  for (const PoseGuess& guess : SelectDistinct(guesses, kRefined))
+    refined.push_back({RefineObjectPose(scene, guess.cam_from_world), guess.depth});
+  std::ranges::stable_sort(refined,
+                           [](const Refined& a, const Refined& b) { return a.candidate.score > b.candidate.score; });
+}
+
+bool AreElsewhere(const Refined& a, const Refined& b) {
+  return AreDifferent(a.candidate.cam_from_world, b.candidate.cam_from_world, kElsewherePerDepth * a.depth,
+                      kElsewhereAngle);
+}
+
+// Best first on input; sets the margins.
+std::vector<ObjectPoseCandidate> DistinctCandidates(std::vector<Refined>& refined) {
+  std::vector<Refined> distinct;
+  for (const Refined& r : refined) {
+    const bool is_new = std::ranges::all_of(distinct, [&](const Refined& d) { return AreElsewhere(d, r); });
+    if (is_new && distinct.size() < kReturned) distinct.push_back(r);
+  }
+  std::vector<ObjectPoseCandidate> candidates;
+  for (const Refined& d : distinct) {
+    candidates.push_back(d.candidate);
+    const auto rival = std::ranges::find_if(refined, [&](const Refined& r) { return AreElsewhere(d, r); });
+    candidates.back().margin = d.candidate.score - (rival == refined.end() ? 0 : std::max(rival->candidate.score, 0.0));
+  }
+  return candidates;
+}
+
+}  // namespace
+
+std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetection> detections, const Camera& camera,
+                                                     const Map& map, const RelocalizationConfig& config,
+                                                     const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
+  const ObjectScene scene(detections, camera, map, config, gravity_in_cam);
+  if (scene.detections.empty()) return {};
+  const double accept_score = config.accept_score * (scene.up_in_cam ? kGravityShare : 1);
+  const int accept_objects = config.accept_objects - (scene.up_in_cam ? 1 : 0);
+
+  std::vector<Refined> refined;
+  const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
+  Refine(scene, guesses, refined);
+  // One object says little, but its guesses reach where groups do not; most of their many are looked at in vain.
+  if (guesses.size() < kFewGuesses || refined.empty() || refined.front().candidate.score < accept_score)
+    Refine(scene, GuessFromSingles(scene), refined);
+
+  std::vector<ObjectPoseCandidate> candidates = DistinctCandidates(refined);
+  if (!candidates.empty()) {
+    ObjectPoseCandidate& best = candidates.front();
+    best.accepted = best.score > accept_score && best.margin > config.accept_margin &&
+                    static_cast<int>(best.matched.size()) >= accept_objects;
+  }
+  return candidates;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,187 @@
+#include "oaslam/relocalization/by_objects.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+const Eigen::Vector3d kUp(0, 0, 1);
+
+Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double roll = 0) {
+  const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(kUp).normalized();
+  Eigen::Matrix3d rotation;
+  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+  const Eigen::Matrix3d rolled = Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) * rotation;
+  return {rolled, -rolled * eye};
+}
+
+// Objects of few classes strewn over a desk of 1.6 m x 1.2 m, mapped from one side.
+Map Desk(uint64_t seed, int objects = 14) {
+  Rng rng(seed);
+  Map map;
+  map.cameras = {kCamera};
+  map.up = kUp;
+  for (uint32_t k = 0; k < 10; ++k) {
+    Keyframe keyframe;
+    keyframe.cam_from_world = LookAt({1.6 * std::cos(0.1 * k), 1.6 * std::sin(0.1 * k), 0.8 + 0.03 * k}, {0, 0, 0});
+    map.keyframes.Insert(KeyframeId(k), keyframe);
+  }
+  for (int i = 0; i < objects; ++i) {
+    Object object;
+    object.category_id = i % 6;
+    object.state = ObjectState::kMapped;
+    const double size = 0.05 + 0.02 * object.category_id;
+    object.ellipsoid = {{rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6), size},
+                        {size, size * rng.Uniform(0.7, 1), size},
+                        Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), Eigen::Vector3d::UnitZ()))};
+    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
+    map.objects.Insert(ObjectId(static_cast<uint32_t>(i)), object);
+  }
+  return map;
+}
+
+// The same objects, their places exchanged.
+Map Permuted(const Map& map, uint64_t seed) {
+  Rng rng(seed);
+  Map permuted = map;
+  const auto ids = permuted.objects.Ids();
+  for (size_t i = ids.size() - 1; i > 0; --i)
+    std::swap(permuted.objects.MutableAt(ids[i]).ellipsoid.center,
+              permuted.objects.MutableAt(ids[rng.Index(static_cast<int>(i) + 1)]).ellipsoid.center);
+  return permuted;
+}
+
+struct Query {
+  Rigid3 cam_from_world;
+  std::vector<ObjectDetection> detections;
+};
+
+Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15) {
+  Query query;
+  const double angle = rng.Uniform(0, 2 * std::numbers::pi), distance = rng.Uniform(1.2, 2.2);
+  query.cam_from_world = LookAt({distance * std::cos(angle), distance * std::sin(angle), rng.Uniform(0.6, 1.1)},
+                                {rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2), 0}, rng.Gaussian(0.04));
+  map.objects.ForEach([&](ObjectId, const Object& object) {
+    if (rng.Uniform(0, 1) < miss_rate) return;
+    auto box = ProjectToBox(object.ellipsoid, query.cam_from_world, kCamera);
+    if (!box) return;
+    for (double* edge : {&box->x1, &box->y1, &box->x2, &box->y2}) *edge += rng.Gaussian(2);
+    const Box cut = Intersection(*box, {0, 0, 640, 480});
+    if (cut.Area() < 0.3 * box->Area()) return;
+    query.detections.push_back({object.category_id, 0.8, cut, TruncatedEdges(kCamera, cut)});
+  });
+  query.detections.push_back({rng.Index(6), 0.5, {50, 50, 110, 130}, 0});  // a false one
+  return query;
+}
+
+double PositionError(const Rigid3& a, const Rigid3& b) { return (a.OriginInSource() - b.OriginInSource()).norm(); }
+
+struct Shares {
+  double found = 0, accepted = 0, wrong = 0;
+};
+
+Shares Measure(const Map& seen, const Map& known, bool with_gravity, int queries) {
+  Rng rng(5);
+  Shares shares;
+  for (int i = 0; i < queries; ++i) {
+    const Query query = Photograph(seen, rng);
+    std::optional<Eigen::Vector3d> gravity;
+    if (with_gravity) gravity = query.cam_from_world.rotation * Eigen::Vector3d(-9.81 * kUp);
+    const auto candidates = RelocalizeByObjects(query.detections, kCamera, known, {}, gravity, rng);
+    if (candidates.empty()) continue;
+    const double error = PositionError(candidates[0].cam_from_world, query.cam_from_world);
+    shares.found += error < 0.1;
+    shares.accepted += candidates[0].accepted;
+    shares.wrong += candidates[0].accepted && error > 0.3;
+  }
+  return {shares.found / queries, shares.accepted / queries, shares.wrong / queries};
+}
+
+TEST(RelocalizeByObjects, FindsTheCameraFromAllAround) {
+  const Map map = Desk(1);
+  const Shares vision = Measure(map, map, false, 40), gravity = Measure(map, map, true, 40);
+  EXPECT_GE(vision.found, 0.9);
+  EXPECT_GE(vision.accepted, 0.8);
+  EXPECT_EQ(vision.wrong, 0);
+  EXPECT_GE(gravity.found, 0.9);
+  EXPECT_GE(gravity.accepted, vision.accepted);
+  EXPECT_EQ(gravity.wrong, 0);
+}
+
+TEST(RelocalizeByObjects, HardlyEverAcceptsAWrongMap) {
+  int accepted = 0;
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    const Map map = Desk(seed);
+    accepted += static_cast<int>(std::lround(20 * Measure(map, Permuted(map, seed + 10), false, 20).accepted));
+  }
+  EXPECT_LE(accepted, 2);  // of 80
+}
+
+TEST(RelocalizeByObjects, KnowsHowSureItIs) {
+  const Map map = Desk(2);
+  Rng rng(3);
+  const Query query = Photograph(map, rng, 0);
+  const auto all = RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
+  ASSERT_FALSE(all.empty());
+  EXPECT_TRUE(all[0].accepted);
+  EXPECT_GT(all[0].sigma_position, 0);
+  EXPECT_LT(PositionError(all[0].cam_from_world, query.cam_from_world), 5 * all[0].sigma_position);
+  for (size_t i = 1; i < all.size(); ++i) {
+    EXPECT_FALSE(all[i].accepted);
+    EXPECT_LE(all[i].score, all[i - 1].score);
+  }
+  for (const auto& [detection, object] : all[0].matched)
+    EXPECT_EQ(query.detections[detection].category_id, map.objects.At(object).category_id);
+  // Two objects are never enough, however well they fit.
+  const std::vector<ObjectDetection> two(query.detections.begin(), query.detections.begin() + 2);
+  for (const auto& candidate : RelocalizeByObjects(two, kCamera, map, {}, std::nullopt, rng))
+    EXPECT_FALSE(candidate.accepted);
+}
+
+TEST(RelocalizeByObjects, NothingToGoBy) {
+  const Map map = Desk(3);
+  Rng rng(1);
+  EXPECT_TRUE(RelocalizeByObjects({}, kCamera, map, {}, std::nullopt, rng).empty());
+  const std::vector<ObjectDetection> unknown = {{77, 0.9, {10, 10, 90, 90}, 0}};
+  EXPECT_TRUE(RelocalizeByObjects(unknown, kCamera, map, {}, std::nullopt, rng).empty());
+  const std::vector<ObjectDetection> one = {{0, 0.9, {100, 100, 160, 160}, 0}};
+  EXPECT_TRUE(RelocalizeByObjects(one, kCamera, Map(), {}, std::nullopt, rng).empty());
+}
+
+TEST(RelocalizeByObjects, WorksWithoutAKnownVertical) {
+  Map map = Desk(4);
+  map.up.reset();
+  EXPECT_GE(Measure(map, map, false, 20).found, 0.8);
+}
+
+TEST(RelocalizeByObjects, LargeMapsStayFast) {
+  // 200 objects of 6 classes over a hall: what is tried must not grow with the cube of the map.
+  Map map = Desk(5);
+  const auto ids = map.objects.Ids();
+  uint32_t next = 100;
+  for (int desk = 1; desk < 15; ++desk)
+    for (const ObjectId id : ids) {
+      Object copy = map.objects.At(id);
+      copy.ellipsoid.center += Eigen::Vector3d(4.0 * (desk % 4), 4.0 * (desk / 4), 0);
+      copy.ellipsoid.center.head<2>() +=
+          Eigen::Vector2d(0.13 * ((id.value * 7 + desk) % 5), 0.11 * ((id.value * 3 + desk) % 7));
+      map.objects.Insert(ObjectId(next++), copy);
+    }
+  Rng rng(6);
+  Query query = Photograph(Desk(5), rng);
+  const auto candidates = RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
+  ASSERT_FALSE(candidates.empty());
+  EXPECT_LT(PositionError(candidates[0].cam_from_world, query.cam_from_world), 0.1);
+}
+
+}  // namespace
+}  // namespace oaslam

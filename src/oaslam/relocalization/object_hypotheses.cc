@@ -1,0 +1,230 @@
+#include "oaslam/relocalization/object_hypotheses.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/geometry/p3p.h"
+#include "oaslam/geometry/up2p.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kDepthFactor = 1.7;    // how well its size tells an object's depth
+constexpr double kTruncatedFactor = 3;  // a truncated box may be of a much nearer object
+constexpr size_t kAnchors = 3;          // detections that hypotheses start from
+constexpr size_t kMaxTriplets = 1500;
+constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
+constexpr int kYaws = 36;
+constexpr size_t kSmallMap = 40;    // objects: all are scored
+constexpr double kScopeDepths = 3;  // in larger maps: those within this many depths of the anchor
+
+// A detection taken as an object.
+struct Node {
+  int detection = 0, object = 0;
+  double depth = 0, min_depth = 0, max_depth = 0;
+};
+
+Node MakeNode(const ObjectScene& scene, int detection, int object) {
+  const SceneDetection& d = scene.detections[detection];
+  const double depth = std::sqrt(scene.camera.fx * scene.camera.fy) * scene.objects[object].radius / (d.size / 2);
+  return {detection, object, depth, depth / (d.truncated ? kTruncatedFactor : kDepthFactor), depth * kDepthFactor};
+}
+
+// Whether some depths within the bounds of both put them as far apart as they are.
+bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
+  if (a.detection == b.detection || a.object == b.object) return false;
+  const Eigen::Vector3d &p = scene.detections[a.detection].ray, &q = scene.detections[b.detection].ray;
+  const double pp = p.squaredNorm(), qq = q.squaredNorm(), pq = p.dot(q);
+  const double between =
+      (scene.objects[a.object].ellipsoid.center - scene.objects[b.object].ellipsoid.center).squaredNorm();
+  const auto squared = [&](double s, double t) { return s * s * pp + t * t * qq - 2 * s * t * pq; };
+  double nearest = 1e300, farthest = 0;
+  for (const double s : {a.min_depth, a.max_depth}) {
+    nearest = std::min(nearest, squared(s, std::clamp(s * pq / qq, b.min_depth, b.max_depth)));
+    for (const double t : {b.min_depth, b.max_depth}) {
+      nearest = std::min(nearest, squared(std::clamp(t * pq / pp, a.min_depth, a.max_depth), t));
+      farthest = std::max(farthest, squared(s, t));
+    }
+  }
+  return between >= nearest && between <= farthest;
+}
+
+// Detections whose class has the fewest objects, whole ones first.
+std::vector<int> AnchorDetections(const ObjectScene& scene) {
+  std::vector<int> order(scene.detections.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](int a, int b) {
+    const SceneDetection &x = scene.detections[a], &y = scene.detections[b];
+    if ((x.truncated != 0) != (y.truncated != 0)) return x.truncated == 0;
+    return x.objects.size() < y.objects.size();
+  });
+  order.resize(std::min(order.size(), kAnchors));
+  return order;
+}
+
+std::vector<int> ScopeOf(const ObjectScene& scene, const Node& anchor) {
+  std::vector<int> scope;
+  const Eigen::Vector3d& center = scene.objects[anchor.object].ellipsoid.center;
+  for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o)
+    if (scene.objects.size() <= kSmallMap ||
+        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * anchor.max_depth)
+      scope.push_back(o);
+  return scope;
+}
+
+// Predicted over measured size of a pair that a pose was made from.
+double SizeRatio(const ObjectScene& scene, const Node& node, const Rigid3& pose, const Eigen::Matrix3d& rotation) {
+  const SceneObject& object = scene.objects[node.object];
+  const Eigen::Vector3d center = pose.translation + rotation * object.ellipsoid.center;
+  const OutlineConic outline = OutlineOf(center, rotation * object.scaled_axes);
+  if (!IsInFront(center.z(), outline)) return 0;
+  return SizeOf(OutlineBox(outline, scene.camera)) / scene.detections[node.detection].size;
+}
+
+bool HasPlausibleSize(const ObjectScene& scene, const Node& node, const Rigid3& pose, const Eigen::Matrix3d& rotation) {
+  const double ratio = SizeRatio(scene, node, pose, rotation);
+  return ratio > 0.5 && ratio < (scene.detections[node.detection].truncated ? 2 * kTruncatedFactor : 2.0);
+}
+
+// The angles of the vertical to try.
+std::vector<Eigen::Vector3d> UpDirections(const ObjectScene& scene) {
+  if (!scene.up) return {};
+  if (scene.up_in_cam) return {*scene.up_in_cam};
+  std::vector<Eigen::Vector3d> ups;
+  const double low = scene.habit.min_pitch - kTiltMargin, high = scene.habit.max_pitch + kTiltMargin;
+  const int steps = std::max(static_cast<int>(std::ceil((high - low) / kTiltStep)), 1);
+  for (int i = 0; i <= steps; ++i) ups.push_back(UpInCamera(low + (high - low) * i / steps, scene.habit.mean_roll));
+  return ups;
+}
+
+// Grows the list of guesses by poses from groups of nodes.
+class GroupGuesser {
+ public:
+  GroupGuesser(const ObjectScene& scene) : scene_(scene), ups_(UpDirections(scene)) {
+    for (int d = 0; d < static_cast<int>(scene.detections.size()); ++d)
+      for (const int o : scene.detections[d].objects) nodes_.push_back(MakeNode(scene, d, o));
+  }
+
+  std::vector<PoseGuess> Run(Rng& rng) {
+    const std::vector<int> anchors = AnchorDetections(scene_);
+    for (size_t i = 0; i < anchors.size(); ++i)
+      for (const Node& node : nodes_)
+        if (node.detection == anchors[i]) StartFrom(node, std::span(anchors).first(i), rng);
+    return std::move(guesses_);
+  }
+
+ private:
+  // Detections of earlier anchors had their turn.
+  void StartFrom(const Node& anchor, std::span<const int> done, Rng& rng) {
+    neighbors_.clear();
+    for (const Node& node : nodes_)
+      if (std::ranges::find(done, node.detection) == done.end() && AreCompatible(scene_, anchor, node))
+        neighbors_.push_back(node);
+    scope_ = ScopeOf(scene_, anchor);
+    for (const Node& other : neighbors_) AddPair(anchor, other);
+    if (!scene_.up_in_cam) AddTriplets(anchor, rng);
+  }
+
+  void AddPair(const Node& a, const Node& b) {
+    const std::array rays = {scene_.detections[a.detection].ray, scene_.detections[b.detection].ray};
+    const std::array points = {scene_.objects[a.object].ellipsoid.center, scene_.objects[b.object].ellipsoid.center};
+    for (const Eigen::Vector3d& up : ups_) {
+      const Up2PPoses solved = SolveUp2P(rays, up, points, *scene_.up);
+      for (int i = 0; i < solved.count; ++i) AddPose(solved.poses[i], std::array{a, b});
+    }
+  }
+
+  void AddTriplets(const Node& anchor, Rng& rng) {
+    triplets_.clear();
+    for (size_t i = 0; i < neighbors_.size(); ++i)
+      for (size_t j = i + 1; j < neighbors_.size(); ++j)
+        if (AreCompatible(scene_, neighbors_[i], neighbors_[j])) triplets_.emplace_back(i, j);
+    for (size_t k = 0; k < triplets_.size() && k < kMaxTriplets; ++k) {
+      if (triplets_.size() > kMaxTriplets)
+        std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
+      const std::array group = {anchor, neighbors_[triplets_[k].first], neighbors_[triplets_[k].second]};
+      std::array<Eigen::Vector3d, 3> rays, points;
+      for (int n = 0; n < 3; ++n) {
+        rays[n] = scene_.detections[group[n].detection].ray.normalized();
+        points[n] = scene_.objects[group[n].object].ellipsoid.center;
+      }
+      const P3PPoses solved = SolveP3P(rays, points);
+      for (int i = 0; i < solved.count; ++i) AddPose(solved.poses[i], group);
+    }
+  }
+
+  template <size_t N>
+  void AddPose(const Rigid3& pose, const std::array<Node, N>& group) {
+    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+    if (!scene_.IsPlausiblyHeld(rotation)) return;
+    for (const Node& node : group)
+      if (!HasPlausibleSize(scene_, node, pose, rotation)) return;
+    guesses_.push_back({pose, scene_.ScorePose(pose, scope_), group[0].depth});
+  }
+
+  const ObjectScene& scene_;
+  std::vector<Eigen::Vector3d> ups_;
+  std::vector<Node> nodes_, neighbors_;
+  std::vector<int> scope_;
+  std::vector<std::pair<size_t, size_t>> triplets_;
+  std::vector<PoseGuess> guesses_;
+};
+
+}  // namespace
+
+bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad) {
+  if ((a.OriginInSource() - b.OriginInSource()).squaredNorm() > distance * distance) return true;
+  return 2 * std::acos(std::min(std::abs(a.rotation.dot(b.rotation)), 1.0)) > angle_rad;
+}
+
+std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) { return GroupGuesser(scene).Run(rng); }
+
+std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
+  std::vector<PoseGuess> guesses;
+  const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
+  for (const int d : AnchorDetections(scene)) {
+    const SceneDetection& detection = scene.detections[d];
+    for (const int o : detection.objects) {
+      const Node node = MakeNode(scene, d, o);
+      const std::vector<int> scope = ScopeOf(scene, node);
+      const Eigen::Vector3d& center = scene.objects[o].ellipsoid.center;
+      for (const Eigen::Vector3d& up : ups) {
+        const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(*scene.up, up);
+        for (int yaw = 0; yaw < kYaws; ++yaw) {
+          Rigid3 pose;
+          pose.rotation = tilt * Eigen::Quaterniond(Eigen::AngleAxisd(2 * std::numbers::pi * yaw / kYaws, *scene.up));
+          const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+          pose.translation = node.depth * detection.ray - rotation * center;
+          // The outline from this side instead of the sphere's.
+          const double ratio = SizeRatio(scene, node, pose, rotation);
+          if (!(ratio > 0.3 && ratio < 3)) continue;
+          pose.translation = ratio * node.depth * detection.ray - rotation * center;
+          guesses.push_back({pose, scene.ScorePose(pose, scope), ratio * node.depth});
+        }
+      }
+    }
+  }
+  return guesses;
+}
+
+std::vector<PoseGuess> SelectDistinct(std::vector<PoseGuess> guesses, size_t count) {
+  constexpr double kDistancePerDepth = 0.08, kAngle = 6 * kDegree;  // 12 cm at 1.5 m
+  std::ranges::stable_sort(guesses, std::greater<>(), &PoseGuess::score);
+  std::vector<PoseGuess> chosen;
+  for (const PoseGuess& guess : guesses) {
+    if (chosen.size() >= count || !(guess.score > 0)) break;
+    const auto differs = [&](const PoseGuess& c) {
+      return AreDifferent(c.cam_from_world, guess.cam_from_world, kDistancePerDepth * guess.depth, kAngle);
+    };
+    if (std::ranges::all_of(chosen, differs)) chosen.push_back(guess);
+  }
+  return chosen;
+}
+
+}  // namespace oaslam

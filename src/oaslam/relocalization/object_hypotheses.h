@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "oaslam/relocalization/object_scene.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+struct PoseGuess {
+  Rigid3 cam_from_world;
+  double score = 0;  // ObjectScene::ScorePose
+  double depth = 0;  // of the object it came from: the scale at which poses differ
+};
+
+// The camera's centre further away than `distance`, or its rotation by more than `angle_rad`.
+bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
+
+// Guesses from two and three detections of compatible sizes, around the detections whose class says most
+// (objects-study.md, section 5.7).
+std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
+
+// Guesses from one detection, over a grid of how the camera may be turned. Empty unless the map knows its up.
+std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene);
+
+// The best `count` guesses that differ.
+std::vector<PoseGuess> SelectDistinct(std::vector<PoseGuess> guesses, size_t count);
+
+}  // namespace oaslam

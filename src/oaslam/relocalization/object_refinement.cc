@@ -1,0 +1,174 @@
+#include "oaslam/relocalization/object_refinement.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/estimation/assignment.h"
+#include "oaslam/estimation/ellipsoid_residuals.h"
+#include "oaslam/geometry/box.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kCauchy = 2.5;
+constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
+constexpr double kMissedShare = 0.8, kMissedSizePx = 14;  // an object this visible should have been detected
+constexpr int kRounds = 3, kIterationsPerRound = 4;       // matches are renewed each round
+
+// A detection, its object, and the inverse sigmas of the edges as of the pose where they were matched.
+struct Match {
+  int detection = 0, object = 0;
+  double score = 0;
+  Eigen::Vector4d inverse_sigma;
+};
+
+struct Matching {
+  std::vector<Match> matches;
+  double llr = 0, penalty = 0;
+};
+
+Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
+  Matching result;
+  const auto detections = static_cast<Eigen::Index>(scene.detections.size());
+  const auto objects = static_cast<Eigen::Index>(scene.objects.size());
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(detections, objects);
+  std::vector<Eigen::Vector4d> variances(objects);
+  std::vector<double> missed(objects, 0);
+  for (Eigen::Index o = 0; o < objects; ++o) {
+    const SceneObject& object = scene.objects[o];
+    const auto view = ViewEllipsoid(object.ellipsoid, pose);
+    if (!view) continue;
+    const Box predicted = OutlineBox(view->outline, scene.camera);
+    if (Intersection(predicted, scene.bounds).Area() <= 0) continue;
+    if (SizeOf(predicted) > kMissedSizePx * scene.score.pixel_unit() &&
+        ShareInside(predicted, scene.bounds) > kMissedShare)
+      missed[o] = object.miss_penalty;
+    if (object.detections.empty()) continue;
+    variances[o] = EdgeVariance(*view, scene.camera, object.covariance);
+    for (const int d : object.detections)
+      scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, predicted, variances[o]);
+  }
+  const std::vector<int> assigned = AssignMaximum(scores);
+  for (int d = 0; d < static_cast<int>(assigned.size()); ++d) {
+    const int o = assigned[d];
+    if (o < 0) continue;
+    const double sigma = scene.score.DetectorSigma(scene.detections[d].box);
+    result.matches.push_back({d, o, scores(d, o), (variances[o].array() + sigma * sigma).rsqrt()});
+    result.llr += scores(d, o);
+    missed[o] = 0;
+  }
+  for (const double penalty : missed) result.penalty += penalty;
+  return result;
+}
+
+struct PoseEquations {
+  Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseVector gradient = PoseVector::Zero();
+  double cost = 0;
+};
+
+// The vertical as a sensor sees it, or the horizon as level as the mapping cameras held it. du = w x u under a turn w
+// of the camera.
+void AddUprightPrior(const ObjectScene& scene, const Rigid3& pose, PoseEquations& equations) {
+  if (!scene.up) return;
+  const Eigen::Vector3d u = pose.rotation * *scene.up;
+  const auto add = [&](double residual, const Eigen::Vector3d& by_turn) {
+    equations.hessian.bottomRightCorner<3, 3>() += by_turn * by_turn.transpose();
+    equations.gradient.tail<3>() += residual * by_turn;
+    equations.cost += residual * residual;
+  };
+  if (scene.up_in_cam) {
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d axis = Eigen::Vector3d::Unit(k);
+      add((u - *scene.up_in_cam)[k] / kGravitySigma, u.cross(axis) / kGravitySigma);
+    }
+  } else {
+    const Eigen::Vector3d side(std::cos(scene.habit.mean_roll), std::sin(scene.habit.mean_roll), 0);
+    add(u.dot(side) / kRollSigma, u.cross(side) / kRollSigma);
+  }
+}
+
+PoseEquations Linearize(const ObjectScene& scene, const std::vector<Match>& matches, const Rigid3& pose,
+                        bool with_derivatives) {
+  PoseEquations equations;
+  AddUprightPrior(scene, pose, equations);
+  constexpr double kBehindCost = 100;  // beyond any box
+  for (const Match& match : matches) {
+    const SceneDetection& detection = scene.detections[match.detection];
+    const auto view = ViewEllipsoid(scene.objects[match.object].ellipsoid, pose);
+    if (!view) {
+      equations.cost += kBehindCost;
+      continue;
+    }
+    const Eigen::Vector4d residual =
+        EdgeResidual(OutlineBox(view->outline, scene.camera), detection.box, detection.truncated)
+            .cwiseProduct(match.inverse_sigma);
+    const Eigen::Array4d ratio = residual.array().square() / (kCauchy * kCauchy);
+    equations.cost += kCauchy * kCauchy * (1 + ratio).log().sum();
+    if (!with_derivatives) continue;
+    const EdgesByPose jacobian = match.inverse_sigma.asDiagonal() * DifferentiateByPose(*view, scene.camera);
+    for (int row = 0; row < 4; ++row) {
+      if ((detection.truncated & (1 << row)) && residual[row] == 0) continue;
+      const PoseVector j = jacobian.row(row).transpose();
+      const double weight = 1 / (1 + ratio[row]);
+      equations.hessian.noalias() += weight * j * j.transpose();
+      equations.gradient.noalias() += weight * residual[row] * j;
+    }
+  }
+  return equations;
+}
+
+Rigid3 RefineOnMatches(const ObjectScene& scene, const std::vector<Match>& matches, Rigid3 pose) {
+  PoseEquations equations = Linearize(scene, matches, pose, true);
+  double damping = 1e-3;
+  for (int iteration = 0; iteration < kIterationsPerRound; ++iteration) {
+    Eigen::Matrix<double, 6, 6> damped = equations.hessian;
+    damped.diagonal() += (damping * damped.diagonal().array() + 1e-9 * damped.diagonal().maxCoeff()).matrix();
+    const PoseVector step = -damped.ldlt().solve(equations.gradient);
+    if (!step.allFinite()) break;
+    const Rigid3 moved = Moved(pose, step);
+    if (!(Linearize(scene, matches, moved, false).cost < equations.cost)) {
+      damping *= 10;
+      continue;
+    }
+    const double before = equations.cost;
+    pose = moved;
+    damping /= 5;
+    equations = Linearize(scene, matches, pose, true);
+    if (before - equations.cost < 1e-4 * before) break;
+  }
+  return pose;
+}
+
+// Of the camera's centre: it moves by -R^T of the translation's change.
+double PositionSigma(const ObjectScene& scene, const std::vector<Match>& matches, const Rigid3& pose) {
+  Eigen::Matrix<double, 6, 6> information = Linearize(scene, matches, pose, true).hessian;
+  information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
+  const Eigen::Matrix<double, 6, 6> covariance = information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+  return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));
+}
+
+}  // namespace
+
+ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start) {
+  ObjectPoseCandidate candidate;
+  candidate.cam_from_world = start;
+  Matching matching = MatchBoxes(scene, start);
+  for (int round = 0; round < kRounds && !matching.matches.empty(); ++round) {
+    candidate.cam_from_world = RefineOnMatches(scene, matching.matches, candidate.cam_from_world);
+    matching = MatchBoxes(scene, candidate.cam_from_world);
+  }
+  candidate.llr = matching.llr;
+  candidate.score =
+      matching.llr * static_cast<double>(matching.matches.size()) / static_cast<double>(scene.detections.size()) -
+      matching.penalty;
+  for (const Match& match : matching.matches)
+    candidate.matched.emplace_back(scene.detections[match.detection].index, scene.objects[match.object].id);
+  if (!matching.matches.empty())
+    candidate.sigma_position = PositionSigma(scene, matching.matches, candidate.cam_from_world);
+  return candidate;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,126 @@
+#include "oaslam/relocalization/object_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ellipsoid.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr size_t kMaxScored = 64;  // detections
+
+SceneObject Prepare(ObjectId id, const Object& object) {
+  SceneObject scene;
+  scene.id = id;
+  scene.category_id = object.category_id;
+  scene.ellipsoid = object.ellipsoid;
+  scene.scaled_axes = ScaledAxes(object.ellipsoid);
+  scene.radius = std::cbrt(object.ellipsoid.half_axes.prod());
+  scene.covariance = object.covariance;
+  const Eigen::Vector3d axes =
+      object.ellipsoid.half_axes.cwiseAbs2().cwiseProduct(object.covariance.diagonal().segment<3>(3));
+  scene.variance = object.covariance.topLeftCorner<3, 3>().trace() / 3 + axes.mean();
+  scene.miss_penalty = -std::log(1 - std::clamp(object.detection_rate, 0.5, 0.97));
+  return scene;
+}
+
+CameraHabit HabitOf(const Map& map, const Eigen::Vector3d& up) {
+  constexpr size_t kEnough = 200;
+  const size_t stride = map.keyframes.size() / kEnough + 1;
+  CameraHabit habit{1e9, -1e9, 0};
+  size_t index = 0, count = 0;
+  double side = 0, upright = 0;
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    if (index++ % stride != 0) return;
+    const Eigen::Vector3d u = keyframe.cam_from_world.rotation * up;
+    const double pitch = std::atan2(-u.z(), std::hypot(u.x(), u.y()));
+    habit.min_pitch = std::min(habit.min_pitch, pitch);
+    habit.max_pitch = std::max(habit.max_pitch, pitch);
+    side += u.x();
+    upright -= u.y();
+    ++count;
+  });
+  if (count == 0) return {};
+  habit.mean_roll = std::atan2(side, upright);
+  return habit;
+}
+
+}  // namespace
+
+Eigen::Vector3d UpInCamera(double pitch, double roll) {
+  return {std::sin(roll) * std::cos(pitch), -std::cos(roll) * std::cos(pitch), -std::sin(pitch)};
+}
+
+ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera, const Map& map,
+                         const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam)
+    : camera(query_camera), score(query_camera), bounds(IdealImageBounds(query_camera)) {
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state == ObjectState::kMapped) objects.push_back(Prepare(id, object));
+  });
+  std::vector<int> order;
+  for (int i = 0; i < static_cast<int>(all_detections.size()); ++i) {
+    const ObjectDetection& d = all_detections[i];
+    const bool known = std::ranges::find(objects, d.category_id, &SceneObject::category_id) != objects.end();
+    if (d.score >= config.min_score && known && d.box.Area() > 0) order.push_back(i);
+  }
+  std::ranges::stable_sort(order, [&](int a, int b) { return all_detections[a].score > all_detections[b].score; });
+  order.resize(std::min({order.size(), static_cast<size_t>(config.max_detections), kMaxScored}));
+  for (const int i : order) {
+    const ObjectDetection& d = all_detections[i];
+    SceneDetection scene{i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), SizeOf(d.box), {}};
+    for (int o = 0; o < static_cast<int>(objects.size()); ++o) {
+      if (objects[o].category_id != d.category_id) continue;
+      scene.objects.push_back(o);
+      objects[o].detections.push_back(static_cast<int>(detections.size()));
+    }
+    detections.push_back(std::move(scene));
+  }
+  up = map.up;
+  if (!up) return;
+  habit = HabitOf(map, *up);
+  if (gravity_in_cam && gravity_in_cam->norm() > 0) up_in_cam = -gravity_in_cam->normalized();
+}
+
+double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int> scope) const {
+  std::array<double, kMaxScored> best{};
+  const Eigen::Matrix3d rotation = cam_from_world.rotation.toRotationMatrix();
+  const double focal_squared = camera.fx * camera.fy;
+  for (const int o : scope) {
+    const SceneObject& object = objects[o];
+    if (object.detections.empty()) continue;
+    const Eigen::Vector3d center = rotation * object.ellipsoid.center + cam_from_world.translation;
+    if (center.z() <= 0) continue;
+    const OutlineConic outline = OutlineOf(center, rotation * object.scaled_axes);
+    if (!IsInFront(center.z(), outline)) continue;
+    const Box predicted = OutlineBox(outline, camera);
+    const double variance = focal_squared * object.variance / (center.z() * center.z());
+    for (const int d : object.detections) {
+      const SceneDetection& detection = detections[d];
+      if (predicted.x1 > detection.box.x2 || predicted.x2 < detection.box.x1 || predicted.y1 > detection.box.y2 ||
+          predicted.y2 < detection.box.y1)
+        continue;
+      best[d] = std::max(best[d], score.WithCommonVariance(detection.box, detection.truncated, predicted, variance));
+    }
+  }
+  double sum = 0;
+  for (size_t d = 0; d < detections.size(); ++d) sum += best[d];
+  return sum;
+}
+
+bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {
+  constexpr double kMaxTilt = 15 * kDegree, kMaxRoll = 25 * kDegree, kSteep = 0.9;
+  if (!up) return true;
+  const Eigen::Vector3d u = cam_from_world * *up;
+  if (up_in_cam) return u.dot(*up_in_cam) > std::cos(kMaxTilt);
+  // Looking straight up or down has no roll.
+  if (std::abs(u.z()) > kSteep) return true;
+  return std::abs(std::remainder(std::atan2(u.x(), -u.y()) - habit.mean_roll, 2 * std::numbers::pi)) < kMaxRoll;
+}
+
+}  // namespace oaslam
