@@ -1,143 +1,159 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <array>
 #include <cmath>
-#include <filesystem>
+#include <fstream>
 #include <memory>
 
 #include "commands.h"
 #include "common.h"
-#include "oaslam/error.h"
+#include "frame_inputs.h"
+#include "gravity_file.h"
 #include "oaslam/io/camera_file.h"
 #include "oaslam/io/map_file.h"
-#include "oaslam/io/text.h"
+#include "oaslam/io/map_results.h"
 #include "oaslam/io/trajectory_file.h"
-#include "oaslam/relocalization/by_objects.h"
-#include "oaslam/util/stopwatch.h"
 #include "timed_detections.h"
 
 namespace oaslam::apps {
 namespace {
 
-struct Options {
+struct LocalizeOptions {
   CommonOptions common;
-  std::string map, camera, detections, out, gravity, relocalization = "objects";
+  std::string map, images, camera, detections, detector, out, gravity, relocalization = "points+objects";
   bool every_frame = false;
 };
 
-struct StampedGravity {
-  double timestamp = 0;
-  Eigen::Vector3d in_cam = Eigen::Vector3d::Zero();
-};
-
-// "timestamp gx gy gz" a line, sorted by time on return.
-std::vector<StampedGravity> LoadGravity(const std::string& path) {
-  std::vector<StampedGravity> samples;
-  const std::string text = ReadTextFile(path);
-  int number = 0;
-  for (const std::string_view line : SplitLines(text)) {
-    ++number;
-    const std::string_view content = Trim(line);
-    if (content.empty() || content.front() == '#') continue;
-    std::vector<double> values;
-    for (const std::string_view field : SplitFields(content))
-      if (const auto value = ParseNumber(field)) values.push_back(*value);
-    const bool valid = values.size() == 4 && SplitFields(content).size() == 4;
-    if (!valid || Eigen::Vector3d(values[1], values[2], values[3]).norm() == 0)
-      throw InputError(fmt::format("{}:{}: expected \"timestamp gx gy gz\", not all zero", path, number));
-    samples.push_back({values[0], {values[1], values[2], values[3]}});
+// poses.txt, candidates.txt, frames.csv (docs/formats.md).
+class LocalizeResults {
+ public:
+  explicit LocalizeResults(const std::string& folder) : folder_(folder), frames_(folder + "/frames.csv") {
+    if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
+    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms\n";
   }
-  std::ranges::stable_sort(samples, {}, &StampedGravity::timestamp);
-  return samples;
-}
 
-std::optional<Eigen::Vector3d> GravityAt(const std::vector<StampedGravity>& samples, double timestamp) {
-  constexpr double kMaxTimeDifference = 0.020;  // seconds
-  const auto nearest =
-      std::ranges::min_element(samples, {}, [&](const StampedGravity& s) { return std::abs(s.timestamp - timestamp); });
-  if (nearest == samples.end() || std::abs(nearest->timestamp - timestamp) > kMaxTimeDifference) return std::nullopt;
-  return nearest->in_cam;
-}
+  void Add(int index, double timestamp, const RelocalizationResult& r) {
+    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f}\n", index, timestamp, ToString(r.evidence), r.confidence,
+                           r.inlier_points, r.matched_objects, r.sigma_position, r.ms_features, r.ms);
+    for (const auto& c : r.candidates) candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
+    if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
+    ++count_;
+    ++by_evidence_[static_cast<size_t>(r.evidence)];
+  }
 
-// One line of frames.csv, poses.txt and candidates.txt each.
-struct Answer {
-  int index = 0;
-  double timestamp = 0;
-  std::vector<ObjectPoseCandidate> candidates;
-  double ms = 0;
+  void Finish(const SavedMap& saved, bool quiet) {
+    frames_.flush();
+    SaveTrajectory(folder_ + "/poses.txt", poses_);
+    SaveScoredPoses(folder_ + "/candidates.txt", candidates_);
+    SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map, .trajectory = {}, .groundtruth = {}, .localized = poses_, .names = saved.class_names,
+                                      .title = "oaslam localize"});
+    if (quiet) return;
+    fmt::print("{} of {} images localized ({} by points, {} by points from objects, {} by objects alone); results in {}\n", poses_.size(), count_,
+               by_evidence_[static_cast<size_t>(PoseEvidence::kPoints)], by_evidence_[static_cast<size_t>(PoseEvidence::kPointsAndObjects)],
+               by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], folder_);
+  }
+
+ private:
+  std::string folder_;
+  std::ofstream frames_;
+  std::vector<StampedPose> poses_;
+  std::vector<ScoredPose> candidates_;
+  std::array<int, 4> by_evidence_{};
+  int count_ = 0;
 };
 
-std::vector<Answer> LocalizeByDetections(const Options& options, const Map& map) {
-  const SlamConfig config = LoadConfiguration(options.common);
-  const Camera camera = LoadCamera(options.camera, {0, 0});
-  const auto images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
-  const auto gravity = options.gravity.empty() ? std::vector<StampedGravity>() : LoadGravity(options.gravity);
-  ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
-  std::vector<Answer> answers;
-  for (const TimedDetections& image : images) {
-    const std::vector<ObjectDetection> detections = IdealDetections(camera, image.detections);
-    // Seeded per image, so that its answer does not depend on the images before.
-    Rng rng(static_cast<uint64_t>(config.runner.seed) + static_cast<uint64_t>(image.index));
-    const auto gravity_in_cam = GravityAt(gravity, image.timestamp);
-    const Stopwatch watch;
-    Answer answer{image.index, image.timestamp, {}, 0};
-    answer.candidates = RelocalizeByObjects(detections, camera, map, config.relocalization, gravity_in_cam, rng);
-    answer.ms = watch.WallMs();
-    answers.push_back(std::move(answer));
-    progress.Update(static_cast<int>(answers.size()), "localizing");
+// A tracked pose as an answer.
+RelocalizationResult FromTracking(const TrackingResult& t, int accepted_at) {
+  RelocalizationResult r;
+  r.ms_features = t.ms_features;
+  r.ms = t.ms_track;
+  r.inlier_points = t.inliers;
+  r.matched_objects = t.objects;
+  if (!t.world_from_cam) return r;
+  r.evidence = t.state == TrackingState::kObjects ? PoseEvidence::kObjects : PoseEvidence::kPoints;
+  r.world_from_cam = t.world_from_cam;
+  r.confidence = t.inliers > 0 ? 1 - 0.5 * std::exp(-static_cast<double>(t.inliers - accepted_at) / accepted_at) : 0.5;
+  r.candidates.push_back({*t.world_from_cam, static_cast<double>(t.inliers)});
+  return r;
+}
+
+void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
+  Slam slam(config, inputs.camera());
+  slam.Load(options.map);
+  slam.SetMapping(false);
+  const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
+  slam.SetRelocalizationMode(mode);
+  ProgressBar progress(inputs.size(), options.common.quiet);
+  int done = 0;
+  while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
+    const RelocalizationResult result = options.every_frame
+                                            ? slam.Relocalize(frame->input, mode)
+                                            : FromTracking(slam.Process(frame->input), config.tracking.min_inliers);
+    results.Add(frame->index, frame->input.timestamp, result);
+    progress.Update(++done, ToString(result.evidence));
   }
   progress.Finish();
-  return answers;
 }
 
-void WriteAnswers(const Options& options, const std::vector<Answer>& answers) {
-  const std::filesystem::path out(options.out);
-  std::vector<StampedPose> poses;
-  std::vector<ScoredPose> candidates;
-  std::string csv = "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms\n";
-  for (const Answer& answer : answers) {
-    for (const ObjectPoseCandidate& c : answer.candidates)
-      candidates.push_back({{answer.timestamp, c.cam_from_world.Inverse()}, c.score});
-    const ObjectPoseCandidate* best = answer.candidates.empty() ? nullptr : &answer.candidates.front();
-    const bool accepted = best && best->accepted;
-    if (accepted) poses.push_back({answer.timestamp, best->cam_from_world.Inverse()});
-    const double confidence = best ? std::clamp(best->score / 100, 0.0, 1.0) : 0;
-    csv += fmt::format("{},{:.6f},{},{:.4f},0,{},{:.6g},0,{:.3f}\n", answer.index, answer.timestamp,
-                       accepted ? "objects" : "failed", confidence, best ? best->matched.size() : 0,
-                       best ? best->sigma_position : 0, answer.ms);
+void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
+  if (options.detections.empty()) throw InputError("localize: neither --images nor --detections given");
+  if (options.relocalization != "objects")
+    throw InputError(fmt::format("localize: --relocalization {} needs --images; without, only objects", options.relocalization));
+  const Camera camera = LoadCamera(options.camera, {0, 0});
+  const auto images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
+  Slam slam(config, camera);
+  slam.Load(options.map);
+  ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
+  int done = 0;
+  for (const TimedDetections& image : images) {
+    if (Interrupted()) break;
+    const RelocalizationResult result = slam.RelocalizeByObjects(image.detections, gravity.At(image.timestamp));
+    results.Add(image.index, image.timestamp, result);
+    progress.Update(++done, ToString(result.evidence));
   }
-  SaveTrajectory((out / "poses.txt").string(), poses);
-  SaveScoredPoses((out / "candidates.txt").string(), candidates);
-  WriteTextFile((out / "frames.csv").string(), csv);
-  if (!options.common.quiet) fmt::print("{} of {} images localized by objects\n", poses.size(), answers.size());
+  progress.Finish();
 }
 
-void Localize(const Options& options) {
+int Localize(const LocalizeOptions& options) {
+  const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadMap(options.map);
   EnsureOutputFolder(options.out);
-  WriteAnswers(options, LocalizeByDetections(options, saved.map));
+  LocalizeResults results(options.out);
+  InstallInterruptHandler();
+  std::exception_ptr failure;
+  try {
+    if (options.images.empty()) LocalizeDetections(options, config, results);
+    else LocalizeImages(options, config, results);
+  } catch (const std::exception&) {
+    failure = std::current_exception();
+  }
+  results.Finish(saved, options.common.quiet);
+  if (failure) std::rethrow_exception(failure);
+  return Interrupted() ? 130 : 0;
 }
 
 }  // namespace
 
 void AddLocalizeCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("localize", "Find images in a saved map, by their detected objects");
-  command->add_option("--map", options->map, "Map file")->required()->type_name("FILE")->check(CLI::ExistingFile);
-  command->add_option("--camera", options->camera, "Calibration")->required()->type_name("CAM");
-  command->add_option("--detections", options->detections, "Detections; names that are numbers are time stamps")
-      ->required()
-      ->type_name("JSON")
-      ->check(CLI::ExistingFile);
-  command->add_option("--out", options->out, "Output folder")->required()->type_name("DIR");
-  command->add_option("--relocalization", options->relocalization, "What to find images by")
-      ->check(CLI::IsMember({"objects"}));
-  command->add_flag("--every-frame", options->every_frame, "Find each image by itself (always so without images)");
-  command->add_option("--gravity", options->gravity, "Gravity in the camera's frame: \"timestamp gx gy gz\" a line")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
+  auto* command = app.add_subcommand("localize", "Find images in a saved map, which stays as it is");
+  const auto options = std::make_shared<LocalizeOptions>();
+  command->add_option("--map", options->map, "map file")->required();
+  command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
+  command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
+  auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
+  command->add_option("--detector", options->detector, "ONNX model that finds the boxes")->excludes(detections);
+  command->add_option("--out", options->out, "folder for the results")->required();
+  command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
+      ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  command->add_flag("--every-frame", options->every_frame, "find each image by itself instead of following the camera");
+  command->add_option("--gravity", options->gravity, "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   AddCommonOptions(*command, options->common);
-  command->callback([options] { Localize(*options); });
+  command->callback([options] {
+    if (const int code = Localize(*options)) throw CLI::RuntimeError(code);
+  });
 }
 
 }  // namespace oaslam::apps

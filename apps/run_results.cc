@@ -1,11 +1,13 @@
 #include "run_results.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/io/map_results.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -36,6 +38,16 @@ int CountMappedObjects(const Map& map) {
   int count = 0;
   map.objects.ForEach([&](ObjectId, const Object& object) { count += object.state == ObjectState::kMapped; });
   return count;
+}
+
+// The inverse of an alignment on a reference trajectory.
+std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference, const Alignment& reference_from_map) {
+  const Eigen::Quaterniond turn = reference_from_map.rotation.conjugate();
+  std::vector<StampedPose> poses;
+  for (const StampedPose& pose : reference)
+    poses.push_back({pose.timestamp, {turn * pose.world_from_cam.rotation,
+                                      turn * (pose.world_from_cam.translation - reference_from_map.translation) / reference_from_map.scale}});
+  return poses;
 }
 
 }  // namespace
@@ -97,6 +109,15 @@ void RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& g
   summary["peak_rss_mb"] = Rounded(PeakRssMb(), .1);
   summary["mean_iou"] = Rounded(MeanObjectIou(saved.map), 1e-4);
   MapPlot plot{.map = &saved.map, .trajectory = trajectory, .groundtruth = {}, .localized = {}, .names = saved.class_names, .title = "oaslam run"};
+  if (!groundtruth.empty()) {
+    const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
+    if (report.success) {
+      summary["ate"] = Rounded(report.position.rmse, 1e-5);
+      plot.groundtruth = ToMapFrame(groundtruth, report.reference_from_estimate);
+    } else {
+      spdlog::warn("ground truth: {}", report.why_not);
+    }
+  }
   if (interrupted) summary["interrupted"] = true;
   SaveMapSvg(folder_ + "/map.svg", plot);
   std::ofstream(folder_ + "/summary.json") << summary.dump(2) << '\n';

@@ -35,11 +35,6 @@ struct TrackingResult {
   double cpu_ms = 0;                            // CPU time from image in to pose out; mapping not counted
 };
 
-enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
-
-// "failed", "points", "objects", "points+objects".
-const char* ToString(PoseEvidence evidence);
-
 // The answer to one image that is to be found in the map by itself.
 struct RelocalizationResult {
   PoseEvidence evidence = PoseEvidence::kNone;  // what stands for the pose; kNone: not found
@@ -89,6 +84,9 @@ class Slam {
 
   // How Process finds back after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
+
+  // Localization only, after Load: Process follows the camera in the map and leaves the map as it is. On by default.
+  void SetMapping(bool enabled);
 
   // Names of the detector's categories, saved with the map; COCO's without.
   void SetClassNames(std::map<int, std::string> names);

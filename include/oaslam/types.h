@@ -42,6 +42,12 @@ enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLo
 // "initializing", "tracking", "relocalized", "objects", "lost".
 const char* ToString(TrackingState state);
 
+// What stands for a pose.
+enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
+
+// "failed", "points", "objects", "points+objects".
+const char* ToString(PoseEvidence evidence);
+
 enum class RelocalizationMode { kPoints, kObjects, kPointsAndObjects };
 
 // "points", "objects", "points+objects".

@@ -88,5 +88,13 @@ TEST(Pipeline, LostEarlyItStartsAnew) {
   EXPECT_LT(AbsoluteError(run), 0.02);
 }
 
+TEST(Pipeline, LostWithARealMapItComesBackToIt) {
+  const WalkResult run = Walk("lockstep", 160, 100, 106);
+  EXPECT_EQ(run.states[103], TrackingState::kLost);
+  EXPECT_EQ(run.states.back(), TrackingState::kTracking);
+  EXPECT_GT(run.trajectory.size(), 135U);
+  EXPECT_LT(AbsoluteError(run), 0.01);
+}
+
 }  // namespace
 }  // namespace oaslam

@@ -10,6 +10,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/system/map_pipeline.h"
+#include "oaslam/system/relocalizer.h"
 #include "oaslam/system/tracker.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -49,7 +50,7 @@ void CheckCamera(const Camera& camera) {
 
 class Slam::Impl {
  public:
-  Impl(const SlamConfig& config, const Camera& camera) : config_(config), camera_(camera), extractor_(config.features, camera) {
+  Impl(const SlamConfig& config, const Camera& camera) : config_(config), camera_(camera), extractor_(config.features, camera), relocalizer_(config) {
     Map map;
     map.cameras.push_back(camera);
     Begin(std::move(map), false);
@@ -65,10 +66,12 @@ class Slam::Impl {
     if (known == map.cameras.end()) map.cameras.push_back(camera_);
     pipeline_.emplace(config_, std::move(map));
     tracker_.emplace(config_, ids, is_loaded);
+    tracker_->SetRelocalizationMode(mode_);
     snapshot_ = pipeline_->Newest();
   }
 
   TrackingResult Process(const ImageInput& input);
+  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) const {
     const cv::Mat grey = ToGrey(input.image, camera_);
@@ -81,6 +84,7 @@ class Slam::Impl {
   Camera camera_;
   int camera_index_ = 0;
   OrbExtractor extractor_;
+  Relocalizer relocalizer_;
   std::optional<MapPipeline> pipeline_;
   std::optional<Tracker> tracker_;
   std::shared_ptr<const Map> snapshot_;
@@ -129,6 +133,26 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   return result;
 }
 
+RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                                      double ms_features) {
+  // Each image for itself: the same answer whatever came before.
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  const Stopwatch watch;
+  const Relocalization found = relocalizer_.Find(frame, *snapshot_, mode, gravity_in_cam, rng);
+  RelocalizationResult result;
+  result.evidence = found.evidence;
+  if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
+  result.confidence = found.confidence;
+  result.inlier_points = found.inliers;
+  result.matched_objects = found.matched_objects;
+  result.sigma_position = found.sigma_position;
+  for (const PoseHypothesis& h : found.candidates) result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
+  result.why_not = found.why_not;
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs();
+  return result;
+}
+
 Slam::Slam(const SlamConfig& config, const Camera& camera) {
   CheckConfig(config);
   CheckCamera(camera);
@@ -140,7 +164,23 @@ Slam& Slam::operator=(Slam&&) noexcept = default;
 
 TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(input); }
 
-void Slam::SetRelocalizationMode(RelocalizationMode mode) { impl_->mode_ = mode; }
+void Slam::SetRelocalizationMode(RelocalizationMode mode) {
+  impl_->mode_ = mode;
+  impl_->tracker_->SetRelocalizationMode(mode);
+}
+
+RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode) {
+  const Stopwatch watch;
+  const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
+  return impl_->Find(frame, mode, {}, watch.WallMs());
+}
+
+RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& detections, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  const Frame frame{0, 0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_)};
+  return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
+}
+
+void Slam::SetMapping(bool enabled) { impl_->tracker_->SetMapping(enabled); }
 
 void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
 

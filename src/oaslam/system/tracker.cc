@@ -24,6 +24,7 @@ Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int 
 Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded)
     : config_(config),
       initializer_(config.tracking),
+      relocalizer_(config),
       rng_(static_cast<uint64_t>(config.runner.seed)),
       phase_(map_is_loaded ? Phase::kLost : Phase::kInitializing),
       map_is_loaded_(map_is_loaded),
@@ -32,13 +33,21 @@ Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_load
 
 Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
-  const TrackReport followed = phase_ == Phase::kTracking ? FollowMotion(frame, map) : TrackReport{};
-  const TrackReport tracked = followed.success ? TrackLocalMap(frame, map, followed, config_.tracking.min_inliers) : TrackReport{};
-  if (!tracked.success) return Lose(frame, map);
-  Remember(frame, map, tracked, TrackingState::kTracking);
-  Outcome outcome = Tracked(TrackingState::kTracking, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  if (phase_ == Phase::kLost) return Relocalize(frame, map);
+  const TrackReport followed = FollowMotion(frame, map);
+  const TrackReport tracked = followed.success ? TrackLocalMap(frame, map, followed, MinInliers(frame)) : TrackReport{};
+  if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
+  const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
+  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes) return StartAnew(frame);
+  return Relocalize(frame, map);
+}
+
+Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
+  Remember(frame, map, tracked, state);
+  Outcome outcome = Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   ObserveObjects(frame, map, tracked, outcome);
-  outcome.command = MakeKeyframe(frame, map, tracked);
+  if (mapping_) outcome.command = MakeKeyframe(frame, map, tracked);
+  else TakeRest();
   return outcome;
 }
 
@@ -77,6 +86,13 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   return Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
 }
 
+// A pose found anew has to prove itself before it may be followed on thin evidence.
+int Tracker::MinInliers(const Frame& frame) const {
+  constexpr int kProbation = 15;  // frames
+  return relocalized_frame_ && frame.index - *relocalized_frame_ <= kProbation ? config_.tracking.min_relocalization_inliers
+                                                                              : config_.tracking.min_inliers;
+}
+
 TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
   const std::optional<Rigid3> reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference) return {};
@@ -92,14 +108,41 @@ TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
   return still.success ? still : TrackFromKeyframe(frame, map, last_->reference, last_pose);
 }
 
-Tracker::Outcome Tracker::Lose(const Frame& frame, const Map& map) {
-  const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
-  if (phase_ == Phase::kTracking && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes)
-    return StartAnew(frame);
+Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
+  constexpr double kWiderSearch = 2;
   phase_ = Phase::kLost;
   velocity_.reset();
   last_.reset();
-  return {};
+  const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
+  if (found.evidence == PoseEvidence::kNone) return {};
+  if (found.evidence == PoseEvidence::kObjects) return ShowObjectPose(frame, map, found.cam_from_world, found.matched_objects);
+  TrackReport first;
+  first.success = true;
+  first.cam_from_world = found.cam_from_world;
+  first.landmarks = found.landmarks;
+  first.inliers = found.inliers;
+  const TrackReport tracked = TrackLocalMap(frame, map, first, config_.tracking.min_relocalization_inliers, kWiderSearch);
+  if (!tracked.success) return {};
+  relocalized_frame_ = frame.index;
+  return Continue(frame, map, tracked, TrackingState::kRelocalized);
+}
+
+// A pose for this frame only: tracking needs points to go on from.
+Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world, int objects) {
+  KeyframeId nearest;
+  double least = 0;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const double distance = (keyframe.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm();
+    if (nearest.IsValid() && distance >= least) return;
+    nearest = id;
+    least = distance;
+  });
+  if (!nearest.IsValid()) return {};
+  const Rigid3 cam_from_reference = cam_from_world * map.keyframes.At(nearest).cam_from_world.Inverse();
+  trajectory_.push_back({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects});
+  Outcome outcome = Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
+  outcome.objects = objects;
+  return outcome;
 }
 
 Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
@@ -135,6 +178,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
 }
 
 std::optional<MapCommand> Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked) {
+  if (relocalized_frame_ && MinInliers(frame) > config_.tracking.min_inliers) return std::nullopt;  // on probation the map is only read
   const KeyframeEvidence evidence{
       .frames_since_keyframe = frame.index - newest_keyframe_frame_,
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),

@@ -7,6 +7,7 @@
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/system/mapper.h"
+#include "oaslam/system/relocalizer.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/pose_tracking.h"
 #include "oaslam/util/rng.h"
@@ -34,6 +35,10 @@ class Tracker {
 
   Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded);
 
+  void SetRelocalizationMode(RelocalizationMode mode) { relocalization_mode_ = mode; }
+  // Without mapping the map is only read: no keyframes, no objects, no new map.
+  void SetMapping(bool enabled) { mapping_ = enabled; }
+
   Outcome Track(const Frame& frame, const Map& map);
   // Takes over a map that Track asked for; back to initialising where the mapper refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
@@ -48,8 +53,11 @@ class Tracker {
   enum class Phase { kInitializing, kTracking, kLost };
 
   Outcome Initialize(const Frame& frame, const Map& map);
-  Outcome Lose(const Frame& frame, const Map& map);
+  Outcome Relocalize(const Frame& frame, const Map& map);
+  Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
+  Outcome ShowObjectPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world, int objects);
   Outcome StartAnew(const Frame& frame);
+  int MinInliers(const Frame& frame) const;
   TrackReport FollowMotion(const Frame& frame, const Map& map) const;
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
   std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
@@ -65,14 +73,18 @@ class Tracker {
 
   SlamConfig config_;
   Initializer initializer_;
+  Relocalizer relocalizer_;
+  RelocalizationMode relocalization_mode_ = RelocalizationMode::kPointsAndObjects;
   Rng rng_;
   Phase phase_ = Phase::kInitializing;
   bool map_is_loaded_;
+  bool mapping_ = true;
   uint32_t next_keyframe_;
   std::optional<Last> last_;
   std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
+  std::optional<int> relocalized_frame_;  // the last one
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe

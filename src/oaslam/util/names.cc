@@ -23,6 +23,16 @@ const char* ToString(RelocalizationMode mode) {
   return "points+objects";
 }
 
+const char* ToString(PoseEvidence evidence) {
+  switch (evidence) {
+    case PoseEvidence::kPoints: return "points";
+    case PoseEvidence::kObjects: return "objects";
+    case PoseEvidence::kPointsAndObjects: return "points+objects";
+    case PoseEvidence::kNone: break;
+  }
+  return "failed";
+}
+
 RelocalizationMode RelocalizationModeOf(const std::string& name) {
   for (const RelocalizationMode mode : {RelocalizationMode::kPoints, RelocalizationMode::kObjects, RelocalizationMode::kPointsAndObjects})
     if (name == ToString(mode)) return mode;

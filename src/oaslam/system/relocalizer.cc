@@ -1,0 +1,107 @@
+#include "oaslam/system/relocalizer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/relocalization/by_points.h"
+
+namespace oaslam {
+namespace {
+
+// Grows with what speaks for the pose beyond what acceptance asks for: one half there, towards one.
+double Confidence(double evidence, double accepted_at) { return 1 - 0.5 * std::exp(-(evidence - accepted_at) / accepted_at); }
+
+// How far, in pixels, a pose from objects may be off at the depth of the scene.
+double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
+  constexpr double kSigmas = 3, kMin = 15, kMax = 60;
+  double depth = 0;
+  int count = 0;
+  for (const auto& [detection, object] : candidate.matched) {
+    depth += (candidate.cam_from_world * map.objects.At(object).ellipsoid.center).z();
+    ++count;
+  }
+  if (count == 0 || depth <= 0) return kMax;
+  return std::clamp(kSigmas * candidate.sigma_position / (depth / count) * map.cameras[frame.camera].fx, kMin, kMax);
+}
+
+Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evidence, int accepted_at) {
+  Relocalization result;
+  result.evidence = report.success ? evidence : PoseEvidence::kNone;
+  result.cam_from_world = report.cam_from_world;
+  result.landmarks = report.landmarks;
+  result.inliers = report.inliers;
+  result.sigma_position = report.sigma_position;
+  result.confidence = report.success ? Confidence(report.inliers, accepted_at) : 0;
+  result.candidates = report.hypotheses;
+  result.why_not = report.why_not;
+  return result;
+}
+
+// The accepted pose leads its candidates.
+void LeadWithAccepted(Relocalization& r) {
+  if (r.evidence == PoseEvidence::kNone) return;
+  constexpr double kAboveAll = 1000;
+  const double best = r.candidates.empty() ? 0 : r.candidates.front().score;
+  r.candidates.insert(r.candidates.begin(), {r.cam_from_world, std::max(best, 0.0) + kAboveAll});
+}
+
+}  // namespace
+
+const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
+  if (!index_ || index_version_ != map.version) {
+    index_.emplace(map);
+    index_version_ = map.version;
+  }
+  return *index_;
+}
+
+Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, Rng& rng) {
+  const RelocalizationReport report = RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
+  return FromPoints(report, PoseEvidence::kPoints, config_.tracking.min_inliers);
+}
+
+Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
+                                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const {
+  const std::vector<ObjectPoseCandidate> candidates =
+      RelocalizeByObjects(frame.detections, map.cameras[frame.camera], map, config_.relocalization, gravity_in_cam, rng);
+  Relocalization result;
+  for (const ObjectPoseCandidate& c : candidates) result.candidates.push_back({c.cam_from_world, c.score});
+  if (confirm_by_points && frame.features)
+    for (const ObjectPoseCandidate& c : candidates) {
+      const RelocalizationReport report =
+          VerifyByPoints(frame, map, c.cam_from_world, SearchRadius(map, frame, c), config_.relocalization, config_.tracking, rng);
+      if (!report.success) continue;
+      Relocalization confirmed = FromPoints(report, PoseEvidence::kPointsAndObjects, config_.tracking.min_inliers);
+      confirmed.matched_objects = static_cast<int>(c.matched.size());
+      confirmed.candidates = std::move(result.candidates);
+      return confirmed;
+    }
+  if (candidates.empty() || !candidates.front().accepted) {
+    result.why_not = candidates.empty() ? "no pose explains three detections" : "the objects' evidence is too weak";
+    return result;
+  }
+  const ObjectPoseCandidate& best = candidates.front();
+  result.evidence = PoseEvidence::kObjects;
+  result.cam_from_world = best.cam_from_world;
+  result.matched_objects = static_cast<int>(best.matched.size());
+  result.sigma_position = best.sigma_position;
+  result.confidence = Confidence(best.score, config_.relocalization.accept_score);
+  return result;
+}
+
+Relocalization Relocalizer::Find(const Frame& frame, const Map& map, RelocalizationMode mode,
+                                 const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
+  const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
+  Relocalization result;
+  if (use_points) result = ByPoints(frame, map, rng);
+  if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {
+    const std::vector<PoseHypothesis> by_points = std::move(result.candidates);
+    result = ByObjects(frame, map, use_points, gravity_in_cam, rng);
+    if (result.candidates.empty()) result.candidates = by_points;
+  }
+  LeadWithAccepted(result);
+  return result;
+}
+
+}  // namespace oaslam

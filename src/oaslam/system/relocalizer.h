@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/map.h"
+#include "oaslam/relocalization/place_index.h"
+#include "oaslam/relocalization/report.h"
+#include "oaslam/slam.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+// Where a frame is in the map, and what stands for it.
+struct Relocalization {
+  PoseEvidence evidence = PoseEvidence::kNone;
+  Rigid3 cam_from_world;              // valid unless evidence is kNone
+  std::vector<LandmarkId> landmarks;  // per key point, where points stand for the pose
+  int inliers = 0;
+  int matched_objects = 0;
+  double sigma_position = 0;          // map units
+  double confidence = 0;              // [0, 1]
+  std::vector<PoseHypothesis> candidates;
+  std::string why_not;
+};
+
+// Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points; where these fail, by objects, whose pose
+// guides the search for points; and by objects alone as a last resort, if their evidence is strong.
+class Relocalizer {
+ public:
+  explicit Relocalizer(const SlamConfig& config) : config_(config) {}
+
+  // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without features is found by objects only.
+  Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
+                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
+
+ private:
+  Relocalization ByPoints(const Frame& frame, const Map& map, Rng& rng);
+  Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
+                           const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const;
+  const PlaceIndex& IndexOf(const Map& map);
+
+  SlamConfig config_;
+  std::optional<PlaceIndex> index_;  // of the snapshot of this version
+  uint64_t index_version_ = 0;
+};
+
+}  // namespace oaslam
