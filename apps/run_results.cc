@@ -100,7 +100,7 @@ void RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& g
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = CountMappedObjects(saved.map);
-  summary["loops"] = 0;
+  summary["loops"] = saved.map.loops_closed;
   summary["ms_median"] = Rounded(Percentile(ms_, .5), .01);
   summary["ms_mean"] = ms_.empty() ? 0 : Rounded(std::accumulate(ms_.begin(), ms_.end(), 0.0) / static_cast<double>(ms_.size()), .01);
   summary["ms_p95"] = Rounded(Percentile(ms_, .95), .01);

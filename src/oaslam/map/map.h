@@ -92,6 +92,7 @@ struct Map {
   Table<ObjectId, ObjectId> merged_objects;  // from an erased duplicate to the object that took its observations
   std::optional<Eigen::Vector3d> up;         // world direction against gravity, once known
   uint64_t version = 0;                      // of the snapshot
+  int loops_closed = 0;                      // since the map was made or loaded
 
   uint32_t next_landmark = 0;
 

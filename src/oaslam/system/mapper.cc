@@ -1,7 +1,10 @@
 #include "oaslam/system/mapper.h"
 
+#include <fmt/format.h>
+
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/mapping/local_mapping.h"
+#include "oaslam/mapping/loop_closing.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/util/log.h"
 
@@ -24,6 +27,18 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   FuseLandmarks(keyframe.id, config_.mapping, map_);
   if (map_.keyframes.size() > 2) ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
+  CloseLoop(keyframe.id);
+}
+
+void Mapper::CloseLoop(KeyframeId keyframe) {
+  constexpr uint32_t kMinKeyframesBetween = 10;
+  if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
+  const std::optional<LoopClosure> loop = DetectLoop(map_, keyframe, rng_);
+  if (!loop) return;
+  Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}", loop->current.value, loop->old.value));
+  CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_);
+  last_loop_ = keyframe;
+  ++map_.loops_closed;
 }
 
 void Mapper::Finish() {
@@ -38,6 +53,7 @@ void Mapper::Reset() {
   empty.version = map_.version;
   map_ = std::move(empty);
   recent_landmarks_.clear();
+  last_loop_ = {};
 }
 
 std::shared_ptr<const Map> Mapper::Publish() {

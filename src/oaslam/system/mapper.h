@@ -8,6 +8,7 @@
 #include "oaslam/map/command.h"
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
+#include "oaslam/util/rng.h"
 
 namespace oaslam {
 
@@ -24,7 +25,8 @@ struct MapCommand {
 // The one writer of the map.
 class Mapper {
  public:
-  Mapper(const SlamConfig& config, Map map) : config_(config), map_(std::move(map)) {}
+  Mapper(const SlamConfig& config, Map map)
+      : config_(config), map_(std::move(map)), rng_(static_cast<uint64_t>(config.runner.seed)) {}
 
   void Apply(const MapCommand& command);
 
@@ -37,10 +39,13 @@ class Mapper {
  private:
   void Reset();
   void MapKeyframe(const KeyframeInsertion& keyframe);
+  void CloseLoop(KeyframeId keyframe);
 
   SlamConfig config_;
   Map map_;
+  Rng rng_;
   std::vector<LandmarkId> recent_landmarks_;
+  KeyframeId last_loop_;  // keyframe that closed the last loop
 };
 
 }  // namespace oaslam

@@ -1,0 +1,110 @@
+#include "oaslam/mapping/loop_closing.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr uint32_t kHalf = 18;
+
+// Out along the arc and back again, where the way back has drifted away and made landmarks of its own.
+struct Drifted {
+  synthetic::World world = synthetic::MakeWorld({.cameras = kHalf});
+  Map map;
+  std::vector<Rigid3> truth;
+
+  explicit Drifted(double drift) {
+    truth = world.cam_from_world;
+    for (uint32_t k = 0; k < kHalf; ++k) truth.push_back(truth[kHalf - 1 - k]);
+    world.cam_from_world = truth;
+    map = synthetic::MakeMap(world, {}).map;
+    for (const LandmarkId id : map.landmarks.Ids()) Split(id);
+    for (const LandmarkId id : map.landmarks.Ids()) {
+      Landmark& landmark = map.landmarks.MutableAt(id);
+      landmark.position = Moved(landmark.position, Share(landmark.observations.front().keyframe), drift);
+    }
+    for (uint32_t k = 0; k < 2 * kHalf; ++k) {
+      Rigid3& pose = map.keyframes.MutableAt(KeyframeId(k)).cam_from_world;
+      pose.translation = -(pose.rotation * Moved(pose.OriginInSource(), Share(KeyframeId(k)), drift));
+    }
+    for (uint32_t k = 0; k < 2 * kHalf; ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+  }
+
+  double Error() const {
+    double sum = 0;
+    int count = 0;
+    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+      sum += (k.cam_from_world.OriginInSource() - truth[id.value].OriginInSource()).squaredNorm();
+      ++count;
+    });
+    return std::sqrt(sum / count);
+  }
+
+ private:
+  static double Share(KeyframeId id) { return id.value < kHalf ? 0 : 1; }
+  static Eigen::Vector3d Moved(const Eigen::Vector3d& x, double share, double drift) {
+    return x + share * drift * Eigen::Vector3d(1, 0.5, 0.3);
+  }
+  void Split(LandmarkId id) {
+    const std::vector<Observation> all = map.landmarks.At(id).observations;
+    std::vector<Observation> back;
+    for (const Observation& o : all)
+      if (o.keyframe.value >= kHalf) back.push_back(o);
+    for (const Observation& o : back) map.EraseObservation(id, o.keyframe);
+    if (back.size() < 2) return;
+    const Eigen::Vector3d position = map.landmarks.Contains(id) ? map.landmarks.At(id).position : Eigen::Vector3d(0, 0, 0);
+    if (!map.landmarks.Contains(id)) return;
+    const LandmarkId twin = map.AddLandmark(position, back.front().keyframe);
+    for (const Observation& o : back) map.AddObservation(twin, o.keyframe, o.keypoint);
+    map.UpdateLandmark(twin);
+  }
+};
+
+TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
+  Drifted d(0.06);
+  ASSERT_THAT(d.map.CheckInvariants(), IsEmpty());
+  Rng rng(1);
+  const KeyframeId current(2 * kHalf - 1);
+  const auto loop = DetectLoop(d.map, current, rng);
+  ASSERT_TRUE(loop);
+  EXPECT_EQ(loop->current, current);
+  EXPECT_LT(loop->old.value, 6U);
+  EXPECT_NEAR(loop->old_from_current.scale, 1, 0.02);
+  const Eigen::Vector3d center = d.map.keyframes.At(current).cam_from_world.OriginInSource();
+  EXPECT_LT((loop->old_from_current * center - d.truth.back().OriginInSource()).norm(), 0.02);
+
+  const double error_before = d.Error();
+  const size_t landmarks_before = d.map.landmarks.size();
+  CorrectLoop(*loop, 15, d.map);
+  EXPECT_LT(d.Error(), error_before);
+  EXPECT_LT(d.map.landmarks.size(), landmarks_before * 9 / 10);
+  EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
+  EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() - d.truth.back().OriginInSource()).norm(), 0.02);
+}
+
+TEST(LoopClosing, KeyframesThatShareLandmarksAreNoLoop) {
+  const synthetic::MappedWorld mapped = synthetic::MakeMap(synthetic::MakeWorld({.cameras = 30, .arc_deg = 20}), {});
+  Rng rng(1);
+  EXPECT_FALSE(DetectLoop(mapped.map, KeyframeId(29), rng));
+}
+
+TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
+  Drifted d(0.06);
+  // Other descriptors: another place that happens to be there.
+  Rng rng(3);
+  for (uint32_t k = 0; k < kHalf; ++k) {
+    Keyframe& keyframe = d.map.keyframes.MutableAt(KeyframeId(k));
+    auto features = std::make_shared<Features>(*keyframe.features);
+    for (Descriptor& descriptor : features->descriptors) descriptor = synthetic::RandomDescriptor(rng);
+    keyframe.features = features;
+  }
+  EXPECT_FALSE(DetectLoop(d.map, KeyframeId(2 * kHalf - 1), rng));
+}
+
+}  // namespace
+}  // namespace oaslam
