@@ -5,6 +5,7 @@
 namespace oaslam::apps {
 
 // Each adds its subcommand to the application; its callback runs it, and throws InputError for bad input.
+void AddDetectCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddMapObjectsCommand(CLI::App& app);
 void AddLocalizeCommand(CLI::App& app);

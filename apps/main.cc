@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "oaslam " OASLAM_VERSION);
   app.require_subcommand(1);
   oaslam::apps::AddRunCommand(app);
+  oaslam::apps::AddDetectCommand(app);
   oaslam::apps::AddMapObjectsCommand(app);
   oaslam::apps::AddLocalizeCommand(app);
   oaslam::apps::AddEvaluateCommand(app);
