@@ -18,6 +18,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/io/text.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -69,7 +70,7 @@ class ListSource : public ImageSource {
 
 class VideoSource : public ImageSource {
  public:
-  VideoSource(const std::string& path, const ImageSourceOptions& options) : options_(options) {
+  VideoSource(const std::string& path, const ImageSourceOptions& options) : path_(path), options_(options) {
     // Not whatever backend comes first: they disagree on the number of frames.
     const int backend = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
     if (!capture_.open(path, backend)) throw InputError(fmt::format("{}: neither a list of images nor a video that can be opened", path));
@@ -86,7 +87,12 @@ class VideoSource : public ImageSource {
     for (; index_ < options_.from; ++index_)
       if (!capture_.grab()) return std::nullopt;
     cv::Mat image;
-    if ((options_.to >= 0 && index_ >= options_.to) || !capture_.read(image)) return std::nullopt;
+    if (options_.to >= 0 && index_ >= options_.to) return std::nullopt;
+    if (!capture_.read(image)) {
+      if (index_ < options_.from + size_)
+        Log(LogLevel::kWarning, fmt::format("{}: ends after {} frames, damaged? {} were announced", path_, index_, options_.from + size_));
+      return std::nullopt;
+    }
     if (!options_.color && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
     InputImage result{index_, index_ / fps_, fmt::format("{:06}", index_), image.clone()};
     ++index_;
@@ -95,6 +101,7 @@ class VideoSource : public ImageSource {
   int size() const override { return size_; }
 
  private:
+  std::string path_;
   ImageSourceOptions options_;
   cv::VideoCapture capture_;
   double fps_ = kDefaultFps;

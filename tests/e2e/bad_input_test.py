@@ -1,0 +1,241 @@
+"""Bad input gets one clear error and a status that is not 0, and nothing that was computed is lost."""
+import json
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import tempfile
+import time
+import unittest
+
+import harness
+from harness import SAMPLE, oaslam
+
+FRAMES = 100
+VIDEO, CAMERA, DETECTIONS = (os.path.join(SAMPLE, "map_front", f) for f in ("video.mp4", "camera.yaml", "detections.json"))
+
+
+class BadInput(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.frames = tempfile.mkdtemp(prefix="oaslam_frames_")
+        subprocess.run([harness.EXTRACT, VIDEO, cls.frames, "0", str(FRAMES)], check=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.frames)
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="oaslam_bad_")
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.out = os.path.join(self.folder, "out")
+
+    def write(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w") as f:
+            f.write(text)
+        return path
+
+    def assert_refused(self, outcome, *words):
+        """One line, of an error that was foreseen, holding the words."""
+        self.assertNotEqual(outcome.code, 0, outcome)
+        self.assertGreater(outcome.code, 0, outcome)  # no signal
+        errors = [line for line in outcome.err.splitlines() if "error" in line.lower()]
+        self.assertEqual(len(errors), 1, outcome)
+        self.assertNotIn("error: unexpected", errors[0])
+        for word in words:
+            self.assertIn(word, errors[0])
+
+    def run_slam(self, *args, images=VIDEO, camera=CAMERA):
+        return oaslam("run", "--images", images, "--camera", camera, "--out", self.out, *args)
+
+    def frames_with(self, change):
+        """A copy of the extracted frames with a changed list: change(lines, folder) -> lines."""
+        folder = os.path.join(self.folder, "frames")
+        shutil.copytree(self.frames, folder)
+        path = os.path.join(folder, "rgb.txt")
+        with open(path) as f:
+            lines = f.read().splitlines()
+        with open(path, "w") as f:
+            f.write("\n".join(change(lines, folder)) + "\n")
+        return folder
+
+    def tracked(self):
+        return len(harness.read_tum(os.path.join(self.out, "trajectory.txt")))
+
+    # ---- images
+
+    def test_no_such_images(self):
+        self.assert_refused(self.run_slam(images="/nowhere/video.mp4"), "/nowhere/video.mp4")
+
+    def test_empty_list(self):
+        self.assert_refused(self.run_slam(images=self.write("rgb.txt", "# nothing\n")), "rgb.txt")
+
+    def test_empty_folder(self):
+        empty = os.path.join(self.folder, "empty")
+        os.mkdir(empty)
+        self.assert_refused(self.run_slam(images=empty), empty)
+
+    def test_half_a_video(self):
+        path = os.path.join(self.folder, "half.mp4")
+        with open(VIDEO, "rb") as whole, open(path, "wb") as half:
+            half.write(whole.read(100000))
+        outcome = self.run_slam(images=path)
+        self.assertEqual(outcome.code, 0, outcome)
+        self.assertEqual(sum("warning" in line and path in line and "450" in line for line in outcome.err.splitlines()), 1, outcome)
+        self.assertGreater(len(harness.read_csv(os.path.join(self.out, "frames.csv"))), 0)
+
+    def test_no_video(self):
+        path = os.path.join(self.folder, "noise.mp4")
+        with open(path, "wb") as f:
+            f.write(bytes(range(256)) * 100)
+        self.assert_refused(self.run_slam(images=path), path)
+
+    def test_missing_and_broken_images_in_the_middle_are_skipped(self):
+        def spoil(lines, folder):
+            os.remove(os.path.join(folder, "rgb", "000070.png"))
+            with open(os.path.join(folder, "rgb", "000075.png"), "r+b") as f:
+                f.truncate(1000)
+            return lines
+
+        outcome = self.run_slam(images=self.frames_with(spoil))
+        self.assertEqual(outcome.code, 0, outcome)
+        for name in ("000070.png", "000075.png"):
+            self.assertEqual(sum("warning" in line and name in line for line in outcome.err.splitlines()), 1, outcome)
+        times = [round(30 * t) for t, _, _ in harness.read_tum(os.path.join(self.out, "trajectory.txt"))]
+        self.assertIn(FRAMES - 1, times)
+        self.assertNotIn(70, times)
+        self.assertGreater(len(times), 50)
+
+    def test_no_image_can_be_read(self):
+        outcome = self.run_slam(images=self.write("rgb.txt", "0.0 a.png\n0.1 b.png\n"))
+        self.assertNotEqual(outcome.code, 0, outcome)
+        self.assertIn("error", outcome.err)
+
+    def check_times(self, line):
+        """Frame 80 comes at a time that is not later than its predecessor's: it is skipped, with a warning, and the rest goes on."""
+        folder = self.frames_with(lambda lines, _: lines[:80] + [line] + lines[81:])
+        outcome = self.run_slam(images=folder)
+        self.assertEqual(outcome.code, 0, outcome)
+        self.assertEqual(sum("warning" in w and "000080.png" in w and "time stamp" in w for w in outcome.err.splitlines()), 1, outcome)
+        times = [round(30 * t) for t, _, _ in harness.read_tum(os.path.join(self.out, "trajectory.txt"))]
+        self.assertEqual(times, sorted(set(times)))
+        self.assertIn(FRAMES - 1, times)
+        self.assertNotIn(80, times)
+
+    def test_equal_times(self):
+        self.check_times("2.633333 rgb/000080.png")
+
+    def test_times_that_go_backwards(self):
+        self.check_times("0.5 rgb/000080.png")
+
+    def test_wrong_image_size(self):
+        camera = self.write("camera.txt", "1 PINHOLE 320 240 262 262 160 120\n")
+        self.assert_refused(self.run_slam(camera=camera), "320 x 240", "640 x 480")
+
+    # ---- calibration, configuration
+
+    def test_no_calibration(self):
+        self.assert_refused(self.run_slam(camera=self.write("camera.yaml", "fx: 500\n")), "camera.yaml")
+
+    def test_unknown_configuration_key(self):
+        config = self.write("config.yaml", "features:\n  cuont: 1000\n")
+        self.assert_refused(self.run_slam("--config", config), "config.yaml:2", "features.cuont", "features.count")
+
+    def test_value_out_of_bounds(self):
+        self.assert_refused(self.run_slam("--set", "features.count=5"), "features.count", "100")
+
+    # ---- detections, detectors
+
+    def test_malformed_json(self):
+        self.assert_refused(self.run_slam("--detections", self.write("d.json", '[{"file_name": "0.png", ')), "d.json")
+
+    def check_box(self, box, *words):
+        text = '[{"file_name": "000007.png", "detections": [{"category_id": 1, "detection_score": 0.9, "bbox": %s}]}]' % box
+        self.assert_refused(self.run_slam("--detections", self.write("d.json", text)), "d.json", *words)
+
+    def test_nan_box(self):
+        self.check_box("[1, 2, NaN, 4]")
+
+    def test_null_in_a_box(self):
+        self.check_box("[1, 2, null, 4]", "000007.png")
+
+    def test_inverted_box(self):
+        self.check_box("[10, 2, 5, 4]", "000007.png", "x1 < x2")
+
+    def test_a_model_that_is_no_detector(self):
+        model = self.write("model.onnx", "no network")
+        self.assert_refused(self.run_slam("--detector", model), "model.onnx")
+        self.assert_refused(oaslam("detect", "--images", VIDEO, "--detector", model, "--out", self.out + ".json"), "model.onnx")
+
+    # ---- map files
+
+    def assert_map_refused(self, path, *words):
+        self.assert_refused(self.run_slam("--to", "5", "--map-in", path), *words)
+        self.assert_refused(oaslam("info", path), *words)
+
+    def test_map_files_that_are_none(self):
+        self.assert_map_refused("/nowhere/desk.map", "/nowhere/desk.map")
+        self.assert_map_refused(self.write("text.map", "not a map\n" * 100), "text.map")
+        foreign = os.path.join(self.folder, "foreign.map")
+        with sqlite3.connect(foreign) as database:
+            database.execute("CREATE TABLE meta(key, value)")
+        self.assert_map_refused(foreign, "foreign.map")
+
+    def test_damaged_map(self):
+        whole = os.path.join(self.folder, "whole.map")
+        outcome = self.run_slam("--detections", DETECTIONS, "--to", "80", "--map-out", whole)
+        self.assertEqual(outcome.code, 0, outcome)
+        with open(whole, "rb") as f:
+            content = f.read()
+        middle = len(content) // 8192 * 4096  # a page begins
+        for name, damaged in (("truncated.map", content[: len(content) // 2]),
+                              ("zeroed.map", content[:middle] + bytes(4096) + content[middle + 4096:])):
+            path = os.path.join(self.folder, name)
+            with open(path, "wb") as f:
+                f.write(damaged)
+            self.assert_map_refused(path, name)
+        for name, statement, word in (("newer.map", "PRAGMA user_version = 99", "99"),
+                                      ("changed.map", "UPDATE landmarks SET x = x + 1e-9 WHERE id = (SELECT max(id) FROM landmarks)", "checksum")):
+            path = os.path.join(self.folder, name)
+            shutil.copy(whole, path)
+            with sqlite3.connect(path) as database:
+                database.execute(statement)
+            self.assert_map_refused(path, name, word)
+
+    # ---- output
+
+    def test_output_folder_that_cannot_be(self):
+        self.out = os.path.join(self.write("file", ""), "out")
+        started = time.time()
+        self.assert_refused(self.run_slam(), self.out)
+        self.assertLess(time.time() - started, 5)  # said before the work, not after it
+
+    def test_interrupt_writes_what_there_is(self):
+        command = [harness.BINARY, "run", *harness.clip("map_front"), "--out", self.out, "--map-out", self.out + ".map"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for line in process.stderr:  # plain progress lines, as this is no terminal
+            if "90/450" in line or "20 %" in line:
+                break
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        self.assertGreaterEqual(process.returncode, 0, err)  # ended by itself
+        frames = harness.read_csv(os.path.join(self.out, "frames.csv"))
+        self.assertGreaterEqual(len(frames), 90)
+        self.assertLess(len(frames), 450)
+        self.assertGreater(self.tracked(), 40)
+        self.assertEqual(harness.read_json(os.path.join(self.out, "summary.json"))["frames"], len(frames))
+        self.assertEqual(oaslam("info", self.out + ".map").code, 0)
+
+    # ---- the command line
+
+    def test_usage(self):
+        for args in (["run"], ["nonsense"], ["run", "--imgaes", VIDEO], []):
+            outcome = oaslam(*args)
+            self.assertGreater(outcome.code, 0, outcome)
+        self.assertEqual(oaslam("--help").code, 0)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

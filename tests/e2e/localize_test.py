@@ -1,0 +1,67 @@
+"""Localization in a saved map of the sample, and SLAM that goes on in it."""
+import os
+import shutil
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import harness
+from harness import oaslam
+
+
+class Localize(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_localize_")
+        cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
+        cls.slam = oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.assertEqual(self.slam.code, 0, self.slam)
+
+    def localize(self, name, *args, unit_s=1):
+        """Lines of frames.csv, and metres of error of each pose; the time stamps are in units of unit_s."""
+        folder = os.path.join(self.folder, name)
+        outcome = oaslam("localize", "--map", self.map, "--out", folder, *args)
+        self.assertEqual(outcome.code, 0, outcome)
+        truth = harness.read_tum(harness.groundtruth("query_around"))
+        poses = [(t * unit_s, p, q) for t, p, q in harness.read_tum(os.path.join(folder, "poses.txt"))]
+        errors = harness.distances(harness.pairs(poses, truth), harness.map_alignment(self.run_folder))
+        self.assertEqual(len(errors), len(poses))
+        frames = harness.read_csv(os.path.join(folder, "frames.csv"))
+        self.assertEqual(sum(f["status"] != "failed" for f in frames), len(poses))
+        return frames, errors
+
+    def test_localization_by_points_and_objects(self):
+        frames, errors = self.localize("both", *harness.clip("query_around"), "--relocalization", "points+objects", "--every-frame",
+                                       "--to", "150")
+        self.assertEqual(len(frames), 150)
+        self.assertGreater(sum(e < 0.2 for e in errors), 0.7 * 150)
+        self.assertGreater(sum(e < 0.3 for e in errors), 0.95 * len(errors))
+
+    def test_localization_by_detections_alone(self):
+        clip = harness.clip("query_around")
+        # The names in this file are numbers, so they are taken as time stamps: of frame 7, 7 seconds.
+        frames, errors = self.localize("objects", *clip[2:], "--relocalization", "objects", unit_s=1 / 30)
+        self.assertEqual(len(frames), 300)
+        self.assertLessEqual({f["status"] for f in frames}, {"objects", "failed"})
+        self.assertGreater(sum(e < 0.3 for e in errors), 0.6 * 300)
+        self.assertGreater(sum(e < 0.5 for e in errors), 0.95 * len(errors))
+
+    def test_going_on_in_a_saved_map(self):
+        folder = os.path.join(self.folder, "again")
+        outcome = oaslam("run", *harness.clip("map_front"), "--from", "100", "--to", "180", "--map-in", self.map, "--out", folder)
+        self.assertEqual(outcome.code, 0, outcome)
+        frames = harness.read_csv(os.path.join(folder, "frames.csv"))
+        self.assertGreater(sum(f["state"] in ("tracking", "relocalized") for f in frames), 0.9 * 80)
+        matched = harness.pairs(harness.read_tum(os.path.join(folder, "trajectory.txt")),
+                                harness.read_tum(harness.groundtruth("map_front")))
+        self.assertLess(harness.rmse(harness.distances(matched, harness.map_alignment(self.run_folder))), 0.03)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

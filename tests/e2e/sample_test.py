@@ -1,0 +1,123 @@
+"""SLAM on the sample: its files, the map, the same bytes twice."""
+import math
+import os
+import shutil
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import harness
+from harness import oaslam
+
+FILES = ["trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json", "frames.csv", "summary.json", "map.svg"]
+FRAME_COLUMNS = ("frame,timestamp,state,keypoints,matched,inliers,detections,objects,"
+                 "ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled").split(",")
+STATES = {"initializing", "tracking", "relocalized", "objects", "lost"}
+SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects loops ms_median ms_mean ms_p95 cpu_s wall_s "
+                   "peak_rss_mb mean_iou ate".split())
+
+
+class Sample(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_sample_")
+        cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
+        cls.slam = oaslam("run", *harness.clip("map_front"), "--groundtruth", harness.groundtruth("map_front"),
+                          "--out", cls.run_folder, "--map-out", cls.map)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def path(self, name):
+        return os.path.join(self.run_folder, name)
+
+    def setUp(self):
+        self.assertEqual(self.slam.code, 0, self.slam)
+
+    def test_every_file_is_there(self):
+        for name in FILES:
+            self.assertGreater(os.path.getsize(self.path(name)), 0, name)
+        xml.etree.ElementTree.parse(self.path("map.svg"))
+
+    def test_frames(self):
+        frames = harness.read_csv(self.path("frames.csv"))
+        self.assertEqual(sorted(frames[0]), sorted(FRAME_COLUMNS))
+        self.assertEqual([int(f["frame"]) for f in frames], list(range(450)))
+        self.assertLessEqual({f["state"] for f in frames}, STATES)
+        for f in frames:
+            self.assertAlmostEqual(float(f["timestamp"]), int(f["frame"]) / 30, places=4)
+            self.assertGreater(float(f["ms_total"]), 0)
+        tracked = [f for f in frames if f["state"] == "tracking"]
+        self.assertGreater(len(tracked), 0.9 * 450)
+        self.assertGreater(min(int(f["inliers"]) for f in tracked), 10)
+        self.assertGreater(sum(int(f["objects"]) for f in frames[300:]) / 150, 3)
+
+    def test_trajectory_against_ground_truth(self):
+        truth = harness.read_tum(harness.groundtruth("map_front"))
+        final = harness.read_tum(self.path("trajectory.txt"))
+        self.assertGreater(len(final), 0.9 * 450)
+        for name, bound in (("trajectory.txt", 0.015), ("keyframes.txt", 0.01), ("trajectory_live.txt", 0.06)):
+            matched = harness.pairs(harness.read_tum(self.path(name)), truth)
+            self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), bound, name)
+        for _, position, q in final:
+            self.assertTrue(all(math.isfinite(v) for v in position))
+            self.assertAlmostEqual(math.hypot(*q), 1, places=5)
+
+    def test_summary(self):
+        summary = harness.read_json(self.path("summary.json"))
+        self.assertLessEqual(SUMMARY_KEYS, set(summary))
+        self.assertEqual(summary["frames"], 450)
+        self.assertEqual(summary["tracked"], len(harness.read_tum(self.path("trajectory.txt"))))
+        self.assertEqual(summary["keyframes"], len(harness.read_tum(self.path("keyframes.txt"))))
+        self.assertEqual(summary["objects"], len(harness.read_json(self.path("objects.json"))))
+        self.assertGreater(summary["landmarks"], 500)
+        self.assertGreater(summary["mean_iou"], 0.6)
+        self.assertLess(summary["ate"], 0.015)
+
+    def test_objects_are_where_they_are(self):
+        truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
+        found = harness.read_json(self.path("objects.json"))
+        sim = harness.map_alignment(self.run_folder)
+        centres = [(o["category_id"], harness.apply(sim, o["center"])) for o in found]
+        hits = 0
+        for o in truth:
+            near = 0.75 * max(o["ellipsoid"]["semi_axes"])
+            hits += any(category == o["category_id"] and math.dist(c, o["ellipsoid"]["center"]) < near for category, c in centres)
+        self.assertGreaterEqual(hits, 0.6 * len(truth))
+        self.assertLess(len(found), 1.5 * len(truth))
+        for o in found:
+            self.assertTrue(all(h > 0 for h in o["half_axes"]), o)
+            self.assertAlmostEqual(math.hypot(*o["rotation"]), 1, places=4)
+
+    def test_the_map_can_be_read_back(self):
+        info = oaslam("info", self.map)
+        self.assertEqual(info.code, 0, info)
+        self.assertIn(str(harness.read_json(self.path("summary.json"))["landmarks"]), info.out.replace(",", ""))
+
+    def test_evaluate(self):
+        plot = os.path.join(self.folder, "trajectory.svg")
+        outcome = oaslam("evaluate", "trajectory", self.path("trajectory.txt"), harness.groundtruth("map_front"), "--plot", plot)
+        self.assertEqual(outcome.code, 0, outcome)
+        self.assertIn("ATE", outcome.out.upper())
+        xml.etree.ElementTree.parse(plot)
+
+
+class Repeat(unittest.TestCase):
+    def test_the_same_bytes_twice(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_repeat_") as folder:
+            contents = []
+            for name in ("first", "second"):
+                out = os.path.join(folder, name)
+                outcome = oaslam("run", *harness.clip("map_front"), "--to", "150", "--out", out, "--map-out", out + ".map")
+                self.assertEqual(outcome.code, 0, outcome)
+                files = [os.path.join(out, f) for f in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json")]
+                contents.append({os.path.basename(f): harness.read_bytes(f) for f in files})
+                contents[-1]["map"] = harness.read_bytes(out + ".map")
+            self.assertGreater(len(contents[0]["trajectory.txt"]), 1000)
+            for name, content in contents[0].items():
+                self.assertEqual(content, contents[1][name], name)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
