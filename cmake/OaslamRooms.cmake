@@ -35,6 +35,7 @@ function(oaslam_room name)
   target_include_directories(oaslam_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(oaslam_${name} PUBLIC cxx_std_20)
   target_link_libraries(oaslam_${name} PUBLIC ${ROOM_LINK} PRIVATE $<BUILD_INTERFACE:oaslam_options> ${ROOM_PRIVATE_LINK})
   set_property(GLOBAL APPEND PROPERTY OASLAM_ROOM_TARGETS oaslam_${name})
   if(OASLAM_BUILD_TESTS)
