@@ -26,6 +26,7 @@ struct TrackingConfig {
   int min_frames_between_keyframes = 3;  // unless much of the view is new
   int max_frames_between_keyframes = 30;
   double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
+  double max_object_sigma = 0.015;     // of the distance: an object-only pose less certain is no part of a trajectory
   int reset_below_keyframes = 6;       // lost with a smaller map: start anew
 };
 
@@ -101,6 +102,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("tracking.min_frames_between_keyframes", c.tracking.min_frames_between_keyframes, 1, 100000);
   visit("tracking.max_frames_between_keyframes", c.tracking.max_frames_between_keyframes, 1, 100000);
   visit("tracking.keyframe_inlier_ratio", c.tracking.keyframe_inlier_ratio, 0.1, 1.0);
+  visit("tracking.max_object_sigma", c.tracking.max_object_sigma, 0.0, 1.0);
   visit("tracking.reset_below_keyframes", c.tracking.reset_below_keyframes, 0, 1000);
   visit("mapping.covisible_neighbors", c.mapping.covisible_neighbors, 1, 100);
   visit("mapping.min_shared_landmarks", c.mapping.min_shared_landmarks, 1, 1000);

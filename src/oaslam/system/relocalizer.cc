@@ -12,17 +12,18 @@ namespace {
 // Grows with what speaks for the pose beyond what acceptance asks for: one half there, towards one.
 double Confidence(double evidence, double accepted_at) { return 1 - 0.5 * std::exp(-(evidence - accepted_at) / accepted_at); }
 
+// Of the position, by the mean distance to the objects that stand for it.
+double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
+  double distance = 0;
+  for (const auto& [detection, object] : candidate.matched)
+    distance += (candidate.cam_from_world * map.objects.At(object).ellipsoid.center).norm();
+  return distance > 0 ? candidate.sigma_position * static_cast<double>(candidate.matched.size()) / distance : 1;
+}
+
 // How far, in pixels, a pose from objects may be off at the depth of the scene.
 double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
   constexpr double kSigmas = 3, kMin = 15, kMax = 60;
-  double depth = 0;
-  int count = 0;
-  for (const auto& [detection, object] : candidate.matched) {
-    depth += (candidate.cam_from_world * map.objects.At(object).ellipsoid.center).z();
-    ++count;
-  }
-  if (count == 0 || depth <= 0) return kMax;
-  return std::clamp(kSigmas * candidate.sigma_position / (depth / count) * map.cameras[frame.camera].fx, kMin, kMax);
+  return std::clamp(kSigmas * RelativeSigma(map, candidate) * map.cameras[frame.camera].fx, kMin, kMax);
 }
 
 Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evidence, int accepted_at) {
@@ -86,6 +87,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   result.cam_from_world = best.cam_from_world;
   result.matched_objects = static_cast<int>(best.matched.size());
   result.sigma_position = best.sigma_position;
+  result.relative_sigma = RelativeSigma(map, best);
   result.confidence = Confidence(best.score, config_.relocalization.accept_score);
   return result;
 }

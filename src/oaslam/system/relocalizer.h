@@ -22,6 +22,7 @@ struct Relocalization {
   int inliers = 0;
   int matched_objects = 0;
   double sigma_position = 0;          // map units
+  double relative_sigma = 0;          // of an object-only pose: sigma_position over the distance to its objects
   double confidence = 0;              // [0, 1]
   std::vector<PoseHypothesis> candidates;
   std::string why_not;

@@ -115,6 +115,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   last_.reset();
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
   if (found.evidence == PoseEvidence::kNone) return {};
+  if (found.evidence == PoseEvidence::kObjects && found.relative_sigma > config_.tracking.max_object_sigma) return {};
   if (found.evidence == PoseEvidence::kObjects) return ShowObjectPose(frame, map, found.cam_from_world, found.matched_objects);
   TrackReport first;
   first.success = true;
