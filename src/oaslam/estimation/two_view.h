@@ -20,7 +20,7 @@ struct TwoViewOptions {
   double min_inlier_share = 0.5;   // of the matches
   double max_rival = 0.75;         // refused when another motion explains more than this share of what the best one does
   double min_parallax_deg = 1;     // median over the triangulated points
-  double max_direction_sigma_deg = 5;  // standard deviation of the direction of translation
+  double max_direction_sigma_deg = 3;  // standard deviation of the direction of translation: more, and rotation passes for translation
 };
 
 struct TwoViewReport {
