@@ -12,7 +12,9 @@ namespace {
 
 constexpr double kMinShare = 0.4;          // of the landmarks found that must agree with the pose where these are few
 constexpr double kChanceFactor = 4;        // so many times what chance would give, and some more
-constexpr double kMaxRelativeSigma = 0.1;  // of the position, by the median distance of the points
+// Of the position, by the median distance of the points, if all were off by one pixel together: seen from an unusual side, matches err
+// alike, and more of them in the same corner of the image do not help.
+constexpr double kMaxRelativeSigma = 0.03;
 
 struct Round {
   double radius_px;
@@ -121,8 +123,9 @@ void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationRe
     if (id.IsValid()) distances.push_back((report.cam_from_world * map.landmarks.At(id).position).norm());
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::ranges::nth_element(distances, middle);
-  if (!(report.sigma_position < kMaxRelativeSigma * *middle)) {
-    report.why_not = fmt::format("position uncertain by {:.0f} % of the distance", 100 * report.sigma_position / *middle);
+  const double correlated_sigma = report.sigma_position * std::sqrt(report.inliers);
+  if (!(correlated_sigma < kMaxRelativeSigma * *middle)) {
+    report.why_not = fmt::format("position uncertain by {:.0f} % of the distance", 100 * correlated_sigma / *middle);
     return;
   }
   report.success = true;
