@@ -89,12 +89,12 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   const SavedMap saved = slam.Export();
-  results.Finish(saved, groundtruth, Seconds() - start_s, Interrupted());
+  const size_t tracked = results.Finish(saved, groundtruth, Seconds() - start_s, Interrupted());
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);
   if (!options.common.quiet)
-    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", results.tracked(), done, saved.map.keyframes.size(),
+    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", tracked, done, saved.map.keyframes.size(),
                saved.map.landmarks.size(), options.out);
   return Interrupted() ? 130 : 0;
 }

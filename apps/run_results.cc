@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -67,27 +68,29 @@ std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
   return poses;
 }
 
-RunResults::RunResults(const std::string& folder, const SlamConfig& config)
-    : folder_(folder), config_(config), frames_(folder + "/frames.csv") {
-  if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
-  frames_ << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled\n";
+RunResults::RunResults(const std::string& folder, const SlamConfig& config) : folder_(folder), config_(config) {}
+
+void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
+  std::ofstream csv(folder_ + "/frames.csv");
+  csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled\n";
+  for (const auto& [index, r] : frames_) {
+    const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {}, &StampedPose::timestamp);
+    csv << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d}\n", index, r.timestamp, ToString(r.state), r.keypoints,
+                       r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled);
+  }
 }
 
-void RunResults::Add(int source_index, const TrackingResult& r) {
-  frames_ << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},0\n", source_index, r.timestamp, ToString(r.state),
-                         r.keypoints, r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms);
-  ++frame_count_;
-  ms_.push_back(r.ms_total);
-  if (!r.world_from_cam) return;
-  ++tracked_;
-  live_.push_back({r.timestamp, *r.world_from_cam});
-}
-
-void RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
-  frames_.flush();
+size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
   const std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory);
+  std::vector<StampedPose> live;
+  std::vector<double> ms;
+  for (const auto& [index, r] : frames_) {
+    if (r.world_from_cam) live.push_back({r.timestamp, *r.world_from_cam});
+    ms.push_back(r.ms_total);
+  }
+  WriteFrames(trajectory);
   SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
-  SaveTrajectory(folder_ + "/trajectory_live.txt", live_);
+  SaveTrajectory(folder_ + "/trajectory_live.txt", live);
   SaveTrajectory(folder_ + "/keyframes.txt", KeyframeTrajectory(saved.map));
   SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names);
 
@@ -95,15 +98,15 @@ void RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& g
   summary["version"] = OASLAM_VERSION;
   summary["seed"] = config_.runner.seed;
   summary["mode"] = config_.runner.mode;
-  summary["frames"] = frame_count_;
+  summary["frames"] = frames_.size();
   summary["tracked"] = trajectory.size();
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = CountMappedObjects(saved.map);
   summary["loops"] = saved.map.loops_closed;
-  summary["ms_median"] = Rounded(Percentile(ms_, .5), .01);
-  summary["ms_mean"] = ms_.empty() ? 0 : Rounded(std::accumulate(ms_.begin(), ms_.end(), 0.0) / static_cast<double>(ms_.size()), .01);
-  summary["ms_p95"] = Rounded(Percentile(ms_, .95), .01);
+  summary["ms_median"] = Rounded(Percentile(ms, .5), .01);
+  summary["ms_mean"] = ms.empty() ? 0 : Rounded(std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size()), .01);
+  summary["ms_p95"] = Rounded(Percentile(ms, .95), .01);
   summary["cpu_s"] = Rounded(ProcessCpuSeconds(), .01);
   summary["wall_s"] = Rounded(wall_s, .01);
   summary["peak_rss_mb"] = Rounded(PeakRssMb(), .1);
@@ -121,6 +124,7 @@ void RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& g
   if (interrupted) summary["interrupted"] = true;
   SaveMapSvg(folder_ + "/map.svg", plot);
   std::ofstream(folder_ + "/summary.json") << summary.dump(2) << '\n';
+  return trajectory.size();
 }
 
 }  // namespace oaslam::apps

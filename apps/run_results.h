@@ -1,6 +1,5 @@
 #pragma once
 
-#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,23 +10,22 @@
 
 namespace oaslam::apps {
 
-// The folder that `oaslam run` fills (docs/formats.md). Frames are written as they come, the rest by Finish.
+// The folder that `oaslam run` fills (docs/formats.md).
 class RunResults {
  public:
   RunResults(const std::string& folder, const SlamConfig& config);
 
-  void Add(int source_index, const TrackingResult& result);
+  void Add(int source_index, const TrackingResult& result) { frames_.emplace_back(source_index, result); }
   // `interrupted`: the run ended early; what there is gets written all the same.
-  void Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
-  int tracked() const { return tracked_; }
+  // Returns the number of frames with a final pose.
+  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
 
  private:
+  void WriteFrames(const std::vector<StampedPose>& trajectory) const;
+
   std::string folder_;
   SlamConfig config_;
-  std::ofstream frames_;
-  std::vector<StampedPose> live_;
-  std::vector<double> ms_;
-  int frame_count_ = 0, tracked_ = 0;
+  std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source
 };
 
 // The final poses of the frames of a trajectory that the map can still place.

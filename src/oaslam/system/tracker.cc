@@ -1,6 +1,7 @@
 #include "oaslam/system/tracker.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "oaslam/tracking/keyframe_decision.h"
@@ -56,6 +57,7 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   outcome.state = TrackingState::kInitializing;
   std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
   if (!initial) return outcome;
+  between_ = initializer_.TakeBetween();
   initializer_.Reset();
   initial->first_id = KeyframeId(next_keyframe_++);
   initial->second_id = KeyframeId(next_keyframe_++);
@@ -82,6 +84,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   velocity_.reset();
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
+  FillInBetween(map);
   const int points = static_cast<int>(map.landmarks.size());
   return Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
 }
@@ -91,6 +94,26 @@ int Tracker::MinInliers(const Frame& frame) const {
   constexpr int kProbation = 15;  // frames
   return relocalized_frame_ && frame.index - *relocalized_frame_ <= kProbation ? config_.tracking.min_relocalization_inliers
                                                                               : config_.tracking.min_inliers;
+}
+
+// Frames that passed before there was a map get their poses now.
+void Tracker::FillInBetween(const Map& map) {
+  const KeyframeId first = trajectory_.front().reference;
+  const Keyframe& keyframe = map.keyframes.At(first);
+  std::shared_ptr<const Features> features = keyframe.features;
+  std::vector<LandmarkId> landmarks = keyframe.landmarks;
+  Rigid3 pose = keyframe.cam_from_world;
+  std::vector<FramePose> filled;
+  for (const Frame& frame : std::exchange(between_, {})) {
+    TrackReport report = TrackFromLastFrame(frame, map, *features, landmarks, pose);
+    if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_inliers);
+    if (!report.success) continue;
+    filled.push_back({frame.index, frame.timestamp, first, report.cam_from_world * keyframe.cam_from_world.Inverse(), TrackingState::kTracking});
+    features = frame.features;
+    landmarks = report.landmarks;
+    pose = report.cam_from_world;
+  }
+  trajectory_.insert(trajectory_.begin() + 1, filled.begin(), filled.end());
 }
 
 TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {

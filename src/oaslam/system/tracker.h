@@ -59,6 +59,7 @@ class Tracker {
   Outcome StartAnew(const Frame& frame);
   int MinInliers(const Frame& frame) const;
   TrackReport FollowMotion(const Frame& frame, const Map& map) const;
+  void FillInBetween(const Map& map);
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
   std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
   std::vector<LandmarkUse> TakeUses();
@@ -81,6 +82,7 @@ class Tracker {
   bool mapping_ = true;
   uint32_t next_keyframe_;
   std::optional<Last> last_;
+  std::vector<Frame> between_;  // the two frames of the initial map
   std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;

@@ -13,6 +13,7 @@ constexpr double kRatio = 0.9;
 
 void Initializer::Start(const Frame& frame) {
   first_.reset();
+  between_.clear();
   if (frame.features->size() < config_.min_init_matches) return;
   first_ = frame;
   last_seen_.clear();
@@ -38,7 +39,11 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
   TwoViewOptions options;
   options.min_parallax_deg = config_.min_init_parallax_deg;
   const TwoViewReport report = EstimateTwoView(camera, camera, in_first, in_second, options, rng);
-  if (!report.success) return std::nullopt;
+  if (!report.success) {
+    constexpr size_t kMaxBetween = 60;
+    if (between_.size() < kMaxBetween) between_.push_back(frame);
+    return std::nullopt;
+  }
   InitialMap map{*first_, frame, {}, {}, report.second_from_first, {}};
   for (size_t i = 0; i < pairs.size(); ++i)
     if (report.points[i]) map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});

@@ -18,12 +18,15 @@ class Initializer {
   // Feeds the next frame; a map (without keyframe ids) once one can be trusted. Starts over when the first frame is lost from sight.
   std::optional<InitialMap> Process(const Frame& frame, const Camera& camera, Rng& rng);
   void Reset() { first_.reset(); }
+  // The frames between the two of the map just made, to be tracked in it afterwards.
+  std::vector<Frame> TakeBetween() { return std::move(between_); }
 
  private:
   void Start(const Frame& frame);
 
   TrackingConfig config_;
   std::optional<Frame> first_;
+  std::vector<Frame> between_;              // frames since, the newest excluded
   std::vector<Eigen::Vector2d> last_seen_;  // per key point of the first frame: where it was last found
 };
 
