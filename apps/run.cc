@@ -89,7 +89,7 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   const SavedMap saved = slam.Export();
-  const size_t tracked = results.Finish(saved, groundtruth, Seconds() - start_s, Interrupted());
+  const size_t tracked = results.Finish(saved, slam.Trajectory(), groundtruth, Seconds() - start_s, Interrupted());
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);

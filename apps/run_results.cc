@@ -53,14 +53,6 @@ std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference, c
 
 }  // namespace
 
-std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& trajectory) {
-  std::vector<StampedPose> poses;
-  for (const FramePose& frame : trajectory)
-    if (const auto reference = map.ResolvePose(frame.reference))
-      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
-  return poses;
-}
-
 std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
   std::vector<StampedPose> poses;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { poses.push_back({k.timestamp, k.cam_from_world.Inverse()}); });
@@ -80,8 +72,9 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   }
 }
 
-size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
-  const std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory);
+size_t RunResults::Finish(const SavedMap& saved, const std::vector<Slam::TimedPose>& poses, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
+  std::vector<StampedPose> trajectory;
+  for (const Slam::TimedPose& pose : poses) trajectory.push_back({pose.timestamp, pose.world_from_cam});
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {

@@ -18,7 +18,7 @@ class RunResults {
   void Add(int source_index, const TrackingResult& result) { frames_.emplace_back(source_index, result); }
   // `interrupted`: the run ended early; what there is gets written all the same.
   // Returns the number of frames with a final pose.
-  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
+  size_t Finish(const SavedMap& saved, const std::vector<Slam::TimedPose>& poses, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
 
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;
@@ -28,8 +28,6 @@ class RunResults {
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source
 };
 
-// The final poses of the frames of a trajectory that the map can still place.
-std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& trajectory);
 std::vector<StampedPose> KeyframeTrajectory(const Map& map);
 
 }  // namespace oaslam::apps

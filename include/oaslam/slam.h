@@ -93,6 +93,13 @@ class Slam {
 
   MapSnapshot Snapshot() const;
 
+  // Final poses so far of the frames given to Process, by time stamp: they move with the map.
+  struct TimedPose {
+    double timestamp = 0;
+    Rigid3 world_from_cam;
+  };
+  std::vector<TimedPose> Trajectory() const;
+
   // Waits until all that was seen is in the map, and optimises it a last time. Process may go on afterwards.
   void Finish();
   // The map with the trajectory so far.

@@ -189,6 +189,14 @@ void Slam::Finish() {
   impl_->snapshot_ = impl_->pipeline_->Finish();
 }
 
+std::vector<Slam::TimedPose> Slam::Trajectory() const {
+  std::vector<TimedPose> poses;
+  for (const FramePose& frame : impl_->tracker_->trajectory())
+    if (const auto reference = impl_->snapshot_->ResolvePose(frame.reference))
+      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  return poses;
+}
+
 SavedMap Slam::Export() const {
   SavedMap saved{*impl_->snapshot_, impl_->loaded_trajectory_, impl_->class_names_};
   const auto& trajectory = impl_->tracker_->trajectory();
