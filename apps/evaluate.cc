@@ -22,7 +22,7 @@ struct EvaluateOptions {
   CommonOptions common;
   std::string estimate, groundtruth, align = "sim3", plot;
   std::vector<std::string> poses, errors;
-  std::string map_trajectory, frames;
+  std::string map_trajectory, map_groundtruth, frames;
   std::string objects, truth;
 };
 
@@ -65,7 +65,8 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
 
 // What takes the map's frame to that of the ground truth.
 Alignment AlignMap(const EvaluateOptions& o) {
-  const TrajectoryReport report = EvaluateTrajectory(LoadTrajectory(o.groundtruth), LoadTrajectory(o.map_trajectory), ParseAlign(o.align));
+  const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
+  const TrajectoryReport report = EvaluateTrajectory(LoadTrajectory(groundtruth), LoadTrajectory(o.map_trajectory), ParseAlign(o.align));
   if (!report.success) throw InputError(fmt::format("{}: {}", o.map_trajectory, report.why_not));
   return report.reference_from_estimate;
 }
@@ -151,6 +152,8 @@ void AddEvaluateCommand(CLI::App& app) {
   CLI::App* relocalization = evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");
   relocalization->add_option("--poses", o.poses, "poses.txt of localize; repeat it to compare")->expected(1)->take_all()->required();
   relocalization->add_option("--errors", o.errors, "Errors of another system: frame,position_error_m,rotation_error_deg")->expected(1)->take_all();
+  relocalization->add_option("--map-groundtruth", o.map_groundtruth,
+                             "Ground truth of the mapping run, where it is another sequence than the query's; default: --groundtruth");
   relocalization->add_option("--frames", o.frames, "All frames asked about (frames.csv or a list with time stamps); default: frames.csv beside the poses");
   relocalization->add_option("--plot", o.plot, "Draw the share of frames against the error into this SVG");
   relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });

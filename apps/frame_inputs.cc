@@ -9,7 +9,7 @@ namespace oaslam::apps {
 
 FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
-  if (!sources.detector.empty()) detector_ = Detector::Load(sources.detector, {});
+  detector_ = LoadDetector(sources.detector);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
   images_ = OpenImages(sources.images, range);

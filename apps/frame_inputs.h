@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common.h"
-#include "oaslam/detection/detector.h"
+#include "detector_options.h"
 #include "oaslam/io/detection_file.h"
 #include "oaslam/io/image_source.h"
 #include "oaslam/slam.h"
@@ -23,13 +23,15 @@ struct FrameInput {
 class FrameInputs {
  public:
   struct Sources {
-    std::string images, camera, detections, detector;
+    std::string images, camera, detections;
+    DetectorSettings detector;
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);
 
   const Camera& camera() const { return camera_; }
   int size() const { return images_->size(); }
+  const Detector* detector() const { return detector_.get(); }  // null: none
   std::optional<FrameInput> Next();
 
  private:

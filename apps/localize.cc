@@ -21,7 +21,8 @@ namespace {
 
 struct LocalizeOptions {
   CommonOptions common;
-  std::string map, images, camera, detections, detector, out, gravity, relocalization = "points+objects";
+  DetectorSettings detector;
+  std::string map, images, camera, detections, out, gravity, relocalization = "points+objects";
   bool every_frame = false;
 };
 
@@ -144,7 +145,7 @@ void AddLocalizeCommand(CLI::App& app) {
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
   command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
   auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
-  command->add_option("--detector", options->detector, "ONNX model that finds the boxes")->excludes(detections);
+  AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();
   command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));

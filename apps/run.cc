@@ -16,7 +16,8 @@ namespace {
 
 struct RunOptions {
   CommonOptions common;
-  std::string images, camera, detections, detector, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
+  DetectorSettings detector;
+  std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
 };
 
@@ -62,7 +63,7 @@ int Run(const RunOptions& options) {
   Slam slam(config, inputs.camera());
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  slam.SetClassNames(LoadClasses(options.common));
+  slam.SetClassNames(NamesFor(options.common, inputs.detector()));
   RunResults results(options.out, config);
   InstallInterruptHandler();
   ProgressBar progress(inputs.size(), options.common.quiet);
@@ -107,7 +108,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
   command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
   auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
-  command->add_option("--detector", options->detector, "ONNX model that finds the boxes")->excludes(detections);
+  AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();
   command->add_option("--map-out", options->map_out, "save the map to this file");
   command->add_option("--map-in", options->map_in, "start from this map: relocalize in it, go on mapping");
