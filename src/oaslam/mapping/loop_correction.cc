@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/matching/fusion.h"
 
@@ -22,13 +23,7 @@ Rigid3 MovedBy(const Similarity& s, double share, const Rigid3& cam_from_world) 
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
   std::vector<KeyframeId> group = map.CovisibleKeyframes(keyframe, kNeighbours);
   group.push_back(keyframe);
-  std::vector<LandmarkId> landmarks;
-  for (const KeyframeId id : group)
-    for (const LandmarkId landmark : map.keyframes.At(id).landmarks)
-      if (landmark.IsValid()) landmarks.push_back(landmark);
-  std::ranges::sort(landmarks);
-  landmarks.erase(std::ranges::unique(landmarks).begin(), landmarks.end());
-  return landmarks;
+  return LandmarksSeenBy(map, group);
 }
 
 void SpreadCorrection(const LoopClosure& loop, Map& map) {

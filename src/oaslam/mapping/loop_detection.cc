@@ -2,8 +2,10 @@
 #include <cmath>
 
 #include "oaslam/estimation/absolute_pose.h"
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/matching/descriptor_match.h"
+#include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 
 namespace oaslam {
@@ -42,17 +44,19 @@ std::vector<KeyframeId> Candidates(const Map& map, KeyframeId current) {
   return ids;
 }
 
-std::vector<PointObservation> Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkId>& matches, std::vector<uint32_t>& keypoints) {
-  std::vector<PointObservation> observations;
-  keypoints.clear();
+struct Observed {
+  std::vector<PointObservation> points;
+  std::vector<uint32_t> keypoints;  // parallel
+};
+
+Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkId>& matches) {
+  Observed observed;
   for (uint32_t k = 0; k < matches.size(); ++k) {
     if (!matches[k].IsValid()) continue;
-    const Keypoint& keypoint = by.features->keypoints[k];
-    const double sigma = by.features->pyramid.scale[keypoint.octave];
-    observations.push_back({map.landmarks.At(matches[k]).position, keypoint.px.cast<double>(), 1 / (sigma * sigma)});
-    keypoints.push_back(k);
+    observed.points.push_back(ObservationOf(*by.features, static_cast<int>(k), map.landmarks.At(matches[k])));
+    observed.keypoints.push_back(k);
   }
-  return observations;
+  return observed;
 }
 
 // How much larger the old part of the map is: the median ratio of the depths of points that both parts hold.
@@ -74,33 +78,27 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
   const Camera& camera = map.cameras[here.camera];
   const LandmarkMatches matches = MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), 0.75);
   if (matches.count < kMinMatches) return std::nullopt;
-  std::vector<uint32_t> keypoints;
   AbsolutePoseOptions options;
   options.min_inliers = kMinRansacInliers;
-  const AbsolutePoseReport rough = EstimateAbsolutePose(camera, Observe(map, here, matches.landmarks, keypoints), options, rng);
+  const AbsolutePoseReport rough = EstimateAbsolutePose(camera, Observe(map, here, matches.landmarks).points, options, rng);
   if (!rough.success) return std::nullopt;
 
   std::vector<KeyframeId> group = map.CovisibleKeyframes(old, kGroupSize);
   group.push_back(old);
-  std::vector<LandmarkId> landmarks;
-  for (const KeyframeId id : group)
-    for (const LandmarkId landmark : map.keyframes.At(id).landmarks)
-      if (landmark.IsValid()) landmarks.push_back(landmark);
-  std::ranges::sort(landmarks);
-  landmarks.erase(std::ranges::unique(landmarks).begin(), landmarks.end());
   std::vector<ProjectedLandmark> projected;
-  for (const LandmarkId id : landmarks)
+  for (const LandmarkId id : LandmarksSeenBy(map, group))
     if (const auto p = ProjectLandmark(id, map.landmarks.At(id), camera, rough.cam_from_world, *here.features)) projected.push_back(*p);
   ProjectionSearchOptions search;
   search.radius_px = kGuidedRadiusPx;
   const LandmarkMatches guided =
       SearchByProjection(*here.features, map, projected, std::vector<LandmarkId>(here.features->keypoints.size()), search);
-  const PoseReport pose = RefinePose(camera, rough.cam_from_world, Observe(map, here, guided.landmarks, keypoints));
+  const Observed observed = Observe(map, here, guided.landmarks);
+  const PoseReport pose = RefinePose(camera, rough.cam_from_world, observed.points);
   if (!pose.success || pose.inliers < kMinInliers) return std::nullopt;
 
   LoopClosure loop{current, old, {}, {}};
-  for (size_t i = 0; i < keypoints.size(); ++i)
-    if (pose.inlier[i]) loop.old_landmarks.emplace_back(keypoints[i], guided.landmarks[keypoints[i]]);
+  for (size_t i = 0; i < observed.keypoints.size(); ++i)
+    if (pose.inlier[i]) loop.old_landmarks.emplace_back(observed.keypoints[i], guided.landmarks[observed.keypoints[i]]);
   // x_in_cam = s (R_current x + t_current) = R_old x' + t_old
   const double scale = ScaleOf(map, here, loop, pose.cam_from_world);
   const Rigid3 old_from_cam = pose.cam_from_world.Inverse();

@@ -3,6 +3,7 @@
 
 #include "oaslam/estimation/triangulation.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/fusion.h"
@@ -75,19 +76,10 @@ void FuseLandmarks(KeyframeId id, const MappingConfig& config, Map& map) {
   for (size_t i = 0; i < direct; ++i)
     for (const KeyframeId second : map.CovisibleKeyframes(targets[i], kSecondNeighbours))
       if (second != id && std::ranges::find(targets, second) == targets.end()) targets.push_back(second);
-  const auto landmarks_of = [&](KeyframeId keyframe) {
-    std::vector<LandmarkId> ids;
-    for (const LandmarkId landmark : map.keyframes.At(keyframe).landmarks)
-      if (landmark.IsValid()) ids.push_back(landmark);
-    return ids;
-  };
+  const auto landmarks_of = [&](KeyframeId keyframe) { return LandmarksSeenBy(map, std::span(&keyframe, 1)); };
   for (const KeyframeId target : targets) ApplyFusion(FindFusionCandidates(map, target, landmarks_of(id), kRadiusPx), target, map);
 
-  std::vector<LandmarkId> theirs;
-  for (const KeyframeId target : targets)
-    for (const LandmarkId landmark : landmarks_of(target)) theirs.push_back(landmark);
-  std::ranges::sort(theirs);
-  theirs.erase(std::ranges::unique(theirs).begin(), theirs.end());
+  const std::vector<LandmarkId> theirs = LandmarksSeenBy(map, targets);
   ApplyFusion(FindFusionCandidates(map, id, theirs, kRadiusPx), id, map);
   for (const LandmarkId landmark : landmarks_of(id)) map.UpdateLandmark(landmark);
   map.UpdateCovisibility(id, config.min_shared_landmarks);

@@ -4,6 +4,7 @@
 
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/matching/orientation_check.h"
 #include "oaslam/relocalization/guided_search.h"
 
@@ -21,17 +22,6 @@ struct Match {
   LandmarkId landmark;
   int distance = 0;
 };
-
-std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  std::vector<LandmarkId> ids;
-  for (const KeyframeId id : keyframes)
-    for (const LandmarkId landmark : map.keyframes.At(id).landmarks)
-      if (landmark.IsValid()) ids.push_back(landmark);
-  std::ranges::sort(ids);
-  const auto repeats = std::ranges::unique(ids);
-  ids.erase(repeats.begin(), repeats.end());
-  return ids;
-}
 
 // The angle of a landmark's key point in the first keyframe of the place that sees it.
 float AngleIn(const Map& map, const Place& place, const Landmark& landmark) {
@@ -58,7 +48,7 @@ std::vector<Match> Filter(const Map& map, const Features& features, const Place&
 }
 
 std::vector<Match> MatchPlace(const Map& map, const Features& features, const Place& place, const LandmarkHits& hits) {
-  const std::vector<LandmarkId> here = LandmarksOf(map, place.keyframes);
+  const std::vector<LandmarkId> here = LandmarksSeenBy(map, place.keyframes);
   std::vector<Match> matches;
   for (int k = 0; k < static_cast<int>(hits.size()); ++k) {
     const DescriptorIndex::Hit *best = nullptr, *second = nullptr;
@@ -101,7 +91,7 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
     if (!rough.success) continue;
     std::vector<KeyframeId> around = map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
     around.push_back(place.keyframes.front());
-    RelocalizationReport found = SearchAround(frame, map, LandmarksOf(map, around), rough.cam_from_world);
+    RelocalizationReport found = SearchAround(frame, map, LandmarksSeenBy(map, around), rough.cam_from_world);
     found.keyframe = place.keyframes.front();
     Judge(map, tracking.min_relocalization_inliers, kFewInliers, found);
     Keep(found, best);

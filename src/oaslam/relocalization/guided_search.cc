@@ -59,12 +59,6 @@ Selected Select(const Features& features, const Map& map, const std::vector<Land
 
 }  // namespace
 
-PointObservation ObservationOf(const Features& features, int keypoint, const Landmark& landmark) {
-  const Keypoint& k = features.keypoints[keypoint];
-  const double scale = features.pyramid.scale[k.octave];
-  return {landmark.position, k.px.cast<double>(), 1 / (scale * scale)};
-}
-
 std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map, std::span<const LandmarkId> landmarks, const Frame& frame,
                                                 const Rigid3& cam_from_world) {
   std::vector<ProjectedLandmark> projected;

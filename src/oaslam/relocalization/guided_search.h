@@ -6,13 +6,11 @@
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
+#include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/relocalization/report.h"
 
 namespace oaslam {
-
-// A match of a key point and a landmark as an observation for pose estimation.
-PointObservation ObservationOf(const Features& features, int keypoint, const Landmark& landmark);
 
 // All that the camera could see of these landmarks from this pose.
 std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map, std::span<const LandmarkId> landmarks, const Frame& frame,

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/matching/descriptor_match.h"
+#include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/tracking/local_map.h"
 
@@ -20,9 +20,7 @@ TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial, co
   std::vector<int> keypoints;
   for (int i = 0; i < static_cast<int>(matches.size()); ++i) {
     if (!matches[i].IsValid()) continue;
-    const Keypoint& keypoint = frame.features->keypoints[i];
-    const double sigma = frame.features->pyramid.scale[keypoint.octave];
-    observations.push_back({map.landmarks.At(matches[i]).position, keypoint.px.cast<double>(), 1 / (sigma * sigma)});
+    observations.push_back(ObservationOf(*frame.features, i, map.landmarks.At(matches[i])));
     keypoints.push_back(i);
   }
   const PoseReport pose = RefinePose(map.cameras[frame.camera], initial, observations);
