@@ -42,6 +42,19 @@ class Localize(unittest.TestCase):
         self.assertEqual(len(frames), 150)
         self.assertGreater(sum(e < 0.2 for e in errors), 0.7 * 150)
         self.assertGreater(sum(e < 0.3 for e in errors), 0.95 * len(errors))
+        self.check_evaluation(os.path.join(self.folder, "both"), errors)
+
+    def check_evaluation(self, folder, errors):
+        """The program's own evaluation says what the test's ruler says."""
+        plot = os.path.join(folder, "curve.svg")
+        outcome = oaslam("evaluate", "relocalization", "--poses", os.path.join(folder, "poses.txt"),
+                         "--groundtruth", harness.groundtruth("query_around"), "--map-groundtruth", harness.groundtruth("map_front"),
+                         "--map-trajectory", os.path.join(self.run_folder, "keyframes.txt"), "--plot", plot)
+        self.assertEqual(outcome.code, 0, outcome)
+        recall = next(line for line in outcome.out.splitlines() if line.split()[:1] == ["recall"])
+        within_20cm = float(recall.split()[5])  # recall A % B % C % ...: within 5, 10, 20 cm
+        self.assertAlmostEqual(within_20cm, 100 * sum(e <= 0.2 for e in errors) / 150, delta=1.5)
+        xml.etree.ElementTree.parse(plot)
 
     def test_localization_by_detections_alone(self):
         clip = harness.clip("query_around")

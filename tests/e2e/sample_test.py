@@ -17,6 +17,22 @@ SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects
                    "peak_rss_mb mean_iou ate".split())
 
 
+def check_objects(test, path, sim):
+    """Most true objects were found near their place, with few others; `sim` takes the map to the sample's world."""
+    truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
+    found = harness.read_json(path)
+    centres = [(o["category_id"], harness.apply(sim, o["center"])) for o in found]
+    hits = 0
+    for o in truth:
+        near = 0.75 * max(o["ellipsoid"]["semi_axes"])
+        hits += any(category == o["category_id"] and math.dist(c, o["ellipsoid"]["center"]) < near for category, c in centres)
+    test.assertGreaterEqual(hits, 0.6 * len(truth))
+    test.assertLess(len(found), 1.5 * len(truth))
+    for o in found:
+        test.assertTrue(all(h > 0 for h in o["half_axes"]), o)
+        test.assertAlmostEqual(math.hypot(*o["rotation"]), 1, places=4)
+
+
 class Sample(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -76,19 +92,7 @@ class Sample(unittest.TestCase):
         self.assertLess(summary["ate"], 0.015)
 
     def test_objects_are_where_they_are(self):
-        truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
-        found = harness.read_json(self.path("objects.json"))
-        sim = harness.map_alignment(self.run_folder)
-        centres = [(o["category_id"], harness.apply(sim, o["center"])) for o in found]
-        hits = 0
-        for o in truth:
-            near = 0.75 * max(o["ellipsoid"]["semi_axes"])
-            hits += any(category == o["category_id"] and math.dist(c, o["ellipsoid"]["center"]) < near for category, c in centres)
-        self.assertGreaterEqual(hits, 0.6 * len(truth))
-        self.assertLess(len(found), 1.5 * len(truth))
-        for o in found:
-            self.assertTrue(all(h > 0 for h in o["half_axes"]), o)
-            self.assertAlmostEqual(math.hypot(*o["rotation"]), 1, places=4)
+        check_objects(self, self.path("objects.json"), harness.map_alignment(self.run_folder))
 
     def test_the_map_can_be_read_back(self):
         info = oaslam("info", self.map)
@@ -101,6 +105,16 @@ class Sample(unittest.TestCase):
         self.assertEqual(outcome.code, 0, outcome)
         self.assertIn("ATE", outcome.out.upper())
         xml.etree.ElementTree.parse(plot)
+
+
+class MapObjects(unittest.TestCase):
+    def test_objects_from_known_poses(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_objects_") as folder:
+            outcome = oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:], "--out", folder)
+            self.assertEqual(outcome.code, 0, outcome)
+            # The frame and the scale of the trajectory stay: no alignment.
+            check_objects(self, os.path.join(folder, "objects.json"), (1, [0, 0, 0, 1], [0, 0, 0]))
+            self.assertGreater(harness.read_json(os.path.join(folder, "summary.json"))["mean_iou"], 0.7)
 
 
 class Repeat(unittest.TestCase):
