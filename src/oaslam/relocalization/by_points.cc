@@ -14,7 +14,6 @@ namespace {
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;
 constexpr double kRatio = 0.85;    // of the nearest to the second nearest descriptor in a place
-constexpr int kFewInliers = 30;    // accepted if all else speaks for the pose
 constexpr int kLocalKeyframes = 15;
 
 struct Match {
@@ -93,7 +92,7 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
     around.push_back(place.keyframes.front());
     RelocalizationReport found = SearchAround(frame, map, LandmarksSeenBy(map, around), rough.cam_from_world);
     found.keyframe = place.keyframes.front();
-    Judge(map, tracking.min_relocalization_inliers, kFewInliers, found);
+    Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, found);
     Keep(found, best);
     if (best.success) break;
   }
@@ -116,7 +115,7 @@ RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map, const Ri
   std::ranges::stable_sort(matches, {}, &Match::distance);
   const AbsolutePoseReport rough = PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
   report = SearchAround(frame, map, all, rough.success ? rough.cam_from_world : cam_from_world_guess);
-  Judge(map, tracking.min_relocalization_inliers, std::min(kFewInliers, config.min_matches), report);
+  Judge(map, tracking.min_relocalization_inliers, config.min_matches, report);
   report.hypotheses.push_back({report.cam_from_world, static_cast<double>(report.inliers)});
   return report;
 }
