@@ -110,7 +110,7 @@ class Slam {
 
   // Forgets everything.
   void Reset();
-  // Stops the mapping thread; idempotent. Also done by the destructor.
+  // Ends the mapping thread; nothing is lost, later calls map on the caller's thread. Idempotent. Also done by the destructor.
   void Shutdown();
 
  private:

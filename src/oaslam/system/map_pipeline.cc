@@ -106,8 +106,14 @@ std::shared_ptr<const Map> MapPipeline::Finish() {
 }
 
 void MapPipeline::Shutdown() {
+  if (!thread_.joinable()) return;
   thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
+  mode_ = RunnerMode::kSequential;
+  for (const MapCommand& command : std::exchange(queue_, {})) {
+    mapper_.Apply(command);
+    published_.push_back({++applied_count_, mapper_.Publish()});
+  }
 }
 
 }  // namespace oaslam

@@ -33,6 +33,7 @@ class MapPipeline {
   // Waits for all commands.
   std::shared_ptr<const Map> Newest();
 
+  // Ends the thread, with nothing lost: from now on the mapper works inside the calls. Idempotent.
   void Shutdown();
 
  private:

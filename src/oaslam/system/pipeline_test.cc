@@ -81,6 +81,19 @@ TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
   }
 }
 
+TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
+  SlamConfig config;
+  Map empty;
+  empty.cameras.push_back(synthetic::MakeWorld({}).camera);
+  MapPipeline pipeline(config, std::move(empty));
+  for (int i = 0; i < 5; ++i) pipeline.Submit({.frame_index = i}, false);
+  pipeline.Shutdown();
+  pipeline.Shutdown();
+  EXPECT_EQ(pipeline.Newest()->version, 6U);
+  pipeline.Submit({.frame_index = 5}, true);
+  EXPECT_EQ(pipeline.SnapshotFor(100)->version, 7U);
+}
+
 TEST(Pipeline, LostEarlyItStartsAnew) {
   const WalkResult run = Walk("lockstep", 70, 16, 22);
   EXPECT_EQ(run.states[18], TrackingState::kInitializing);
