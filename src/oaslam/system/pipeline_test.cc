@@ -86,11 +86,12 @@ TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
   Map empty;
   empty.cameras.push_back(synthetic::MakeWorld({}).camera);
   MapPipeline pipeline(config, std::move(empty));
-  for (int i = 0; i < 5; ++i) pipeline.Submit({.frame_index = i}, false);
+  MapCommand nothing;
+  for (nothing.frame_index = 0; nothing.frame_index < 5; ++nothing.frame_index) pipeline.Submit(nothing, false);
   pipeline.Shutdown();
   pipeline.Shutdown();
   EXPECT_EQ(pipeline.Newest()->version, 6U);
-  pipeline.Submit({.frame_index = 5}, true);
+  pipeline.Submit(nothing, true);
   EXPECT_EQ(pipeline.SnapshotFor(100)->version, 7U);
 }
 
