@@ -17,8 +17,9 @@ struct WalkResult {
   std::vector<TrackingState> states;
 };
 
-// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; blind in [blind_from, blind_to).
-WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1) {
+// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; blind in [blind_from, blind_to). A slow camera
+// leaves the mapper all the time it needs.
+WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1, bool slow_camera = false) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = std::min(d, 3.6);
   SlamConfig config;
@@ -38,6 +39,7 @@ WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int bl
     Tracker::Outcome outcome = tracker.Track(frame, *snapshot);
     if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
     if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
+    if (slow_camera) pipeline.Newest();
     run.states.push_back(outcome.state);
   }
   run.map = pipeline.Finish();
@@ -61,7 +63,7 @@ double AbsoluteError(const WalkResult& run) {
 
 TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
   for (const std::string mode : {"sequential", "lockstep", "live"}) {
-    const WalkResult run = Walk(mode, 120);
+    const WalkResult run = Walk(mode, 120, -1, -1, mode == "live");
     EXPECT_GT(run.trajectory.size(), 95U) << mode;
     EXPECT_LT(AbsoluteError(run), 0.01) << mode;
     EXPECT_GE(run.map->keyframes.size(), 4U) << mode;
@@ -79,6 +81,12 @@ TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
     }
     EXPECT_EQ(a.map->landmarks.size(), b.map->landmarks.size());
   }
+}
+
+TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
+  const WalkResult run = Walk("live", 120);
+  EXPECT_EQ(run.states.size(), 120U);
+  EXPECT_THAT(run.map->CheckInvariants(), IsEmpty());
 }
 
 TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
