@@ -86,11 +86,12 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   slam.SetMapping(false);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
+  const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
   while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
     const RelocalizationResult result = options.every_frame
-                                            ? slam.Relocalize(frame->input, mode)
+                                            ? slam.Relocalize(frame->input, mode, gravity.At(frame->input.timestamp))
                                             : FromTracking(slam.Process(frame->input), config.tracking.min_inliers);
     results.Add(frame->index, frame->input.timestamp, result);
     progress.Update(++done, ToString(result.evidence));
@@ -119,6 +120,8 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
 }
 
 int Localize(const LocalizeOptions& options) {
+  if (!options.gravity.empty() && !options.images.empty() && !options.every_frame)
+    throw InputError("localize: --gravity needs --every-frame, or detections without --images");
   const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadMap(options.map);
   EnsureOutputFolder(options.out);

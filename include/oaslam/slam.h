@@ -76,9 +76,11 @@ class Slam {
   // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than the last throws InputError.
   TrackingResult Process(const ImageInput& input);
 
-  // Finds one image in the map, independent of all others; the map stays as it is.
-  RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode);
-  // From detections alone. `gravity_in_cam`: direction of gravity in the camera's frame, any length, where known.
+  // Finds one image in the map, independent of all others; the map stays as it is. `gravity_in_cam`: direction of gravity in the camera's
+  // frame, any length, where known.
+  RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
+                                  const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // The same from detections alone.
   RelocalizationResult RelocalizeByObjects(const std::vector<Detection>& detections,
                                            const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
 

@@ -169,10 +169,10 @@ void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->tracker_->SetRelocalizationMode(mode);
 }
 
-RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode) {
+RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
-  return impl_->Find(frame, mode, {}, watch.WallMs());
+  return impl_->Find(frame, mode, gravity_in_cam, watch.WallMs());
 }
 
 RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& detections, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
