@@ -13,6 +13,8 @@ endif()
 if(OASLAM_SANITIZE)
   target_compile_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE})
+  # Under a sanitizer Eigen would change how it allocates, and could not free what Debian's Ceres has allocated.
+  target_compile_definitions(oaslam_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # oaslam_room(NAME [LINK target...] [PRIVATE_LINK target...])
