@@ -4,7 +4,7 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build ccache                                              # build
-  libeigen3-dev libopencv-dev libceres-dev                                  # linear algebra, images and networks, least squares
+  libeigen3-dev libopencv-dev libceres-dev libhwy-dev                       # linear algebra, images and networks, least squares, SIMD
   libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
   libcli11-dev libspdlog-dev libfmt-dev                                     # command line and messages
   libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks

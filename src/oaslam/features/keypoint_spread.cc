@@ -26,7 +26,7 @@ struct SplitLater {
 
 }  // namespace
 
-std::vector<cv::KeyPoint> SpreadKeypoints(const std::vector<cv::KeyPoint>& corners, const cv::Rect2f& area, int count) {
+std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv::Rect2f& area, int count) {
   std::vector<int> indices(corners.size());
   for (size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<int>(i);
   std::vector<Cell> final_cells;
@@ -45,7 +45,7 @@ std::vector<cv::KeyPoint> SpreadKeypoints(const std::vector<cv::KeyPoint>& corne
   std::span<int> rest(indices);
   for (int r = 0; r < roots; ++r) {
     const float right = area.x + static_cast<float>(r + 1) * root_width;
-    const auto end = r + 1 == roots ? rest.end() : std::stable_partition(rest.begin(), rest.end(), [&](int i) { return corners[i].pt.x < right; });
+    const auto end = r + 1 == roots ? rest.end() : std::stable_partition(rest.begin(), rest.end(), [&](int i) { return corners[i].x < right; });
     const auto n = static_cast<size_t>(end - rest.begin());
     add({right - root_width, area.y, root_width, area.height}, rest.first(n), 0);
     rest = rest.subspan(n);
@@ -56,8 +56,8 @@ std::vector<cv::KeyPoint> SpreadKeypoints(const std::vector<cv::KeyPoint>& corne
     const cv::Size2f half(cell.area.width / 2, cell.area.height / 2);
     const cv::Point2f middle(cell.area.x + half.width, cell.area.y + half.height);
     const auto begin = cell.corners.begin(), end = cell.corners.end();
-    const auto is_left = [&](int i) { return corners[i].pt.x < middle.x; };
-    const auto y_mid = std::partition(begin, end, [&](int i) { return corners[i].pt.y < middle.y; });
+    const auto is_left = [&](int i) { return corners[i].x < middle.x; };
+    const auto y_mid = std::partition(begin, end, [&](int i) { return corners[i].y < middle.y; });
     const auto x_top = std::partition(begin, y_mid, is_left);
     const auto x_bottom = std::partition(y_mid, end, is_left);
     add({cell.area.tl(), half}, {begin, x_top}, cell.depth + 1);
@@ -67,11 +67,11 @@ std::vector<cv::KeyPoint> SpreadKeypoints(const std::vector<cv::KeyPoint>& corne
   }
   for (; !open.empty(); open.pop()) final_cells.push_back(open.top());
 
-  std::vector<cv::KeyPoint> chosen;
+  std::vector<Corner> chosen;
   chosen.reserve(final_cells.size());
   for (const Cell& cell : final_cells) {
     const int best = *std::ranges::max_element(cell.corners, [&](int a, int b) {
-      return corners[a].response != corners[b].response ? corners[a].response < corners[b].response : a > b;
+      return corners[a].score != corners[b].score ? corners[a].score < corners[b].score : a > b;
     });
     chosen.push_back(corners[best]);
   }

@@ -6,6 +6,7 @@
 #include "oaslam/camera.h"
 #include "oaslam/config.h"
 #include "oaslam/features/features.h"
+#include "oaslam/features/orb_kernels.h"
 
 namespace oaslam {
 
@@ -15,16 +16,20 @@ class OrbExtractor {
  public:
   OrbExtractor(const FeaturesConfig& config, const Camera& camera);
 
-  // `grey`: 8-bit, one channel, of the camera's size. `count`: about how many key points.
-  Features Extract(const cv::Mat& grey, int count) const;
+  // `grey`: 8-bit, one channel, of the camera's size. `count`: about how many key points. Not const only because it keeps its buffers.
+  Features Extract(const cv::Mat& grey, int count);
 
  private:
   std::vector<int> CountPerLevel(int count) const;
+  std::vector<Corner> DetectCorners(const cv::Mat& image);
 
   FeaturesConfig config_;
   Camera camera_;
   PyramidScales pyramid_;
   Box bounds_;
+  std::vector<cv::Mat> level_images_;  // of the pyramid; the first is that of the caller
+  cv::Mat blurred_;
+  std::vector<uint8_t> scores_;
 };
 
 }  // namespace oaslam

@@ -35,7 +35,7 @@ TEST(OrbExtractor, FindsTheNumberAskedForOnEveryLevelInsideTheImage) {
 }
 
 TEST(OrbExtractor, TheSameImageGivesTheSameFeatures) {
-  const OrbExtractor orb({}, kCamera);
+  OrbExtractor orb({}, kCamera);
   const Features a = orb.Extract(RandomScene(2), 500), b = orb.Extract(RandomScene(2), 500);
   EXPECT_EQ(a.descriptors, b.descriptors);
 }
@@ -45,7 +45,7 @@ TEST(OrbExtractor, DescriptorsSurviveARotationOfTheImage) {
   cv::Mat rotated;
   const cv::Mat turn = cv::getRotationMatrix2D({320, 240}, 35, 1);
   cv::warpAffine(image, rotated, turn, image.size());
-  const OrbExtractor orb({}, kCamera);
+  OrbExtractor orb({}, kCamera);
   const Features a = orb.Extract(image, 1000), b = orb.Extract(rotated, 1000);
   int checked = 0, matched = 0;
   for (int i = 0; i < a.size(); ++i) {
@@ -70,14 +70,15 @@ TEST(OrbExtractor, ABlackOrATinyImageHasNoFeatures) {
 }
 
 TEST(SpreadKeypoints, TakesTheStrongestOfEachPlace) {
-  std::vector<cv::KeyPoint> corners;
-  for (int i = 0; i < 500; ++i) corners.emplace_back(cv::Point2f(10 + static_cast<float>(i % 25) * 0.5F, 10 + static_cast<float>(i) * 0.02F), 7, -1, static_cast<float>(i));
-  corners.emplace_back(cv::Point2f(90, 90), 7, -1, 0.1F);
+  std::vector<Corner> corners;
+  for (int i = 0; i < 500; ++i)
+    corners.push_back({static_cast<int16_t>(10 + i % 25 / 2), static_cast<int16_t>(10 + i / 50), static_cast<uint8_t>(1 + i / 2)});
+  corners.push_back({90, 90, 1});
   const auto chosen = SpreadKeypoints(corners, {0, 0, 100, 100}, 10);
   EXPECT_LE(chosen.size(), 13U);
   EXPECT_GE(chosen.size(), 8U);
-  EXPECT_TRUE(std::ranges::any_of(chosen, [](const cv::KeyPoint& k) { return k.pt.x == 90; }));
-  EXPECT_TRUE(std::ranges::any_of(chosen, [](const cv::KeyPoint& k) { return k.response == 499; }));
+  EXPECT_TRUE(std::ranges::any_of(chosen, [](const Corner& c) { return c.x == 90; }));
+  EXPECT_TRUE(std::ranges::any_of(chosen, [](const Corner& c) { return c.score == 250; }));
 }
 
 TEST(Features, GridFindsWhatIsNear) {

@@ -73,7 +73,7 @@ class Slam::Impl {
   TrackingResult Process(const ImageInput& input);
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
 
-  Frame MakeFrame(const ImageInput& input, int index, int keypoints) const {
+  Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
     const cv::Mat grey = ToGrey(input.image, camera_);
     Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_)};
     frame.features = std::make_shared<const Features>(extractor_.Extract(grey, keypoints));
