@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/features/band_search.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/matching/orientation_check.h"
 
@@ -111,33 +112,32 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first, con
 
   const Features& a = *first.features;
   const Features& b = *second.features;
+  constexpr double kChi2OneDof = 3.84;
   std::vector<int> free_second;
-  std::vector<Eigen::Vector3f> place;
+  BandPoints place;
   for (int k = 0; k < b.size(); ++k) {
     if (second.landmarks[k].IsValid()) continue;
+    const Keypoint& keypoint = b.keypoints[k];
+    const float sigma = b.pyramid.scale[keypoint.octave];
     // Near the epipole the depth is anybody's guess.
-    if (epipole_in_front && (b.keypoints[k].px.cast<double>() - epipole).squaredNorm() < 100 * b.pyramid.scale[b.keypoints[k].octave]) continue;
+    if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() < 100 * sigma) continue;
     free_second.push_back(k);
-    place.push_back(b.keypoints[k].px.homogeneous());
+    place.Add(keypoint.px, static_cast<float>(std::sqrt(kChi2OneDof)) * sigma);
   }
   KeypointPairs pairs;
   std::vector<int> distances;
+  std::vector<int32_t> near;
   for (int i = 0; i < a.size(); ++i) {
     if (first.landmarks[i].IsValid()) continue;
-    Eigen::Vector3d line = fundamental * a.keypoints[i].px.cast<double>().homogeneous();
+    const Eigen::Vector3d line = fundamental * a.keypoints[i].px.cast<double>().homogeneous();
     const double norm = line.head<2>().norm();
     if (norm < 1e-12) continue;
-    const Eigen::Vector3f unit_line = (line / norm).cast<float>();
     int best = kTightHamming + 1, best_keypoint = -1;
-    for (size_t j = 0; j < free_second.size(); ++j) {
-      const float distance_to_line = unit_line.dot(place[j]);
-      const int k = free_second[j];
-      const float sigma = b.pyramid.scale[b.keypoints[k].octave];
-      if (distance_to_line * distance_to_line > 3.84F * sigma * sigma) continue;
-      const int distance = HammingDistance(a.descriptors[i], b.descriptors[k]);
+    for (const int32_t j : PointsNearLine(place, (line / norm).cast<float>(), near)) {
+      const int distance = HammingDistance(a.descriptors[i], b.descriptors[free_second[j]]);
       if (distance < best) {
         best = distance;
-        best_keypoint = k;
+        best_keypoint = free_second[j];
       }
     }
     if (best_keypoint < 0) continue;
