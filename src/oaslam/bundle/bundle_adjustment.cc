@@ -10,6 +10,7 @@ namespace {
 
 // Observers beyond the free keyframes that share the most landmarks with them: more hardly add to what holds the window in place.
 constexpr size_t kMaxFixedKeyframes = 40;
+constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
 
 std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> seen;
@@ -57,7 +58,7 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const 
   if (hold_oldest) selection.fixed_keyframes.push_back(window.front());
   std::ranges::sort(selection.fixed_keyframes);
   selection.free_keyframes.assign(window.begin() + (hold_oldest ? 1 : 0), window.end());
-  return SolveBundle(map, selection, config.local_iterations);
+  return SolveBundle(map, selection, {config.local_iterations, kLocalTolerance});
 }
 
 BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations) {
@@ -67,7 +68,7 @@ BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations) {
   selection.fixed_keyframes = {selection.free_keyframes.front()};
   selection.free_keyframes.erase(selection.free_keyframes.begin());
   selection.landmarks = map.landmarks.Ids();
-  return SolveBundle(map, selection, iterations);
+  return SolveBundle(map, selection, {iterations, kGlobalTolerance});
 }
 
 void ApplyCorrection(const BundleCorrection& correction, Map& map) {

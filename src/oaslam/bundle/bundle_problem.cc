@@ -32,7 +32,7 @@ class BundleProblem {
   int observation_count() const { return static_cast<int>(observations_.size()); }
 
   // Returns false if the solver found no usable solution; then nothing is changed.
-  bool Solve(int max_iterations) {
+  bool Solve(int max_iterations, double tolerance) {
     ceres::Solver::Options options;
     options.linear_solver_type = poses_.size() <= 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -40,7 +40,7 @@ class BundleProblem {
     for (auto& pose : poses_) options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
-    options.function_tolerance = 1e-3;
+    options.function_tolerance = tolerance;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);
@@ -182,16 +182,16 @@ class BundleProblem {
 
 }  // namespace
 
-BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, int iterations) {
+BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, const BundleEffort& effort) {
   if (selection.free_keyframes.empty()) return {};
   BundleProblem problem(map, selection);
   if (problem.observation_count() == 0) return {};
   const double initial_cost = problem.RobustCost();
-  const int first_stage = (iterations + 1) / 2;
-  if (!problem.Solve(first_stage)) return {};
+  const int first_stage = (effort.iterations + 1) / 2;
+  if (!problem.Solve(first_stage, effort.tolerance)) return {};
   // Few outliers hardly pull through the kernel, and they are erased: the next adjustment is without them.
   constexpr double kNegligibleOutliers = 0.01;
-  if (problem.DropOutliers() > kNegligibleOutliers && !problem.Solve(std::max(1, iterations - first_stage))) return {};
+  if (problem.DropOutliers() > kNegligibleOutliers && !problem.Solve(std::max(1, effort.iterations - first_stage), effort.tolerance)) return {};
   BundleCorrection correction = problem.Correction();
   correction.initial_cost = initial_cost;
   correction.final_cost = problem.RobustCost();

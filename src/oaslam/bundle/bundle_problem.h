@@ -13,7 +13,12 @@ struct BundleSelection {
   std::vector<LandmarkId> landmarks;  // their observations by all these keyframes count
 };
 
-// Solves in two stages of at most half the iterations each.
-BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, int iterations);
+struct BundleEffort {
+  int iterations = 10;       // at most
+  double tolerance = 1e-3;   // a stage ends with a step that lowers the cost by less than this share
+};
+
+// Solves in two stages of at most half the iterations each, the second without outliers.
+BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, const BundleEffort& effort);
 
 }  // namespace oaslam

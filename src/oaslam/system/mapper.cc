@@ -42,7 +42,7 @@ void Mapper::CloseLoop(KeyframeId keyframe) {
 }
 
 void Mapper::Finish() {
-  constexpr int kIterations = 10;
+  constexpr int kIterations = 20;
   if (map_.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map_, kIterations), map_);
 }
 

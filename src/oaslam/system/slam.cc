@@ -187,6 +187,7 @@ void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_
 void Slam::Finish() {
   impl_->pipeline_->Submit(impl_->tracker_->TakeRest(), true);
   impl_->snapshot_ = impl_->pipeline_->Finish();
+  impl_->tracker_->SettleTrajectory(*impl_->snapshot_);
 }
 
 std::vector<Slam::TimedPose> Slam::Trajectory() const {

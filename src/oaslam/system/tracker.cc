@@ -11,6 +11,8 @@
 namespace oaslam {
 namespace {
 
+constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
+
 Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
   Tracker::Outcome outcome;
   outcome.state = state;
@@ -61,8 +63,9 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   initializer_.Reset();
   initial->first_id = KeyframeId(next_keyframe_++);
   initial->second_id = KeyframeId(next_keyframe_++);
-  trajectory_ = {{initial->first.index, initial->first.timestamp, initial->first_id, {}, TrackingState::kTracking},
-                 {frame.index, frame.timestamp, initial->second_id, {}, TrackingState::kTracking}};
+  trajectory_.Clear();
+  for (const auto& [pose_frame, id] : {std::pair{initial->first, initial->first_id}, std::pair{frame, initial->second_id}})
+    trajectory_.Add({pose_frame.index, pose_frame.timestamp, id, {}, TrackingState::kTracking}, pose_frame, {});
   newest_keyframe_ = initial->second_id;
   newest_keyframe_frame_ = frame.index;
   outcome.command.emplace();
@@ -75,7 +78,7 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
 Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   const Keyframe* keyframe = map.keyframes.Find(newest_keyframe_);
   if (!keyframe) {
-    trajectory_.clear();
+    trajectory_.Clear();
     Outcome refused;
     refused.state = TrackingState::kInitializing;
     return refused;
@@ -98,22 +101,21 @@ int Tracker::MinInliers(const Frame& frame) const {
 
 // Frames that passed before there was a map get their poses now.
 void Tracker::FillInBetween(const Map& map) {
-  const KeyframeId first = trajectory_.front().reference;
+  const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
   std::shared_ptr<const Features> features = keyframe.features;
   std::vector<LandmarkId> landmarks = keyframe.landmarks;
   Rigid3 pose = keyframe.cam_from_world;
-  std::vector<FramePose> filled;
   for (const Frame& frame : std::exchange(between_, {})) {
     TrackReport report = TrackFromLastFrame(frame, map, *features, landmarks, pose);
     if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_inliers);
     if (!report.success) continue;
-    filled.push_back({frame.index, frame.timestamp, first, report.cam_from_world * keyframe.cam_from_world.Inverse(), TrackingState::kTracking});
+    trajectory_.Add({frame.index, frame.timestamp, first, report.cam_from_world * keyframe.cam_from_world.Inverse(), TrackingState::kTracking},
+                    frame, report.landmarks);
     features = frame.features;
     landmarks = report.landmarks;
     pose = report.cam_from_world;
   }
-  trajectory_.insert(trajectory_.begin() + 1, filled.begin(), filled.end());
 }
 
 TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
@@ -163,7 +165,7 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
   });
   if (!nearest.IsValid()) return {};
   const Rigid3 cam_from_reference = cam_from_world * map.keyframes.At(nearest).cam_from_world.Inverse();
-  trajectory_.push_back({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects});
+  trajectory_.Add({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame, {});
   Outcome outcome = Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
   outcome.objects = objects;
   return outcome;
@@ -175,7 +177,7 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   velocity_.reset();
   last_.reset();
   uses_.clear();
-  trajectory_.clear();
+  trajectory_.Clear();
   initializer_.Reset();
   sightings_.clear();
   object_tracks_.open.clear();
@@ -194,7 +196,8 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
     if (const auto reference = map.ResolvePose(last_->reference))
       velocity_ = tracked.cam_from_world * (last_->cam_from_reference * *reference).Inverse();
   last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
-  trajectory_.push_back({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state});
+  trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state}, frame, tracked.landmarks);
+  trajectory_.Settle(map, frame.index - kSettleAfter);
   phase_ = Phase::kTracking;
   for (const LandmarkId id : tracked.visible) uses_.push_back({id, 1, 0});
   for (const LandmarkId id : tracked.landmarks)
@@ -211,8 +214,7 @@ std::optional<MapCommand> Tracker::MakeKeyframe(const Frame& frame, const Map& m
   if (!NeedsKeyframe(evidence, config_.tracking)) return std::nullopt;
   newest_keyframe_ = KeyframeId(next_keyframe_++);
   newest_keyframe_frame_ = frame.index;
-  trajectory_.back().reference = newest_keyframe_;
-  trajectory_.back().cam_from_reference = {};
+  trajectory_.NewestIsKeyframe(newest_keyframe_);
   MapCommand command;
   command.frame_index = frame.index;
   command.keyframe = KeyframeInsertion{newest_keyframe_, {frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers}};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "oaslam/system/relocalizer.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/pose_tracking.h"
+#include "oaslam/tracking/trajectory.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -47,7 +49,9 @@ class Tracker {
   // What was seen since the last command, for the mapper.
   MapCommand TakeRest();
   // Poses of all frames so far, relative to keyframes of the map or retired from it.
-  const std::vector<FramePose>& trajectory() const { return trajectory_; }
+  const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
+  // Refines what is left to refine of the trajectory on the finished map.
+  void SettleTrajectory(const Map& map) { trajectory_.Settle(map, std::numeric_limits<int>::max()); }
 
  private:
   enum class Phase { kInitializing, kTracking, kLost };
@@ -90,7 +94,7 @@ class Tracker {
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe
-  std::vector<FramePose> trajectory_;
+  Trajectory trajectory_;
 };
 
 }  // namespace oaslam

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// The poses of the frames so far, in order of the frames, each relative to a keyframe that carries it through later optimisation.
+// A frame remembers for a while which landmarks it saw, and is refined once the map around it has settled.
+class Trajectory {
+ public:
+  // `landmarks`: per key point of `frame`, invalid where none; what stands for the pose. May be empty.
+  void Add(const FramePose& pose, const Frame& frame, const std::vector<LandmarkId>& landmarks);
+  // The newest frame became a keyframe: its pose is the keyframe's.
+  void NewestIsKeyframe(KeyframeId id);
+  // Refines the frames that came before `frame_index` on the landmarks they saw, where these are now.
+  void Settle(const Map& map, int frame_index);
+  void Clear();
+
+  bool empty() const { return poses_.empty(); }
+  const std::vector<FramePose>& poses() const { return poses_; }
+
+ private:
+  struct Seen {
+    LandmarkId landmark;
+    Eigen::Vector2f px;  // ideal image
+    float scale = 1;     // of its pyramid level
+  };
+  struct Unsettled {
+    int frame_index = 0, camera = 0;
+    std::vector<Seen> seen;
+  };
+  std::vector<FramePose>::iterator Find(int frame_index);
+
+  std::vector<FramePose> poses_;
+  std::deque<Unsettled> unsettled_;  // ascending by frame
+};
+
+}  // namespace oaslam

@@ -1,0 +1,69 @@
+#include "oaslam/tracking/trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include "oaslam/geometry/camera_model.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+struct Scene {
+  synthetic::World world = synthetic::MakeWorld({});
+  synthetic::MappedWorld mapped = synthetic::MakeMap(world, {});
+  Rigid3 truth = synthetic::PoseOnArc({}, 3);
+  Frame frame;
+  std::vector<LandmarkId> landmarks;
+  Rigid3 wrong = Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02, 0, 0)) * truth;
+
+  Scene() {
+    Rng rng(4);
+    const synthetic::View view = synthetic::MakeView(world, truth, {}, rng);
+    frame = {20, 0.6, 0, view.features, {}};
+    for (const int point : view.point_of_keypoint) landmarks.push_back(point < 0 ? LandmarkId() : mapped.landmark_of_point[point]);
+  }
+  FramePose Pose(int index) const {
+    const KeyframeId reference(2);
+    return {index, index / 30.0, reference, wrong * mapped.map.keyframes.At(reference).cam_from_world.Inverse(), TrackingState::kTracking};
+  }
+  double Error(const FramePose& pose) const {
+    return ((pose.cam_from_reference * *mapped.map.ResolvePose(pose.reference)).OriginInSource() - truth.OriginInSource()).norm();
+  }
+};
+
+TEST(Trajectory, RefinesAFrameWithTheMapAsItIsLater) {
+  const Scene s;
+  Trajectory trajectory;
+  trajectory.Add(s.Pose(20), s.frame, s.landmarks);
+  trajectory.Settle(s.mapped.map, 20);
+  EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
+  trajectory.Settle(s.mapped.map, 21);
+  EXPECT_LT(s.Error(trajectory.poses().front()), 0.004);
+}
+
+TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
+  Scene s;
+  Trajectory trajectory;
+  trajectory.Add(s.Pose(20), s.frame, s.landmarks);
+  int seen = 0;
+  for (const LandmarkId id : s.landmarks)
+    if (id.IsValid() && s.mapped.map.landmarks.Contains(id) && ++seen % 2 == 0) s.mapped.map.EraseLandmark(id);
+  trajectory.Settle(s.mapped.map, 100);
+  EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
+}
+
+TEST(Trajectory, FramesComeInAnyOrderAndKeyframesCarryThemselves) {
+  const Scene s;
+  Trajectory trajectory;
+  for (const int index : {5, 9, 7, 20}) trajectory.Add(s.Pose(index), s.frame, s.landmarks);
+  trajectory.NewestIsKeyframe(KeyframeId(3));
+  trajectory.Settle(s.mapped.map, 100);
+  std::vector<int> order;
+  for (const FramePose& p : trajectory.poses()) order.push_back(p.frame_index);
+  EXPECT_EQ(order, (std::vector{5, 7, 9, 20}));
+  EXPECT_EQ(trajectory.poses().back().reference, KeyframeId(3));
+  EXPECT_EQ(trajectory.poses().back().cam_from_reference.translation, Eigen::Vector3d(0, 0, 0));
+}
+
+}  // namespace
+}  // namespace oaslam
