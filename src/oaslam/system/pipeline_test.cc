@@ -115,6 +115,11 @@ TEST(Pipeline, LostWithARealMapItComesBackToIt) {
   EXPECT_EQ(run.states[103], TrackingState::kLost);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   EXPECT_GT(run.trajectory.size(), 135U);
+  // Frames just before it came back are found from there.
+  std::vector<int> frames;
+  for (const FramePose& f : run.trajectory) frames.push_back(f.frame_index);
+  EXPECT_TRUE(std::ranges::is_sorted(frames));
+  for (int i = 106; i < 160; ++i) EXPECT_TRUE(std::ranges::binary_search(frames, i)) << i;
   EXPECT_LT(AbsoluteError(run), 0.01);
 }
 

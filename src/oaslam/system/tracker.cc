@@ -45,6 +45,13 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   return Relocalize(frame, map);
 }
 
+Tracker::Outcome Tracker::Lose(const Frame& frame) {
+  constexpr size_t kMaxMissed = 30;  // frames, with their features
+  missed_.push_back(frame);
+  if (missed_.size() > kMaxMissed) missed_.pop_front();
+  return {};
+}
+
 Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
   Remember(frame, map, tracked, state);
   Outcome outcome = Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
@@ -118,6 +125,24 @@ void Tracker::FillInBetween(const Map& map) {
   }
 }
 
+// Follows the camera back in time, from the frame that was found to those that were lost before it.
+void Tracker::FillInMissed(const Frame& found, const Map& map, const TrackReport& tracked) {
+  std::shared_ptr<const Features> features = found.features;
+  TrackReport after = tracked;
+  int index = found.index;
+  for (; !missed_.empty() && missed_.back().index == index - 1; missed_.pop_back(), --index) {
+    const Frame& frame = missed_.back();
+    TrackReport report = TrackFromLastFrame(frame, map, *features, after.landmarks, after.cam_from_world);
+    if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_relocalization_inliers);
+    if (!report.success) break;
+    const Rigid3 cam_from_reference = report.cam_from_world * map.keyframes.At(report.reference).cam_from_world.Inverse();
+    trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
+    features = frame.features;
+    after = std::move(report);
+  }
+  missed_.clear();
+}
+
 TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
   const std::optional<Rigid3> reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference) return {};
@@ -139,8 +164,8 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   velocity_.reset();
   last_.reset();
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
-  if (found.evidence == PoseEvidence::kNone) return {};
-  if (found.evidence == PoseEvidence::kObjects && found.relative_sigma > config_.tracking.max_object_sigma) return {};
+  if (found.evidence == PoseEvidence::kNone) return Lose(frame);
+  if (found.evidence == PoseEvidence::kObjects && found.relative_sigma > config_.tracking.max_object_sigma) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) return ShowObjectPose(frame, map, found.cam_from_world, found.matched_objects);
   TrackReport first;
   first.success = true;
@@ -148,8 +173,9 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
   const TrackReport tracked = TrackLocalMap(frame, map, first, config_.tracking.min_relocalization_inliers, kWiderSearch);
-  if (!tracked.success) return {};
+  if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
+  FillInMissed(frame, map, tracked);
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 
@@ -178,6 +204,7 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   last_.reset();
   uses_.clear();
   trajectory_.Clear();
+  missed_.clear();
   initializer_.Reset();
   sightings_.clear();
   object_tracks_.open.clear();
@@ -209,6 +236,7 @@ std::optional<MapCommand> Tracker::MakeKeyframe(const Frame& frame, const Map& m
   const KeyframeEvidence evidence{
       .frames_since_keyframe = frame.index - newest_keyframe_frame_,
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),
+      .matched = tracked.matched,
       .inliers = tracked.inliers,
       .reference_landmarks = map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2)};
   if (!NeedsKeyframe(evidence, config_.tracking)) return std::nullopt;

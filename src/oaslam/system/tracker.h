@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -64,6 +65,8 @@ class Tracker {
   int MinInliers(const Frame& frame) const;
   TrackReport FollowMotion(const Frame& frame, const Map& map) const;
   void FillInBetween(const Map& map);
+  void FillInMissed(const Frame& found, const Map& map, const TrackReport& tracked);
+  Outcome Lose(const Frame& frame);
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
   std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
   std::vector<LandmarkUse> TakeUses();
@@ -87,6 +90,7 @@ class Tracker {
   uint32_t next_keyframe_;
   std::optional<Last> last_;
   std::vector<Frame> between_;  // the two frames of the initial map
+  std::deque<Frame> missed_;    // the newest that were lost
   std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;

@@ -7,7 +7,7 @@ namespace oaslam {
 struct KeyframeEvidence {
   int frames_since_keyframe = 0;
   bool mapper_idle = true;         // the last keyframe is in the snapshot
-  int inliers = 0;                 // of this frame
+  int matched = 0, inliers = 0;    // landmarks of this frame, and those that agree with its pose
   int reference_landmarks = 0;     // of the reference keyframe, well observed
 };
 
