@@ -133,7 +133,7 @@ void Tracker::FillInMissed(const Frame& found, const Map& map, const TrackReport
   for (; !missed_.empty() && missed_.back().index == index - 1; missed_.pop_back(), --index) {
     const Frame& frame = missed_.back();
     TrackReport report = TrackFromLastFrame(frame, map, *features, after.landmarks, after.cam_from_world);
-    if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_relocalization_inliers);
+    if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_inliers);
     if (!report.success) break;
     const Rigid3 cam_from_reference = report.cam_from_world * map.keyframes.At(report.reference).cam_from_world.Inverse();
     trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
