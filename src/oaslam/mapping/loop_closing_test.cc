@@ -70,7 +70,7 @@ TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
   ASSERT_THAT(d.map.CheckInvariants(), IsEmpty());
   Rng rng(1);
   const KeyframeId current(2 * kHalf - 1);
-  const auto loop = DetectLoop(d.map, current, rng);
+  const auto loop = LoopDetector().Detect(d.map, current, rng);
   ASSERT_TRUE(loop);
   EXPECT_EQ(loop->current, current);
   EXPECT_LT(loop->old.value, 6U);
@@ -87,10 +87,37 @@ TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
   EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() - d.truth.back().OriginInSource()).norm(), 0.02);
 }
 
+// Too far away to be looked for by place: found by its looks.
+TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
+  constexpr double kDrift = 1.8;
+  Drifted d(kDrift);
+  const KeyframeId current(2 * kHalf - 1);
+  ASSERT_GT((d.map.keyframes.At(current).cam_from_world.OriginInSource() - d.truth.back().OriginInSource()).norm(), 0.5 * d.map.MedianDepth(current));
+  const Eigen::Vector3d true_center(0.3, -0.2, 0.1);
+  Object object;
+  object.state = ObjectState::kMapped;
+  object.ellipsoid.center = true_center + kDrift * Eigen::Vector3d(1, 0.5, 0.3);
+  object.ellipsoid.half_axes = {0.1, 0.1, 0.2};
+  object.observations.resize(1);
+  object.observations.front().anchor = current;
+  d.map.objects.Insert(ObjectId(0), object);
+
+  Rng rng(1);
+  const auto loop = LoopDetector().Detect(d.map, current, rng);
+  ASSERT_TRUE(loop);
+  EXPECT_NEAR(loop->old_from_current.scale, 1, 0.02);
+  const double error_before = d.Error();
+  CorrectLoop(*loop, 15, d.map);
+  EXPECT_LT(d.Error(), error_before);
+  EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() - d.truth.back().OriginInSource()).norm(), 0.05);
+  EXPECT_LT((d.map.objects.At(ObjectId(0)).ellipsoid.center - true_center).norm(), 0.1);
+  EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
+}
+
 TEST(LoopClosing, KeyframesThatShareLandmarksAreNoLoop) {
   const synthetic::MappedWorld mapped = synthetic::MakeMap(synthetic::MakeWorld({.cameras = 30, .arc_deg = 20}), {});
   Rng rng(1);
-  EXPECT_FALSE(DetectLoop(mapped.map, KeyframeId(29), rng));
+  EXPECT_FALSE(LoopDetector().Detect(mapped.map, KeyframeId(29), rng));
 }
 
 TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
@@ -103,7 +130,7 @@ TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
     for (Descriptor& descriptor : features->descriptors) descriptor = synthetic::RandomDescriptor(rng);
     keyframe.features = features;
   }
-  EXPECT_FALSE(DetectLoop(d.map, KeyframeId(2 * kHalf - 1), rng));
+  EXPECT_FALSE(LoopDetector().Detect(d.map, KeyframeId(2 * kHalf - 1), rng));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/bundle/pose_graph.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/matching/fusion.h"
@@ -11,34 +12,75 @@ namespace {
 constexpr int kNeighbours = 10, kIterations = 20;
 constexpr double kFusionRadiusPx = 5;
 
-// A share of a correction: positions move straight, orientations along the shortest turn.
-Eigen::Vector3d MovedBy(const Similarity& s, double share, const Eigen::Vector3d& x) { return (1 - share) * x + share * (s * x); }
-
-Rigid3 MovedBy(const Similarity& s, double share, const Rigid3& cam_from_world) {
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::Identity().slerp(share, s.rotation);
-  const Eigen::Quaterniond rotation = (cam_from_world.rotation * turn.conjugate()).normalized();
-  return {rotation, -(rotation * MovedBy(s, share, cam_from_world.OriginInSource()))};
-}
-
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
   std::vector<KeyframeId> group = map.CovisibleKeyframes(keyframe, kNeighbours);
   group.push_back(keyframe);
   return LandmarksSeenBy(map, group);
 }
 
+constexpr int kMinEdgeShared = 50;  // landmarks that make two keyframes an edge of the pose graph, beside each one's closest
+
+std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<KeyframeId>& ids, const std::vector<Similarity>& nodes) {
+  std::vector<PoseGraphEdge> edges;
+  const auto index_of = [&](KeyframeId id) { return static_cast<int>(std::ranges::lower_bound(ids, id) - ids.begin()); };
+  const auto add = [&](int from, int to) { edges.push_back({from, to, nodes[to] * nodes[from].Inverse()}); };
+  for (int i = 1; i < static_cast<int>(ids.size()); ++i) {
+    bool has_closest = false;
+    for (const Covisible& c : map.keyframes.At(ids[i]).covisible) {  // most shared first
+      if (c.keyframe > ids[i] || (has_closest && c.shared < kMinEdgeShared)) continue;
+      add(i, index_of(c.keyframe));
+      has_closest = true;
+    }
+    if (!has_closest) add(i, i - 1);
+  }
+  return edges;
+}
+
+// What a keyframe's surroundings do when its node moves.
+struct NodeMotions {
+  std::vector<KeyframeId> ids;
+  std::vector<Similarity> new_from_old;  // of world points
+
+  const Similarity& Of(KeyframeId id) const { return new_from_old[std::ranges::lower_bound(ids, id) - ids.begin()]; }
+};
+
+void MoveObjects(const NodeMotions& motions, Map& map) {
+  for (const ObjectId id : map.objects.Ids()) {
+    Object& object = map.objects.MutableAt(id);
+    if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
+    KeyframeId anchor = object.observations[object.observations.size() / 2].anchor;
+    while (!map.keyframes.Contains(anchor)) {
+      const RetiredKeyframe* retired = map.retired.Find(anchor);
+      if (!retired) break;
+      anchor = retired->parent;
+    }
+    if (!map.keyframes.Contains(anchor)) continue;
+    const Similarity& motion = motions.Of(anchor);
+    object.ellipsoid.center = motion * object.ellipsoid.center;
+    object.ellipsoid.half_axes *= motion.scale;
+    object.ellipsoid.rotation = (motion.rotation * object.ellipsoid.rotation).normalized();
+  }
+}
+
 void SpreadCorrection(const LoopClosure& loop, Map& map) {
-  const std::vector<KeyframeId> ids = map.keyframes.Ids();
-  const auto rank = [&](KeyframeId id) { return std::ranges::lower_bound(ids, id) - ids.begin(); };
-  const double begin = static_cast<double>(rank(loop.old)), end = static_cast<double>(rank(loop.current));
-  const auto share = [&](KeyframeId id) { return std::clamp((static_cast<double>(rank(id)) - begin) / (end - begin), 0.0, 1.0); };
+  NodeMotions motions{map.keyframes.Ids(), {}};
+  const auto index_of = [&](KeyframeId id) { return static_cast<size_t>(std::ranges::lower_bound(motions.ids, id) - motions.ids.begin()); };
+  std::vector<Similarity> nodes;
+  for (const KeyframeId id : motions.ids) nodes.emplace_back(map.keyframes.At(id).cam_from_world);
+  const std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, nodes);
+  std::vector<Similarity> start = nodes;
+  std::vector<char> fixed(nodes.size(), 0);
+  fixed[0] = fixed[index_of(loop.old)] = fixed[index_of(loop.current)] = 1;
+  start[index_of(loop.current)] = nodes[index_of(loop.current)] * loop.old_from_current.Inverse();
+  const std::vector<Similarity> moved = OptimizePoseGraph(start, edges, fixed);
+
+  for (size_t i = 0; i < nodes.size(); ++i) motions.new_from_old.push_back(moved[i].Inverse() * nodes[i]);
   for (const LandmarkId id : map.landmarks.Ids()) {
     Landmark& landmark = map.landmarks.MutableAt(id);
-    landmark.position = MovedBy(loop.old_from_current, share(landmark.observations.front().keyframe), landmark.position);
+    landmark.position = motions.Of(landmark.observations.front().keyframe) * landmark.position;
   }
-  for (const KeyframeId id : ids) {
-    Keyframe& keyframe = map.keyframes.MutableAt(id);
-    keyframe.cam_from_world = MovedBy(loop.old_from_current, share(id), keyframe.cam_from_world);
-  }
+  MoveObjects(motions, map);
+  for (size_t i = 0; i < nodes.size(); ++i) map.keyframes.MutableAt(motions.ids[i]).cam_from_world = moved[i].AsPose();
 }
 
 }  // namespace

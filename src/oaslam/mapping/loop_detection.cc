@@ -20,20 +20,32 @@ constexpr double kGuidedRadiusPx = 8;
 
 Eigen::Vector3d OpticalAxis(const Keyframe& keyframe) { return keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ(); }
 
-// Old keyframes near the current one that nothing links to it, nearest first.
-std::vector<KeyframeId> Candidates(const Map& map, KeyframeId current) {
-  const Keyframe& here = map.keyframes.At(current);
-  std::vector<char> linked(current.value + 1, 0);
-  const auto mark = [&](KeyframeId id) { if (id <= current) linked[id.value] = 1; };
-  for (const Covisible& c : here.covisible) {
-    mark(c.keyframe);
-    for (const Covisible& second : map.keyframes.At(c.keyframe).covisible) mark(second.keyframe);
+// Whether a keyframe is so old, and so far from the current one in the covisibility graph, that meeting it closes a loop.
+class OtherEnds {
+ public:
+  OtherEnds(const Map& map, KeyframeId current) : current_(current), linked_(current.value + 1, 0) {
+    const auto mark = [&](KeyframeId id) { if (id <= current) linked_[id.value] = 1; };
+    for (const Covisible& c : map.keyframes.At(current).covisible) {
+      mark(c.keyframe);
+      for (const Covisible& second : map.keyframes.At(c.keyframe).covisible) mark(second.keyframe);
+    }
   }
+  bool Contains(KeyframeId id) const { return id.value + kMinKeyframesApart <= current_.value && !linked_[id.value]; }
+
+ private:
+  KeyframeId current_;
+  std::vector<char> linked_;
+};
+
+// Nearest first.
+std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current) {
+  const OtherEnds others(map, current);
+  const Keyframe& here = map.keyframes.At(current);
   const double reach = kMaxDistanceToDepth * map.MedianDepth(current);
   const Eigen::Vector3d center = here.cam_from_world.OriginInSource(), axis = OpticalAxis(here);
   std::vector<std::pair<double, KeyframeId>> near;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& there) {
-    if (id.value + kMinKeyframesApart > current.value || linked[id.value] || axis.dot(OpticalAxis(there)) < kMinAxisCos) return;
+    if (!others.Contains(id) || axis.dot(OpticalAxis(there)) < kMinAxisCos) return;
     const double distance = (there.cam_from_world.OriginInSource() - center).norm();
     if (distance < reach) near.emplace_back(distance, id);
   });
@@ -59,21 +71,35 @@ Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkI
   return observed;
 }
 
-// How much larger the old part of the map is: the median ratio of the depths of points that both parts hold.
-double ScaleOf(const Map& map, const Keyframe& here, const LoopClosure& loop, const Rigid3& cam_from_old) {
+// Landmarks of both parts of the map that one key point shows: in the current part, and in the old one.
+std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map, const Keyframe& here, const LoopClosure& loop) {
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> shared;
+  for (const auto& [keypoint, old] : loop.old_landmarks)
+    if (const Landmark* current = here.landmarks[keypoint].IsValid() ? map.landmarks.Find(here.landmarks[keypoint]) : nullptr)
+      shared.emplace_back(current->position, map.landmarks.At(old).position);
+  return shared;
+}
+
+// How much larger the old part of the map is: the median ratio of the distances of shared points. Nothing where they are too few.
+std::optional<double> ScaleOf(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared, const Rigid3& cam_from_current,
+                              const Rigid3& cam_from_old) {
+  if (static_cast<int>(shared.size()) < kMinScalePairs) return std::nullopt;
   std::vector<double> ratios;
-  for (const auto& [keypoint, old] : loop.old_landmarks) {
-    const Landmark* current = here.landmarks[keypoint].IsValid() ? map.landmarks.Find(here.landmarks[keypoint]) : nullptr;
-    if (!current) continue;
-    ratios.push_back((cam_from_old * map.landmarks.At(old).position).norm() / (here.cam_from_world * current->position).norm());
-  }
-  if (static_cast<int>(ratios.size()) < kMinScalePairs) return 1;
+  for (const auto& [current, old] : shared) ratios.push_back((cam_from_old * old).norm() / (cam_from_current * current).norm());
   const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
   std::ranges::nth_element(ratios, middle);
   return *middle;
 }
 
-std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, Rng& rng) {
+// Shared points that the loop takes to each other, within a share of their distance.
+int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared, const Similarity& old_from_current, const Rigid3& cam_from_old) {
+  constexpr double kMaxRelativeError = 0.1;
+  return static_cast<int>(std::ranges::count_if(shared, [&](const auto& pair) {
+    return (old_from_current * pair.first - pair.second).norm() < kMaxRelativeError * (cam_from_old * pair.second).norm();
+  }));
+}
+
+std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, bool is_near, Rng& rng) {
   const Keyframe& here = map.keyframes.At(current);
   const Camera& camera = map.cameras[here.camera];
   const LandmarkMatches matches = MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), 0.75);
@@ -99,20 +125,43 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
   LoopClosure loop{current, old, {}, {}};
   for (size_t i = 0; i < observed.keypoints.size(); ++i)
     if (pose.inlier[i]) loop.old_landmarks.emplace_back(observed.keypoints[i], guided.landmarks[observed.keypoints[i]]);
-  // x_in_cam = s (R_current x + t_current) = R_old x' + t_old
-  const double scale = ScaleOf(map, here, loop, pose.cam_from_world);
-  const Rigid3 old_from_cam = pose.cam_from_world.Inverse();
-  loop.old_from_current = {scale, (old_from_cam.rotation * here.cam_from_world.rotation).normalized(),
-                           old_from_cam * (scale * here.cam_from_world.translation)};
+  const auto shared = SharedPoints(map, here, loop);
+  const std::optional<double> scale = ScaleOf(shared, here.cam_from_world, pose.cam_from_world);
+  if (!scale && !is_near) return std::nullopt;
+  // One camera: s (R_current x + t_current) = R_old x' + t_old
+  loop.old_from_current = Similarity(pose.cam_from_world.Inverse()) * Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
+                          Similarity(here.cam_from_world);
+  if (!is_near && CountConsistent(shared, loop.old_from_current, pose.cam_from_world) < std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
+    return std::nullopt;
   return loop;
 }
 
 }  // namespace
 
-std::optional<LoopClosure> DetectLoop(const Map& map, KeyframeId current, Rng& rng) {
+std::vector<KeyframeId> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
+  constexpr double kGrowth = 1.2;  // landmarks of the index; the newest do not matter for a loop
+  constexpr int kPlaces = 10;
+  if (map.keyframes.size() < 2 * kMinKeyframesApart) return {};
+  if (!index_ || static_cast<double>(map.landmarks.size()) > kGrowth * static_cast<double>(indexed_landmarks_)) {
+    index_.emplace(map);
+    indexed_landmarks_ = map.landmarks.size();
+  }
+  const OtherEnds others(map, current);
+  std::vector<KeyframeId> ids;
+  for (const Place& place : index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features), kPlaces))
+    if (others.Contains(place.keyframes.front()) && static_cast<int>(ids.size()) < kMaxCandidates) ids.push_back(place.keyframes.front());
+  return ids;
+}
+
+std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId current, Rng& rng) {
   if (!map.keyframes.Contains(current)) return std::nullopt;
-  for (const KeyframeId old : Candidates(map, current))
-    if (auto loop = Verify(map, current, old, rng)) return loop;
+  const std::vector<KeyframeId> near = NearInSpace(map, current);
+  for (const KeyframeId old : near)
+    if (auto loop = Verify(map, current, old, true, rng)) return loop;
+  for (const KeyframeId old : LookingAlike(map, current)) {
+    if (std::ranges::find(near, old) != near.end()) continue;
+    if (auto loop = Verify(map, current, old, false, rng)) return loop;
+  }
   return std::nullopt;
 }
 

@@ -33,7 +33,7 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
 void Mapper::CloseLoop(KeyframeId keyframe) {
   constexpr uint32_t kMinKeyframesBetween = 10;
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
-  const std::optional<LoopClosure> loop = DetectLoop(map_, keyframe, rng_);
+  const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
   if (!loop) return;
   Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}", loop->current.value, loop->old.value));
   CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_);
@@ -54,6 +54,7 @@ void Mapper::Reset() {
   map_ = std::move(empty);
   recent_landmarks_.clear();
   last_loop_ = {};
+  loop_detector_ = {};
 }
 
 std::shared_ptr<const Map> Mapper::Publish() {

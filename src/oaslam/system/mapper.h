@@ -6,6 +6,7 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/command.h"
+#include "oaslam/mapping/loop_closing.h"
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/util/rng.h"
@@ -45,6 +46,7 @@ class Mapper {
   Map map_;
   Rng rng_;
   std::vector<LandmarkId> recent_landmarks_;
+  LoopDetector loop_detector_;
   KeyframeId last_loop_;  // keyframe that closed the last loop
 };
 

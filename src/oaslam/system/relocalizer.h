@@ -7,7 +7,7 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
-#include "oaslam/relocalization/place_index.h"
+#include "oaslam/matching/place_index.h"
 #include "oaslam/relocalization/report.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/rng.h"

@@ -1,4 +1,4 @@
-#include "oaslam/relocalization/place_index.h"
+#include "oaslam/matching/place_index.h"
 
 #include <algorithm>
 #include <map>
