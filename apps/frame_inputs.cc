@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <opencv2/core/utility.hpp>
+
 #include "oaslam/io/camera_file.h"
 
 namespace oaslam::apps {
@@ -10,6 +12,8 @@ namespace oaslam::apps {
 FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
   detector_ = LoadDetector(sources.detector);
+  // Only a network gains from OpenCV's threads: to hand out the small images of a pyramid costs more than to scale them.
+  if (!detector_) cv::setNumThreads(1);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
   images_ = OpenImages(sources.images, range);

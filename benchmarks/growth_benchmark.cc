@@ -1,0 +1,87 @@
+// Whether the work of a frame grows with the map: a camera that walks along a wall, with maps of 50, 300 and 1000 keyframes.
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <memory>
+
+#include "oaslam/matching/place_index.h"
+#include "oaslam/tracking/pose_tracking.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kStep = 0.15;  // between keyframes; the wall is 3 away and 3.7 of it are in view
+
+Rigid3 PoseAt(double x) { return synthetic::LookAt({x, -3, 0}, {x, 0, 0}); }
+
+struct Corridor {
+  synthetic::World world;
+  synthetic::MappedWorld mapped;
+  Frame frame;
+  double here = 0;
+
+  explicit Corridor(int keyframes) {
+    Rng rng(1);
+    const double length = kStep * keyframes;
+    for (int i = 0; i < static_cast<int>((length + 4) * 120); ++i) {
+      world.points.emplace_back(rng.Uniform(-2, length + 2), rng.Uniform(-0.5, 0.5), rng.Uniform(-1.3, 1.3));
+      world.descriptors.push_back(synthetic::RandomDescriptor(rng));
+      world.max_distance.push_back(3 * std::pow(1.2, rng.Uniform(0, 4)));
+      world.angles_rad.push_back(0);
+    }
+    for (int k = 0; k < keyframes; ++k) world.cam_from_world.push_back(PoseAt(k * kStep));
+    mapped = synthetic::MakeMap(world, {});
+    here = kStep * (keyframes / 2 + 0.4);
+    frame.features = synthetic::MakeView(world, PoseAt(here), {}, rng).features;
+  }
+};
+
+const Corridor& CorridorOf(int64_t keyframes) {
+  static std::map<int64_t, std::unique_ptr<Corridor>> known;
+  auto& corridor = known[keyframes];
+  if (!corridor) corridor = std::make_unique<Corridor>(static_cast<int>(keyframes));
+  return *corridor;
+}
+
+void TrackAFrame(benchmark::State& state) {
+  const Corridor& c = CorridorOf(state.range(0));
+  const Keyframe& last = c.mapped.map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2)));
+  int inliers = 0;
+  for (auto _ : state) {
+    const TrackReport first = TrackFromLastFrame(c.frame, c.mapped.map, *last.features, last.landmarks, PoseAt(c.here + 0.01));
+    inliers = TrackLocalMap(c.frame, c.mapped.map, first, 30).inliers;
+  }
+  state.counters["landmarks"] = static_cast<double>(c.mapped.map.landmarks.size());
+  state.counters["inliers"] = inliers;
+}
+BENCHMARK(TrackAFrame)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+// What the mapper pays for a snapshot: the copy, and the pages that the next keyframe's edits take out of it.
+void PublishASnapshot(benchmark::State& state) {
+  Map map = CorridorOf(state.range(0)).mapped.map;
+  const std::vector<LandmarkId> edited = map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2))).landmarks;
+  for (auto _ : state) {
+    const auto snapshot = std::make_shared<const Map>(map);
+    for (const LandmarkId id : edited)
+      if (id.IsValid()) map.landmarks.MutableAt(id).visible += 1;
+    benchmark::DoNotOptimize(snapshot);
+  }
+}
+BENCHMARK(PublishASnapshot)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+void IndexThePlaces(benchmark::State& state) {
+  const Map& map = CorridorOf(state.range(0)).mapped.map;
+  for (auto _ : state) benchmark::DoNotOptimize(PlaceIndex(map).size());
+}
+BENCHMARK(IndexThePlaces)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond);
+
+void FindThePlace(benchmark::State& state) {
+  const Corridor& c = CorridorOf(state.range(0));
+  const PlaceIndex index(c.mapped.map);
+  for (auto _ : state) benchmark::DoNotOptimize(index.RankPlaces(c.mapped.map, index.Find(*c.frame.features), 5));
+}
+BENCHMARK(FindThePlace)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace oaslam

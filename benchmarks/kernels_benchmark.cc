@@ -1,0 +1,147 @@
+// The kernels of a frame, on a rendered texture of 640 x 480; OpenCV's own beside them where it has one.
+#include <benchmark/benchmark.h>
+
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/features/band_search.h"
+#include "oaslam/features/orb_extractor.h"
+#include "oaslam/features/orb_kernels.h"
+#include "oaslam/matching/descriptor_match.h"
+#include "oaslam/matching/projection_search.h"
+#include "oaslam/tracking/pose_tracking.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+const cv::Mat& Scene() {
+  static const cv::Mat scene = [] {
+    Rng rng(1);
+    cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
+    for (int i = 0; i < 600; ++i)
+      cv::rectangle(image, cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)), cv::Scalar(rng.Index(256)), -1);
+    cv::Mat noise(image.size(), CV_8UC1);
+    for (int y = 0; y < noise.rows; ++y)
+      for (int x = 0; x < noise.cols; ++x) noise.at<uint8_t>(y, x) = static_cast<uint8_t>(rng.Index(12));
+    cv::GaussianBlur(image + noise, image, {3, 3}, 0.8);
+    return image;
+  }();
+  return scene;
+}
+
+GreyImage View(const cv::Mat& image) {
+  return {image.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(image.step), image.cols, image.rows};
+}
+
+void Fast(benchmark::State& state) {
+  std::vector<uint8_t> scores;
+  for (auto _ : state) benchmark::DoNotOptimize(DetectFast(View(Scene()), 7, scores));
+  state.SetLabel(KernelTarget());
+}
+BENCHMARK(Fast);
+
+void FastOfOpenCv(benchmark::State& state) {
+  cv::setNumThreads(1);
+  std::vector<cv::KeyPoint> corners;
+  for (auto _ : state) cv::FAST(Scene(), corners, 7, true);
+}
+BENCHMARK(FastOfOpenCv);
+
+void Blur(benchmark::State& state) {
+  cv::Mat blurred(Scene().size(), CV_8UC1);
+  for (auto _ : state) BlurGaussian7(View(Scene()), blurred.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred.step));
+}
+BENCHMARK(Blur);
+
+void BlurOfOpenCv(benchmark::State& state) {
+  cv::setNumThreads(1);
+  cv::Mat blurred;
+  for (auto _ : state) cv::GaussianBlur(Scene(), blurred, {7, 7}, 2, 2, cv::BORDER_REFLECT_101);
+}
+BENCHMARK(BlurOfOpenCv);
+
+// Of one key point.
+void Orientation(benchmark::State& state) {
+  const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
+  for (auto _ : state) benchmark::DoNotOptimize(DirectionOf(PatchMoments(center, static_cast<std::ptrdiff_t>(Scene().step))));
+}
+BENCHMARK(Orientation);
+
+void Description(benchmark::State& state) {
+  const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
+  for (auto _ : state) benchmark::DoNotOptimize(Describe(center, static_cast<std::ptrdiff_t>(Scene().step), {800, 640}));
+}
+BENCHMARK(Description);
+
+void Extraction(benchmark::State& state) {
+  cv::setNumThreads(1);
+  OrbExtractor extractor({}, {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
+  for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(Scene(), 1000));
+}
+BENCHMARK(Extraction)->Unit(benchmark::kMicrosecond);
+
+void ExtractionOfOpenCv(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const auto orb = cv::ORB::create(1000, 1.2F, 8, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31, 20);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  for (auto _ : state) orb->detectAndCompute(Scene(), {}, keypoints, descriptors);
+}
+BENCHMARK(ExtractionOfOpenCv)->Unit(benchmark::kMicrosecond);
+
+// One descriptor against a thousand.
+void Hamming(benchmark::State& state) {
+  Rng rng(2);
+  std::vector<Descriptor> descriptors(1000);
+  for (Descriptor& d : descriptors) d = synthetic::RandomDescriptor(rng);
+  for (auto _ : state) {
+    int best = 256;
+    for (const Descriptor& d : descriptors) best = std::min(best, HammingDistance(descriptors[0], d) + 1);
+    benchmark::DoNotOptimize(best);
+  }
+}
+BENCHMARK(Hamming);
+
+// One epipolar line among a thousand points.
+void BandSearch(benchmark::State& state) {
+  Rng rng(3);
+  BandPoints points;
+  for (int i = 0; i < 1000; ++i) points.Add({static_cast<float>(rng.Uniform(0, 640)), static_cast<float>(rng.Uniform(0, 480))}, 4);
+  std::vector<int32_t> found;
+  for (auto _ : state) benchmark::DoNotOptimize(PointsNearLine(points, {0.6F, 0.8F, -400}, found));
+}
+BENCHMARK(BandSearch);
+
+struct Tracked {
+  synthetic::World world = synthetic::MakeWorld({});
+  synthetic::MappedWorld mapped = synthetic::MakeMap(world, {});
+  Frame frame;
+  Tracked() {
+    Rng rng(9);
+    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 3), {}, rng).features;
+  }
+};
+
+void FollowLastFrame(benchmark::State& state) {
+  const Tracked t;
+  const Keyframe& last = t.mapped.map.keyframes.At(KeyframeId(4));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(TrackFromLastFrame(t.frame, t.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5)));
+}
+BENCHMARK(FollowLastFrame)->Unit(benchmark::kMicrosecond);
+
+void PoseRefinement(benchmark::State& state) {
+  const Tracked t;
+  Rng rng(5);
+  std::vector<PointObservation> observations;
+  const Rigid3 truth = synthetic::PoseOnArc({}, 3);
+  for (size_t i = 0; i < 300; ++i)
+    observations.push_back({t.world.points[i], ProjectIdeal(t.world.camera, truth * t.world.points[i]) + Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(i % 10 ? 1 : 40)), 1});
+  for (auto _ : state) benchmark::DoNotOptimize(RefinePose(t.world.camera, synthetic::PoseOnArc({}, 2.8), observations));
+}
+BENCHMARK(PoseRefinement)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace oaslam
