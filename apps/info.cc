@@ -80,6 +80,7 @@ void PrintInfo(const std::string& path) {
   PrintPoints(saved.map);
   PrintTimes(saved);
   PrintObjects(saved);
+  fmt::print("unit         {}\n", saved.map.is_metric ? "metre" : "arbitrary");
   if (saved.map.up) fmt::print("up           {:.4f} {:.4f} {:.4f}\n", saved.map.up->x(), saved.map.up->y(), saved.map.up->z());
 }
 

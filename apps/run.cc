@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "common.h"
 #include "frame_inputs.h"
+#include "metric_scale.h"
 #include "run_results.h"
 
 namespace oaslam::apps {
@@ -17,6 +18,7 @@ namespace {
 struct RunOptions {
   CommonOptions common;
   DetectorSettings detector;
+  ScaleSettings scale;
   std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
 };
@@ -54,16 +56,40 @@ class LivePace {
   double last_ = 0;
 };
 
+std::vector<StampedPose> FinalTrajectory(const Slam& slam) {
+  std::vector<StampedPose> trajectory;
+  for (const Slam::TimedPose& pose : slam.Trajectory()) trajectory.push_back({pose.timestamp, pose.world_from_cam});
+  return trajectory;
+}
+
+// Returns why not; then all keep their unit, and are to be saved all the same.
+std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std::vector<StampedPose>& trajectory, RunResults& results) {
+  if (!scale.IsAskedFor()) return nullptr;
+  try {
+    const double factor = scale.MetresPerUnit(saved.map, trajectory);
+    saved.map.Scale(factor);
+    saved.map.is_metric = true;
+    for (FramePose& pose : saved.trajectory) pose.cam_from_reference.translation *= factor;
+    for (StampedPose& pose : trajectory) pose.world_from_cam.translation *= factor;
+    results.Scale(factor);
+    return nullptr;
+  } catch (const InputError&) {
+    return std::current_exception();
+  }
+}
+
 int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  const ClassNames names = NamesFor(options.common, inputs.detector());
+  const MetricScale scale(options.scale, names, groundtruth);
   EnsureOutputFolder(options.out);
 
   Slam slam(config, inputs.camera());
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  slam.SetClassNames(NamesFor(options.common, inputs.detector()));
+  slam.SetClassNames(names);
   RunResults results(options.out, config);
   InstallInterruptHandler();
   ProgressBar progress(inputs.size(), options.common.quiet);
@@ -89,8 +115,10 @@ int Run(const RunOptions& options) {
   progress.Finish();
   slam.Finish();
   slam.Shutdown();
-  const SavedMap saved = slam.Export();
-  const size_t tracked = results.Finish(saved, slam.Trajectory(), groundtruth, Seconds() - start_s, Interrupted());
+  SavedMap saved = slam.Export();
+  std::vector<StampedPose> trajectory = FinalTrajectory(slam);
+  if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
+  const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, Interrupted());
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);
@@ -116,6 +144,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  AddScaleOptions(*command, options->scale);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
   command->callback([options] {

@@ -72,9 +72,12 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   }
 }
 
-size_t RunResults::Finish(const SavedMap& saved, const std::vector<Slam::TimedPose>& poses, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
-  std::vector<StampedPose> trajectory;
-  for (const Slam::TimedPose& pose : poses) trajectory.push_back({pose.timestamp, pose.world_from_cam});
+void RunResults::Scale(double factor) {
+  for (auto& [index, r] : frames_)
+    if (r.world_from_cam) r.world_from_cam->translation *= factor;
+}
+
+size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
@@ -96,6 +99,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<Slam::TimedPo
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = CountMappedObjects(saved.map);
+  summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;
   summary["ms_median"] = Rounded(Percentile(ms, .5), .01);
   summary["ms_mean"] = ms.empty() ? 0 : Rounded(std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size()), .01);

@@ -16,9 +16,11 @@ class RunResults {
   RunResults(const std::string& folder, const SlamConfig& config);
 
   void Add(int source_index, const TrackingResult& result) { frames_.emplace_back(source_index, result); }
+  // Live poses in a new unit: one old unit is `factor` new ones.
+  void Scale(double factor);
   // `interrupted`: the run ended early; what there is gets written all the same.
   // Returns the number of frames with a final pose.
-  size_t Finish(const SavedMap& saved, const std::vector<Slam::TimedPose>& poses, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
+  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
 
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;

@@ -13,7 +13,7 @@ FILES = ["trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json
 FRAME_COLUMNS = ("frame,timestamp,state,keypoints,matched,inliers,detections,objects,"
                  "ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled").split(",")
 STATES = {"initializing", "tracking", "relocalized", "objects", "lost"}
-SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects loops ms_median ms_mean ms_p95 cpu_s wall_s "
+SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects unit loops ms_median ms_mean ms_p95 cpu_s wall_s "
                    "peak_rss_mb mean_iou ate".split())
 
 
@@ -105,6 +105,50 @@ class Sample(unittest.TestCase):
         self.assertEqual(outcome.code, 0, outcome)
         self.assertIn("ATE", outcome.out.upper())
         xml.etree.ElementTree.parse(plot)
+
+
+class MetricScale(unittest.TestCase):
+    def map_scale(self, *options, code=0, message=""):
+        """Metres of the sample's world per unit of the map that the options make; 1 if it is right."""
+        with tempfile.TemporaryDirectory(prefix="oaslam_scale_") as folder:
+            outcome = oaslam("run", *harness.clip("map_front"), "--out", folder, "--map-out", os.path.join(folder, "m.map"), *options)
+            self.assertEqual(outcome.code, code, outcome)
+            self.assertIn(message, outcome.err)
+            scales = []
+            for name in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt"):
+                matched = harness.pairs(harness.read_tum(os.path.join(folder, name)), harness.read_tum(harness.groundtruth("map_front")))
+                scales.append(harness.similarity(matched)[0])
+            for scale in scales:
+                self.assertAlmostEqual(scale / scales[0], 1, delta=0.02)
+            unit = "metre" if code == 0 else "arbitrary"
+            self.assertEqual(harness.read_json(os.path.join(folder, "summary.json"))["unit"], unit)
+            self.assertIn(unit, oaslam("info", os.path.join(folder, "m.map")).out)
+            return scales[0]
+
+    def test_from_an_object(self):
+        truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
+        height = sorted(2 * o["half_extents"][2] for o in truth if o["category"] == "teddy bear")[0]
+        self.assertAlmostEqual(self.map_scale("--scale-object", f"teddy bear={height}"), 1, delta=0.15)
+
+    def test_from_a_distance(self):
+        positions = {round(t, 3): p for t, p, _ in harness.read_tum(harness.groundtruth("map_front"))}
+        metres = math.dist(positions[3.0], positions[12.0])
+        self.assertAlmostEqual(self.map_scale("--scale-from", f"3.0:12.0={metres}"), 1, delta=0.02)
+
+    def test_from_ground_truth(self):
+        self.assertAlmostEqual(self.map_scale("--scale-from", "gt", "--groundtruth", harness.groundtruth("map_front")), 1, delta=0.01)
+
+    def test_without_such_an_object_results_are_saved_in_their_unit(self):
+        self.map_scale("--scale-object", "giraffe=4.5", code=1, message="no object of this class")
+
+    def test_bad_settings_are_refused_at_once(self):
+        for options, words in ((("--scale-object", "cupp=0.1"), '"cup"'), (("--scale-object", "cup"), "CLASS=HEIGHT_M"),
+                               (("--scale-object", "cup=tall"), "not a number"), (("--scale-object", "cup=0"), "0.001 to 10000"),
+                               (("--scale-from", "gt"), "--groundtruth"), (("--scale-from", "3=1"), "T1:T2=METRES")):
+            with tempfile.TemporaryDirectory(prefix="oaslam_scale_") as folder:
+                outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(folder, "out"), *options)
+                self.assertNotEqual(outcome.code, 0, options)
+                self.assertIn(words, outcome.err)
 
 
 class MapObjects(unittest.TestCase):

@@ -34,7 +34,8 @@ const char* NameOf(ObjectState state) {
 void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
   RowWriter meta(database, checksum, "meta", 2);
   meta.Write("map_version", static_cast<int64_t>(map.version));
-  meta.Write("next_landmark", map.next_landmark);
+  meta.Write("next_landmark", map.next_landmark);  // in the order of the keys, as they are read
+  if (map.is_metric) meta.Write("unit", "metre");
   if (map.up) {
     meta.Write("up_x", map.up->x());
     meta.Write("up_y", map.up->y());

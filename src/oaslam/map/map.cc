@@ -198,6 +198,26 @@ double Map::MedianDepth(KeyframeId id) const {
   return *middle;
 }
 
+void Map::Scale(double factor) {
+  OASLAM_CHECK(factor > 0);
+  for (const KeyframeId id : keyframes.Ids()) keyframes.MutableAt(id).cam_from_world.translation *= factor;
+  for (const KeyframeId id : retired.Ids()) retired.MutableAt(id).cam_from_parent.translation *= factor;
+  for (const LandmarkId id : landmarks.Ids()) {
+    Landmark& landmark = landmarks.MutableAt(id);
+    landmark.position *= factor;
+    landmark.min_distance *= static_cast<float>(factor);
+    landmark.max_distance *= static_cast<float>(factor);
+  }
+  for (const ObjectId id : objects.Ids()) {
+    Object& object = objects.MutableAt(id);
+    object.ellipsoid.center *= factor;
+    object.ellipsoid.half_axes *= factor;
+    object.covariance.topRows<3>() *= factor;
+    object.covariance.leftCols<3>() *= factor;
+    for (ObjectObservation& o : object.observations) o.cam_from_anchor.translation *= factor;
+  }
+}
+
 std::vector<std::string> Map::CheckInvariants() const {
   std::vector<std::string> problems;
   keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {

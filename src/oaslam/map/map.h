@@ -93,6 +93,7 @@ struct Map {
   std::optional<Eigen::Vector3d> up;         // world direction against gravity, once known
   uint64_t version = 0;                      // of the snapshot
   int loops_closed = 0;                      // since the map was made or loaded
+  bool is_metric = false;                    // the unit is the metre; else arbitrary
 
   uint32_t next_landmark = 0;
 
@@ -124,6 +125,9 @@ struct Map {
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
   // Median depth of the keyframe's landmarks; 0 without any.
   double MedianDepth(KeyframeId id) const;
+
+  // Multiplies all lengths: one old unit is `factor` new ones.
+  void Scale(double factor);
 
   // Every broken invariant of the tables, one line each; empty when consistent.
   std::vector<std::string> CheckInvariants() const;
