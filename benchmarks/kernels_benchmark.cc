@@ -1,6 +1,7 @@
 // The kernels of a frame, on a rendered texture of 640 x 480; OpenCV's own beside them where it has one.
 #include <benchmark/benchmark.h>
 
+#include <cstdlib>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -15,6 +16,11 @@
 
 namespace oaslam {
 namespace {
+
+// tools/bench counts instructions by runs of a known number of calls.
+void FixedCalls(benchmark::internal::Benchmark* benchmark) {
+  if (const char* calls = std::getenv("OASLAM_BENCH_CALLS")) benchmark->Iterations(std::atoi(calls));
+}
 
 const cv::Mat& Scene() {
   static const cv::Mat scene = [] {
@@ -40,47 +46,47 @@ void Fast(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(DetectFast(View(Scene()), 7, scores));
   state.SetLabel(KernelTarget());
 }
-BENCHMARK(Fast);
+BENCHMARK(Fast)->Apply(FixedCalls);
 
 void FastOfOpenCv(benchmark::State& state) {
   cv::setNumThreads(1);
   std::vector<cv::KeyPoint> corners;
   for (auto _ : state) cv::FAST(Scene(), corners, 7, true);
 }
-BENCHMARK(FastOfOpenCv);
+BENCHMARK(FastOfOpenCv)->Apply(FixedCalls);
 
 void Blur(benchmark::State& state) {
   cv::Mat blurred(Scene().size(), CV_8UC1);
   for (auto _ : state) BlurGaussian7(View(Scene()), blurred.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred.step));
 }
-BENCHMARK(Blur);
+BENCHMARK(Blur)->Apply(FixedCalls);
 
 void BlurOfOpenCv(benchmark::State& state) {
   cv::setNumThreads(1);
   cv::Mat blurred;
   for (auto _ : state) cv::GaussianBlur(Scene(), blurred, {7, 7}, 2, 2, cv::BORDER_REFLECT_101);
 }
-BENCHMARK(BlurOfOpenCv);
+BENCHMARK(BlurOfOpenCv)->Apply(FixedCalls);
 
 // Of one key point.
 void Orientation(benchmark::State& state) {
   const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
   for (auto _ : state) benchmark::DoNotOptimize(DirectionOf(PatchMoments(center, static_cast<std::ptrdiff_t>(Scene().step))));
 }
-BENCHMARK(Orientation);
+BENCHMARK(Orientation)->Apply(FixedCalls);
 
 void Description(benchmark::State& state) {
   const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
   for (auto _ : state) benchmark::DoNotOptimize(Describe(center, static_cast<std::ptrdiff_t>(Scene().step), {800, 640}));
 }
-BENCHMARK(Description);
+BENCHMARK(Description)->Apply(FixedCalls);
 
 void Extraction(benchmark::State& state) {
   cv::setNumThreads(1);
   OrbExtractor extractor({}, {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
   for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(Scene(), 1000));
 }
-BENCHMARK(Extraction)->Unit(benchmark::kMicrosecond);
+BENCHMARK(Extraction)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 
 void ExtractionOfOpenCv(benchmark::State& state) {
   cv::setNumThreads(1);
@@ -89,7 +95,7 @@ void ExtractionOfOpenCv(benchmark::State& state) {
   cv::Mat descriptors;
   for (auto _ : state) orb->detectAndCompute(Scene(), {}, keypoints, descriptors);
 }
-BENCHMARK(ExtractionOfOpenCv)->Unit(benchmark::kMicrosecond);
+BENCHMARK(ExtractionOfOpenCv)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 
 // One descriptor against a thousand.
 void Hamming(benchmark::State& state) {
@@ -102,7 +108,7 @@ void Hamming(benchmark::State& state) {
     benchmark::DoNotOptimize(best);
   }
 }
-BENCHMARK(Hamming);
+BENCHMARK(Hamming)->Apply(FixedCalls);
 
 // One epipolar line among a thousand points.
 void BandSearch(benchmark::State& state) {
@@ -112,7 +118,7 @@ void BandSearch(benchmark::State& state) {
   std::vector<int32_t> found;
   for (auto _ : state) benchmark::DoNotOptimize(PointsNearLine(points, {0.6F, 0.8F, -400}, found));
 }
-BENCHMARK(BandSearch);
+BENCHMARK(BandSearch)->Apply(FixedCalls);
 
 struct Tracked {
   synthetic::World world = synthetic::MakeWorld({});
@@ -130,7 +136,7 @@ void FollowLastFrame(benchmark::State& state) {
   for (auto _ : state)
     benchmark::DoNotOptimize(TrackFromLastFrame(t.frame, t.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5)));
 }
-BENCHMARK(FollowLastFrame)->Unit(benchmark::kMicrosecond);
+BENCHMARK(FollowLastFrame)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 
 void PoseRefinement(benchmark::State& state) {
   const Tracked t;
@@ -141,7 +147,7 @@ void PoseRefinement(benchmark::State& state) {
     observations.push_back({t.world.points[i], ProjectIdeal(t.world.camera, truth * t.world.points[i]) + Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(i % 10 ? 1 : 40)), 1});
   for (auto _ : state) benchmark::DoNotOptimize(RefinePose(t.world.camera, synthetic::PoseOnArc({}, 2.8), observations));
 }
-BENCHMARK(PoseRefinement)->Unit(benchmark::kMicrosecond);
+BENCHMARK(PoseRefinement)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 
 }  // namespace
 }  // namespace oaslam
