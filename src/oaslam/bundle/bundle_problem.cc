@@ -40,6 +40,7 @@ class BundleProblem {
     for (auto& pose : poses_) options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
+    options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // as fast, and on one thread: CHOLMOD brings OpenMP's
     options.function_tolerance = tolerance;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;

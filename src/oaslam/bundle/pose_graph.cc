@@ -29,6 +29,7 @@ Similarity FromBlock(const Block& b) {
 // The motion that is left over: measured * from * to^-1, which should be the identity.
 struct EdgeResidual {
   Similarity measured;
+  double depth;
 
   template <typename T>
   bool operator()(const T* from, const T* to, T* residual) const {
@@ -42,7 +43,7 @@ struct EdgeResidual {
     const Quaternion rotation = measured.rotation.cast<T>() * from_rotation * to_rotation.conjugate();
     const Vector here = measured_scale * (measured.rotation.cast<T>() * from_translation) + measured.translation.cast<T>();
     Eigen::Map<Eigen::Matrix<T, 7, 1>> r(residual);
-    r.template head<3>() = here - scale * (rotation * to_translation);
+    r.template head<3>() = (here - scale * (rotation * to_translation)) / T(depth);
     r.template segment<3>(3) = (rotation.w() < T(0) ? T(-2) : T(2)) * rotation.vec();
     r(6) = std::log(measured.scale) + from[7] - to[7];
     return true;
@@ -51,8 +52,8 @@ struct EdgeResidual {
 
 }  // namespace
 
-std::vector<Similarity> OptimizePoseGraph(const std::vector<Similarity>& nodes, const std::vector<PoseGraphEdge>& edges,
-                                          const std::vector<char>& fixed) {
+std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Similarity>& nodes, const std::vector<PoseGraphEdge>& edges,
+                                                         const std::vector<char>& fixed, double depth) {
   std::vector<Block> blocks;
   for (const Similarity& node : nodes) blocks.push_back(ToBlock(node));
   ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<4>> manifold;
@@ -64,10 +65,11 @@ std::vector<Similarity> OptimizePoseGraph(const std::vector<Similarity>& nodes, 
     if (fixed[i]) problem.SetParameterBlockConstant(blocks[i].data());
   }
   for (const PoseGraphEdge& edge : edges)
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(new EdgeResidual{edge.to_from_from}), nullptr,
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(new EdgeResidual{edge.to_from_from, depth}), nullptr,
                              blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // one thread; CHOLMOD brings OpenMP's
   options.max_num_iterations = 50;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
@@ -75,7 +77,7 @@ std::vector<Similarity> OptimizePoseGraph(const std::vector<Similarity>& nodes, 
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable()) {
     Log(LogLevel::kWarning, "pose graph: " + summary.message);
-    return nodes;
+    return std::nullopt;
   }
   std::vector<Similarity> moved;
   for (const Block& block : blocks) moved.push_back(FromBlock(block));

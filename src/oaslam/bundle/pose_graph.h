@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "oaslam/geometry/similarity.h"
@@ -13,9 +14,9 @@ struct PoseGraphEdge {
 };
 
 // Moves the nodes (cam_from_world, each with a scale of its own) so that the edges hold as well as they can together, which spreads the drift
-// around a loop over its cameras (Strasdat, Montiel and Davison 2010). Nodes marked in `fixed` stay. Returns the nodes moved; as they
-// were if the solver fails.
-std::vector<Similarity> OptimizePoseGraph(const std::vector<Similarity>& nodes, const std::vector<PoseGraphEdge>& edges,
-                                          const std::vector<char>& fixed);
+// around a loop over its cameras (Strasdat, Montiel and Davison 2010). Nodes marked in `fixed` stay. `depth`: about how far the scene is, in the
+// unit of the nodes: errors of position count relative to it. Nothing if the solver fails.
+std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Similarity>& nodes, const std::vector<PoseGraphEdge>& edges,
+                                                         const std::vector<char>& fixed, double depth);
 
 }  // namespace oaslam

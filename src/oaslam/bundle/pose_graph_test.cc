@@ -56,7 +56,7 @@ TEST(PoseGraph, AnEdgeAcrossTheLoopTakesBackTheDrift) {
   std::vector<char> fixed(kCount, 0);
   fixed.front() = fixed.back() = 1;
   ASSERT_GT(worst(drifted), 0.5);
-  const std::vector<Similarity> moved = OptimizePoseGraph(start, edges, fixed);
+  const std::vector<Similarity> moved = OptimizePoseGraph(start, edges, fixed, 2).value();
   EXPECT_LT(worst(moved), 0.2 * worst(drifted));
   EXPECT_LT((Center(moved.back()) - Center(truth.back())).norm(), 1e-12);
   for (const Similarity& node : moved) EXPECT_NEAR(node.scale, 1, 0.3);
@@ -67,7 +67,7 @@ TEST(PoseGraph, WhatHoldsAlreadyStays) {
   std::vector<PoseGraphEdge> edges;
   for (int i = 0; i < 10; ++i) nodes.push_back(OnCircle(0.1 * i));
   for (int i = 1; i < 10; ++i) edges.push_back({i - 1, i, nodes[i] * nodes[i - 1].Inverse()});
-  const std::vector<Similarity> moved = OptimizePoseGraph(nodes, edges, std::vector<char>(10, 0));
+  const std::vector<Similarity> moved = OptimizePoseGraph(nodes, edges, std::vector<char>(10, 0), 2).value();
   for (int i = 0; i < 10; ++i) EXPECT_LT((Center(moved[i]) - Center(nodes[i])).norm(), 1e-9);
 }
 

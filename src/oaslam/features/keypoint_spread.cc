@@ -45,7 +45,7 @@ std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv
   std::span<int> rest(indices);
   for (int r = 0; r < roots; ++r) {
     const float right = area.x + static_cast<float>(r + 1) * root_width;
-    const auto end = r + 1 == roots ? rest.end() : std::stable_partition(rest.begin(), rest.end(), [&](int i) { return corners[i].x < right; });
+    const auto end = r + 1 == roots ? rest.end() : std::stable_partition(rest.begin(), rest.end(), [&](int i) { return static_cast<float>(corners[i].x) < right; });
     const auto n = static_cast<size_t>(end - rest.begin());
     add({right - root_width, area.y, root_width, area.height}, rest.first(n), 0);
     rest = rest.subspan(n);
@@ -56,8 +56,8 @@ std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv
     const cv::Size2f half(cell.area.width / 2, cell.area.height / 2);
     const cv::Point2f middle(cell.area.x + half.width, cell.area.y + half.height);
     const auto begin = cell.corners.begin(), end = cell.corners.end();
-    const auto is_left = [&](int i) { return corners[i].x < middle.x; };
-    const auto y_mid = std::partition(begin, end, [&](int i) { return corners[i].y < middle.y; });
+    const auto is_left = [&](int i) { return static_cast<float>(corners[i].x) < middle.x; };
+    const auto y_mid = std::partition(begin, end, [&](int i) { return static_cast<float>(corners[i].y) < middle.y; });
     const auto x_top = std::partition(begin, y_mid, is_left);
     const auto x_bottom = std::partition(y_mid, end, is_left);
     add({cell.area.tl(), half}, {begin, x_top}, cell.depth + 1);

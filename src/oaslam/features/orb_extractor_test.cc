@@ -72,7 +72,7 @@ TEST(OrbExtractor, ABlackOrATinyImageHasNoFeatures) {
 TEST(SpreadKeypoints, TakesTheStrongestOfEachPlace) {
   std::vector<Corner> corners;
   for (int i = 0; i < 500; ++i)
-    corners.push_back({static_cast<int16_t>(10 + i % 25 / 2), static_cast<int16_t>(10 + i / 50), static_cast<uint8_t>(1 + i / 2)});
+    corners.push_back({10 + i % 25 / 2, 10 + i / 50, static_cast<uint8_t>(1 + i / 2)});
   corners.push_back({90, 90, 1});
   const auto chosen = SpreadKeypoints(corners, {0, 0, 100, 100}, 10);
   EXPECT_LE(chosen.size(), 13U);

@@ -86,7 +86,7 @@ void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int lef
     hn::StoreMaskBits(d, hn::Ne(hn::SaturatedSub(score, around), hn::Zero(d)), reinterpret_cast<uint8_t*>(&bits));
     for (bits = bits >> (next - x) << (next - x); bits; bits &= bits - 1) {
       const int i = x + std::countr_zero(bits);
-      corners.push_back({static_cast<int16_t>(left + i), static_cast<int16_t>(y), scores[i]});
+      corners.push_back({left + i, y, scores[i]});
     }
   }
 }
@@ -98,7 +98,7 @@ void BlurColumns(const uint8_t* const (&rows)[7], int width, uint16_t* sums) {
   const hn::CappedTag<uint16_t, 16> d;
   const hn::Rebind<uint8_t, decltype(d)> d8;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto load = [&](int row, int x) { return hn::PromoteTo(d, hn::LoadU(d8, rows[row] + x)); };
+  const auto load = [&](int row, int x) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(d8, rows[row] + x)); };
   for (int next = 0; next < width; next += lanes) {
     const int x = std::min(next, width - lanes);
     auto sum = hn::Mul(load(3, x), hn::Set(d, kWeights[0]));
@@ -291,7 +291,10 @@ const std::array<int, kPatchRadius + 1>& DiscHalfWidths() {
   return widths;
 }
 
-const char* KernelTarget() { return hwy::TargetName(hwy::SupportedTargets() & -hwy::SupportedTargets()); }
+const char* KernelTarget() {
+  const int64_t targets = hwy::SupportedTargets() & HWY_TARGETS;
+  return hwy::TargetName(targets & -targets);
+}
 
 }  // namespace oaslam
 

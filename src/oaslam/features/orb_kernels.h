@@ -18,7 +18,7 @@ constexpr int kPatchRadius = 15;     // of PatchMoments
 constexpr int kPatternReach = 19;    // of Describe: 13 * sqrt(2), rounded up
 
 struct Corner {
-  int16_t x = 0, y = 0;
+  int32_t x = 0, y = 0;
   uint8_t score = 0;
 };
 

@@ -70,7 +70,7 @@ std::vector<Corner> PlainFast(const cv::Mat& image, int threshold) {
       for (int v = -1; v <= 1; ++v)
         for (int u = -1; u <= 1; ++u)
           if (u || v) is_maximum = is_maximum && scores(y, x) > scores(y + v, x + u);
-      if (is_maximum) corners.push_back({static_cast<int16_t>(x), static_cast<int16_t>(y), static_cast<uint8_t>(scores(y, x))});
+      if (is_maximum) corners.push_back({x, y, static_cast<uint8_t>(scores(y, x))});
     }
   return corners;
 }

@@ -29,11 +29,12 @@ class LoopDetector {
   std::vector<KeyframeId> LookingAlike(const Map& map, KeyframeId current);
 
   std::optional<PlaceIndex> index_;
-  size_t indexed_landmarks_ = 0;
+  uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the index was made
 };
 
 // Spreads the correction over the keyframes around the loop by a pose graph of similarities (Strasdat et al. 2010); landmarks and objects move with
-// their keyframes. Then joins the landmarks of both ends and refines everything by bundle adjustment.
-void CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map);
+// their keyframes. Then joins the landmarks of both ends and refines everything by bundle adjustment. False, and the map as it was, if no
+// correction was found.
+bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map);
 
 }  // namespace oaslam

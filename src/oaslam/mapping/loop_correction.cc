@@ -44,25 +44,43 @@ struct NodeMotions {
   const Similarity& Of(KeyframeId id) const { return new_from_old[std::ranges::lower_bound(ids, id) - ids.begin()]; }
 };
 
+// The keyframe of the map that carries a keyframe which may be retired.
+std::optional<KeyframeId> Carrier(const Map& map, KeyframeId id) {
+  while (!map.keyframes.Contains(id)) {
+    const RetiredKeyframe* retired = map.retired.Find(id);
+    if (!retired) return std::nullopt;
+    id = retired->parent;
+  }
+  return id;
+}
+
+// What hangs on a keyframe takes its scale.
+void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
+  for (const KeyframeId id : map.retired.Ids())
+    if (const auto carrier = Carrier(map, id)) map.retired.MutableAt(id).cam_from_parent.translation *= motions.Of(*carrier).scale;
+  for (const ObjectId id : map.objects.Ids())
+    for (ObjectObservation& o : map.objects.MutableAt(id).observations)
+      if (const auto carrier = Carrier(map, o.anchor)) o.cam_from_anchor.translation *= motions.Of(*carrier).scale;
+}
+
 void MoveObjects(const NodeMotions& motions, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     Object& object = map.objects.MutableAt(id);
     if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
-    KeyframeId anchor = object.observations[object.observations.size() / 2].anchor;
-    while (!map.keyframes.Contains(anchor)) {
-      const RetiredKeyframe* retired = map.retired.Find(anchor);
-      if (!retired) break;
-      anchor = retired->parent;
-    }
-    if (!map.keyframes.Contains(anchor)) continue;
-    const Similarity& motion = motions.Of(anchor);
+    const auto carrier = Carrier(map, object.observations[object.observations.size() / 2].anchor);
+    if (!carrier) continue;
+    const Similarity& motion = motions.Of(*carrier);
     object.ellipsoid.center = motion * object.ellipsoid.center;
     object.ellipsoid.half_axes *= motion.scale;
     object.ellipsoid.rotation = (motion.rotation * object.ellipsoid.rotation).normalized();
+    const Eigen::Matrix3d turn = motion.scale * motion.rotation.toRotationMatrix();
+    object.covariance.topRows<3>() = turn * object.covariance.topRows<3>().eval();
+    object.covariance.leftCols<3>() = object.covariance.leftCols<3>().eval() * turn.transpose();
   }
 }
 
-void SpreadCorrection(const LoopClosure& loop, Map& map) {
+// False, and nothing is changed, if no correction was found.
+bool SpreadCorrection(const LoopClosure& loop, Map& map) {
   NodeMotions motions{map.keyframes.Ids(), {}};
   const auto index_of = [&](KeyframeId id) { return static_cast<size_t>(std::ranges::lower_bound(motions.ids, id) - motions.ids.begin()); };
   std::vector<Similarity> nodes;
@@ -72,24 +90,28 @@ void SpreadCorrection(const LoopClosure& loop, Map& map) {
   std::vector<char> fixed(nodes.size(), 0);
   fixed[0] = fixed[index_of(loop.old)] = fixed[index_of(loop.current)] = 1;
   start[index_of(loop.current)] = nodes[index_of(loop.current)] * loop.old_from_current.Inverse();
-  const std::vector<Similarity> moved = OptimizePoseGraph(start, edges, fixed);
+  const double depth = map.MedianDepth(loop.old);
+  const auto moved = OptimizePoseGraph(start, edges, fixed, depth > 0 ? depth : 1);
+  if (!moved) return false;
 
-  for (size_t i = 0; i < nodes.size(); ++i) motions.new_from_old.push_back(moved[i].Inverse() * nodes[i]);
+  for (size_t i = 0; i < nodes.size(); ++i) motions.new_from_old.push_back((*moved)[i].Inverse() * nodes[i]);
   for (const LandmarkId id : map.landmarks.Ids()) {
     Landmark& landmark = map.landmarks.MutableAt(id);
     landmark.position = motions.Of(landmark.observations.front().keyframe) * landmark.position;
   }
   MoveObjects(motions, map);
-  for (size_t i = 0; i < nodes.size(); ++i) map.keyframes.MutableAt(motions.ids[i]).cam_from_world = moved[i].AsPose();
+  ScaleRelativePoses(motions, map);
+  for (size_t i = 0; i < nodes.size(); ++i) map.keyframes.MutableAt(motions.ids[i]).cam_from_world = (*moved)[i].AsPose();
+  return true;
 }
 
 }  // namespace
 
-void CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map) {
+bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map) {
   std::vector<KeyframeId> ends = map.CovisibleKeyframes(loop.current, kNeighbours);
   ends.push_back(loop.current);
   const std::vector<LandmarkId> old = LandmarksAround(map, loop.old);
-  SpreadCorrection(loop, map);
+  if (!SpreadCorrection(loop, map)) return false;
 
   std::vector<FusionCandidate> seen;
   for (const auto& [keypoint, landmark] : loop.old_landmarks) seen.push_back({landmark, keypoint});
@@ -99,6 +121,7 @@ void CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map) {
   ApplyCorrection(GlobalBundleAdjustment(map, kIterations), map);
   for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
   for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, min_shared_landmarks);
+  return true;
 }
 
 }  // namespace oaslam

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/map/landmark_sets.h"
@@ -139,16 +140,15 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 }  // namespace
 
 std::vector<KeyframeId> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  constexpr double kGrowth = 1.2;  // landmarks of the index; the newest do not matter for a loop
-  constexpr int kPlaces = 10;
+  constexpr double kGrowth = 1.2;  // of the landmarks ever made; the newest do not matter for a loop
   if (map.keyframes.size() < 2 * kMinKeyframesApart) return {};
-  if (!index_ || static_cast<double>(map.landmarks.size()) > kGrowth * static_cast<double>(indexed_landmarks_)) {
+  if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {
     index_.emplace(map);
-    indexed_landmarks_ = map.landmarks.size();
+    indexed_up_to_ = map.next_landmark;
   }
   const OtherEnds others(map, current);
   std::vector<KeyframeId> ids;
-  for (const Place& place : index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features), kPlaces))
+  for (const Place& place : index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features), std::numeric_limits<int>::max()))
     if (others.Contains(place.keyframes.front()) && static_cast<int>(ids.size()) < kMaxCandidates) ids.push_back(place.keyframes.front());
   return ids;
 }

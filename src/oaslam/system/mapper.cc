@@ -35,8 +35,8 @@ void Mapper::CloseLoop(KeyframeId keyframe) {
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
   if (!loop) return;
+  if (!CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_)) return;
   Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}", loop->current.value, loop->old.value));
-  CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_);
   last_loop_ = keyframe;
   ++map_.loops_closed;
 }

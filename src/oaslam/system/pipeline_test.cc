@@ -129,6 +129,7 @@ TEST(Pipeline, LostWithARealMapItComesBackToIt) {
   EXPECT_EQ(run.states[103], TrackingState::kLost);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   EXPECT_GT(run.trajectory.size(), 135U);
+  EXPECT_LT(AbsoluteError(run), 0.01);
 }
 
 }  // namespace

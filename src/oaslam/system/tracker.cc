@@ -1,6 +1,7 @@
 #include "oaslam/system/tracker.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -46,16 +47,26 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
 }
 
 Tracker::Outcome Tracker::Lose(const Frame& frame) {
-  constexpr size_t kMaxMissed = 30;  // frames, with their features
-  missed_.push_back(frame);
-  if (missed_.size() > kMaxMissed) missed_.pop_front();
+  Miss(frame, false);
   return {};
+}
+
+void Tracker::Miss(const Frame& frame, bool has_pose) {
+  constexpr size_t kMaxMissed = 30;  // frames, with their features
+  if (backfill_) EndBackfill();      // lost again: the camera's return has not proved itself
+  missed_.push_back({frame, has_pose});
+  if (missed_.size() > kMaxMissed) missed_.pop_front();
 }
 
 Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
   Remember(frame, map, tracked, state);
   Outcome outcome = Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   ObserveObjects(frame, map, tracked, outcome);
+  constexpr int kBackfillPerFrame = 2;  // a share of each frame's time, not a pause
+  if (backfill_ && MinInliers(frame) == config_.tracking.min_inliers) {
+    backfill_->proven = true;
+    FillInMissed(map, kBackfillPerFrame);
+  }
   if (mapping_) outcome.command = MakeKeyframe(frame, map, tracked);
   else TakeRest();
   return outcome;
@@ -125,22 +136,31 @@ void Tracker::FillInBetween(const Map& map) {
   }
 }
 
-// Follows the camera back in time, from the frame that was found to those that were lost before it.
-void Tracker::FillInMissed(const Frame& found, const Map& map, const TrackReport& tracked) {
-  std::shared_ptr<const Features> features = found.features;
-  TrackReport after = tracked;
-  int index = found.index;
-  for (; !missed_.empty() && missed_.back().index == index - 1; missed_.pop_back(), --index) {
-    const Frame& frame = missed_.back();
-    TrackReport report = TrackFromLastFrame(frame, map, *features, after.landmarks, after.cam_from_world);
+// Follows the camera back in time, from where it was found to the frames that were lost before, at most `count` of them.
+void Tracker::FillInMissed(const Map& map, int count) {
+  for (; backfill_ && count > 0; --count) {
+    if (missed_.empty() || missed_.back().frame.index != backfill_->index - 1) return EndBackfill();
+    const Missed missed = std::move(missed_.back());
+    missed_.pop_back();
+    const Frame& frame = missed.frame;
+    TrackReport report = TrackFromLastFrame(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world);
     if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_inliers);
-    if (!report.success) break;
+    if (!report.success) return EndBackfill();
     const Rigid3 cam_from_reference = report.cam_from_world * map.keyframes.At(report.reference).cam_from_world.Inverse();
-    trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
-    features = frame.features;
-    after = std::move(report);
+    if (!missed.has_pose)
+      trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
+    backfill_ = Backfill{frame.features, std::move(report), frame.index, true};
   }
+}
+
+void Tracker::EndBackfill() {
+  backfill_.reset();
   missed_.clear();
+}
+
+void Tracker::SettleTrajectory(const Map& map) {
+  if (backfill_ && backfill_->proven) FillInMissed(map, static_cast<int>(missed_.size()) + 1);
+  trajectory_.Settle(map, std::numeric_limits<int>::max());
 }
 
 TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
@@ -175,7 +195,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   const TrackReport tracked = TrackLocalMap(frame, map, first, config_.tracking.min_relocalization_inliers, kWiderSearch);
   if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
-  FillInMissed(frame, map, tracked);
+  backfill_ = Backfill{frame.features, tracked, frame.index, false};
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 
@@ -192,6 +212,7 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
   if (!nearest.IsValid()) return {};
   const Rigid3 cam_from_reference = cam_from_world * map.keyframes.At(nearest).cam_from_world.Inverse();
   trajectory_.Add({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame, {});
+  Miss(frame, true);
   Outcome outcome = Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
   outcome.objects = objects;
   return outcome;
@@ -204,7 +225,7 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   last_.reset();
   uses_.clear();
   trajectory_.Clear();
-  missed_.clear();
+  EndBackfill();
   initializer_.Reset();
   sightings_.clear();
   object_tracks_.open.clear();

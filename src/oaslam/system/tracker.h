@@ -1,7 +1,7 @@
 #pragma once
 
 #include <deque>
-#include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -52,7 +52,7 @@ class Tracker {
   // Poses of all frames so far, relative to keyframes of the map or retired from it.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
   // Refines what is left to refine of the trajectory on the finished map.
-  void SettleTrajectory(const Map& map) { trajectory_.Settle(map, std::numeric_limits<int>::max()); }
+  void SettleTrajectory(const Map& map);
 
  private:
   enum class Phase { kInitializing, kTracking, kLost };
@@ -65,8 +65,10 @@ class Tracker {
   int MinInliers(const Frame& frame) const;
   TrackReport FollowMotion(const Frame& frame, const Map& map) const;
   void FillInBetween(const Map& map);
-  void FillInMissed(const Frame& found, const Map& map, const TrackReport& tracked);
   Outcome Lose(const Frame& frame);
+  void Miss(const Frame& frame, bool has_pose);
+  void FillInMissed(const Map& map, int count);
+  void EndBackfill();
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
   std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
   std::vector<LandmarkUse> TakeUses();
@@ -77,6 +79,18 @@ class Tracker {
     std::vector<LandmarkId> landmarks;
     KeyframeId reference;
     Rigid3 cam_from_reference;
+  };
+
+  struct Missed {
+    Frame frame;
+    bool has_pose = false;  // by objects
+  };
+  // Where the way back in time has come to.
+  struct Backfill {
+    std::shared_ptr<const Features> features;
+    TrackReport after;
+    int index = 0;
+    bool proven = false;  // the camera's return has proved itself
   };
 
   SlamConfig config_;
@@ -90,7 +104,8 @@ class Tracker {
   uint32_t next_keyframe_;
   std::optional<Last> last_;
   std::vector<Frame> between_;  // the two frames of the initial map
-  std::deque<Frame> missed_;    // the newest that were lost
+  std::deque<Missed> missed_;   // the newest frames without points to track
+  std::optional<Backfill> backfill_;  // since the camera was found
   std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
