@@ -141,7 +141,8 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 
 std::vector<KeyframeId> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
   constexpr double kGrowth = 1.2;  // of the landmarks ever made; the newest do not matter for a loop
-  if (map.keyframes.size() < 2 * kMinKeyframesApart) return {};
+  constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
+  if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
   if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {
     index_.emplace(map);
     indexed_up_to_ = map.next_landmark;
