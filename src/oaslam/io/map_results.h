@@ -22,7 +22,7 @@ struct MapPlot {
 };
 
 // Top view (along Map::up where known, else the keyframes' mean up): landmarks, trajectory and ground truth, object ellipses with class
-// names, a scale bar in map units, a legend.
+// names, a scale bar in the map's unit, a legend.
 void SaveMapSvg(const std::string& path, const MapPlot& plot);
 
 }  // namespace oaslam

@@ -239,7 +239,8 @@ void SaveMapSvg(const std::string& path, const MapPlot& plot) {
   DrawPoses(canvas, view, plot, axes);
   DrawObjects(canvas, view, objects, plot.names, colors);
   canvas.EndClip();
-  view.DrawScaleBar(canvas, step, plot.map->keyframes.empty() ? "" : step == 1 ? "map unit" : "map units");
+  const char* unit = plot.map->is_metric ? "m" : step == 1 ? "map unit" : "map units";
+  view.DrawScaleBar(canvas, step, plot.map->keyframes.empty() ? "" : unit);
   DrawLegend(canvas, {kWidth - kMargin - kLegendWidth, kTop}, plot, objects, colors);
   WriteTextFile(path, canvas.Finish());
 }
