@@ -41,13 +41,9 @@ int CountMappedObjects(const Map& map) {
   return count;
 }
 
-// The inverse of an alignment on a reference trajectory.
-std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference, const Alignment& reference_from_map) {
-  const Eigen::Quaterniond turn = reference_from_map.rotation.conjugate();
+std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference, const Alignment& map_from_reference) {
   std::vector<StampedPose> poses;
-  for (const StampedPose& pose : reference)
-    poses.push_back({pose.timestamp, {turn * pose.world_from_cam.rotation,
-                                      turn * (pose.world_from_cam.translation - reference_from_map.translation) / reference_from_map.scale}});
+  for (const StampedPose& pose : reference) poses.push_back({pose.timestamp, map_from_reference * pose.world_from_cam});
   return poses;
 }
 
@@ -113,7 +109,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
     const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
     if (report.success) {
       summary["ate"] = Rounded(report.position.rmse, 1e-5);
-      plot.groundtruth = ToMapFrame(groundtruth, report.reference_from_estimate);
+      plot.groundtruth = ToMapFrame(groundtruth, report.reference_from_estimate.Inverse());
     } else {
       spdlog::warn("ground truth: {}", report.why_not);
     }

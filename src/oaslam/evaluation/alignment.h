@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "oaslam/geometry/similarity.h"
 #include "oaslam/io/trajectory_file.h"
 
 namespace oaslam {
@@ -22,18 +23,13 @@ std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
 // One pose a time stamp, the last given.
 std::vector<StampedPose> WithoutDuplicates(const std::vector<StampedPose>& poses);
 
-// reference = scale * rotation * query + translation.
-struct Alignment {
-  double scale = 1;
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+// reference_from_query.
+using Alignment = Similarity;
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
-  // Of a camera's pose: position and orientation in the reference frame.
-  Rigid3 operator*(const Rigid3& world_from_cam) const {
-    return {rotation * world_from_cam.rotation, *this * world_from_cam.translation};
-  }
-};
+// Of a camera's pose: position and orientation in the reference frame.
+inline Rigid3 operator*(const Alignment& alignment, const Rigid3& world_from_cam) {
+  return {alignment.rotation * world_from_cam.rotation, alignment * world_from_cam.translation};
+}
 
 enum class AlignMode { kSim3, kSe3, kNone };
 

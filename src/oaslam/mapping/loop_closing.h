@@ -26,7 +26,7 @@ class LoopDetector {
   std::optional<LoopClosure> Detect(const Map& map, KeyframeId current, Rng& rng);
 
  private:
-  std::vector<KeyframeId> LookingAlike(const Map& map, KeyframeId current);
+  std::vector<Place> LookingAlike(const Map& map, KeyframeId current);  // best first; may hold places around `current`
 
   std::optional<PlaceIndex> index_;
   uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the index was made

@@ -39,8 +39,7 @@ class OtherEnds {
 };
 
 // Nearest first.
-std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current) {
-  const OtherEnds others(map, current);
+std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current, const OtherEnds& others) {
   const Keyframe& here = map.keyframes.At(current);
   const double reach = kMaxDistanceToDepth * map.MedianDepth(current);
   const Eigen::Vector3d center = here.cam_from_world.OriginInSource(), axis = OpticalAxis(here);
@@ -139,7 +138,7 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 
 }  // namespace
 
-std::vector<KeyframeId> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
+std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
   constexpr double kGrowth = 1.2;  // of the landmarks ever made; the newest do not matter for a loop
   constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
@@ -147,19 +146,20 @@ std::vector<KeyframeId> LoopDetector::LookingAlike(const Map& map, KeyframeId cu
     index_.emplace(map);
     indexed_up_to_ = map.next_landmark;
   }
-  const OtherEnds others(map, current);
-  std::vector<KeyframeId> ids;
-  for (const Place& place : index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features), std::numeric_limits<int>::max()))
-    if (others.Contains(place.keyframes.front()) && static_cast<int>(ids.size()) < kMaxCandidates) ids.push_back(place.keyframes.front());
-  return ids;
+  return index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features), std::numeric_limits<int>::max());
 }
 
 std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId current, Rng& rng) {
   if (!map.keyframes.Contains(current)) return std::nullopt;
-  const std::vector<KeyframeId> near = NearInSpace(map, current);
+  const OtherEnds others(map, current);
+  const std::vector<KeyframeId> near = NearInSpace(map, current, others);
   for (const KeyframeId old : near)
     if (auto loop = Verify(map, current, old, true, rng)) return loop;
-  for (const KeyframeId old : LookingAlike(map, current)) {
+  int tried = 0;
+  for (const Place& place : LookingAlike(map, current)) {
+    const KeyframeId old = place.keyframes.front();
+    if (!others.Contains(old)) continue;
+    if (++tried > kMaxCandidates) break;
     if (std::ranges::find(near, old) != near.end()) continue;
     if (auto loop = Verify(map, current, old, false, rng)) return loop;
   }

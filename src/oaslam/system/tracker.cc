@@ -12,6 +12,18 @@
 namespace oaslam {
 namespace {
 
+// Of a pose, relative to a keyframe of the map.
+Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
+  return cam_from_world * map.keyframes.At(reference).cam_from_world.Inverse();
+}
+
+// From a neighbour in time to the local map.
+TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features, const std::vector<LandmarkId>& landmarks,
+                               const Rigid3& cam_from_world, int min_inliers) {
+  const TrackReport report = TrackFromLastFrame(frame, map, features, landmarks, cam_from_world);
+  return report.success ? TrackLocalMap(frame, map, report, min_inliers) : TrackReport{};
+}
+
 constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
 
 Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
@@ -125,11 +137,10 @@ void Tracker::FillInBetween(const Map& map) {
   std::vector<LandmarkId> landmarks = keyframe.landmarks;
   Rigid3 pose = keyframe.cam_from_world;
   for (const Frame& frame : std::exchange(between_, {})) {
-    TrackReport report = TrackFromLastFrame(frame, map, *features, landmarks, pose);
-    if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_inliers);
+    const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, config_.tracking.min_inliers);
     if (!report.success) continue;
-    trajectory_.Add({frame.index, frame.timestamp, first, report.cam_from_world * keyframe.cam_from_world.Inverse(), TrackingState::kTracking},
-                    frame, report.landmarks);
+    trajectory_.Add({frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking}, frame,
+                    report.landmarks);
     features = frame.features;
     landmarks = report.landmarks;
     pose = report.cam_from_world;
@@ -143,10 +154,10 @@ void Tracker::FillInMissed(const Map& map, int count) {
     const Missed missed = std::move(missed_.back());
     missed_.pop_back();
     const Frame& frame = missed.frame;
-    TrackReport report = TrackFromLastFrame(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world);
-    if (report.success) report = TrackLocalMap(frame, map, report, config_.tracking.min_inliers);
+    TrackReport report = TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world,
+                                            config_.tracking.min_inliers);
     if (!report.success) return EndBackfill();
-    const Rigid3 cam_from_reference = report.cam_from_world * map.keyframes.At(report.reference).cam_from_world.Inverse();
+    const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
     if (!missed.has_pose)
       trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
     backfill_ = Backfill{frame.features, std::move(report), frame.index, true};
@@ -210,7 +221,7 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
     least = distance;
   });
   if (!nearest.IsValid()) return {};
-  const Rigid3 cam_from_reference = cam_from_world * map.keyframes.At(nearest).cam_from_world.Inverse();
+  const Rigid3 cam_from_reference = RelativeTo(map, nearest, cam_from_world);
   trajectory_.Add({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame, {});
   Miss(frame, true);
   Outcome outcome = Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
@@ -238,7 +249,7 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
 }
 
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
-  const Rigid3 cam_from_reference = tracked.cam_from_world * map.keyframes.At(tracked.reference).cam_from_world.Inverse();
+  const Rigid3 cam_from_reference = RelativeTo(map, tracked.reference, tracked.cam_from_world);
   velocity_.reset();
   if (last_ && frame.index == last_->frame.index + 1)
     if (const auto reference = map.ResolvePose(last_->reference))

@@ -19,7 +19,6 @@ class Trajectory {
   void Settle(const Map& map, int frame_index);
   void Clear();
 
-  bool empty() const { return poses_.empty(); }
   const std::vector<FramePose>& poses() const { return poses_; }
 
  private:
