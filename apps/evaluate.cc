@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 
 struct EvaluateOptions {
   CommonOptions common;
-  std::string estimate, groundtruth, align = "sim3", plot;
-  std::vector<std::string> poses, errors;
+  std::string estimate, groundtruth, align = "sim3", plot, plot_errors;
+  std::vector<std::string> poses, errors, compare;
   std::string map_trajectory, map_groundtruth, frames;
   std::string objects, truth;
 };
@@ -40,6 +40,27 @@ void PrintRow(const char* name, const ErrorStatistics& s, const char* unit) {
   fmt::print("{:<26} {:>10.5f} {:>10.5f} {:>10.5f} {:>10.5f} {:>7}  {}\n", name, s.rmse, s.mean, s.median, s.max, s.count, unit);
 }
 
+// results/foo/trajectory.txt is foo.
+std::string CurveName(const std::string& path) {
+  const fs::path file = fs::absolute(path);
+  const bool is_ours = file.filename() == "poses.txt" || file.filename() == "trajectory.txt";
+  return is_ours ? file.parent_path().filename().string() : file.stem().string();
+}
+
+void PlotErrors(const EvaluateOptions& o, const std::vector<StampedPose>& groundtruth, const TrajectoryReport& first) {
+  std::vector<TimeCurve> curves;
+  const auto add = [&](const std::string& path, const TrajectoryReport& report) {
+    curves.push_back({fmt::format("{}: ATE {:.2f} cm", CurveName(path), 100 * report.position.rmse), report.position_errors});
+  };
+  add(o.estimate, first);
+  for (const std::string& path : o.compare) {
+    const TrajectoryReport report = EvaluateTrajectory(groundtruth, LoadTrajectory(path), ParseAlign(o.align));
+    if (!report.success) throw InputError(fmt::format("{}: {}", path, report.why_not));
+    add(path, report);
+  }
+  SaveErrorPlot(o.plot_errors, curves, "Position error over time");
+}
+
 void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   const auto estimate = LoadTrajectory(o.estimate), groundtruth = LoadTrajectory(o.groundtruth);
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
@@ -54,6 +75,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
     PrintRow(interval == 0 ? "RPE rotation, a frame" : "RPE rotation, a second", relative.rotation_deg, "deg");
   }
   fmt::print("poses {} of {} with ground truth, align {}, scale {:.6f}\n", report.pairs, estimate.size(), o.align, scale);
+  if (!o.plot_errors.empty()) PlotErrors(o, groundtruth, report);
   if (o.plot.empty()) return;
   auto aligned = estimate;
   for (StampedPose& pose : aligned) pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
@@ -96,11 +118,6 @@ void PrintRelocalization(const RelocalizationErrors& errors) {
   fmt::print("\n");
   row("recall", figures.recall);
   row("precision", figures.precision);
-}
-
-std::string CurveName(const std::string& path) {
-  const fs::path file = fs::absolute(path);
-  return file.filename() == "poses.txt" ? file.parent_path().filename().string() : file.stem().string();
 }
 
 void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
@@ -147,6 +164,8 @@ void AddEvaluateCommand(CLI::App& app) {
   trajectory->add_option("estimate", o.estimate, "Trajectory")->required();
   trajectory->add_option("groundtruth", o.groundtruth, "Ground truth")->required();
   trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
+  auto* plot_errors = trajectory->add_option("--plot-errors", o.plot_errors, "Draw the error of each position over time into this SVG");
+  trajectory->add_option("--compare", o.compare, "Another trajectory for --plot-errors; may be repeated")->expected(1)->take_all()->needs(plot_errors);
   trajectory->callback([options] { EvaluateTrajectoryCommand(*options); });
 
   CLI::App* relocalization = evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");

@@ -35,11 +35,13 @@ struct MappingConfig {
   int min_shared_landmarks = 15;     // an edge of the covisibility graph
   double min_parallax_cos = 0.9998;  // rays closer than this are not triangulated
   double keyframe_redundancy = 0.9;  // share of landmarks seen by 3 others at the same scale: redundant
+  std::string loop_closing = "on";   // on | off
 };
 
 struct BundleConfig {
   int local_iterations = 10;
   int max_local_keyframes = 25;      // free keyframes of a local bundle adjustment
+  std::string objects = "none";      // "poses": detections of mapped objects pull at keyframes; "full": and at the ellipsoids
 };
 
 struct ObjectsConfig {
@@ -108,8 +110,10 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("mapping.min_shared_landmarks", c.mapping.min_shared_landmarks, 1, 1000);
   visit("mapping.min_parallax_cos", c.mapping.min_parallax_cos, 0.5, 0.999999);
   visit("mapping.keyframe_redundancy", c.mapping.keyframe_redundancy, 0.5, 1.0);
+  visit("mapping.loop_closing", c.mapping.loop_closing, Words{"on", "off"});
   visit("bundle.local_iterations", c.bundle.local_iterations, 1, 1000);
   visit("bundle.max_local_keyframes", c.bundle.max_local_keyframes, 2, 1000);
+  visit("bundle.objects", c.bundle.objects, Words{"none", "poses", "full"});
   visit("objects.model", c.objects.model, Words{"robust", "paper"});
   visit("objects.min_score", c.objects.min_score, 0.0, 1.0);
   visit("objects.min_iou_box", c.objects.min_iou_box, 0.0, 1.0);

@@ -36,6 +36,18 @@ std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<Lan
   return strongest;
 }
 
+void SelectObjects(const Map& map, const std::string& how, BundleSelection& selection) {
+  selection.free_objects = how == "full";
+  if (how == "none") return;
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    const auto is_free = [&](const ObjectObservation& o) {
+      const auto carried = map.ResolveKeyframe(o.anchor);
+      return carried && std::ranges::binary_search(selection.free_keyframes, carried->by);
+    };
+    if (object.state == ObjectState::kMapped && std::ranges::any_of(object.observations, is_free)) selection.objects.push_back(id);
+  });
+}
+
 KeyframeId FirstKeyframe(const Map& map) {
   KeyframeId first;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) {
@@ -58,17 +70,19 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const 
   if (hold_oldest) selection.fixed_keyframes.push_back(window.front());
   std::ranges::sort(selection.fixed_keyframes);
   selection.free_keyframes.assign(window.begin() + (hold_oldest ? 1 : 0), window.end());
+  SelectObjects(map, config.objects, selection);
   return SolveBundle(map, selection, {config.local_iterations, kLocalTolerance});
 }
 
-BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations) {
+BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const BundleConfig& config, const std::stop_token& stop) {
   BundleSelection selection;
   selection.free_keyframes = map.keyframes.Ids();
   if (selection.free_keyframes.empty()) return {};
   selection.fixed_keyframes = {selection.free_keyframes.front()};
   selection.free_keyframes.erase(selection.free_keyframes.begin());
   selection.landmarks = map.landmarks.Ids();
-  return SolveBundle(map, selection, {iterations, kGlobalTolerance});
+  SelectObjects(map, config.objects, selection);
+  return SolveBundle(map, selection, {iterations, kGlobalTolerance, stop});
 }
 
 void ApplyCorrection(const BundleCorrection& correction, Map& map) {
@@ -76,9 +90,35 @@ void ApplyCorrection(const BundleCorrection& correction, Map& map) {
     if (Keyframe* keyframe = map.keyframes.Mutable(id)) keyframe->cam_from_world = pose;
   for (const auto& [id, point] : correction.points)
     if (Landmark* landmark = map.landmarks.Mutable(id)) landmark->position = point;
+  for (const auto& [id, ellipsoid] : correction.objects)
+    if (Object* object = map.objects.Mutable(id)) object->ellipsoid = ellipsoid;
   for (const auto& [landmark, keyframe] : correction.outliers) map.EraseObservation(landmark, keyframe);
   for (const auto& [id, point] : correction.points)
     if (map.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);
+}
+
+void ApplyLateCorrection(const BundleCorrection& correction, const Map& corrected, Map& map) {
+  std::map<KeyframeId, Rigid3> motions;  // new_world_from_old_world
+  for (const auto& [id, pose] : correction.poses)
+    if (const Keyframe* keyframe = map.keyframes.Find(id)) motions[id] = pose.Inverse() * keyframe->cam_from_world;
+  if (!corrected.keyframes.empty()) motions.try_emplace(FirstKeyframe(corrected));
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    if (corrected.keyframes.Contains(id)) continue;
+    Keyframe& late = map.keyframes.MutableAt(id);
+    const auto neighbour = std::ranges::find_if(late.covisible, [&](const Covisible& c) { return motions.contains(c.keyframe); });
+    if (neighbour == late.covisible.end()) continue;
+    const Rigid3 motion = motions.at(neighbour->keyframe);
+    motions[id] = motion;
+    late.cam_from_world = late.cam_from_world * motion.Inverse();
+  }
+  for (const LandmarkId id : map.landmarks.Ids()) {
+    if (corrected.landmarks.Contains(id)) continue;
+    Landmark& late = map.landmarks.MutableAt(id);
+    const auto by = std::ranges::find_if(late.observations, [&](const Observation& o) { return motions.contains(o.keyframe); });
+    if (by != late.observations.end()) late.position = motions.at(by->keyframe) * late.position;
+  }
+  ApplyCorrection(correction, map);
+  for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
 }
 
 }  // namespace oaslam

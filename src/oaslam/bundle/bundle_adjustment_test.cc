@@ -3,6 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <stop_token>
+#include <string>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/ellipsoid.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -36,7 +42,7 @@ TEST(BundleAdjustment, GlobalRecoversADisturbedWorld) {
   options.view.noise_px = 0.3;
   auto [map, landmarks] = synthetic::MakeMap(world, options);
   const Errors before = ErrorsOf(map, world, landmarks);
-  const BundleCorrection correction = GlobalBundleAdjustment(map, 20);
+  const BundleCorrection correction = GlobalBundleAdjustment(map, 20, BundleConfig{});
   ASSERT_TRUE(correction.success);
   EXPECT_LT(correction.final_cost, 0.01 * correction.initial_cost);
   EXPECT_EQ(correction.poses.size(), 5U);  // the first stays
@@ -101,19 +107,121 @@ TEST(BundleAdjustment, TheSameMapGivesTheSameBits) {
 TEST(BundleAdjustment, ASingleKeyframeHasNothingToOptimise) {
   const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 50, .cameras = 1});
   const Map map = synthetic::MakeMap(world, MapOptions{}).map;
-  EXPECT_FALSE(GlobalBundleAdjustment(map, 10).success);
+  EXPECT_FALSE(GlobalBundleAdjustment(map, 10, BundleConfig{}).success);
   EXPECT_FALSE(LocalBundleAdjustment(map, KeyframeId(0), BundleConfig{}).success);
-  EXPECT_FALSE(GlobalBundleAdjustment(Map(), 10).success);
+  EXPECT_FALSE(GlobalBundleAdjustment(Map(), 10, BundleConfig{}).success);
 }
 
 TEST(BundleAdjustment, ACorrectionSkipsWhatIsGone) {
   const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 200, .cameras = 5});
   Map map = synthetic::MakeMap(world, MapOptions{.position_noise = 0.02}).map;
-  const BundleCorrection correction = GlobalBundleAdjustment(map, 4);
+  const BundleCorrection correction = GlobalBundleAdjustment(map, 4, BundleConfig{});
   map.RetireKeyframe(KeyframeId(2));
   map.EraseLandmark(correction.points.front().first);
   ApplyCorrection(correction, map);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+}
+
+// Adds mapped objects in the middle of the world, each seen exactly by every camera.
+void AddObjects(const synthetic::World& world, Map& map) {
+  for (uint32_t i = 0; i < 6; ++i) {
+    Object object;
+    object.state = ObjectState::kMapped;
+    object.ellipsoid.center = {-1.0 + 0.4 * i, 0.3 * (i % 3), 0.1 * (i % 2)};
+    object.ellipsoid.half_axes = {0.15, 0.15, 0.2};
+    for (uint32_t k = 0; k < world.cam_from_world.size(); ++k)
+      object.observations.push_back({static_cast<int>(10 * k), KeyframeId(k), {}, 0, *ProjectToBox(object.ellipsoid, world.cam_from_world[k], world.camera), 1, 0});
+    map.objects.Insert(ObjectId(i), std::move(object));
+  }
+}
+
+double CenterError(const Map& map, const Map& truth) {
+  double sum = 0;
+  truth.objects.ForEach([&](ObjectId id, const Object& object) { sum += (map.objects.At(id).ellipsoid.center - object.ellipsoid.center).squaredNorm(); });
+  return std::sqrt(sum / static_cast<double>(truth.objects.size()));
+}
+
+// All but the objects grows around the first camera: points cannot see that.
+void ScaleAroundFirst(double factor, Map& map) {
+  const Eigen::Vector3d center = map.keyframes.At(KeyframeId(0)).cam_from_world.OriginInSource();
+  const auto scaled = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return center + factor * (x - center); };
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
+    pose.translation = -(pose.rotation * scaled(pose.OriginInSource()));
+  }
+  for (const LandmarkId id : map.landmarks.Ids()) map.landmarks.MutableAt(id).position = scaled(map.landmarks.At(id).position);
+}
+
+TEST(BundleAdjustment, BoxesOfKnownEllipsoidsSetTheScale) {
+  const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 40, .cameras = 6});
+  MapOptions options;
+  options.view.noise_px = 0.3;
+  auto [map, landmarks] = synthetic::MakeMap(world, options);
+  AddObjects(world, map);
+  ScaleAroundFirst(1.1, map);
+  const auto error_with = [&, &known = landmarks](const std::string& how) {
+    Map adjusted = map;
+    const BundleCorrection correction = GlobalBundleAdjustment(map, 20, BundleConfig{.objects = how});
+    EXPECT_TRUE(correction.success);
+    EXPECT_EQ(correction.objects.size(), how == "full" ? 6U : 0U);
+    ApplyCorrection(correction, adjusted);
+    return ErrorsOf(adjusted, world, known).centers;
+  };
+  const double before = ErrorsOf(map, world, landmarks).centers;
+  EXPECT_GT(error_with("none"), 0.9 * before);
+  EXPECT_LT(error_with("poses"), 0.1 * before);
+  EXPECT_GT(error_with("full"), 0.5 * before);  // the ellipsoids follow instead
+}
+
+TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
+  const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 6});
+  Map truth = synthetic::MakeMap(world, MapOptions{}).map;
+  AddObjects(world, truth);
+  Map map = truth;
+  for (const ObjectId id : map.objects.Ids()) {
+    Ellipsoid& e = map.objects.MutableAt(id).ellipsoid;
+    e.center += Eigen::Vector3d(0.1, -0.08, 0.06);
+    e.half_axes *= 1.4;
+  }
+  const double before = CenterError(map, truth);
+  ApplyCorrection(LocalBundleAdjustment(map, KeyframeId(5), BundleConfig{.max_local_keyframes = 3, .objects = "full"}), map);
+  EXPECT_LT(CenterError(map, truth), 0.15 * before);
+  EXPECT_NEAR(map.objects.At(ObjectId(0)).ellipsoid.half_axes.maxCoeff(), 0.2, 0.03);
+}
+
+TEST(BundleAdjustment, ALateCorrectionTakesNewcomersAlong) {
+  const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 6});
+  const Map truth = synthetic::MakeMap(world, MapOptions{}).map;
+  // All but the first keyframe and their landmarks are displaced, and the last keyframe was not there yet.
+  Map now = truth;
+  const Rigid3 displaced(Eigen::Quaterniond::Identity(), {0.1, 0, 0});
+  for (uint32_t k = 1; k < 6; ++k) {
+    Keyframe& keyframe = now.keyframes.MutableAt(KeyframeId(k));
+    keyframe.cam_from_world = keyframe.cam_from_world * displaced.Inverse();
+  }
+  const LandmarkId newcomer = now.AddLandmark(Eigen::Vector3d(0.3, 0.2, 0.1) + displaced.translation, KeyframeId(4));
+  for (const uint32_t k : {4U, 5U}) {
+    const auto& taken = now.keyframes.At(KeyframeId(k)).landmarks;
+    const auto free = std::ranges::find_if(taken, [](LandmarkId id) { return !id.IsValid(); });
+    ASSERT_TRUE(now.AddObservation(newcomer, KeyframeId(k), static_cast<uint32_t>(free - taken.begin())));
+  }
+  Map corrected = truth;
+  corrected.keyframes.Erase(KeyframeId(5));
+  BundleCorrection correction;
+  correction.success = true;
+  for (uint32_t k = 1; k < 5; ++k) correction.poses.emplace_back(KeyframeId(k), truth.keyframes.At(KeyframeId(k)).cam_from_world);
+  ApplyLateCorrection(correction, corrected, now);
+  EXPECT_LT((now.keyframes.At(KeyframeId(5)).cam_from_world.translation - truth.keyframes.At(KeyframeId(5)).cam_from_world.translation).norm(), 1e-9);
+  EXPECT_LT((now.landmarks.At(newcomer).position - Eigen::Vector3d(0.3, 0.2, 0.1)).norm(), 1e-9);
+  EXPECT_THAT(now.CheckInvariants(), testing::IsEmpty());
+}
+
+TEST(BundleAdjustment, AskedToStopItGivesUp) {
+  const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 6});
+  const Map map = synthetic::MakeMap(world, MapOptions{.position_noise = 0.05}).map;
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(GlobalBundleAdjustment(map, 20, BundleConfig{}, stop.get_token()).success);
 }
 
 }  // namespace

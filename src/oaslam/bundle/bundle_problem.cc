@@ -10,13 +10,26 @@
 #include <limits>
 #include <memory>
 
+#include "oaslam/bundle/box_cost.h"
 #include "oaslam/bundle/reprojection_cost.h"
+#include "oaslam/estimation/ellipsoid_fit.h"
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
+
+class StopCallback final : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(std::stop_token stop) : stop_(std::move(stop)) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return stop_.stop_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  std::stop_token stop_;
+};
 
 // The parameters and residuals of one adjustment. Blocks of a kind are contiguous and ascend with their ids: Ceres orders blocks of an
 // elimination group by address, so this makes its result a function of the map alone.
@@ -27,25 +40,30 @@ class BundleProblem {
     for (const KeyframeId id : selection.free_keyframes) poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
     CollectObservations();
     Build();
+    AddObjects();
   }
 
   int observation_count() const { return static_cast<int>(observations_.size()); }
 
   // Returns false if the solver found no usable solution; then nothing is changed.
-  bool Solve(int max_iterations, double tolerance) {
+  bool Solve(int max_iterations, const BundleEffort& effort) {
     ceres::Solver::Options options;
     options.linear_solver_type = poses_.size() <= 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (auto& point : points_) options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
     for (auto& pose : poses_) options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
+    for (auto& shape : shapes_) options.linear_solver_ordering->AddElementToGroup(shape.data(), 2);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
     options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // as fast, and on one thread: CHOLMOD brings OpenMP's
-    options.function_tolerance = tolerance;
+    options.function_tolerance = effort.tolerance;
+    StopCallback stop(effort.stop);
+    options.callbacks.push_back(&stop);
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);
     iterations_ += static_cast<int>(summary.iterations.size());
+    if (summary.termination_type == ceres::USER_FAILURE) return false;
     if (!summary.IsSolutionUsable()) Log(LogLevel::kWarning, "bundle adjustment: " + summary.message);
     return summary.IsSolutionUsable();
   }
@@ -80,6 +98,7 @@ class BundleProblem {
     correction.iterations = iterations_;
     for (size_t i = 0; i < poses_.size(); ++i) correction.poses.emplace_back(selection_.free_keyframes[i], FromBlock(poses_[i]));
     for (size_t i = 0; i < points_.size(); ++i) correction.points.emplace_back(point_ids_[i], points_[i]);
+    for (size_t i = 0; i < shapes_.size(); ++i) correction.objects.emplace_back(selection_.objects[i], Changed(ellipsoids_[i], shapes_[i]));
     const std::vector<double> chi2 = Chi2OfAll();
     for (size_t i = 0; i < chi2.size(); ++i)
       if (IsOutlier(chi2[i])) correction.outliers.emplace_back(point_ids_[observations_[i].point], observations_[i].keyframe);
@@ -150,6 +169,35 @@ class BundleProblem {
     }
   }
 
+  void AddObjects() {
+    for (const ObjectId id : selection_.objects) {
+      const Ellipsoid& ellipsoid = map_.objects.At(id).ellipsoid;
+      ellipsoids_.push_back(map_.up ? MakeUpright(ellipsoid, *map_.up) : ellipsoid);
+    }
+    if (selection_.free_objects) shapes_.resize(ellipsoids_.size(), ShapeBlock{});
+    for (size_t i = 0; i < ellipsoids_.size(); ++i) AddBoxesOf(i);
+  }
+
+  // By a keyframe that stays a box only counts where the ellipsoid may move.
+  void AddBoxesOf(size_t index) {
+    double* shape = selection_.free_objects ? shapes_[index].data() : nullptr;
+    if (shape) {
+      problem_->AddParameterBlock(shape, 7);
+      problem_->AddResidualBlock(&shape_priors_.emplace_back(ellipsoids_[index], map_.up.has_value()), nullptr, shape);
+    }
+    for (const ObjectObservation& o : map_.objects.At(selection_.objects[index]).observations) {
+      const auto carried = map_.ResolveKeyframe(o.anchor);
+      const int pose = IndexOfFree(carried->by);
+      if (pose < 0 && !shape) continue;
+      const BoxMeasurement measured{&map_.cameras[o.camera], o.cam_from_anchor * carried->cam_from_carrier, o.box, o.score, o.truncated};
+      const auto fixed_pose = pose < 0 ? std::optional(map_.keyframes.At(carried->by).cam_from_world) : std::nullopt;
+      std::vector<double*> blocks;
+      if (pose >= 0) blocks.push_back(poses_[pose].data());
+      if (shape) blocks.push_back(shape);
+      problem_->AddResidualBlock(&box_costs_.emplace_back(measured, ellipsoids_[index], shape != nullptr, fixed_pose), &box_loss_, blocks);
+    }
+  }
+
   // Per observation; infinite behind the camera.
   std::vector<double> Chi2OfAll() const {
     std::vector<Eigen::Matrix<double, 3, 4>> free_poses;
@@ -174,8 +222,12 @@ class BundleProblem {
   std::vector<Seen> observations_;
   std::deque<ReprojectionCost> free_costs_;
   std::deque<FixedPoseReprojectionCost> fixed_costs_;
+  std::vector<Ellipsoid> ellipsoids_;  // of the selected objects, at first
+  std::vector<ShapeBlock> shapes_;     // what changes of them; empty where they stay
+  std::deque<BoxEdgeCost> box_costs_;
+  std::deque<ShapePriorCost> shape_priors_;
   PoseManifold manifold_;
-  ceres::HuberLoss huber_;
+  ceres::HuberLoss huber_, box_loss_{1};
   ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)), ceres::TAKE_OWNERSHIP};
   std::unique_ptr<ceres::Problem> problem_;
   int iterations_ = 0;
@@ -189,10 +241,10 @@ BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, c
   if (problem.observation_count() == 0) return {};
   const double initial_cost = problem.RobustCost();
   const int first_stage = (effort.iterations + 1) / 2;
-  if (!problem.Solve(first_stage, effort.tolerance)) return {};
+  if (!problem.Solve(first_stage, effort)) return {};
   // Few outliers hardly pull through the kernel, and they are erased: the next adjustment is without them.
   constexpr double kNegligibleOutliers = 0.01;
-  if (problem.DropOutliers() > kNegligibleOutliers && !problem.Solve(std::max(1, effort.iterations - first_stage), effort.tolerance)) return {};
+  if (problem.DropOutliers() > kNegligibleOutliers && !problem.Solve(std::max(1, effort.iterations - first_stage), effort)) return {};
   BundleCorrection correction = problem.Correction();
   correction.initial_cost = initial_cost;
   correction.final_cost = problem.RobustCost();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "oaslam/bundle/bundle_adjustment.h"
@@ -11,11 +12,14 @@ struct BundleSelection {
   std::vector<KeyframeId> free_keyframes;
   std::vector<KeyframeId> fixed_keyframes;
   std::vector<LandmarkId> landmarks;  // their observations by all these keyframes count
+  std::vector<ObjectId> objects;      // all their observations count
+  bool free_objects = false;          // their ellipsoids move, too
 };
 
 struct BundleEffort {
   int iterations = 10;       // at most
   double tolerance = 1e-3;   // a stage ends with a step that lowers the cost by less than this share
+  std::stop_token stop{};    // asked to, it gives up
 };
 
 // Solves in two stages of at most half the iterations each, the second without outliers.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "oaslam/io/svg.h"
 #include "oaslam/io/text.h"
@@ -21,6 +22,53 @@ void DrawPath(SvgCanvas& canvas, const PlaneView& view, const std::vector<Points
     canvas.Polyline(line, style);
   }
 }
+
+// Lines over two axes that begin at zero, with a legend below.
+class Chart {
+ public:
+  Chart(double width, double height, const std::string& title, size_t curves)
+      : units_(width, height), canvas_(kCorner.x() + kSize.x() + 32, kCorner.y() + kSize.y() + 70 + kRow * static_cast<double>(curves)) {
+    canvas_.Text({24, 32}, title, 18, "start", kTitleStyle);
+  }
+
+  void DrawGrid(const std::string& x_label, const std::string& y_unit) {
+    const double dx = RoundStep(units_.x() / 7), dy = RoundStep(units_.y() / 4);
+    for (int i = 0; i * dx <= units_.x() * (1 + 1e-9); ++i) {
+      canvas_.Line(At({i * dx, 0}), At({i * dx, units_.y()}), kGridStyle);
+      canvas_.Text(At({i * dx, 0}) + Eigen::Vector2d(0, 18), fmt::format("{:g}", i * dx), 12, "middle");
+    }
+    for (int i = 0; i * dy <= units_.y() * (1 + 1e-9); ++i) {
+      canvas_.Line(At({0, i * dy}), At({units_.x(), i * dy}), kGridStyle);
+      canvas_.Text(At({0, i * dy}) + Eigen::Vector2d(-8, 4), fmt::format("{:g} {}", i * dy, y_unit), 12, "end");
+    }
+    canvas_.Rectangle(kCorner, kSize, R"(fill="none" stroke="#999999")");
+    canvas_.Text(At({units_.x() / 2, 0}) + Eigen::Vector2d(0, 40), x_label, 13, "middle");
+  }
+
+  void Add(const std::string& name, Points2 line) {
+    std::ranges::transform(line, line.begin(), [&](const Eigen::Vector2d& p) { return At(p); });
+    const std::string style = fmt::format(R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(count_));
+    canvas_.Polyline(line, style);
+    const double y = kCorner.y() + kSize.y() + 62 + kRow * static_cast<double>(count_++);
+    canvas_.Line({kCorner.x(), y}, {kCorner.x() + 30, y}, style);
+    canvas_.Text({kCorner.x() + 38, y + 4}, name, 13);
+  }
+
+  std::string Finish() const { return canvas_.Finish(); }
+
+ private:
+  static constexpr double kRow = 22;
+  static constexpr const char* kGridStyle = R"(stroke="#eeeeee")";
+  inline static const Eigen::Vector2d kCorner{64, 56}, kSize{560, 380};
+
+  Eigen::Vector2d At(const Eigen::Vector2d& p) const {
+    return kCorner + Eigen::Vector2d(kSize.x() * p.x() / units_.x(), kSize.y() * (1 - p.y() / units_.y()));
+  }
+
+  Eigen::Vector2d units_;
+  SvgCanvas canvas_;
+  size_t count_ = 0;
+};
 
 }  // namespace
 
@@ -48,31 +96,33 @@ void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>&
   WriteTextFile(path, canvas.Finish());
 }
 
-void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title) {
-  const Eigen::Vector2d corner(64, 56), size(560, 380);
-  const auto at = [&](double distance, double share) { return Eigen::Vector2d(corner.x() + size.x() * distance, corner.y() + size.y() * (1 - share)); };
-  SvgCanvas canvas(corner.x() + size.x() + 32, corner.y() + size.y() + 70 + 22.0 * static_cast<double>(curves.size()));
-  canvas.Text({24, 32}, title, 18, "start", kTitleStyle);
-  for (int i = 0; i <= 10; ++i) {
-    const double v = i / 10.0;
-    canvas.Line(at(v, 0), at(v, 1), R"(stroke="#eeeeee")");
-    canvas.Text(at(v, 0) + Eigen::Vector2d(0, 18), fmt::format("{}", 10 * i), 12, "middle");
-    if (i % 2 != 0) continue;
-    canvas.Line(at(0, v), at(1, v), R"(stroke="#eeeeee")");
-    canvas.Text(at(0, v) + Eigen::Vector2d(-8, 4), fmt::format("{} %", 10 * i), 12, "end");
-  }
-  canvas.Rectangle(corner, size, R"(fill="none" stroke="#999999")");
-  canvas.Text(at(0.5, 0) + Eigen::Vector2d(0, 40), fmt::format("position error [cm] (rotation within {:.0f} degrees)", kRecallMaxRotationDeg), 13, "middle");
-  for (size_t i = 0; i < curves.size(); ++i) {
+void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves, const std::string& title) {
+  double first = std::numeric_limits<double>::max(), last = 0, highest = 0;
+  for (const TimeCurve& curve : curves)
+    for (const auto& [time, error] : curve.points) {
+      first = std::min(first, time);
+      last = std::max(last, time);
+      highest = std::max(highest, 100 * error);
+    }
+  Chart chart(std::max(last - first, 1e-3), std::max(1.05 * highest, 1e-3), title, curves.size());
+  chart.DrawGrid("time [s]", "cm");
+  for (const TimeCurve& curve : curves) {
     Points2 line;
-    for (int cm = 0; cm <= 100; ++cm) line.push_back(at(cm / 100.0, RecallAt(curves[i], cm / 100.0)));
-    const std::string style = fmt::format(R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(i));
-    canvas.Polyline(line, style);
-    const double y = corner.y() + size.y() + 62 + 22.0 * static_cast<double>(i);
-    canvas.Line({corner.x(), y}, {corner.x() + 30, y}, style);
-    canvas.Text({corner.x() + 38, y + 4}, fmt::format("{} ({} frames)", curves[i].name, curves[i].frames), 13);
+    for (const auto& [time, error] : curve.points) line.push_back({time - first, 100 * error});
+    chart.Add(curve.name, line);
   }
-  WriteTextFile(path, canvas.Finish());
+  WriteTextFile(path, chart.Finish());
+}
+
+void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title) {
+  Chart chart(100, 100, title, curves.size());
+  chart.DrawGrid(fmt::format("position error [cm] (rotation within {:.0f} degrees)", kRecallMaxRotationDeg), "%");
+  for (const RelocalizationErrors& curve : curves) {
+    Points2 line;
+    for (int cm = 0; cm <= 100; ++cm) line.push_back({static_cast<double>(cm), 100 * RecallAt(curve, cm / 100.0)});
+    chart.Add(fmt::format("{} ({} frames)", curve.name, curve.frames), line);
+  }
+  WriteTextFile(path, chart.Finish());
 }
 
 }  // namespace oaslam

@@ -12,6 +12,15 @@ namespace oaslam {
 void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference, const std::vector<StampedPose>& aligned_estimate,
                         const std::string& title);
 
+// A line over time.
+struct TimeCurve {
+  std::string name;
+  std::vector<std::pair<double, double>> points;  // seconds, value
+};
+
+// Position errors [m] over time.
+void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves, const std::string& title);
+
 // The share of frames that were localized within a distance, from 0 to 1 m: a curve for each.
 void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title);
 

@@ -40,6 +40,7 @@ TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_po
   for (const auto& [r, q] : pairs) {
     const PoseError error = ErrorOf(reference[r], estimate[q], *alignment);
     position.push_back(error.position);
+    report.position_errors.emplace_back(estimate[q].timestamp, error.position);
     rotation.push_back(error.rotation_deg);
   }
   report.success = true;

@@ -22,6 +22,7 @@ struct TrajectoryReport {
   Alignment reference_from_estimate;
   ErrorStatistics position;      // units of the reference
   ErrorStatistics rotation_deg;
+  std::vector<std::pair<double, double>> position_errors;  // time stamp and error, ascending
 };
 
 TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& estimate, AlignMode mode);

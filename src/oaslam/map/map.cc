@@ -8,15 +8,20 @@
 
 namespace oaslam {
 
-std::optional<Rigid3> Map::ResolvePose(KeyframeId id) const {
-  Rigid3 cam_from_keyframe;
-  for (;;) {
-    if (const Keyframe* keyframe = keyframes.Find(id)) return cam_from_keyframe * keyframe->cam_from_world;
-    const RetiredKeyframe* link = retired.Find(id);
+std::optional<Map::Carried> Map::ResolveKeyframe(KeyframeId id) const {
+  Carried carried{id, {}};
+  while (!keyframes.Contains(carried.by)) {
+    const RetiredKeyframe* link = retired.Find(carried.by);
     if (!link) return std::nullopt;
-    cam_from_keyframe = cam_from_keyframe * link->cam_from_parent;
-    id = link->parent;
+    carried = {link->parent, carried.cam_from_carrier * link->cam_from_parent};
   }
+  return carried;
+}
+
+std::optional<Rigid3> Map::ResolvePose(KeyframeId id) const {
+  const std::optional<Carried> carried = ResolveKeyframe(id);
+  if (!carried) return std::nullopt;
+  return carried->cam_from_carrier * keyframes.At(carried->by).cam_from_world;
 }
 
 std::optional<ObjectId> Map::ResolveObject(ObjectId id) const {

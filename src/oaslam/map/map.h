@@ -97,6 +97,12 @@ struct Map {
 
   uint32_t next_landmark = 0;
 
+  // The keyframe of the map through which a keyframe that is, or was, in it has a pose; nothing if it is unknown.
+  struct Carried {
+    KeyframeId by;
+    Rigid3 cam_from_carrier;
+  };
+  std::optional<Carried> ResolveKeyframe(KeyframeId id) const;
   // The pose of a keyframe that is, or was, in the map.
   std::optional<Rigid3> ResolvePose(KeyframeId id) const;
   // The id under which an object lives now; nothing if it was dropped.

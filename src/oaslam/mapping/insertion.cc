@@ -33,7 +33,7 @@ bool InsertInitialMap(const InitialMap& initial, const TrackingConfig& config, M
     fresh.UpdateLandmark(id);
   }
   fresh.UpdateCovisibility(initial.second_id, 1);
-  ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations), fresh);
+  ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   const double depth = fresh.MedianDepth(initial.first_id);
   if (depth <= 0 || static_cast<int>(fresh.landmarks.size()) < config.min_init_matches / 2) return false;
   for (const KeyframeId id : fresh.keyframes.Ids()) fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;

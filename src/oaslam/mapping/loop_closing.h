@@ -33,8 +33,8 @@ class LoopDetector {
 };
 
 // Spreads the correction over the keyframes around the loop by a pose graph of similarities (Strasdat et al. 2010); landmarks and objects move with
-// their keyframes. Then joins the landmarks of both ends and refines everything by bundle adjustment. False, and the map as it was, if no
-// correction was found.
+// their keyframes. Then joins the landmarks of both ends. What is left to do is a global bundle adjustment. False, and the map as it was, if no correction
+// was found.
 bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map);
 
 }  // namespace oaslam

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/bundle/pose_graph.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
@@ -9,7 +8,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kNeighbours = 10, kIterations = 20;
+constexpr int kNeighbours = 10;
 constexpr double kFusionRadiusPx = 5;
 
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
@@ -44,32 +43,22 @@ struct NodeMotions {
   const Similarity& Of(KeyframeId id) const { return new_from_old[std::ranges::lower_bound(ids, id) - ids.begin()]; }
 };
 
-// The keyframe of the map that carries a keyframe which may be retired.
-std::optional<KeyframeId> Carrier(const Map& map, KeyframeId id) {
-  while (!map.keyframes.Contains(id)) {
-    const RetiredKeyframe* retired = map.retired.Find(id);
-    if (!retired) return std::nullopt;
-    id = retired->parent;
-  }
-  return id;
-}
-
 // What hangs on a keyframe takes its scale.
 void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
   for (const KeyframeId id : map.retired.Ids())
-    if (const auto carrier = Carrier(map, id)) map.retired.MutableAt(id).cam_from_parent.translation *= motions.Of(*carrier).scale;
+    if (const auto carried = map.ResolveKeyframe(id)) map.retired.MutableAt(id).cam_from_parent.translation *= motions.Of(carried->by).scale;
   for (const ObjectId id : map.objects.Ids())
     for (ObjectObservation& o : map.objects.MutableAt(id).observations)
-      if (const auto carrier = Carrier(map, o.anchor)) o.cam_from_anchor.translation *= motions.Of(*carrier).scale;
+      if (const auto carried = map.ResolveKeyframe(o.anchor)) o.cam_from_anchor.translation *= motions.Of(carried->by).scale;
 }
 
 void MoveObjects(const NodeMotions& motions, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     Object& object = map.objects.MutableAt(id);
     if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
-    const auto carrier = Carrier(map, object.observations[object.observations.size() / 2].anchor);
-    if (!carrier) continue;
-    const Similarity& motion = motions.Of(*carrier);
+    const auto carried = map.ResolveKeyframe(object.observations[object.observations.size() / 2].anchor);
+    if (!carried) continue;
+    const Similarity& motion = motions.Of(carried->by);
     object.ellipsoid.center = motion * object.ellipsoid.center;
     object.ellipsoid.half_axes *= motion.scale;
     object.ellipsoid.rotation = (motion.rotation * object.ellipsoid.rotation).normalized();
@@ -117,8 +106,6 @@ bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map) {
   for (const auto& [keypoint, landmark] : loop.old_landmarks) seen.push_back({landmark, keypoint});
   ApplyFusion(seen, loop.current, map);
   for (const KeyframeId id : ends) ApplyFusion(FindFusionCandidates(map, id, old, kFusionRadiusPx), id, map);
-  for (const KeyframeId id : ends) map.UpdateCovisibility(id, min_shared_landmarks);
-  ApplyCorrection(GlobalBundleAdjustment(map, kIterations), map);
   for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
   for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, min_shared_landmarks);
   return true;

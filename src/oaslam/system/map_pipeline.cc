@@ -31,6 +31,7 @@ void MapPipeline::Submit(MapCommand command, bool wait) {
     published_.push_back({applied_count_, mapper_.Publish()});
     return;
   }
+  changed_.wait(lock, [&] { return queue_.size() < kMaxQueued; });
   queue_.push_back(std::move(command));
   lock.unlock();
   changed_.notify_all();
@@ -92,6 +93,11 @@ std::shared_ptr<const Map> MapPipeline::Newest() {
     all = required_ = submitted_count_;
   }
   return WaitFor(all);
+}
+
+size_t MapPipeline::QueueLength() {
+  const std::scoped_lock lock(mutex_);
+  return queue_.size();
 }
 
 std::shared_ptr<const Map> MapPipeline::Finish() {

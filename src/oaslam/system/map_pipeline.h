@@ -16,13 +16,16 @@ enum class RunnerMode { kSequential, kLockstep, kLive };
 
 // Takes map commands from the tracker to the mapper, and snapshots back.
 // Sequential: the mapper works inside Submit. Lockstep: on its own thread, and the tracker of frame k gets exactly the snapshot that holds
-// the commands of the frames up to k - lag, so that results are the same on every run. Live: on its own thread, newest snapshot.
+// the commands of the frames up to k - lag, so that results are the same on every run. Live: on its own thread, newest snapshot; the tracker
+// asks for no keyframe while the last one is not yet in the map, which keeps the queue short, and it is bounded all the same.
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);
   ~MapPipeline() { Shutdown(); }
 
-  // Hands a command over. With `wait` it is in every snapshot from now on, whatever the mode.
+  static constexpr size_t kMaxQueued = 8;
+
+  // Hands a command over; waits where kMaxQueued commands wait already. With `wait` it is in every snapshot from now on, whatever the mode.
   void Submit(MapCommand command, bool wait);
 
   // The snapshot for the tracker of a frame.
@@ -32,6 +35,8 @@ class MapPipeline {
   std::shared_ptr<const Map> Finish();
   // Waits for all commands.
   std::shared_ptr<const Map> Newest();
+
+  size_t QueueLength();
 
   // Ends the thread, with nothing lost: from now on the mapper works inside the calls. Idempotent.
   void Shutdown();

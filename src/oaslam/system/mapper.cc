@@ -12,6 +12,7 @@ namespace oaslam {
 
 void Mapper::Apply(const MapCommand& command) {
   if (command.reset) Reset();
+  AdoptBackgroundBundle(command.frame_index);
   if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
   CountLandmarkUse(command.uses, map_);
@@ -27,10 +28,11 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   FuseLandmarks(keyframe.id, config_.mapping, map_);
   if (map_.keyframes.size() > 2) ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
-  CloseLoop(keyframe.id);
+  CloseLoop(keyframe.id, keyframe.frame.frame.index);
 }
 
-void Mapper::CloseLoop(KeyframeId keyframe) {
+void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
+  if (config_.mapping.loop_closing == "off") return;
   constexpr uint32_t kMinKeyframesBetween = 10;
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
@@ -39,11 +41,23 @@ void Mapper::CloseLoop(KeyframeId keyframe) {
   Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}", loop->current.value, loop->old.value));
   last_loop_ = keyframe;
   ++map_.loops_closed;
+  background_bundle_.emplace(map_, config_.bundle, frame_index);
+}
+
+// Live: once it is ready. Else at a fixed time, so that results are the same on every run.
+void Mapper::AdoptBackgroundBundle(int frame_index) {
+  constexpr int kFrames = 30;  // that it may take
+  if (!background_bundle_) return;
+  const bool is_due = config_.runner.mode == "live" ? background_bundle_->IsReady() : frame_index >= background_bundle_->begun_at() + kFrames;
+  if (!is_due) return;
+  background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
+  background_bundle_.reset();
 }
 
 void Mapper::Finish() {
+  background_bundle_.reset();  // the last one does its work
   constexpr int kIterations = 20;
-  if (map_.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map_, kIterations), map_);
+  if (map_.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
 }
 
 void Mapper::Reset() {
@@ -54,6 +68,7 @@ void Mapper::Reset() {
   map_ = std::move(empty);
   recent_landmarks_.clear();
   last_loop_ = {};
+  background_bundle_.reset();
   loop_detector_ = {};
 }
 

@@ -9,6 +9,7 @@
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
+#include "oaslam/system/background_bundle.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -40,7 +41,8 @@ class Mapper {
  private:
   void Reset();
   void MapKeyframe(const KeyframeInsertion& keyframe);
-  void CloseLoop(KeyframeId keyframe);
+  void CloseLoop(KeyframeId keyframe, int frame_index);
+  void AdoptBackgroundBundle(int frame_index);
 
   SlamConfig config_;
   Map map_;
@@ -48,6 +50,7 @@ class Mapper {
   std::vector<LandmarkId> recent_landmarks_;
   LoopDetector loop_detector_;
   KeyframeId last_loop_;  // keyframe that closed the last loop
+  std::optional<BackgroundBundle> background_bundle_;  // after a loop
 };
 
 }  // namespace oaslam

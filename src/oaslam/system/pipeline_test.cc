@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "oaslam/system/background_bundle.h"
 #include "oaslam/system/map_pipeline.h"
 #include "oaslam/system/tracker.h"
 #include "synthetic_world.h"
@@ -103,6 +104,59 @@ TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
   EXPECT_EQ(pipeline.Newest()->version, 6U);
   pipeline.Submit(nothing, true);
   EXPECT_EQ(pipeline.SnapshotFor(100)->version, 7U);
+}
+
+TEST(Pipeline, ItsQueueIsBounded) {
+  SlamConfig config;
+  config.runner.mode = "live";
+  Map empty;
+  empty.cameras.push_back(synthetic::MakeWorld({}).camera);
+  MapPipeline pipeline(config, std::move(empty));
+  MapCommand nothing;
+  for (nothing.frame_index = 0; nothing.frame_index < 200; ++nothing.frame_index) {
+    pipeline.Submit(nothing, false);
+    EXPECT_LE(pipeline.QueueLength(), MapPipeline::kMaxQueued);
+  }
+  EXPECT_EQ(pipeline.Newest()->version, 201U);
+}
+
+TEST(Pipeline, MayEndAtAnyMoment) {
+  synthetic::World world = synthetic::MakeWorld({});
+  for (const std::string mode : {"sequential", "lockstep", "live"}) {
+    for (const int end : {0, 1, 5, 9, 10, 11, 12, 13, 14, 25, 40}) {
+      SlamConfig config;
+      config.runner.mode = mode;
+      Map empty;
+      empty.cameras.push_back(world.camera);
+      MapPipeline pipeline(config, std::move(empty));
+      Tracker tracker(config, {}, false);
+      Rng rng(7);
+      for (int i = 0; i < end; ++i) {
+        Frame frame{i, i / 30.0, 0, synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features, {}};
+        Tracker::Outcome outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
+        if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
+        if (outcome.map_required) tracker.AdoptInitialMap(frame, *pipeline.Newest());
+      }
+      if (end % 2 == 0) pipeline.Shutdown();
+      EXPECT_THAT(pipeline.Newest()->CheckInvariants(), IsEmpty());
+    }  // and here without
+  }
+}
+
+TEST(BackgroundBundle, EndsWithItsOwnerAndCorrectsWhatHasGrown) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  Map map = synthetic::MakeMap(world, {.position_noise = 0.03}).map;
+  { const BackgroundBundle stopped(map, BundleConfig{}, 0); }
+  BackgroundBundle bundle(map, BundleConfig{}, 3);
+  EXPECT_EQ(bundle.begun_at(), 3);
+  map.RetireKeyframe(KeyframeId(4));
+  const Map before = map;
+  bundle.WaitAndApply(15, map);
+  EXPECT_TRUE(bundle.IsReady());
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  double moved = 0;
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) { moved = std::max(moved, (l.position - before.landmarks.At(id).position).norm()); });
+  EXPECT_GT(moved, 0.01);
 }
 
 TEST(Pipeline, LostEarlyItStartsAnew) {

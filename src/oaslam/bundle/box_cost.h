@@ -1,0 +1,56 @@
+#pragma once
+
+#include <ceres/cost_function.h>
+#include <ceres/sized_cost_function.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include "oaslam/bundle/reprojection_cost.h"
+#include "oaslam/geometry/ellipsoid_jacobian.h"
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// A change of an ellipsoid as a Ceres parameter block: centre (world), log half axes, turn about its third axis [rad]; zero at first.
+using ShapeBlock = std::array<double, 7>;
+Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change);
+
+// What a detection saw, from a camera that hangs on a keyframe.
+struct BoxMeasurement {
+  const Camera* camera = nullptr;
+  Rigid3 cam_from_keyframe;
+  Box box;                      // ideal image
+  double score = 1;
+  unsigned char truncated = 0;  // EdgeBits
+};
+
+// The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in units of the 10 px at which a box has its
+// sigma (objects-study.md, section 5.1), with analytic derivatives. Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given; the shape, if
+// it is `free_shape`.
+class BoxEdgeCost final : public ceres::CostFunction {
+ public:
+  BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape, const std::optional<Rigid3>& fixed_pose);
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  BoxMeasurement measured_;
+  Ellipsoid ellipsoid_;
+  bool free_shape_;
+  std::optional<Rigid3> fixed_pose_;
+  double weight_;
+};
+
+// Keeps axes that no view observes near the others.
+class ShapePriorCost final : public ceres::SizedCostFunction<4, 7> {
+ public:
+  ShapePriorCost(const Ellipsoid& ellipsoid, bool upright);
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Eigen::Vector3d log_axes_;
+  Eigen::Matrix<double, 4, 3> rows_;
+};
+
+}  // namespace oaslam

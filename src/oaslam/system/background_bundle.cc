@@ -1,0 +1,20 @@
+#include "oaslam/system/background_bundle.h"
+
+namespace oaslam {
+
+BackgroundBundle::BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index) : begun_at_(frame_index), work_(new Work{map, {}, false}) {
+  constexpr int kIterations = 20;
+  thread_ = std::jthread([work = work_.get(), config](const std::stop_token& stop) {
+    work->correction = GlobalBundleAdjustment(work->map, kIterations, config, stop);
+    work->is_ready = true;
+  });
+}
+
+void BackgroundBundle::WaitAndApply(int min_shared_landmarks, Map& map) {
+  if (thread_.joinable()) thread_.join();
+  if (!work_->correction.success) return;
+  ApplyLateCorrection(work_->correction, work_->map, map);
+  for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, min_shared_landmarks);
+}
+
+}  // namespace oaslam

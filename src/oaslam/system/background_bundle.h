@@ -1,0 +1,38 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/config.h"
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// A global bundle adjustment of a copy of the map, on a thread of its own. Its end is stopped and waited for with the object's.
+class BackgroundBundle {
+ public:
+  // `frame_index`: now.
+  BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index);
+  BackgroundBundle(const BackgroundBundle&) = delete;
+  BackgroundBundle& operator=(const BackgroundBundle&) = delete;
+
+  int begun_at() const { return begun_at_; }
+  bool IsReady() const { return work_->is_ready; }
+  // Into the map as it has become meanwhile.
+  void WaitAndApply(int min_shared_landmarks, Map& map);
+
+ private:
+  struct Work {
+    Map map;
+    BundleCorrection correction;
+    std::atomic<bool> is_ready = false;
+  };
+
+  int begun_at_;
+  std::unique_ptr<Work> work_;
+  std::jthread thread_;  // last: it ends before what it works on
+};
+
+}  // namespace oaslam
