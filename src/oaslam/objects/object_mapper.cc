@@ -8,6 +8,7 @@
 #include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
+#include "oaslam/objects/occlusion.h"
 #include "oaslam/objects/upright.h"
 
 namespace oaslam {
@@ -54,10 +55,16 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
   object.landmark_votes.resize(kept);
 }
 
-bool HasMoved(const Map& map, const Object& object, const ObjectsConfig& config) {
+// The paper's model takes all boxes for whole.
+std::vector<BoxView> VisibleViews(const Map& map, ObjectId id, const Object& object, const ObjectsConfig& config) {
+  std::vector<BoxView> views = ViewsOf(map, object.observations);
+  if (object.state != ObjectState::kTentative && config.model != "paper") MarkHiddenEdges(map, std::span(&id, 1), object.ellipsoid, views);
+  return views;
+}
+
+bool HasMoved(const Map& map, ObjectId id, const Object& object, const ObjectsConfig& config) {
   if (object.state == ObjectState::kTentative) return false;
-  const ViewOverlap overlap =
-      MeasureOverlap(object.ellipsoid, ViewsOf(map, object.observations), config.min_accept_iou);
+  const ViewOverlap overlap = MeasureOverlap(object.ellipsoid, VisibleViews(map, id, object, config), config.min_accept_iou);
   return std::abs(overlap.mean_iou - object.mean_iou) > kMovedIoU;
 }
 
@@ -67,8 +74,9 @@ void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map
   ForgetErasedLandmarks(map, object);
   const bool keep_start = object.state == ObjectState::kMapped || object.total_observations % 4 != 0;
   const Ellipsoid* start = object.state != ObjectState::kTentative && keep_start ? &object.ellipsoid : nullptr;
-  const std::optional<ObjectModel> model = FitObjectModel(map, ViewsOf(map, object.observations), start, config);
-  if (model) AdoptModel(map, *model, object);
+  const std::vector<BoxView> views = VisibleViews(map, id, object, config);
+  const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
+  if (model) AdoptModel(*model, views, object);
   const ObjectEvidence evidence{model.has_value(), object.total_observations, model ? model->overlap.accept_share : 0,
                                 std::max(current_frame - object.last_seen_frame, 0)};
   if (const auto next = NextState(object.state, evidence, config)) {
@@ -96,7 +104,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int curr
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (!changed.contains(id) && HasMoved(map, object, config)) changed.insert(id);
+    if (!changed.contains(id) && HasMoved(map, id, object, config)) changed.insert(id);
   });
   for (const ObjectId id : changed) Refit(id, current_frame, config, map);
   MergeDuplicates(map, changed, config);

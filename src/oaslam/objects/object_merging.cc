@@ -6,6 +6,7 @@
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/objects/object_model.h"
+#include "oaslam/objects/occlusion.h"
 
 namespace oaslam {
 namespace {
@@ -63,10 +64,13 @@ bool TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& confi
   if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return false;
   Object joint = Union(map, a, b);
   const Ellipsoid* better = a.total_observations >= b.total_observations ? &a.ellipsoid : &b.ellipsoid;
-  const auto model = FitObjectModel(map, ViewsOf(map, joint.observations), better, config);
+  std::vector<BoxView> views = ViewsOf(map, joint.observations);
+  const ObjectId own[] = {kept, gone};
+  if (config.model != "paper") MarkHiddenEdges(map, own, *better, views);
+  const auto model = FitObjectModel(map, views, better, config);
   if (!model || model->overlap.accept_share < config.min_accept_share || model->overlap.mean_iou < kMinMergedIoU)
     return false;
-  AdoptModel(map, *model, joint);
+  AdoptModel(*model, views, joint);
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);
   map.merged_objects.Insert(gone, kept);
@@ -75,10 +79,10 @@ bool TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& confi
 
 }  // namespace
 
-void AdoptModel(const Map& map, const ObjectModel& model, Object& object) {
+void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object) {
   object.ellipsoid = model.ellipsoid;
   object.mean_iou = model.overlap.mean_iou;
-  object.covariance = EstimateCovariance(model.ellipsoid, ViewsOf(map, object.observations));
+  object.covariance = EstimateCovariance(model.ellipsoid, views);
 }
 
 void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes, Object& object) {

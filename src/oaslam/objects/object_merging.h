@@ -1,8 +1,10 @@
 #pragma once
 
 #include <set>
+#include <span>
 
 #include "oaslam/config.h"
+#include "oaslam/estimation/ellipsoid_fit.h"
 #include "oaslam/map/map.h"
 
 namespace oaslam {
@@ -15,7 +17,7 @@ void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsC
 
 // A model, and all that follows from it, into the object.
 struct ObjectModel;
-void AdoptModel(const Map& map, const ObjectModel& model, Object& object);
+void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object);
 
 // Adds votes for landmarks (ascending) to an object's.
 void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes, Object& object);

@@ -126,6 +126,22 @@ TEST(RelocalizeByObjects, HardlyEverAcceptsAWrongMap) {
   EXPECT_LE(accepted, 2);  // of 80
 }
 
+TEST(RelocalizeByObjects, AFewObjectsOutOfPlaceAreOutvoted) {
+  const Map map = Desk(1);
+  Map disturbed = map;
+  for (const uint32_t i : {1U, 5U, 9U, 12U}) disturbed.objects.MutableAt(ObjectId(i)).ellipsoid.center += Eigen::Vector3d(0.06, -0.05, 0.03);
+  Rng rng(8);
+  std::vector<double> errors;
+  for (int i = 0; i < 40; ++i) {
+    const Query query = Photograph(map, rng, 0.05);
+    const auto candidates = RelocalizeByObjects(query.detections, kCamera, disturbed, {}, std::nullopt, rng);
+    errors.push_back(candidates.empty() ? 1 : PositionError(candidates[0].cam_from_world, query.cam_from_world));
+  }
+  std::ranges::sort(errors);
+  EXPECT_LT(errors[20], 0.03);
+  EXPECT_LT(errors[34], 0.08);
+}
+
 TEST(RelocalizeByObjects, KnowsHowSureItIs) {
   const Map map = Desk(2);
   Rng rng(3);

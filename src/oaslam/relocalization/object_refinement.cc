@@ -6,13 +6,14 @@
 
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/estimation/ellipsoid_residuals.h"
+#include "oaslam/estimation/hidden_edges.h"
 #include "oaslam/geometry/box.h"
 
 namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kCauchy = 2.5;
+constexpr double kCauchy = 0.8;
 constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
 constexpr double kMissedShare = 0.8, kMissedSizePx = 14;  // an object this visible should have been detected
 constexpr int kRounds = 3, kIterationsPerRound = 4;       // matches are renewed each round
@@ -21,6 +22,7 @@ constexpr int kRounds = 3, kIterationsPerRound = 4;       // matches are renewed
 struct Match {
   int detection = 0, object = 0;
   double score = 0;
+  unsigned char truncated = 0;  // edges that the image's border or a nearer object hides
   Eigen::Vector4d inverse_sigma;
 };
 
@@ -29,33 +31,58 @@ struct Matching {
   double llr = 0, penalty = 0;
 };
 
+// An object that the image shows a part of, from a pose.
+struct InView {
+  int object = 0;
+  EllipsoidView view;
+  Box box;
+};
+
+std::vector<InView> FindInView(const ObjectScene& scene, const Rigid3& pose) {
+  std::vector<InView> in_view;
+  for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o) {
+    const auto view = ViewEllipsoid(scene.objects[o].ellipsoid, pose);
+    if (!view) continue;
+    const Box box = OutlineBox(view->outline, scene.camera);
+    if (Intersection(box, scene.bounds).Area() > 0) in_view.push_back({o, *view, box});
+  }
+  return in_view;
+}
+
+std::vector<Box> NearerBoxes(const ObjectScene& scene, const std::vector<InView>& in_view, const InView& than) {
+  std::vector<Box> nearer;
+  for (const InView& other : in_view)
+    if (other.view.center.z() + scene.objects[other.object].radius < than.view.center.z()) nearer.push_back(other.box);
+  return nearer;
+}
+
 Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   Matching result;
   const auto detections = static_cast<Eigen::Index>(scene.detections.size());
   const auto objects = static_cast<Eigen::Index>(scene.objects.size());
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(detections, objects);
+  const std::vector<InView> in_view = FindInView(scene, pose);
   std::vector<Eigen::Vector4d> variances(objects);
+  std::vector<unsigned char> hidden(objects, 0);  // spares the pose, but is no evidence for it: the score counts all edges
   std::vector<double> missed(objects, 0);
-  for (Eigen::Index o = 0; o < objects; ++o) {
+  for (const InView& seen : in_view) {
+    const int o = seen.object;
     const SceneObject& object = scene.objects[o];
-    const auto view = ViewEllipsoid(object.ellipsoid, pose);
-    if (!view) continue;
-    const Box predicted = OutlineBox(view->outline, scene.camera);
-    if (Intersection(predicted, scene.bounds).Area() <= 0) continue;
-    if (SizeOf(predicted) > kMissedSizePx * scene.score.pixel_unit() &&
-        ShareInside(predicted, scene.bounds) > kMissedShare)
+    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && ShareInside(seen.box, scene.bounds) > kMissedShare)
       missed[o] = object.miss_penalty;
     if (object.detections.empty()) continue;
-    variances[o] = EdgeVariance(*view, scene.camera, object.covariance);
+    variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
+    hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen));
     for (const int d : object.detections)
-      scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, predicted, variances[o]);
+      scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box, variances[o]);
   }
   const std::vector<int> assigned = AssignMaximum(scores);
   for (int d = 0; d < static_cast<int>(assigned.size()); ++d) {
     const int o = assigned[d];
     if (o < 0) continue;
     const double sigma = scene.score.DetectorSigma(scene.detections[d].box);
-    result.matches.push_back({d, o, scores(d, o), (variances[o].array() + sigma * sigma).rsqrt()});
+    const auto truncated = static_cast<unsigned char>(scene.detections[d].truncated | hidden[o]);
+    result.matches.push_back({d, o, scores(d, o), truncated, (variances[o].array() + sigma * sigma).rsqrt()});
     result.llr += scores(d, o);
     missed[o] = 0;
   }
@@ -103,14 +130,14 @@ PoseEquations Linearize(const ObjectScene& scene, const std::vector<Match>& matc
       continue;
     }
     const Eigen::Vector4d residual =
-        EdgeResidual(OutlineBox(view->outline, scene.camera), detection.box, detection.truncated)
+        EdgeResidual(OutlineBox(view->outline, scene.camera), detection.box, match.truncated)
             .cwiseProduct(match.inverse_sigma);
     const Eigen::Array4d ratio = residual.array().square() / (kCauchy * kCauchy);
     equations.cost += kCauchy * kCauchy * (1 + ratio).log().sum();
     if (!with_derivatives) continue;
     const EdgesByPose jacobian = match.inverse_sigma.asDiagonal() * DifferentiateByPose(*view, scene.camera);
     for (int row = 0; row < 4; ++row) {
-      if ((detection.truncated & (1 << row)) && residual[row] == 0) continue;
+      if ((match.truncated & (1 << row)) && residual[row] == 0) continue;
       const PoseVector j = jacobian.row(row).transpose();
       const double weight = 1 / (1 + ratio[row]);
       equations.hessian.noalias() += weight * j * j.transpose();

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <span>
+
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// Edges of a box (bits as of EdgeBit) that lie behind these nearer boxes for most of their length: where the thing itself ends there is not seen.
+unsigned char HiddenEdges(const Box& box, std::span<const Box> nearer);
+
+}  // namespace oaslam

@@ -1,0 +1,38 @@
+#include "oaslam/objects/occlusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "oaslam/estimation/hidden_edges.h"
+#include "oaslam/geometry/ellipsoid.h"
+
+namespace oaslam {
+namespace {
+
+struct Occluder {
+  const Ellipsoid* ellipsoid;
+  double radius;
+};
+
+}  // namespace
+
+void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid, std::vector<BoxView>& views) {
+  std::vector<Occluder> others;
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state == ObjectState::kMapped && std::ranges::find(own, id) == own.end())
+      others.push_back({&object.ellipsoid, std::cbrt(object.ellipsoid.half_axes.prod())});
+  });
+  std::vector<Box> nearer;
+  for (BoxView& view : views) {
+    const double depth = (view.cam_from_world * ellipsoid.center).z();
+    nearer.clear();
+    for (const Occluder& other : others) {
+      const double other_depth = (view.cam_from_world * other.ellipsoid->center).z();
+      if (other_depth <= 0 || other_depth + other.radius > depth) continue;
+      if (const auto box = ProjectToBox(*other.ellipsoid, view.cam_from_world, *view.camera)) nearer.push_back(*box);
+    }
+    view.truncated |= HiddenEdges(view.box, nearer);
+  }
+}
+
+}  // namespace oaslam
