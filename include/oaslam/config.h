@@ -40,7 +40,7 @@ struct MappingConfig {
 
 struct BundleConfig {
   int local_iterations = 10;
-  int max_local_keyframes = 25;      // free keyframes of a local bundle adjustment
+  int max_local_keyframes = 18;      // free keyframes of a local bundle adjustment
   std::string objects = "none";      // "poses": detections of mapped objects pull at keyframes; "full": and at the ellipsoids
 };
 

@@ -136,6 +136,6 @@ def rmse(values):
     return math.sqrt(sum(v * v for v in values) / len(values))
 
 
-def map_alignment(folder):
-    """From the map of a run on map_front to the sample's world, in metres."""
-    return similarity(pairs(read_tum(os.path.join(folder, "keyframes.txt")), read_tum(groundtruth("map_front"))))
+def map_alignment(folder, name="map_front"):
+    """From the map of a run on a clip to the sample's world, in metres."""
+    return similarity(pairs(read_tum(os.path.join(folder, "keyframes.txt")), read_tum(groundtruth(name))))

@@ -161,6 +161,37 @@ class MapObjects(unittest.TestCase):
             self.assertGreater(harness.read_json(os.path.join(folder, "summary.json"))["mean_iou"], 0.7)
 
 
+class LostAndBack(unittest.TestCase):
+    """The camera swings down to the floor and comes up 87 degrees round, where no landmark of the map is seen: a new map, placed by objects."""
+
+    def run_clip(self, out, *options):
+        outcome = oaslam("run", *harness.clip("lost_and_back"), "--out", out, "--map-out", out + ".map", *options)
+        self.assertEqual(outcome.code, 0, outcome)
+        return harness.read_tum(os.path.join(out, "trajectory.txt"))
+
+    def test_it_goes_on_mapping_where_points_alone_are_lost(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_lost_") as folder:
+            out = os.path.join(folder, "first")
+            final = self.run_clip(out)
+            self.assertGreater(len(final), 0.75 * 350)
+            matched = harness.pairs(final, harness.read_tum(harness.groundtruth("lost_and_back")))
+            self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), 0.015)
+            frames = harness.read_csv(os.path.join(out, "frames.csv"))
+            self.assertEqual(sum(f["state"] == "relocalized" for f in frames), 1)
+            self.assertEqual(frames[-1]["state"], "tracking")
+            self.assertGreater(sum(int(f["filled"]) for f in frames), 20)
+            check_objects(self, os.path.join(out, "objects.json"), harness.map_alignment(out, "lost_and_back"))
+            self.assertEqual(oaslam("info", out + ".map").code, 0)
+            again = os.path.join(folder, "again")
+            self.run_clip(again)
+            for name in ("first.map", "first/trajectory.txt", "first/trajectory_live.txt", "first/objects.json"):
+                self.assertEqual(harness.read_bytes(os.path.join(folder, name)), harness.read_bytes(os.path.join(folder, name.replace("first", "again"))), name)
+
+    def test_by_points_alone_it_stays_lost(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_lost_") as folder:
+            self.assertLess(len(self.run_clip(os.path.join(folder, "out"), "--relocalization", "points")), 0.6 * 350)
+
+
 class Repeat(unittest.TestCase):
     def test_the_same_bytes_twice(self):
         with tempfile.TemporaryDirectory(prefix="oaslam_repeat_") as folder:

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "oaslam/bundle/pose_graph.h"
+#include "oaslam/map/joining.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/matching/fusion.h"
@@ -58,13 +59,7 @@ void MoveObjects(const NodeMotions& motions, Map& map) {
     if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
     const auto carried = map.ResolveKeyframe(object.observations[object.observations.size() / 2].anchor);
     if (!carried) continue;
-    const Similarity& motion = motions.Of(carried->by);
-    object.ellipsoid.center = motion * object.ellipsoid.center;
-    object.ellipsoid.half_axes *= motion.scale;
-    object.ellipsoid.rotation = (motion.rotation * object.ellipsoid.rotation).normalized();
-    const Eigen::Matrix3d turn = motion.scale * motion.rotation.toRotationMatrix();
-    object.covariance.topRows<3>() = turn * object.covariance.topRows<3>().eval();
-    object.covariance.leftCols<3>() = object.covariance.leftCols<3>().eval() * turn.transpose();
+    MoveObject(motions.Of(carried->by), object);
   }
 }
 

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
+#include "oaslam/map/joining.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/objects/object_merging.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -15,9 +19,16 @@ void Mapper::Apply(const MapCommand& command) {
   AdoptBackgroundBundle(command.frame_index);
   if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
+  if (command.joining) Join(*command.joining);
   CountLandmarkUse(command.uses, map_);
   if (command.keyframe) MapKeyframe(*command.keyframe);
   if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, command.frame_index, config_.objects);
+}
+
+void Mapper::Join(const JoiningMap& joining) {
+  JoinMap(*joining.map, joining.world_from_map, map_);
+  const std::vector<ObjectId> ids = joining.map->objects.Ids();
+  MergeDuplicates(map_, std::set<ObjectId>(ids.begin(), ids.end()), config_.objects);
 }
 
 void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {

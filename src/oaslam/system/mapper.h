@@ -14,11 +14,18 @@
 
 namespace oaslam {
 
+// A map to be added to the one there is.
+struct JoiningMap {
+  std::shared_ptr<const Map> map;
+  Similarity world_from_map;
+};
+
 // What the tracker asks of the mapper after a frame.
 struct MapCommand {
   int frame_index = 0;
   bool reset = false;  // forget the map first
   std::optional<InitialMap> initial;
+  std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;
   std::vector<LandmarkUse> uses;
   std::vector<ObjectSighting> sightings;  // since the command before, in order of frames
@@ -40,6 +47,7 @@ class Mapper {
 
  private:
   void Reset();
+  void Join(const JoiningMap& joining);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
   void AdoptBackgroundBundle(int frame_index);

@@ -9,9 +9,10 @@
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/map_file.h"
-#include "oaslam/system/map_pipeline.h"
 #include "oaslam/system/relocalizer.h"
-#include "oaslam/system/tracker.h"
+#include "oaslam/system/resumption.h"
+#include "oaslam/system/session.h"
+#include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -64,13 +65,16 @@ class Slam::Impl {
     const auto known = std::ranges::find(map.cameras, camera_);
     camera_index_ = static_cast<int>(known - map.cameras.begin());
     if (known == map.cameras.end()) map.cameras.push_back(camera_);
-    pipeline_.emplace(config_, std::move(map));
-    tracker_.emplace(config_, ids, is_loaded);
-    tracker_->SetRelocalizationMode(mode_);
-    snapshot_ = pipeline_->Newest();
+    resumption_.reset();
+    lost_frames_ = 0;
+    session_.emplace(config_, std::move(map), ids, is_loaded);
+    session_->tracker().SetRelocalizationMode(mode_);
   }
 
   TrackingResult Process(const ImageInput& input);
+  Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
+  bool JoinMaps(int frame_index, bool go_on_there);
+  bool IsInitializing() const { return session_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
@@ -85,9 +89,9 @@ class Slam::Impl {
   int camera_index_ = 0;
   OrbExtractor extractor_;
   Relocalizer relocalizer_;
-  std::optional<MapPipeline> pipeline_;
-  std::optional<Tracker> tracker_;
-  std::shared_ptr<const Map> snapshot_;
+  std::optional<Session> session_;
+  std::optional<Resumption> resumption_;  // while lost
+  int lost_frames_ = 0;
   std::vector<FramePose> loaded_trajectory_;
   ClassNames class_names_ = CocoClassNames();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
@@ -99,21 +103,15 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
     throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", input.timestamp, *last_timestamp_));
   const Stopwatch total;
-  const int keypoints = config_.features.count * (tracker_->IsInitializing() ? 2 : 1);
+  const int keypoints = config_.features.count * (IsInitializing() ? 2 : 1);
   const Frame frame = MakeFrame(input, next_index_, keypoints);
   last_timestamp_ = input.timestamp;
   ++next_index_;
   const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
 
-  snapshot_ = pipeline_->SnapshotFor(frame.index);
   const Stopwatch tracking;
-  Tracker::Outcome outcome = tracker_->Track(frame, *snapshot_);
+  const Tracker::Outcome outcome = Resume(frame, session_->Process(frame));
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
-  if (outcome.command) pipeline_->Submit(std::move(*outcome.command), outcome.map_required);
-  if (outcome.map_required) {
-    snapshot_ = pipeline_->Newest();
-    outcome = tracker_->AdoptInitialMap(frame, *snapshot_);
-  }
 
   TrackingResult result;
   result.frame = frame.index;
@@ -133,12 +131,48 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   return result;
 }
 
+// While points do not show where the camera is, a map of its own goes on from there.
+Tracker::Outcome Slam::Impl::Resume(const Frame& frame, Tracker::Outcome outcome) {
+  if (outcome.state == TrackingState::kInitializing || !session_->tracker().IsMapping()) return outcome;
+  const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
+  if (!is_lost && resumption_) {
+    JoinMaps(frame.index, false);
+    resumption_.reset();
+  }
+  lost_frames_ = is_lost ? lost_frames_ + 1 : 0;
+  if (lost_frames_ < Resumption::kPatience) return outcome;
+  if (!resumption_ || resumption_->IsLost()) {
+    resumption_.emplace(config_, *session_->Newest(), session_->tracker().NextIds());
+    resumption_->session().tracker().SetRelocalizationMode(mode_);
+  }
+  resumption_->Process(frame, outcome.anchor);
+  if (!JoinMaps(frame.index, true)) return outcome;
+  resumption_.reset();
+  lost_frames_ = 0;
+  return session_->tracker().Present(*session_->snapshot());
+}
+
+// False where it is not yet known how the maps lie to each other.
+bool Slam::Impl::JoinMaps(int frame_index, bool go_on_there) {
+  const std::optional<Similarity> world_from_new = resumption_->Locate();
+  if (!world_from_new) return false;
+  Session& found = resumption_->session();
+  MapCommand command;
+  command.frame_index = frame_index;
+  command.joining = JoiningMap{found.Newest(), *world_from_new};
+  session_->SubmitAndWait(std::move(command));
+  if (go_on_there) session_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
+  else session_->tracker().TakeTrajectory(std::move(found.tracker()), world_from_new->scale);
+  Log(LogLevel::kInfo, fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
+  return true;
+}
+
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam,
                                       double ms_features) {
   // Each image for itself: the same answer whatever came before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
-  const Relocalization found = relocalizer_.Find(frame, *snapshot_, mode, gravity_in_cam, rng);
+  const Relocalization found = relocalizer_.Find(frame, *session_->snapshot(), mode, gravity_in_cam, rng);
   RelocalizationResult result;
   result.evidence = found.evidence;
   if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
@@ -166,7 +200,7 @@ TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(in
 
 void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->mode_ = mode;
-  impl_->tracker_->SetRelocalizationMode(mode);
+  impl_->session_->tracker().SetRelocalizationMode(mode);
 }
 
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
@@ -180,27 +214,28 @@ RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& det
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 
-void Slam::SetMapping(bool enabled) { impl_->tracker_->SetMapping(enabled); }
+void Slam::SetMapping(bool enabled) { impl_->session_->tracker().SetMapping(enabled); }
 
 void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
 
 void Slam::Finish() {
-  impl_->pipeline_->Submit(impl_->tracker_->TakeRest(), true);
-  impl_->snapshot_ = impl_->pipeline_->Finish();
-  impl_->tracker_->SettleTrajectory(*impl_->snapshot_);
+  if (impl_->resumption_ && !impl_->JoinMaps(impl_->next_index_, true))
+    Log(LogLevel::kWarning, "what was seen since the camera was lost could not be joined with the map");
+  impl_->resumption_.reset();
+  impl_->session_->Finish();
 }
 
 std::vector<Slam::TimedPose> Slam::Trajectory() const {
   std::vector<TimedPose> poses;
-  for (const FramePose& frame : impl_->tracker_->trajectory())
-    if (const auto reference = impl_->snapshot_->ResolvePose(frame.reference))
+  for (const FramePose& frame : impl_->session_->tracker().trajectory())
+    if (const auto reference = impl_->session_->snapshot()->ResolvePose(frame.reference))
       poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
   return poses;
 }
 
 SavedMap Slam::Export() const {
-  SavedMap saved{*impl_->snapshot_, impl_->loaded_trajectory_, impl_->class_names_};
-  const auto& trajectory = impl_->tracker_->trajectory();
+  SavedMap saved{*impl_->session_->snapshot(), impl_->loaded_trajectory_, impl_->class_names_};
+  const auto& trajectory = impl_->session_->tracker().trajectory();
   saved.trajectory.insert(saved.trajectory.end(), trajectory.begin(), trajectory.end());
   return saved;
 }
@@ -218,13 +253,16 @@ void Slam::Reset() {
   impl_ = std::make_unique<Impl>(impl_->config_, impl_->camera_);
 }
 
-void Slam::Shutdown() { impl_->pipeline_->Shutdown(); }
+void Slam::Shutdown() {
+  if (impl_->resumption_) impl_->resumption_->session().Shutdown();
+  impl_->session_->Shutdown();
+}
 
 MapSnapshot Slam::Snapshot() const {
   MapSnapshot view;
-  impl_->snapshot_->keyframes.ForEach([&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
-  impl_->snapshot_->landmarks.ForEach([&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
-  impl_->snapshot_->objects.ForEach([&](ObjectId id, const Object& o) {
+  impl_->session_->snapshot()->keyframes.ForEach([&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
+  impl_->session_->snapshot()->landmarks.ForEach([&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
+  impl_->session_->snapshot()->objects.ForEach([&](ObjectId id, const Object& o) {
     if (o.state == ObjectState::kMapped) view.objects.push_back({id.value, o.category_id, o.ellipsoid, o.total_observations});
   });
   return view;

@@ -196,8 +196,12 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   last_.reset();
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
-  if (found.evidence == PoseEvidence::kObjects && found.relative_sigma > config_.tracking.max_object_sigma) return Lose(frame);
-  if (found.evidence == PoseEvidence::kObjects) return ShowObjectPose(frame, map, found.cam_from_world, found.matched_objects);
+  if (found.evidence == PoseEvidence::kObjects) {
+    const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
+    Outcome outcome = is_shown ? ShowObjectPose(frame, map, found.cam_from_world, found.matched_objects) : Lose(frame);
+    outcome.anchor = PoseAnchor{found.cam_from_world, found.sigma_position};
+    return outcome;
+  }
   TrackReport first;
   first.success = true;
   first.cam_from_world = found.cam_from_world;
@@ -207,7 +211,9 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
-  return Continue(frame, map, tracked, TrackingState::kRelocalized);
+  Outcome outcome = Continue(frame, map, tracked, TrackingState::kRelocalized);
+  outcome.anchor = PoseAnchor{tracked.cam_from_world, found.sigma_position};
+  return outcome;
 }
 
 // A pose for this frame only: tracking needs points to go on from.
@@ -246,6 +252,36 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   outcome.command->frame_index = frame.index;
   outcome.command->reset = true;
   return outcome;
+}
+
+void Tracker::GoOnAs(Tracker other, double scale) {
+  phase_ = other.phase_;
+  last_ = std::move(other.last_);
+  if (last_) last_->cam_from_reference.translation *= scale;
+  velocity_ = other.velocity_;
+  if (velocity_) velocity_->translation *= scale;
+  newest_keyframe_ = other.newest_keyframe_;
+  newest_keyframe_frame_ = other.newest_keyframe_frame_;
+  uses_ = std::move(other.uses_);
+  EndBackfill();
+  TakeTrajectory(std::move(other), scale);
+}
+
+Tracker::Outcome Tracker::Present(const Map& map) const {
+  const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
+  if (!reference || phase_ != Phase::kTracking) return {};
+  const auto seen = static_cast<int>(std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
+  return Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
+}
+
+void Tracker::TakeTrajectory(Tracker other, double scale) {
+  next_keyframe_ = other.next_keyframe_;
+  object_tracks_ = std::move(other.object_tracks_);
+  for (ObjectSighting& sighting : other.sightings_) {
+    sighting.observation.cam_from_anchor.translation *= scale;
+    sightings_.push_back(std::move(sighting));
+  }
+  trajectory_.Join(std::move(other.trajectory_), scale);
 }
 
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {

@@ -17,6 +17,12 @@
 
 namespace oaslam {
 
+// A frame's pose that was found anew, by objects at least, whether or not it was good enough to be shown.
+struct PoseAnchor {
+  Rigid3 cam_from_world;
+  double sigma = 0;  // of its position, map units
+};
+
 // Where the tracker's ids begin: behind those of a loaded map.
 struct FirstIds {
   uint32_t keyframe = 0;
@@ -32,6 +38,7 @@ class Tracker {
     int matched = 0, inliers = 0;
     int objects = 0;             // mapped objects seen
     double ms_objects = 0;
+    std::optional<PoseAnchor> anchor;  // where the camera was lost before
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
   };
@@ -46,7 +53,17 @@ class Tracker {
   // Takes over a map that Track asked for; back to initialising where the mapper refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
 
+  // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it was; the poses of its frames join this trajectory.
+  void GoOnAs(Tracker other, double scale);
+  // The same, but this tracker goes on by itself.
+  void TakeTrajectory(Tracker other, double scale);
+  FirstIds NextIds() const { return {next_keyframe_, {{}, object_tracks_.next_object}}; }
+
+  // The newest frame, as tracked.
+  Outcome Present(const Map& map) const;
+
   bool IsInitializing() const { return phase_ == Phase::kInitializing; }
+  bool IsMapping() const { return mapping_; }
   // What was seen since the last command, for the mapper.
   MapCommand TakeRest();
   // Poses of all frames so far, relative to keyframes of the map or retired from it.

@@ -46,6 +46,17 @@ void Trajectory::Settle(const Map& map, int frame_index) {
   }
 }
 
+void Trajectory::Join(Trajectory other, double scale) {
+  for (FramePose& pose : other.poses_) {
+    pose.cam_from_reference.translation *= scale;
+    const auto own = Find(pose.frame_index);
+    if (own != poses_.end()) *own = pose;
+    else poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index), pose);
+  }
+  for (Unsettled& unsettled : other.unsettled_)
+    unsettled_.insert(std::ranges::upper_bound(unsettled_, unsettled.frame_index, {}, &Unsettled::frame_index), std::move(unsettled));
+}
+
 void Trajectory::Clear() {
   poses_.clear();
   unsettled_.clear();

@@ -17,6 +17,8 @@ class Trajectory {
   void NewestIsKeyframe(KeyframeId id);
   // Refines the frames that came before `frame_index` on the landmarks they saw, where these are now.
   void Settle(const Map& map, int frame_index);
+  // Takes the poses of another trajectory, whose keyframes joined this one's map `scale` times as large, instead of its own for the same frames.
+  void Join(Trajectory other, double scale);
   void Clear();
 
   const std::vector<FramePose>& poses() const { return poses_; }

@@ -1,0 +1,120 @@
+#include "oaslam/estimation/similarity_fit.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace oaslam {
+namespace {
+
+constexpr double kMaxSigmas = 3;
+constexpr double kMaxAngle = 6 * std::numbers::pi / 180;
+constexpr double kRotationSigma = 1.5 * std::numbers::pi / 180;
+
+Eigen::Quaterniond RotationOf(const PosePair& pair) { return pair.cam_from_b.rotation.conjugate() * pair.cam_from_a.rotation; }
+
+bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
+  const double distance = (b_from_a * pair.cam_from_a.OriginInSource() - pair.cam_from_b.OriginInSource()).norm();
+  return distance < kMaxSigmas * pair.sigma && b_from_a.rotation.angularDistance(RotationOf(pair)) < kMaxAngle;
+}
+
+std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
+  const Eigen::Vector3d a = second.cam_from_a.OriginInSource() - first.cam_from_a.OriginInSource();
+  const Eigen::Vector3d b = second.cam_from_b.OriginInSource() - first.cam_from_b.OriginInSource();
+  // Closer than the error of their positions two cameras say nothing about the scale.
+  if (a.norm() <= 0 || b.norm() < 2 * (first.sigma + second.sigma)) return std::nullopt;
+  const Eigen::Quaterniond rotation = RotationOf(first).slerp(0.5, RotationOf(second));
+  const double scale = b.norm() / a.norm();
+  const Eigen::Vector3d middle_a = (first.cam_from_a.OriginInSource() + second.cam_from_a.OriginInSource()) / 2;
+  const Eigen::Vector3d middle_b = (first.cam_from_b.OriginInSource() + second.cam_from_b.OriginInSource()) / 2;
+  return Similarity(scale, rotation, middle_b - scale * (rotation * middle_a));
+}
+
+Similarity BestOfTwo(std::span<const PosePair> pairs) {
+  constexpr size_t kMost = 40;  // pairs that are combined
+  const size_t stride = (pairs.size() + kMost - 1) / kMost;
+  Similarity best;
+  int most = -1;
+  for (size_t i = 0; i < pairs.size(); i += stride) {
+    for (size_t j = i + stride; j < pairs.size(); j += stride) {
+      const auto candidate = FromTwo(pairs[i], pairs[j]);
+      if (!candidate) continue;
+      const auto inliers = static_cast<int>(std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, *candidate); }));
+      if (inliers > most) {
+        most = inliers;
+        best = *candidate;
+      }
+    }
+  }
+  return best;
+}
+
+using Vector7 = Eigen::Matrix<double, 7, 1>;  // translation, rotation, log scale, applied after the similarity
+using Matrix7 = Eigen::Matrix<double, 7, 7>;
+
+struct Step {
+  Vector7 change;
+  Matrix7 covariance;
+};
+
+// A step of Gauss-Newton on positions and rotations, Cauchy's weights; about the middle of the cameras, where scale and place do not mix.
+std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity& b_from_a, const Eigen::Vector3d& middle) {
+  Matrix7 information = Matrix7::Zero();
+  Vector7 gradient = Vector7::Zero();
+  for (const PosePair& pair : pairs) {
+    const Eigen::Vector3d at = b_from_a * pair.cam_from_a.OriginInSource(), arm = at - middle;
+    const Eigen::Vector3d off = (at - pair.cam_from_b.OriginInSource()) / pair.sigma;
+    const Eigen::AngleAxisd turn(b_from_a.rotation * RotationOf(pair).conjugate());
+    const Eigen::Vector3d turned = turn.angle() * turn.axis() / kRotationSigma;
+    Eigen::Matrix<double, 6, 7> jacobian = Eigen::Matrix<double, 6, 7>::Zero();
+    Eigen::Matrix3d hat;
+    hat << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+    jacobian.topLeftCorner<3, 3>().setIdentity();
+    jacobian.block<3, 3>(0, 3) = -hat;
+    jacobian.topRightCorner<3, 1>() = arm;
+    jacobian.topRows<3>() /= pair.sigma;
+    jacobian.block<3, 3>(3, 3) = Eigen::Matrix3d::Identity() / kRotationSigma;
+    Eigen::Matrix<double, 6, 1> residual;
+    residual << off, turned;
+    const double weight = 1 / (1 + residual.squaredNorm() / 4);
+    information += weight * jacobian.transpose() * jacobian;
+    gradient += weight * jacobian.transpose() * residual;
+  }
+  const Eigen::LDLT<Matrix7> solver(information);
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Step step{-solver.solve(gradient), solver.solve(Matrix7::Identity())};
+  return step.change.allFinite() ? std::optional(step) : std::nullopt;
+}
+
+Similarity Apply(const Vector7& change, const Eigen::Vector3d& middle, const Similarity& b_from_a) {
+  const Eigen::Vector3d w = change.segment<3>(3);
+  const double angle = w.norm(), scale = std::exp(change[6]);
+  const Eigen::Quaterniond turn = angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle)) : Eigen::Quaterniond::Identity();
+  return Similarity(scale, turn, middle - scale * (turn * middle) + change.head<3>()) * b_from_a;
+}
+
+}  // namespace
+
+SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
+  constexpr int kIterations = 15;
+  SimilarityFit fit;
+  if (pairs.size() < 3) return fit;
+  fit.b_from_a = BestOfTwo(pairs);
+  for (int i = 0; i < kIterations; ++i) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const PosePair& pair : pairs) middle += fit.b_from_a * pair.cam_from_a.OriginInSource() / static_cast<double>(pairs.size());
+    const auto step = SolveStep(pairs, fit.b_from_a, middle);
+    if (!step) return fit;
+    fit.b_from_a = Apply(step->change, middle, fit.b_from_a);
+    fit.relative_sigma = std::sqrt(step->covariance(6, 6));
+    if (step->change.norm() < 1e-9) break;
+  }
+  fit.inliers = static_cast<int>(std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, fit.b_from_a); }));
+  fit.success = 2 * fit.inliers > static_cast<int>(pairs.size());
+  return fit;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,46 @@
+#include "oaslam/map/joining.h"
+
+#include <algorithm>
+
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+
+void MoveObject(const Similarity& new_from_old, Object& object) {
+  object.ellipsoid.center = new_from_old * object.ellipsoid.center;
+  object.ellipsoid.half_axes *= new_from_old.scale;
+  object.ellipsoid.rotation = (new_from_old.rotation * object.ellipsoid.rotation).normalized();
+  const Eigen::Matrix3d turn = new_from_old.scale * new_from_old.rotation.toRotationMatrix();
+  object.covariance.topRows<3>() = turn * object.covariance.topRows<3>().eval();
+  object.covariance.leftCols<3>() = object.covariance.leftCols<3>().eval() * turn.transpose();
+}
+
+void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
+  OASLAM_CHECK(other.cameras == map.cameras);
+  const Similarity other_from_world = world_from_other.Inverse();
+  const double scale = world_from_other.scale;
+  other.keyframes.ForEach([&](KeyframeId id, Keyframe keyframe) {
+    keyframe.cam_from_world = (Similarity(keyframe.cam_from_world) * other_from_world).AsPose();
+    map.keyframes.Insert(id, std::move(keyframe));
+  });
+  other.retired.ForEach([&](KeyframeId id, RetiredKeyframe retired) {
+    retired.cam_from_parent.translation *= scale;
+    map.retired.Insert(id, retired);
+  });
+  other.landmarks.ForEach([&](LandmarkId id, Landmark landmark) {
+    landmark.position = world_from_other * landmark.position;
+    landmark.normal = world_from_other.rotation * landmark.normal;
+    landmark.min_distance *= static_cast<float>(scale);
+    landmark.max_distance *= static_cast<float>(scale);
+    map.landmarks.Insert(id, std::move(landmark));
+  });
+  other.objects.ForEach([&](ObjectId id, Object object) {
+    if (object.state != ObjectState::kTentative) MoveObject(world_from_other, object);
+    for (ObjectObservation& o : object.observations) o.cam_from_anchor.translation *= scale;
+    map.objects.Insert(id, std::move(object));
+  });
+  other.merged_objects.ForEach([&](ObjectId id, ObjectId into) { map.merged_objects.Insert(id, into); });
+  map.next_landmark = std::max(map.next_landmark, other.next_landmark);
+}
+
+}  // namespace oaslam

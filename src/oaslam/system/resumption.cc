@@ -1,0 +1,50 @@
+#include "oaslam/system/resumption.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "oaslam/estimation/similarity_fit.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kMinAnchors = 20;
+constexpr double kMinShare = 0.6;          // of the anchors that must agree
+constexpr double kMaxScaleSigma = 0.06;    // relative
+constexpr size_t kMinKeyframes = 5;
+
+Map EmptyMapBehind(const Map& old) {
+  Map empty;
+  empty.cameras = old.cameras;
+  empty.next_landmark = old.next_landmark;
+  return empty;
+}
+
+}  // namespace
+
+Resumption::Resumption(const SlamConfig& config, const Map& old, const FirstIds& ids) : session_(config, EmptyMapBehind(old), ids, false) {}
+
+void Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in_old) {
+  const Tracker::Outcome outcome = session_.Process(frame);
+  lost_frames_ = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects ? lost_frames_ + 1 : 0;
+  if (in_old) anchors_.emplace(frame.index, *in_old);
+}
+
+std::optional<Similarity> Resumption::Locate() const {
+  const Map& map = *session_.snapshot();
+  if (static_cast<int>(anchors_.size()) < kMinAnchors || map.keyframes.size() < kMinKeyframes) return std::nullopt;
+  std::vector<PosePair> pairs;
+  for (const FramePose& pose : session_.tracker().trajectory()) {
+    const auto anchor = anchors_.find(pose.frame_index);
+    const auto reference = map.ResolvePose(pose.reference);
+    if (anchor == anchors_.end() || !reference || pose.state == TrackingState::kObjects) continue;
+    pairs.push_back({pose.cam_from_reference * *reference, anchor->second.cam_from_world, anchor->second.sigma});
+  }
+  if (static_cast<int>(pairs.size()) < kMinAnchors) return std::nullopt;
+  const SimilarityFit fit = FitSimilarity(pairs);
+  const bool agree = fit.success && fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && fit.inliers >= kMinAnchors;
+  return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(fit.b_from_a) : std::nullopt;
+}
+
+}  // namespace oaslam

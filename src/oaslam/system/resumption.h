@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "oaslam/config.h"
+#include "oaslam/geometry/similarity.h"
+#include "oaslam/map/map.h"
+#include "oaslam/system/session.h"
+
+namespace oaslam {
+
+// What a lost camera does meanwhile: it makes a map of its own, whose frames are related by points, while each is also looked for in the old map,
+// mostly by objects. Once enough of them are found there and agree, the new map's place in the old one is known much better than any single frame
+// (paper, section "Application to AR": resuming SLAM).
+class Resumption {
+ public:
+  // Its ids begin where those of the old map end.
+  Resumption(const SlamConfig& config, const Map& old, const FirstIds& ids);
+
+  // `in_old`: the frame's pose in the old map, where it was found.
+  void Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
+  bool IsInitializing() const { return session_.tracker().IsInitializing(); }
+
+  // The new map lost its camera, too, for good.
+  bool IsLost() const { return lost_frames_ >= kPatience; }
+  static constexpr int kPatience = 10;  // frames: most losses are short
+
+  // old_from_new, once it is well determined.
+  std::optional<Similarity> Locate() const;
+
+  Session& session() { return session_; }
+
+ private:
+  Session session_;
+  int lost_frames_ = 0;
+  std::map<int, PoseAnchor> anchors_;  // by frame
+};
+
+}  // namespace oaslam

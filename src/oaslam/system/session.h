@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+
+#include "oaslam/config.h"
+#include "oaslam/system/map_pipeline.h"
+#include "oaslam/system/tracker.h"
+
+namespace oaslam {
+
+// A map in the making, and the tracker that makes it.
+class Session {
+ public:
+  Session(const SlamConfig& config, Map map, const FirstIds& ids, bool map_is_loaded);
+
+  // Tracks the next frame and hands the mapper what follows from it.
+  Tracker::Outcome Process(const Frame& frame);
+  // Submits, and takes the map that holds it.
+  void SubmitAndWait(MapCommand command);
+  // Hands over what is left, and waits for the last optimisation.
+  void Finish();
+  void Shutdown() { pipeline_.Shutdown(); }
+
+  Tracker& tracker() { return tracker_; }
+  const Tracker& tracker() const { return tracker_; }
+  const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }  // as the tracker saw it last
+  // With all that was submitted.
+  std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
+
+ private:
+  MapPipeline pipeline_;
+  Tracker tracker_;
+  std::shared_ptr<const Map> snapshot_;
+};
+
+}  // namespace oaslam
