@@ -11,5 +11,6 @@ void AddMapObjectsCommand(CLI::App& app);
 void AddLocalizeCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
+void AddObjectsCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

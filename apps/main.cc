@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddLocalizeCommand(app);
   oaslam::apps::AddEvaluateCommand(app);
   oaslam::apps::AddInfoCommand(app);
+  oaslam::apps::AddObjectsCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

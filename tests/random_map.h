@@ -36,6 +36,7 @@ inline std::shared_ptr<const Features> RandomFeatures(int count, Rng& rng) {
 inline Object RandomObject(const Map& map, Rng& rng) {
   Object object;
   object.category_id = rng.Index(80);
+  if (rng.Index(2) == 0) object.name = "my \"own\" thing";
   object.state = static_cast<ObjectState>(rng.Index(3));
   object.ellipsoid = {Eigen::Vector3d(rng.Gaussian(1), rng.Gaussian(1), 4), Eigen::Vector3d(0.2, 0.3, rng.Uniform(0.1, 0.4)), RandomPose(rng).rotation};
   object.covariance.diagonal().setConstant(rng.Uniform(0.01, 0.02));

@@ -40,7 +40,7 @@ struct MappingConfig {
 
 struct BundleConfig {
   int local_iterations = 10;
-  int max_local_keyframes = 18;      // free keyframes of a local bundle adjustment
+  int max_local_keyframes = 25;      // free keyframes of a local bundle adjustment
   std::string objects = "none";      // "poses": detections of mapped objects pull at keyframes; "full": and at the ellipsoids
 };
 
@@ -63,8 +63,9 @@ struct RelocalizationConfig {
   double min_score = 0.3;            // detections below are not used
   int max_detections = 16;
   int ransac_iterations = 300;
-  double accept_score = 34;          // statistic S, vision only (objects-study.md 3b)
-  double accept_margin = 5;
+  double accept_score = 20;          // statistic S, vision only (objects-study.md 3b)
+  double accept_margin = 8;          // S less that of the best pose elsewhere
+  double accept_evidence = 30;       // S / 2 + margin
   int accept_objects = 4;
   int min_matches = 30;              // guided points that confirm an object pose
 };
@@ -131,6 +132,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("relocalization.ransac_iterations", c.relocalization.ransac_iterations, 10, 100000);
   visit("relocalization.accept_score", c.relocalization.accept_score, 0.0, 1e6);
   visit("relocalization.accept_margin", c.relocalization.accept_margin, 0.0, 1e6);
+  visit("relocalization.accept_evidence", c.relocalization.accept_evidence, 0.0, 1e6);
   visit("relocalization.accept_objects", c.relocalization.accept_objects, 3, 1000);
   visit("relocalization.min_matches", c.relocalization.min_matches, 10, 1000);
   visit("runner.mode", c.runner.mode, Words{"sequential", "lockstep", "live"});

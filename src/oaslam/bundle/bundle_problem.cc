@@ -12,6 +12,7 @@
 
 #include "oaslam/bundle/box_cost.h"
 #include "oaslam/bundle/reprojection_cost.h"
+#include "oaslam/bundle/schur_solver.h"
 #include "oaslam/estimation/ellipsoid_fit.h"
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/geometry/camera_model.h"
@@ -31,7 +32,7 @@ class StopCallback final : public ceres::IterationCallback {
   std::stop_token stop_;
 };
 
-// The parameters and residuals of one adjustment. Blocks of a kind are contiguous and ascend with their ids: Ceres orders blocks of an
+// The parameters and residuals of one adjustment, for our own solver where that will do (points alone, few cameras), else for Ceres. Blocks of a kind are contiguous and ascend with their ids: Ceres orders blocks of an
 // elimination group by address, so this makes its result a function of the map alone.
 class BundleProblem {
  public:
@@ -39,6 +40,8 @@ class BundleProblem {
     poses_.reserve(selection.free_keyframes.size());
     for (const KeyframeId id : selection.free_keyframes) poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
     CollectObservations();
+    is_small_ = poses_.size() <= kMaxDensePoses && selection.objects.empty();
+    if (is_small_) return;
     Build();
     AddObjects();
   }
@@ -47,8 +50,9 @@ class BundleProblem {
 
   // Returns false if the solver found no usable solution; then nothing is changed.
   bool Solve(int max_iterations, const BundleEffort& effort) {
+    if (is_small_) return SolveSmall(max_iterations, effort);
     ceres::Solver::Options options;
-    options.linear_solver_type = poses_.size() <= 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    options.linear_solver_type = poses_.size() <= kMaxDensePoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (auto& point : points_) options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
     for (auto& pose : poses_) options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
@@ -71,11 +75,13 @@ class BundleProblem {
   // Leaves the kernel and the present outliers out of what follows; returns the share of outliers.
   double DropOutliers() {
     loss_.Reset(nullptr, ceres::TAKE_OWNERSHIP);
+    is_robust_ = false;
     const std::vector<double> chi2 = Chi2OfAll();
     int outliers = 0;
     for (size_t i = 0; i < chi2.size(); ++i) {
       const bool active = !IsOutlier(chi2[i]);
       outliers += !active;
+      observations_[i].is_active = active;
       if (observations_[i].free_cost) observations_[i].free_cost->set_active(active);
       if (observations_[i].fixed_cost) observations_[i].fixed_cost->set_active(active);
     }
@@ -115,7 +121,10 @@ class BundleProblem {
     double sigma_px = 1;
     ReprojectionCost* free_cost = nullptr;
     FixedPoseReprojectionCost* fixed_cost = nullptr;
+    bool is_active = true;
   };
+
+  static constexpr size_t kMaxDensePoses = 60;
 
   static bool IsOutlier(double chi2) { return !(chi2 <= kChi2TwoDof); }
 
@@ -167,6 +176,34 @@ class BundleProblem {
         problem_->AddResidualBlock(seen.fixed_cost, &loss_, point);
       }
     }
+  }
+
+  bool SolveSmall(int max_iterations, const BundleEffort& effort) {
+    CamerasAndPoints state;
+    for (size_t i = 0; i < poses_.size(); ++i) {
+      state.poses.push_back(FromBlock(poses_[i]));
+      state.cameras.push_back(&map_.cameras[map_.keyframes.At(selection_.free_keyframes[i]).camera]);
+    }
+    for (const KeyframeId id : selection_.fixed_keyframes) {
+      const Keyframe& keyframe = map_.keyframes.At(id);
+      state.poses.push_back(keyframe.cam_from_world);
+      state.cameras.push_back(&map_.cameras[keyframe.camera]);
+    }
+    state.points = points_;
+    std::vector<PointSight> sights;
+    sights.reserve(observations_.size());
+    for (const Seen& seen : observations_) {
+      if (!seen.is_active) continue;
+      const int fixed = static_cast<int>(poses_.size() + (std::ranges::lower_bound(selection_.fixed_keyframes, seen.keyframe) - selection_.fixed_keyframes.begin()));
+      sights.push_back({seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px});
+    }
+    const SchurReport report =
+        MinimizeReprojection(sights, static_cast<int>(poses_.size()), {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state);
+    iterations_ += report.iterations;
+    if (!report.success) return false;
+    for (size_t i = 0; i < poses_.size(); ++i) poses_[i] = ToBlock(state.poses[i]);
+    points_ = std::move(state.points);
+    return true;
   }
 
   void AddObjects() {
@@ -230,6 +267,8 @@ class BundleProblem {
   ceres::HuberLoss huber_, box_loss_{1};
   ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)), ceres::TAKE_OWNERSHIP};
   std::unique_ptr<ceres::Problem> problem_;
+  bool is_small_ = false;  // solved by MinimizeReprojection
+  bool is_robust_ = true;
   int iterations_ = 0;
 };
 

@@ -162,7 +162,7 @@ void ReadLandmarks(Database& database, Checksum& checksum, Map& map) {
   }
 }
 
-void ReadObjects(Database& database, Checksum& checksum, Map& map) {
+void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& map) {
   RowReader rows(database, checksum, "objects", "id");
   while (rows.Next()) {
     const auto id = rows.RequiredId<ObjectId>();
@@ -178,6 +178,7 @@ void ReadObjects(Database& database, Checksum& checksum, Map& map) {
     object.mean_iou = rows.Real();
     object.total_observations = rows.Int(0);
     object.last_seen_frame = rows.Int();
+    if (version >= 2) object.name = rows.Text();
     map.objects.Insert(id, std::move(object));
   }
   const auto object_of = [&](RowReader& row) -> Object& {
@@ -232,7 +233,7 @@ void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
   }
 }
 
-void CheckKind(Database& database) {
+int64_t CheckKind(Database& database) {
   if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId) database.Refuse("is a database, but not a map of oaslam");
   const int64_t version = database.QueryInteger("PRAGMA user_version");
   if (version > kMapFormatVersion)
@@ -241,6 +242,7 @@ void CheckKind(Database& database) {
   std::string answer = database.QueryText("PRAGMA quick_check(1)");
   std::ranges::replace(answer, '\n', ' ');
   if (answer != "ok") database.Refuse("is damaged: " + answer);
+  return version;
 }
 
 }  // namespace
@@ -250,14 +252,14 @@ SavedMap LoadMap(const std::string& path) {
   if (!std::filesystem::exists(path, error)) throw InputError(fmt::format("{}: there is no such file", path));
   if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("{}: is not a file", path));
   Database database(path, Database::Access::kReadOnly);
-  CheckKind(database);
+  const int64_t version = CheckKind(database);
   SavedMap saved;
   Checksum checksum;
   ReadMeta(database, checksum, saved.map);
   ReadCameras(database, checksum, saved.map);
   ReadKeyframes(database, checksum, saved.map);
   ReadLandmarks(database, checksum, saved.map);
-  ReadObjects(database, checksum, saved.map);
+  ReadObjects(database, checksum, version, saved.map);
   ReadTrajectory(database, checksum, saved);
   if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex()) database.Refuse("is damaged: the checksum does not match");
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty()) database.Refuse("is damaged: " + problems.front());

@@ -87,11 +87,11 @@ void WriteLandmarks(Database& database, Checksum& checksum, const Map& map) {
 }
 
 void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
-  RowWriter objects(database, checksum, "objects", 18);
+  RowWriter objects(database, checksum, "objects", 19);
   map.objects.ForEach([&](ObjectId id, const Object& o) {
     objects.Write(id, o.category_id, NameOf(o.state), o.ellipsoid.center, o.ellipsoid.half_axes, o.ellipsoid.rotation,
                   BytesOf(o.covariance.data(), static_cast<size_t>(o.covariance.size())), o.detection_rate, o.mean_iou, o.total_observations,
-                  o.last_seen_frame);
+                  o.last_seen_frame, std::string_view(o.name));
   });
   RowWriter observations(database, checksum, "object_observations", 18);
   map.objects.ForEach([&](ObjectId id, const Object& object) {

@@ -28,6 +28,8 @@ double Score(const Object& object) {
   return object.observations.empty() ? 0 : sum / static_cast<double>(object.observations.size());
 }
 
+std::string Named(const Object& object) { return object.name.empty() ? "" : ", \"name\": " + nlohmann::json(object.name).dump(); }
+
 }  // namespace
 
 void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& names) {
@@ -37,9 +39,9 @@ void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& 
     const Ellipsoid& e = object.ellipsoid;
     const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs()) : Eigen::Vector4d(e.rotation.coeffs());
     text += fmt::format(
-        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {},\n   \"center\": {},\n   \"half_axes\": {},\n   \"rotation\": {},\n"
+        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{},\n   \"center\": {},\n   \"half_axes\": {},\n   \"rotation\": {},\n"
         "   \"observations\": {}, \"score\": {:.4f},\n   \"covariance_diag\": {}}}",
-        text.empty() ? "" : ",", id.value, object.category_id, nlohmann::json(NameOf(names, object.category_id)).dump(), Numbers(e.center),
+        text.empty() ? "" : ",", id.value, object.category_id, nlohmann::json(NameOf(names, object.category_id)).dump(), Named(object), Numbers(e.center),
         Numbers(e.half_axes), Numbers(rotation), object.total_observations, Score(object), Numbers(Eigen::VectorXd(object.covariance.diagonal())));
   });
   WriteTextFile(path, "[" + text + "\n]\n");

@@ -33,7 +33,9 @@ Map MapWithObjects() {
 
 TEST(ObjectsJson, MappedObjectsWithKeysInOrder) {
   const TempFolder folder;
-  SaveObjectsJson(folder / "o.json", MapWithObjects(), {{41, "a \"cup\""}});
+  Map map = MapWithObjects();
+  for (const ObjectId id : map.objects.Ids()) map.objects.MutableAt(id).name.clear();
+  SaveObjectsJson(folder / "o.json", map, {{41, "a \"cup\""}});
   const auto json = nlohmann::ordered_json::parse(folder.Read("o.json"));
   ASSERT_EQ(json.size(), 2u);
   std::vector<std::string> keys;
@@ -47,6 +49,9 @@ TEST(ObjectsJson, MappedObjectsWithKeysInOrder) {
   EXPECT_EQ(json[1]["score"], 0.5);
   EXPECT_EQ(json[1]["covariance_diag"].size(), 7u);
   EXPECT_THAT(folder.Read("o.json"), Not(HasSubstr("-0,")));
+  map.objects.MutableAt(ObjectId(3)).name = "the \"best\"";
+  SaveObjectsJson(folder / "named.json", map, {});
+  EXPECT_EQ(nlohmann::json::parse(folder.Read("named.json"))[1]["name"], "the \"best\"");
   SaveObjectsJson(folder / "none.json", Map(), {});
   EXPECT_TRUE(nlohmann::json::parse(folder.Read("none.json")).empty());
   EXPECT_THAT(InputErrorOf([&] { SaveObjectsJson(folder / "no/o.json", Map(), {}); }), HasSubstr("cannot be written"));

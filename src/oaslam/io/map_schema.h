@@ -5,7 +5,7 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-constexpr int32_t kMapFormatVersion = 1;           // PRAGMA user_version
+constexpr int32_t kMapFormatVersion = 2;           // PRAGMA user_version; 1 had no names of objects
 
 // Documented in docs/formats.md, which must change with it. Poses are quaternion x y z w and translation; blobs are little-endian.
 constexpr const char* kMapSchema = R"sql(
@@ -28,7 +28,7 @@ CREATE TABLE observations(landmark INTEGER REFERENCES landmarks, keyframe INTEGE
   PRIMARY KEY(landmark, keyframe)) WITHOUT ROWID;
 CREATE TABLE objects(id INTEGER PRIMARY KEY, category_id INTEGER, state TEXT, center_x REAL, center_y REAL, center_z REAL,
   half_axis_x REAL, half_axis_y REAL, half_axis_z REAL, world_from_object_qx REAL, world_from_object_qy REAL, world_from_object_qz REAL,
-  world_from_object_qw REAL, covariance BLOB, detection_rate REAL, mean_iou REAL, total_observations INTEGER, last_seen_frame INTEGER);
+  world_from_object_qw REAL, covariance BLOB, detection_rate REAL, mean_iou REAL, total_observations INTEGER, last_seen_frame INTEGER, name TEXT);
 CREATE TABLE object_observations(object INTEGER REFERENCES objects, rank INTEGER, frame_index INTEGER, anchor INTEGER,
   cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,
   cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL, camera INTEGER REFERENCES cameras,

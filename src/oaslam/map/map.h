@@ -69,6 +69,7 @@ struct ObjectObservation {
 
 struct Object {
   int category_id = 0;
+  std::string name;                                 // a user's; empty: that of its class
   ObjectState state = ObjectState::kTentative;
   Ellipsoid ellipsoid;                              // world; meaningless while tentative
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();  // center, log half axes, yaw about up

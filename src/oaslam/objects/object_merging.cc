@@ -55,26 +55,43 @@ Object Union(const Map& map, const Object& a, const Object& b) {
   joint.total_observations += b.total_observations;
   joint.last_seen_frame = std::max(a.last_seen_frame, b.last_seen_frame);
   if (b.state == ObjectState::kMapped) joint.state = ObjectState::kMapped;
+  if (joint.name.empty()) joint.name = b.name;
   AddVotes(b.landmarks, b.landmark_votes, joint);
   return joint;
 }
 
-bool TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
+struct Joint {
+  Object object;
+  ViewOverlap overlap;
+};
+
+// The observations of both with the ellipsoid that explains them best; nothing if there is none.
+std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
-  if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return false;
-  Object joint = Union(map, a, b);
+  Joint joint{Union(map, a, b), {}};
   const Ellipsoid* better = a.total_observations >= b.total_observations ? &a.ellipsoid : &b.ellipsoid;
-  std::vector<BoxView> views = ViewsOf(map, joint.observations);
+  std::vector<BoxView> views = ViewsOf(map, joint.object.observations);
   const ObjectId own[] = {kept, gone};
   if (config.model != "paper") MarkHiddenEdges(map, own, *better, views);
   const auto model = FitObjectModel(map, views, better, config);
-  if (!model || model->overlap.accept_share < config.min_accept_share || model->overlap.mean_iou < kMinMergedIoU)
-    return false;
-  AdoptModel(*model, views, joint);
+  if (!model) return std::nullopt;
+  AdoptModel(*model, views, joint.object);
+  joint.overlap = model->overlap;
+  return joint;
+}
+
+void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);
   map.merged_objects.Insert(gone, kept);
-  return true;
+}
+
+void TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
+  const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
+  if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return;
+  std::optional<Joint> joint = Join(map, kept, gone, config);
+  if (joint && joint->overlap.accept_share >= config.min_accept_share && joint->overlap.mean_iou >= kMinMergedIoU)
+    Replace(std::move(joint->object), kept, gone, map);
 }
 
 }  // namespace
@@ -100,6 +117,14 @@ void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16
   }
   object.landmarks = std::move(ids);
   object.landmark_votes = std::move(sums);
+}
+
+bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
+  if (map.objects.At(kept).category_id != map.objects.At(gone).category_id) return false;
+  std::optional<Joint> joint = Join(map, kept, gone, config);
+  if (!joint) return false;
+  Replace(std::move(joint->object), kept, gone, map);
+  return true;
 }
 
 void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config) {

@@ -15,6 +15,9 @@ namespace oaslam {
 // the older object; the other's id stays resolvable.
 void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config);
 
+// The same for two objects that a user knows to be one: of one class, and with a common ellipsoid at all. False, and nothing changed, otherwise.
+bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config);
+
 // A model, and all that follows from it, into the object.
 struct ObjectModel;
 void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object);

@@ -12,9 +12,10 @@ namespace {
 constexpr size_t kRefined = 12;  // guesses
 constexpr size_t kReturned = 5;
 constexpr size_t kFewGuesses = 5;
+constexpr double kSureScore = 34;  // no other guess is looked for beyond that
 // Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
 constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
-// A known vertical leaves wrong poses less freedom: S > 25 and n >= 3 instead of 34 and 4 (objects-study.md, section
+// A known vertical leaves wrong poses less freedom: as S > 25 and n >= 3 instead of 34 and 4 (objects-study.md, section
 // 3b).
 constexpr double kGravityShare = 25.0 / 34;
 
@@ -58,20 +59,20 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetec
                                                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
   const ObjectScene scene(detections, camera, map, config, gravity_in_cam);
   if (scene.detections.empty()) return {};
-  const double accept_score = config.accept_score * (scene.up_in_cam ? kGravityShare : 1);
+  const double ease = scene.up_in_cam ? kGravityShare : 1, accept_score = config.accept_score * ease;
   const int accept_objects = config.accept_objects - (scene.up_in_cam ? 1 : 0);
 
   std::vector<Refined> refined;
   const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
   Refine(scene, guesses, refined);
   // One object says little, but its guesses reach where groups do not; most of their many are looked at in vain.
-  if (guesses.size() < kFewGuesses || refined.empty() || refined.front().candidate.score < accept_score)
+  if (guesses.size() < kFewGuesses || refined.empty() || refined.front().candidate.score < kSureScore * ease)
     Refine(scene, GuessFromSingles(scene), refined);
 
   std::vector<ObjectPoseCandidate> candidates = DistinctCandidates(refined);
   if (!candidates.empty()) {
     ObjectPoseCandidate& best = candidates.front();
-    best.accepted = best.score > accept_score && best.margin > config.accept_margin &&
+    best.accepted = best.score > accept_score && best.margin > config.accept_margin && best.Evidence() > config.accept_evidence * ease &&
                     static_cast<int>(best.matched.size()) >= accept_objects;
   }
   return candidates;

@@ -25,6 +25,9 @@ struct ObjectPoseCandidate {
   std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
   double sigma_position = 0;                      // map units, 1 sigma
   bool accepted = false;                          // the evidence suffices to stand behind the pose
+
+  // That another pose explains the boxes much worse says more than how well this one does.
+  double Evidence() const { return score / 2 + margin; }
 };
 
 // Poses of a camera from its detected objects alone, in the map's frame: up to five distinct ones, best first; only the

@@ -26,6 +26,13 @@ double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidat
   return std::clamp(kSigmas * RelativeSigma(map, candidate) * map.cameras[frame.camera].fx, kMin, kMax);
 }
 
+// Few points, all in one corner of the image, can agree on a pose that is far off; boxes all over the image cannot.
+bool Agree(const RelocalizationReport& by_points, const ObjectPoseCandidate& by_objects) {
+  constexpr double kMaxSigmas = 4;
+  const double distance = (by_points.cam_from_world.OriginInSource() - by_objects.cam_from_world.OriginInSource()).norm();
+  return distance < kMaxSigmas * std::hypot(by_points.sigma_position, by_objects.sigma_position);
+}
+
 Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evidence, int accepted_at) {
   Relocalization result;
   result.evidence = report.success ? evidence : PoseEvidence::kNone;
@@ -72,7 +79,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
     for (const ObjectPoseCandidate& c : candidates) {
       const RelocalizationReport report =
           VerifyByPoints(frame, map, c.cam_from_world, SearchRadius(map, frame, c), config_.relocalization, config_.tracking, rng);
-      if (!report.success) continue;
+      if (!report.success || !Agree(report, c)) continue;
       Relocalization confirmed = FromPoints(report, PoseEvidence::kPointsAndObjects, config_.tracking.min_inliers);
       confirmed.matched_objects = static_cast<int>(c.matched.size());
       confirmed.candidates = std::move(result.candidates);
@@ -88,7 +95,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   result.matched_objects = static_cast<int>(best.matched.size());
   result.sigma_position = best.sigma_position;
   result.relative_sigma = RelativeSigma(map, best);
-  result.confidence = Confidence(best.score, config_.relocalization.accept_score);
+  result.confidence = Confidence(best.Evidence(), config_.relocalization.accept_evidence);
   return result;
 }
 

@@ -1,0 +1,232 @@
+#include "oaslam/bundle/schur_solver.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+using Matrix23 = Eigen::Matrix<double, 2, 3>;
+using Matrix26 = Eigen::Matrix<double, 2, 6>;
+using Matrix63 = Eigen::Matrix<double, 6, 3>;
+using Matrix66 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+// At or behind the camera there is no projection: a large constant error, so that no step gains by going there.
+constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
+
+struct Loss {
+  double cost, weight;
+};
+
+Loss LossOf(double chi2, double huber_chi2) {
+  if (huber_chi2 <= 0 || chi2 <= huber_chi2) return {chi2, 1};
+  const double root = std::sqrt(huber_chi2 * chi2);
+  return {2 * root - huber_chi2, root / chi2};
+}
+
+struct Cam {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d translation;
+};
+
+class Solver {
+ public:
+  Solver(std::span<const PointSight> sights, int free_poses, const SchurOptions& options, const CamerasAndPoints& state)
+      : sights_(sights), free_poses_(free_poses), options_(options), cross_(sights.size()) {
+    first_.assign(state.points.size() + 1, 0);
+    for (const PointSight& s : sights) ++first_[s.point + 1];
+    for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+    pose_hessians_.resize(free_poses);
+    pose_gradients_.resize(free_poses);
+    point_hessians_.resize(state.points.size());
+    point_gradients_.resize(state.points.size());
+    point_inverses_.resize(state.points.size());
+    const std::vector<Cam> cams = CamsOf(state);
+    is_left_out_.resize(state.points.size());
+    for (size_t point = 0; point < state.points.size(); ++point) is_left_out_[point] = IsBehind(point, state.points[point], cams);
+  }
+
+  double Cost(const CamerasAndPoints& state) const {
+    const std::vector<Cam> cams = CamsOf(state);
+    double cost = 0;
+    for (const PointSight& s : sights_) {
+      if (is_left_out_[s.point]) continue;
+      const Eigen::Vector3d p = cams[s.pose].rotation * state.points[s.point] + cams[s.pose].translation;
+      cost += LossOf(p.z() < kMinDepth ? kBehindChi2 : ResidualOf(s, p, *state.cameras[s.pose]).squaredNorm(), options_.huber_chi2).cost;
+    }
+    return cost;
+  }
+
+  void Linearize(const CamerasAndPoints& state) {
+    const std::vector<Cam> cams = CamsOf(state);
+    std::ranges::fill(pose_hessians_, Matrix66::Zero());
+    std::ranges::fill(pose_gradients_, Vector6::Zero());
+    for (size_t point = 0; point + 1 < first_.size(); ++point) {
+      Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+      Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+      if (is_left_out_[point] || IsBehind(point, state.points[point], cams)) {
+        HoldStill(point);
+        continue;
+      }
+      for (int i = first_[point]; i < first_[point + 1]; ++i) {
+        const PointSight& s = sights_[i];
+        const Cam& cam = cams[s.pose];
+        const Eigen::Vector3d p = cam.rotation * state.points[point] + cam.translation;
+        const Eigen::Vector2d residual = ResidualOf(s, p, *state.cameras[s.pose]);
+        const double weight = LossOf(residual.squaredNorm(), options_.huber_chi2).weight;
+        const Matrix23 by_p = Derivative(s, p, *state.cameras[s.pose]);
+        const Matrix23 by_point = by_p * cam.rotation;
+        hessian.noalias() += weight * by_point.transpose() * by_point;
+        gradient.noalias() += weight * by_point.transpose() * residual;
+        if (s.pose >= free_poses_) continue;
+        // A turn w of the camera moves the point by w x p.
+        Matrix26 by_pose;
+        by_pose.leftCols<3>() = by_p;
+        by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
+        by_pose.col(4) = p.z() * by_p.col(0) - p.x() * by_p.col(2);
+        by_pose.col(5) = p.x() * by_p.col(1) - p.y() * by_p.col(0);
+        pose_hessians_[s.pose].noalias() += weight * by_pose.transpose() * by_pose;
+        pose_gradients_[s.pose].noalias() += weight * by_pose.transpose() * residual;
+        cross_[i].noalias() = weight * by_pose.transpose() * by_point;
+      }
+      point_hessians_[point] = hessian;
+      point_gradients_[point] = gradient;
+    }
+  }
+
+  // The state after the step that the damped equations ask for; false if they cannot be solved.
+  bool Step(double damping, CamerasAndPoints& state) {
+    const int n = 6 * free_poses_;
+    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd right(n);
+    for (int k = 0; k < free_poses_; ++k) {
+      system.block<6, 6>(6 * k, 6 * k) = pose_hessians_[k];
+      system.block<6, 6>(6 * k, 6 * k).diagonal() *= 1 + damping;
+      right.segment<6>(6 * k) = -pose_gradients_[k];
+    }
+    for (size_t point = 0; point < point_hessians_.size(); ++point) EliminatePoint(point, damping, system, right);
+    const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
+    if (factor.info() != Eigen::Success) return false;
+    const Eigen::VectorXd step = factor.solve(right);
+    if (!step.allFinite()) return false;
+    for (size_t point = 0; point < point_hessians_.size(); ++point) {
+      Eigen::Vector3d back = -point_gradients_[point];
+      for (int i = first_[point]; i < first_[point + 1]; ++i)
+        if (sights_[i].pose < free_poses_) back.noalias() -= cross_[i].transpose() * step.segment<6>(6 * sights_[i].pose);
+      state.points[point] += point_inverses_[point] * back;
+    }
+    for (int k = 0; k < free_poses_; ++k) {
+      const Vector6 d = step.segment<6>(6 * k);
+      const double angle = d.tail<3>().norm();
+      Rigid3 motion;
+      if (angle > 0) motion.rotation = Eigen::AngleAxisd(angle, d.tail<3>() / angle);
+      motion.translation = d.head<3>();
+      state.poses[k] = motion * state.poses[k];
+    }
+    return true;
+  }
+
+ private:
+  static std::vector<Cam> CamsOf(const CamerasAndPoints& state) {
+    std::vector<Cam> cams;
+    cams.reserve(state.poses.size());
+    for (const Rigid3& pose : state.poses) cams.push_back({pose.rotation.toRotationMatrix(), pose.translation});
+    return cams;
+  }
+
+  static Eigen::Vector2d ResidualOf(const PointSight& s, const Eigen::Vector3d& p, const Camera& camera) {
+    const double inverse_z = 1 / p.z();
+    return s.inverse_sigma * Eigen::Vector2d(camera.fx * p.x() * inverse_z + camera.cx - s.px.x(), camera.fy * p.y() * inverse_z + camera.cy - s.px.y());
+  }
+
+  static Matrix23 Derivative(const PointSight& s, const Eigen::Vector3d& p, const Camera& camera) {
+    const double inverse_z = 1 / p.z(), fx = s.inverse_sigma * camera.fx * inverse_z, fy = s.inverse_sigma * camera.fy * inverse_z;
+    Matrix23 d;
+    d << fx, 0, -fx * p.x() * inverse_z, 0, fy, -fy * p.y() * inverse_z;
+    return d;
+  }
+
+  bool IsBehind(size_t point, const Eigen::Vector3d& x, const std::vector<Cam>& cams) const {
+    for (int i = first_[point]; i < first_[point + 1]; ++i) {
+      const Cam& cam = cams[sights_[i].pose];
+      if (cam.rotation.row(2).dot(x) + cam.translation.z() < kMinDepth) return true;
+    }
+    return false;
+  }
+
+  // A point behind one of its cameras has no useful derivative: it neither moves nor pulls.
+  void HoldStill(size_t point) {
+    for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
+    point_hessians_[point].setIdentity();
+    point_gradients_[point].setZero();
+  }
+
+  // Fills the lower half of the system.
+  void EliminatePoint(size_t point, double damping, Eigen::MatrixXd& system, Eigen::VectorXd& right) {
+    Eigen::Matrix3d hessian = point_hessians_[point];
+    hessian.diagonal() *= 1 + damping;
+    hessian.diagonal().array() += 1e-12 * (1 + hessian.diagonal().maxCoeff());
+    const Eigen::Matrix3d inverse = hessian.inverse();
+    point_inverses_[point] = inverse;
+    for (int i = first_[point]; i < first_[point + 1]; ++i) {
+      const int row = sights_[i].pose;
+      if (row >= free_poses_) continue;
+      const Matrix63 scaled = cross_[i] * inverse;
+      right.segment<6>(6 * row).noalias() += scaled * point_gradients_[point];
+      for (int j = first_[point]; j < first_[point + 1]; ++j)
+        if (sights_[j].pose <= row) system.block<6, 6>(6 * row, 6 * sights_[j].pose).noalias() -= scaled * cross_[j].transpose();
+    }
+  }
+
+  std::span<const PointSight> sights_;
+  int free_poses_;
+  SchurOptions options_;
+  std::vector<int> first_;       // sight of each point
+  std::vector<char> is_left_out_;  // points that are behind a camera from the start: what they would pull at is wrong anyway
+  std::vector<Matrix63> cross_;  // per sight: pose by point
+  std::vector<Matrix66> pose_hessians_;
+  std::vector<Vector6> pose_gradients_;
+  std::vector<Eigen::Matrix3d> point_hessians_, point_inverses_;
+  std::vector<Eigen::Vector3d> point_gradients_;
+};
+
+}  // namespace
+
+SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_poses, const SchurOptions& options, CamerasAndPoints& state) {
+  constexpr double kMaxDamping = 1e6;
+  OASLAM_CHECK(free_poses <= static_cast<int>(state.poses.size()));
+  SchurReport report;
+  if (sights.empty() || free_poses == 0) return report;
+  Solver solver(sights, free_poses, options, state);
+  double cost = solver.Cost(state), damping = 1e-4;
+  bool is_new = true;
+  while (report.iterations < options.max_iterations && damping < kMaxDamping) {
+    if (options.stop.stop_requested()) return report;
+    if (is_new) solver.Linearize(state);
+    ++report.iterations;
+    CamerasAndPoints moved = state;
+    const bool solved = solver.Step(damping, moved);
+    const double new_cost = solved ? solver.Cost(moved) : cost;
+    is_new = solved && new_cost < cost;
+    if (!is_new) {
+      damping *= 10;
+      continue;
+    }
+    const double decrease = cost - new_cost;
+    state = std::move(moved);
+    damping = std::max(damping / 5, 1e-9);
+    const bool is_done = decrease < options.tolerance * cost;
+    cost = new_cost;
+    if (is_done) break;
+  }
+  report.success = std::isfinite(cost);
+  return report;
+}
+
+}  // namespace oaslam
