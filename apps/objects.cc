@@ -22,9 +22,9 @@ ObjectId ParseId(const std::string& text, const Map& map, const std::string& opt
   uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) throw InputError(fmt::format("{}: \"{}\" is not the id of an object", option, text));
-  const std::optional<ObjectId> id = map.ResolveObject(ObjectId(value));
-  if (!id) throw InputError(fmt::format("{}: the map has no object {}; oaslam objects MAP lists them", option, value));
-  return *id;
+  const Object* object = map.objects.Find(ObjectId(value));
+  if (!object || object->state != ObjectState::kMapped) throw InputError(fmt::format("{}: the map has no object {}; oaslam objects MAP lists them", option, value));
+  return ObjectId(value);
 }
 
 std::pair<std::string, std::string> Split(const std::string& text, char separator, const std::string& form) {

@@ -108,6 +108,7 @@ class Solver {
     for (int k = 0; k < free_poses_; ++k) {
       system.block<6, 6>(6 * k, 6 * k) = pose_hessians_[k];
       system.block<6, 6>(6 * k, 6 * k).diagonal() *= 1 + damping;
+      system.block<6, 6>(6 * k, 6 * k).diagonal().array() += 1e-12 * (1 + pose_hessians_[k].diagonal().maxCoeff());  // of a camera that sees nothing
       right.segment<6>(6 * k) = -pose_gradients_[k];
     }
     for (size_t point = 0; point < point_hessians_.size(); ++point) EliminatePoint(point, damping, system, right);
@@ -205,13 +206,14 @@ SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_po
   if (sights.empty() || free_poses == 0) return report;
   Solver solver(sights, free_poses, options, state);
   double cost = solver.Cost(state), damping = 1e-4;
-  bool is_new = true;
+  bool is_new = true, was_solved = false;
   while (report.iterations < options.max_iterations && damping < kMaxDamping) {
     if (options.stop.stop_requested()) return report;
     if (is_new) solver.Linearize(state);
     ++report.iterations;
     CamerasAndPoints moved = state;
     const bool solved = solver.Step(damping, moved);
+    was_solved = was_solved || solved;
     const double new_cost = solved ? solver.Cost(moved) : cost;
     is_new = solved && new_cost < cost;
     if (!is_new) {
@@ -225,7 +227,7 @@ SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_po
     cost = new_cost;
     if (is_done) break;
   }
-  report.success = std::isfinite(cost);
+  report.success = was_solved && std::isfinite(cost);
   return report;
 }
 

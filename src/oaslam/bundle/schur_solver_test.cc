@@ -78,6 +78,15 @@ TEST(SchurSolver, TheKernelHoldsOutliersBack) {
   EXPECT_LT(PoseError(robust, 6), 0.4 * PoseError(plain, 6));
 }
 
+TEST(SchurSolver, ACameraThatSeesNothingStaysAndDoesNoHarm) {
+  Problem p = MakeProblem(6, 0);
+  std::erase_if(p.sights, [](const PointSight& s) { return s.pose == 2; });
+  const Rigid3 blind = p.state.poses[2];
+  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state).success);
+  EXPECT_LT((p.state.poses[2].translation - blind.translation).norm(), 1e-9);
+  EXPECT_LT((p.state.poses[4].OriginInSource() - p.truth.poses[4].OriginInSource()).norm(), 1e-4);
+}
+
 TEST(SchurSolver, NothingToDoAndAskedToStop) {
   Problem p = MakeProblem(6, 1);
   const CamerasAndPoints before = p.state;

@@ -34,5 +34,10 @@ TEST(HiddenEdges, SeveralHideAnEdgeTogether) {
   EXPECT_EQ(HiddenEdges(kBox, both), kRight);
 }
 
+TEST(HiddenEdges, TheSamePartTwiceCountsOnce) {
+  const Box twice[] = {{180, 140, 260, 260}, {185, 140, 250, 250}};
+  EXPECT_EQ(HiddenEdges(kBox, twice), 0);
+}
+
 }  // namespace
 }  // namespace oaslam

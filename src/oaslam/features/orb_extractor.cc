@@ -87,7 +87,7 @@ Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
     const double ratio_x = static_cast<double>(grey.cols) / image.cols, ratio_y = static_cast<double>(grey.rows) / image.rows;
     for (const Corner& c : corners) {
       const Moments moments = PatchMoments(image.ptr<uint8_t>(c.y) + c.x, static_cast<std::ptrdiff_t>(image.step));
-      const Eigen::Vector2d pixel((c.x + 0.5) * ratio_x - 0.5, (c.y + 0.5) * ratio_y - 0.5);
+      const Eigen::Vector2d pixel((c.x + double{c.dx} + 0.5) * ratio_x - 0.5, (c.y + double{c.dy} + 0.5) * ratio_y - 0.5);
       features.keypoints.push_back({Undistort(camera_, pixel).cast<float>(), AngleOf(moments), static_cast<uint8_t>(level)});
       features.descriptors.push_back(
           Describe(blurred_.ptr<uint8_t>(c.y) + c.x, static_cast<std::ptrdiff_t>(blurred_.step), DirectionOf(moments)));

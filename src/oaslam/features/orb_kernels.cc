@@ -70,6 +70,11 @@ void ScoreRow(const uint8_t* center, std::ptrdiff_t step, int width, uint8_t thr
   }
 }
 
+// Of three values at -1, 0 and 1, of which the middle one is the largest.
+float TopOfParabola(int before, int here, int after) {
+  return static_cast<float>(after - before) / static_cast<float>(2 * (2 * here - before - after));
+}
+
 // Appends the strict local maxima of a row of scores that has a pixel on each side.
 void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int left, int y, std::vector<Corner>& corners) {
   const Bytes d;
@@ -86,7 +91,8 @@ void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int lef
     hn::StoreMaskBits(d, hn::Ne(hn::SaturatedSub(score, around), hn::Zero(d)), reinterpret_cast<uint8_t*>(&bits));
     for (bits = bits >> (next - x) << (next - x); bits; bits &= bits - 1) {
       const int i = x + std::countr_zero(bits);
-      corners.push_back({left + i, y, scores[i]});
+      corners.push_back({left + i, y, scores[i], TopOfParabola(scores[i - 1], scores[i], scores[i + 1]),
+                         TopOfParabola(scores[i - step], scores[i], scores[i + step])});
     }
   }
 }

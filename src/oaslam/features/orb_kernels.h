@@ -20,6 +20,7 @@ constexpr int kPatternReach = 19;    // of Describe: 13 * sqrt(2), rounded up
 struct Corner {
   int32_t x = 0, y = 0;
   uint8_t score = 0;
+  float dx = 0, dy = 0;  // from there to the top of the parabolas through the scores, within half a pixel
 };
 
 struct GreyImage {

@@ -70,7 +70,10 @@ std::vector<Corner> PlainFast(const cv::Mat& image, int threshold) {
       for (int v = -1; v <= 1; ++v)
         for (int u = -1; u <= 1; ++u)
           if (u || v) is_maximum = is_maximum && scores(y, x) > scores(y + v, x + u);
-      if (is_maximum) corners.push_back({x, y, static_cast<uint8_t>(scores(y, x))});
+      const auto top = [&](float before, float after) { return 0.5F * (before - after) / (before - 2 * static_cast<float>(scores(y, x)) + after); };
+      if (is_maximum)
+        corners.push_back({x, y, static_cast<uint8_t>(scores(y, x)), top(static_cast<float>(scores(y, x - 1)), static_cast<float>(scores(y, x + 1))),
+                           top(static_cast<float>(scores(y - 1, x)), static_cast<float>(scores(y + 1, x)))});
     }
   return corners;
 }
@@ -119,6 +122,9 @@ TEST_P(OrbKernels, FastFindsWhatTheDefinitionFinds) {
         EXPECT_EQ(fast[i].x, plain[i].x);
         EXPECT_EQ(fast[i].y, plain[i].y);
         EXPECT_EQ(fast[i].score, plain[i].score);
+        EXPECT_FLOAT_EQ(fast[i].dx, plain[i].dx);
+        EXPECT_FLOAT_EQ(fast[i].dy, plain[i].dy);
+        EXPECT_LE(std::max(std::abs(fast[i].dx), std::abs(fast[i].dy)), 0.5F);
       }
       found += fast.size();
     }

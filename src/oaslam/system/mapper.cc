@@ -16,7 +16,7 @@ namespace oaslam {
 
 void Mapper::Apply(const MapCommand& command) {
   if (command.reset) Reset();
-  AdoptBackgroundBundle(command.frame_index);
+  AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
   if (command.joining) Join(*command.joining);
@@ -56,11 +56,11 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
 }
 
 // Live: once it is ready. Else at a fixed time, so that results are the same on every run.
-void Mapper::AdoptBackgroundBundle(int frame_index) {
+void Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   constexpr int kFrames = 30;  // that it may take
   if (!background_bundle_) return;
-  const bool is_due = config_.runner.mode == "live" ? background_bundle_->IsReady() : frame_index >= background_bundle_->begun_at() + kFrames;
-  if (!is_due) return;
+  const bool is_due = config_.runner.mode == "live" ? background_bundle_->IsReady() : command.frame_index >= background_bundle_->begun_at() + kFrames;
+  if (!is_due && !command.settle) return;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
 }

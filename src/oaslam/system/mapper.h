@@ -24,6 +24,7 @@ struct JoiningMap {
 struct MapCommand {
   int frame_index = 0;
   bool reset = false;  // forget the map first
+  bool settle = false;  // wait for what runs in the background: the map must not move later
   std::optional<InitialMap> initial;
   std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;
@@ -50,7 +51,7 @@ class Mapper {
   void Join(const JoiningMap& joining);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
-  void AdoptBackgroundBundle(int frame_index);
+  void AdoptBackgroundBundle(const MapCommand& command);
 
   SlamConfig config_;
   Map map_;

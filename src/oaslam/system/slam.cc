@@ -73,7 +73,7 @@ class Slam::Impl {
 
   TrackingResult Process(const ImageInput& input);
   Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
-  bool JoinMaps(int frame_index, bool go_on_there);
+  bool JoinMaps(int frame_index);
   bool IsInitializing() const { return session_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
 
@@ -135,34 +135,37 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
 Tracker::Outcome Slam::Impl::Resume(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing || !session_->tracker().IsMapping()) return outcome;
   const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
-  if (!is_lost && resumption_) {
-    JoinMaps(frame.index, false);
-    resumption_.reset();
-  }
+  if (!is_lost) resumption_.reset();
   lost_frames_ = is_lost ? lost_frames_ + 1 : 0;
   if (lost_frames_ < Resumption::kPatience) return outcome;
   if (!resumption_ || resumption_->IsLost()) {
-    resumption_.emplace(config_, *session_->Newest(), session_->tracker().NextIds());
+    MapCommand settle;
+    settle.frame_index = frame.index;
+    settle.settle = true;
+    session_->SubmitAndWait(std::move(settle));
+    resumption_.emplace(config_, *session_->snapshot(), session_->tracker().NextIds());
     resumption_->session().tracker().SetRelocalizationMode(mode_);
   }
   resumption_->Process(frame, outcome.anchor);
-  if (!JoinMaps(frame.index, true)) return outcome;
-  resumption_.reset();
+  if (!JoinMaps(frame.index)) return outcome;
   lost_frames_ = 0;
-  return session_->tracker().Present(*session_->snapshot());
+  const Tracker::Outcome there = session_->tracker().Present(*session_->snapshot());
+  return there.cam_from_world ? there : outcome;
 }
 
 // False where it is not yet known how the maps lie to each other.
-bool Slam::Impl::JoinMaps(int frame_index, bool go_on_there) {
-  const std::optional<Similarity> world_from_new = resumption_->Locate();
-  if (!world_from_new) return false;
+bool Slam::Impl::JoinMaps(int frame_index) {
+  if (!resumption_->Locate()) return false;
   Session& found = resumption_->session();
   MapCommand command;
   command.frame_index = frame_index;
-  command.joining = JoiningMap{found.Newest(), *world_from_new};
+  const std::shared_ptr<const Map> map = found.Newest();  // what was still queued may have moved it
+  const std::optional<Similarity> world_from_new = resumption_->Locate();
+  if (!world_from_new) return false;
+  command.joining = JoiningMap{map, *world_from_new};
   session_->SubmitAndWait(std::move(command));
-  if (go_on_there) session_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
-  else session_->tracker().TakeTrajectory(std::move(found.tracker()), world_from_new->scale);
+  session_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
+  resumption_.reset();
   Log(LogLevel::kInfo, fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
   return true;
 }
@@ -201,6 +204,7 @@ TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(in
 void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->mode_ = mode;
   impl_->session_->tracker().SetRelocalizationMode(mode);
+  if (impl_->resumption_) impl_->resumption_->session().tracker().SetRelocalizationMode(mode);
 }
 
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
@@ -214,12 +218,18 @@ RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& det
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 
-void Slam::SetMapping(bool enabled) { impl_->session_->tracker().SetMapping(enabled); }
+void Slam::SetMapping(bool enabled) {
+  impl_->session_->tracker().SetMapping(enabled);
+  if (enabled) return;
+  impl_->resumption_.reset();
+  impl_->lost_frames_ = 0;
+}
 
 void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
 
 void Slam::Finish() {
-  if (impl_->resumption_ && !impl_->JoinMaps(impl_->next_index_, true))
+  if (impl_->resumption_) impl_->resumption_->session().Newest();
+  if (impl_->resumption_ && !impl_->JoinMaps(impl_->next_index_))
     Log(LogLevel::kWarning, "what was seen since the camera was lost could not be joined with the map");
   impl_->resumption_.reset();
   impl_->session_->Finish();

@@ -211,9 +211,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
-  Outcome outcome = Continue(frame, map, tracked, TrackingState::kRelocalized);
-  outcome.anchor = PoseAnchor{tracked.cam_from_world, found.sigma_position};
-  return outcome;
+  return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 
 // A pose for this frame only: tracking needs points to go on from.
@@ -262,19 +260,9 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   if (velocity_) velocity_->translation *= scale;
   newest_keyframe_ = other.newest_keyframe_;
   newest_keyframe_frame_ = other.newest_keyframe_frame_;
+  relocalized_frame_ = other.relocalized_frame_;
   uses_ = std::move(other.uses_);
   EndBackfill();
-  TakeTrajectory(std::move(other), scale);
-}
-
-Tracker::Outcome Tracker::Present(const Map& map) const {
-  const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
-  if (!reference || phase_ != Phase::kTracking) return {};
-  const auto seen = static_cast<int>(std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
-  return Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
-}
-
-void Tracker::TakeTrajectory(Tracker other, double scale) {
   next_keyframe_ = other.next_keyframe_;
   object_tracks_ = std::move(other.object_tracks_);
   for (ObjectSighting& sighting : other.sightings_) {
@@ -282,6 +270,13 @@ void Tracker::TakeTrajectory(Tracker other, double scale) {
     sightings_.push_back(std::move(sighting));
   }
   trajectory_.Join(std::move(other.trajectory_), scale);
+}
+
+Tracker::Outcome Tracker::Present(const Map& map) const {
+  const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
+  if (!reference || phase_ != Phase::kTracking) return {};
+  const auto seen = static_cast<int>(std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
+  return Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
 }
 
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {

@@ -17,7 +17,7 @@
 
 namespace oaslam {
 
-// A frame's pose that was found anew, by objects at least, whether or not it was good enough to be shown.
+// A frame's pose by objects, whether or not it was good enough to be shown.
 struct PoseAnchor {
   Rigid3 cam_from_world;
   double sigma = 0;  // of its position, map units
@@ -38,7 +38,7 @@ class Tracker {
     int matched = 0, inliers = 0;
     int objects = 0;             // mapped objects seen
     double ms_objects = 0;
-    std::optional<PoseAnchor> anchor;  // where the camera was lost before
+    std::optional<PoseAnchor> anchor;  // of a lost camera
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
   };
@@ -55,8 +55,6 @@ class Tracker {
 
   // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it was; the poses of its frames join this trajectory.
   void GoOnAs(Tracker other, double scale);
-  // The same, but this tracker goes on by itself.
-  void TakeTrajectory(Tracker other, double scale);
   FirstIds NextIds() const { return {next_keyframe_, {{}, object_tracks_.next_object}}; }
 
   // The newest frame, as tracked.
