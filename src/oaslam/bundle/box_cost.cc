@@ -4,6 +4,7 @@
 
 #include "oaslam/estimation/ellipsoid_residuals.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/skew.h"
 
 namespace oaslam {
 namespace {
@@ -13,17 +14,11 @@ constexpr double kBehindError = 15;
 
 using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
 
-Eigen::Matrix3d Hat(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 // How the motion of a camera that hangs on a keyframe follows the keyframe's.
 Eigen::Matrix<double, 6, 6> CarriedMotion(const Rigid3& cam_from_keyframe) {
   const Eigen::Matrix3d rotation = cam_from_keyframe.rotation.toRotationMatrix();
   Eigen::Matrix<double, 6, 6> motion;
-  motion << rotation, Hat(cam_from_keyframe.translation) * rotation, Eigen::Matrix3d::Zero(), rotation;
+  motion << rotation, Skew(cam_from_keyframe.translation) * rotation, Eigen::Matrix3d::Zero(), rotation;
   return motion;
 }
 

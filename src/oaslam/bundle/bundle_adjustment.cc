@@ -117,8 +117,11 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
     const auto by = std::ranges::find_if(late.observations, [&](const Observation& o) { return motions.contains(o.keyframe); });
     if (by != late.observations.end()) late.position = motions.at(by->keyframe) * late.position;
   }
-  ApplyCorrection(correction, map);
-  for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
+  BundleCorrection of_points = correction;
+  of_points.objects.clear();  // were refitted since, and follow their keyframes
+  ApplyCorrection(of_points, map);
+  for (const LandmarkId id : map.landmarks.Ids())
+    if (!corrected.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);
 }
 
 }  // namespace oaslam

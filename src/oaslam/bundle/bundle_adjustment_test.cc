@@ -210,7 +210,12 @@ TEST(BundleAdjustment, ALateCorrectionTakesNewcomersAlong) {
   BundleCorrection correction;
   correction.success = true;
   for (uint32_t k = 1; k < 5; ++k) correction.poses.emplace_back(KeyframeId(k), truth.keyframes.At(KeyframeId(k)).cam_from_world);
+  Object refitted;
+  refitted.ellipsoid.center = {1, 2, 3};
+  now.objects.Insert(ObjectId(0), refitted);
+  correction.objects.emplace_back(ObjectId(0), Ellipsoid{});
   ApplyLateCorrection(correction, corrected, now);
+  EXPECT_EQ(now.objects.At(ObjectId(0)).ellipsoid.center, refitted.ellipsoid.center);
   EXPECT_LT((now.keyframes.At(KeyframeId(5)).cam_from_world.translation - truth.keyframes.At(KeyframeId(5)).cam_from_world.translation).norm(), 1e-9);
   EXPECT_LT((now.landmarks.At(newcomer).position - Eigen::Vector3d(0.3, 0.2, 0.1)).norm(), 1e-9);
   EXPECT_THAT(now.CheckInvariants(), testing::IsEmpty());

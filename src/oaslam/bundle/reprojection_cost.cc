@@ -1,5 +1,7 @@
 #include "oaslam/bundle/reprojection_cost.h"
 
+#include "oaslam/geometry/skew.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -14,12 +16,6 @@ using Matrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
 // At or behind the camera there is no projection: a large constant error, so that no step gains by going there.
 constexpr double kMinDepth = 1e-6, kBehindError = 100;
-
-Eigen::Matrix3d Hat(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 Eigen::Quaterniond Exp(const Eigen::Vector3d& w) {
   const double half = w.norm() / 2;
@@ -82,7 +78,7 @@ bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
   j.setZero();
   j.topRightCorner<4, 3>() = LeftDerivative(Rotation(x));
   j.bottomLeftCorner<3, 3>().setIdentity();
-  j.bottomRightCorner<3, 3>() = -Hat(Translation(x));
+  j.bottomRightCorner<3, 3>() = -Skew(Translation(x));
   return true;
 }
 
@@ -98,7 +94,7 @@ bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
   j.setZero();
   // The columns of LeftDerivative are orthogonal and of length 1/2: its left inverse is four times its transpose.
   const Eigen::Matrix<double, 3, 4> dw = 4 * LeftDerivative(Rotation(x)).transpose();
-  j.topLeftCorner<3, 4>() = Hat(Translation(x)) * dw;
+  j.topLeftCorner<3, 4>() = Skew(Translation(x)) * dw;
   j.topRightCorner<3, 3>().setIdentity();
   j.bottomLeftCorner<3, 4>() = dw;
   return true;
@@ -122,7 +118,7 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   if (jacobians[0]) {
     // x + 2 w (v x x) + 2 v x (v x x) by v and by w.
     const Eigen::Matrix3d by_vector =
-        -2 * q.w() * Hat(x) + 2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
+        -2 * q.w() * Skew(x) + 2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
     Eigen::Map<Matrix27> j(jacobians[0]);
     j.leftCols<3>().noalias() = by_point_in_cam * by_vector;
     j.col(3).noalias() = by_point_in_cam * cross;

@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "oaslam/geometry/skew.h"
+
 namespace oaslam {
 namespace {
 
@@ -70,10 +72,8 @@ std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity&
     const Eigen::AngleAxisd turn(b_from_a.rotation * RotationOf(pair).conjugate());
     const Eigen::Vector3d turned = turn.angle() * turn.axis() / kRotationSigma;
     Eigen::Matrix<double, 6, 7> jacobian = Eigen::Matrix<double, 6, 7>::Zero();
-    Eigen::Matrix3d hat;
-    hat << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
     jacobian.topLeftCorner<3, 3>().setIdentity();
-    jacobian.block<3, 3>(0, 3) = -hat;
+    jacobian.block<3, 3>(0, 3) = -Skew(arm);
     jacobian.topRightCorner<3, 1>() = arm;
     jacobian.topRows<3>() /= pair.sigma;
     jacobian.block<3, 3>(3, 3) = Eigen::Matrix3d::Identity() / kRotationSigma;

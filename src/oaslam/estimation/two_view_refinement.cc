@@ -1,5 +1,7 @@
 #include "oaslam/estimation/two_view_refinement.h"
 
+#include "oaslam/geometry/skew.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
@@ -11,12 +13,6 @@ namespace {
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
-
-Eigen::Matrix3d Hat(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 // Two directions orthogonal to t and to each other.
 Eigen::Matrix<double, 3, 2> Tangents(const Eigen::Vector3d& t) {
@@ -41,11 +37,11 @@ struct NormalEquations {
 };
 
 NormalEquations Linearize(const RayMatches& m, const Rigid3& motion, double sigma_px) {
-  const Eigen::Matrix3d r = motion.rotation.toRotationMatrix(), t_hat = Hat(motion.translation), e = t_hat * r;
+  const Eigen::Matrix3d r = motion.rotation.toRotationMatrix(), t_hat = Skew(motion.translation), e = t_hat * r;
   const Eigen::Matrix<double, 3, 2> tangents = Tangents(motion.translation);
   std::array<Eigen::Matrix3d, 5> derivative;  // of E by the tangents of t and a left rotation
-  for (int k = 0; k < 2; ++k) derivative[k] = Hat(tangents.col(k)) * r;
-  for (int k = 0; k < 3; ++k) derivative[2 + k] = t_hat * Hat(Eigen::Vector3d::Unit(k)) * r;
+  for (int k = 0; k < 2; ++k) derivative[k] = Skew(tangents.col(k)) * r;
+  for (int k = 0; k < 3; ++k) derivative[2 + k] = t_hat * Skew(Eigen::Vector3d::Unit(k)) * r;
 
   const double w_first = 1 / (m.focal_first * m.focal_first), w_second = 1 / (m.focal_second * m.focal_second);
   const double kernel2 = std::pow(2 * sigma_px, 2);  // Cauchy: full weight well within two sigma
@@ -73,7 +69,7 @@ NormalEquations Linearize(const RayMatches& m, const Rigid3& motion, double sigm
 }  // namespace
 
 Eigen::Matrix3d EssentialOf(const Rigid3& second_from_first) {
-  return Hat(second_from_first.translation) * second_from_first.rotation.toRotationMatrix();
+  return Skew(second_from_first.translation) * second_from_first.rotation.toRotationMatrix();
 }
 
 double SquaredSampson(const RayMatches& m, const Eigen::Matrix3d& essential, int i) {

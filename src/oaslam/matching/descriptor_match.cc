@@ -5,6 +5,7 @@
 
 #include "oaslam/features/band_search.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/skew.h"
 #include "oaslam/matching/orientation_check.h"
 
 namespace oaslam {
@@ -29,12 +30,6 @@ KeypointPairs Filter(const KeypointPairs& pairs, const std::vector<int>& distanc
   for (size_t i = 0; i < unique.size(); ++i)
     if (consistent[i]) kept.push_back(unique[i]);
   return kept;
-}
-
-Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
 }
 
 Eigen::Matrix3d Calibration(const Camera& camera) {

@@ -3,6 +3,7 @@
 
 #include "oaslam/system/background_bundle.h"
 #include "oaslam/system/map_pipeline.h"
+#include "oaslam/system/session.h"
 #include "oaslam/system/tracker.h"
 #include "synthetic_world.h"
 
@@ -10,6 +11,12 @@ namespace oaslam {
 namespace {
 
 using testing::IsEmpty;
+
+Map EmptyMap() {
+  Map empty;
+  empty.cameras.push_back(synthetic::MakeWorld({}).camera);
+  return empty;
+}
 
 struct WalkResult {
   std::vector<FramePose> trajectory;
@@ -25,9 +32,7 @@ WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int bl
   for (double& d : world.max_distance) d = std::min(d, 3.6);
   SlamConfig config;
   config.runner.mode = mode;
-  Map empty;
-  empty.cameras.push_back(world.camera);
-  MapPipeline pipeline(config, std::move(empty));
+  MapPipeline pipeline(config, EmptyMap());
   Tracker tracker(config, {}, false);
   WalkResult run;
   Rng rng(7);
@@ -94,9 +99,7 @@ TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
 
 TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
   SlamConfig config;
-  Map empty;
-  empty.cameras.push_back(synthetic::MakeWorld({}).camera);
-  MapPipeline pipeline(config, std::move(empty));
+  MapPipeline pipeline(config, EmptyMap());
   MapCommand nothing;
   for (nothing.frame_index = 0; nothing.frame_index < 5; ++nothing.frame_index) pipeline.Submit(nothing, false);
   pipeline.Shutdown();
@@ -109,9 +112,7 @@ TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
 TEST(Pipeline, ItsQueueIsBounded) {
   SlamConfig config;
   config.runner.mode = "live";
-  Map empty;
-  empty.cameras.push_back(synthetic::MakeWorld({}).camera);
-  MapPipeline pipeline(config, std::move(empty));
+  MapPipeline pipeline(config, EmptyMap());
   MapCommand nothing;
   for (nothing.frame_index = 0; nothing.frame_index < 200; ++nothing.frame_index) {
     pipeline.Submit(nothing, false);
@@ -126,19 +127,12 @@ TEST(Pipeline, MayEndAtAnyMoment) {
     for (const int end : {0, 1, 5, 9, 10, 11, 12, 13, 14, 25, 40}) {
       SlamConfig config;
       config.runner.mode = mode;
-      Map empty;
-      empty.cameras.push_back(world.camera);
-      MapPipeline pipeline(config, std::move(empty));
-      Tracker tracker(config, {}, false);
+      Session session(config, EmptyMap(), {}, false);
       Rng rng(7);
-      for (int i = 0; i < end; ++i) {
-        Frame frame{i, i / 30.0, 0, synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features, {}};
-        Tracker::Outcome outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
-        if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
-        if (outcome.map_required) tracker.AdoptInitialMap(frame, *pipeline.Newest());
-      }
-      if (end % 2 == 0) pipeline.Shutdown();
-      EXPECT_THAT(pipeline.Newest()->CheckInvariants(), IsEmpty());
+      for (int i = 0; i < end; ++i)
+        session.Process({i, i / 30.0, 0, synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features, {}});
+      if (end % 2 == 0) session.Shutdown();
+      EXPECT_THAT(session.Newest()->CheckInvariants(), IsEmpty());
     }  // and here without
   }
 }
