@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -10,6 +11,8 @@
 #include "oaslam/evaluation/object_metrics.h"
 #include "oaslam/evaluation/plots.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
+#include "oaslam/evaluation/state_plot.h"
+#include "oaslam/evaluation/table_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/util/log.h"
 
@@ -22,7 +25,8 @@ struct EvaluateOptions {
   CommonOptions common;
   std::string estimate, groundtruth, align = "sim3", plot, plot_errors;
   std::vector<std::string> poses, errors, compare;
-  std::string map_trajectory, map_groundtruth, frames;
+  std::string map_trajectory, map_groundtruth, frames, hypotheses;
+  std::vector<std::string> hypothesis_files, runs;
   std::string objects, truth;
 };
 
@@ -120,6 +124,14 @@ void PrintRelocalization(const RelocalizationErrors& errors) {
   row("precision", figures.precision);
 }
 
+// candidates.txt and frames.csv of `localize`, beside poses.txt.
+std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path, const std::vector<StampedPose>& groundtruth, const Alignment& alignment) {
+  const fs::path folder = fs::path(poses_path).parent_path();
+  std::vector<std::pair<double, double>> confidences;
+  for (const auto& row : LoadColumns((folder / "frames.csv").string(), {"timestamp", "confidence"})) confidences.emplace_back(row[0], row[1]);
+  return CompareHypotheses(groundtruth, LoadScoredPoses((folder / "candidates.txt").string()), confidences, alignment);
+}
+
 void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
   const Alignment alignment = AlignMap(o);
   const auto groundtruth = LoadTrajectory(o.groundtruth);
@@ -134,7 +146,41 @@ void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
     curves.back().name = CurveName(path);
   }
   for (const RelocalizationErrors& curve : curves) PrintRelocalization(curve);
+  if (!o.hypotheses.empty()) SaveHypothesisErrors(o.hypotheses, HypothesesBeside(o.poses.front(), groundtruth, alignment));
   if (!o.plot.empty()) SaveRecallPlot(o.plot, curves, "Frames localized within a distance");
+}
+
+void PrintReliability(const std::string& name, const Reliability& reliability) {
+  fmt::print("{}: {} hypotheses, calibration error {:.3f}, Brier score {:.3f}\n", name, reliability.count, reliability.calibration_error, reliability.brier);
+  fmt::print("  {:>10} {:>8} {:>16} {:>10}\n", "confidence", "frames", "mean confidence", "right");
+  for (size_t i = 0; i < reliability.bins.size(); ++i) {
+    const ReliabilityBin& bin = reliability.bins[i];
+    if (bin.count > 0)
+      fmt::print("  {:>5.1f}-{:<4.1f} {:>8} {:>16.3f} {:>8.1f} %\n", static_cast<double>(i) / 10, static_cast<double>(i + 1) / 10, bin.count, bin.mean_confidence,
+                 100 * bin.share_right);
+  }
+}
+
+void EvaluateReliabilityCommand(const EvaluateOptions& o) {
+  std::vector<ReliabilityCurve> curves;
+  for (const std::string& path : o.hypothesis_files) {
+    curves.push_back({CurveName(path), SummarizeReliability(LoadHypothesisErrors(path))});
+    PrintReliability(curves.back().name, curves.back().reliability);
+  }
+  if (!o.plot.empty()) SaveReliabilityPlot(o.plot, curves, "How often a pose is right that is given with a confidence");
+}
+
+void EvaluateStatesCommand(const EvaluateOptions& o) {
+  std::vector<StateRow> rows;
+  for (const std::string& path : o.runs) {
+    rows.push_back(LoadStates((fs::path(path) / "frames.csv").string()));
+    rows.back().name = fs::absolute(path).lexically_normal().filename().string();
+    fmt::print("{}:", rows.back().name);
+    for (const char* state : {"tracking", "relocalized", "objects", "filled", "initializing", "lost"})
+      fmt::print(" {} {}", state, std::ranges::count(rows.back().states, state));
+    fmt::print("\n");
+  }
+  if (!o.plot.empty()) SaveStatePlot(o.plot, rows, "What became of each frame");
 }
 
 void EvaluateObjectsCommand(const EvaluateOptions& o) {
@@ -174,8 +220,20 @@ void AddEvaluateCommand(CLI::App& app) {
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
                              "Ground truth of the mapping run, where it is another sequence than the query's; default: --groundtruth");
   relocalization->add_option("--frames", o.frames, "All frames asked about (frames.csv or a list with time stamps); default: frames.csv beside the poses");
+  relocalization->add_option("--hypotheses", o.hypotheses,
+                             "Write confidence and error of each frame's best hypothesis into this CSV, for `evaluate reliability` (of the first --poses)");
   relocalization->add_option("--plot", o.plot, "Draw the share of frames against the error into this SVG");
   relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });
+
+  CLI::App* reliability = evaluate->add_subcommand("reliability", "How often poses are right that are given with a confidence");
+  reliability->add_option("hypotheses", o.hypothesis_files, "Files that `evaluate relocalization --hypotheses` wrote")->required();
+  reliability->add_option("--plot", o.plot, "Draw the reliability diagram into this SVG");
+  reliability->callback([options] { EvaluateReliabilityCommand(*options); });
+
+  CLI::App* states = evaluate->add_subcommand("states", "What became of each frame of one or more runs");
+  states->add_option("runs", o.runs, "Output folders of `oaslam run`")->required();
+  states->add_option("--plot", o.plot, "Draw the states over time into this SVG");
+  states->callback([options] { EvaluateStatesCommand(*options); });
 
   CLI::App* objects = evaluate->add_subcommand("objects", "Objects of a map against true ones");
   objects->add_option("objects", o.objects, "objects.json of a run")->required();
@@ -187,10 +245,8 @@ void AddEvaluateCommand(CLI::App& app) {
     command->add_option("--map-trajectory", o.map_trajectory, "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth")
         ->required();
   }
-  for (CLI::App* command : {trajectory, relocalization, objects}) {
-    AddAlign(*command, o);
-    AddQuietOption(*command, o.common);
-  }
+  for (CLI::App* command : {trajectory, relocalization, objects}) AddAlign(*command, o);
+  for (CLI::App* command : {trajectory, relocalization, reliability, states, objects}) AddQuietOption(*command, o.common);
 }
 
 }  // namespace oaslam::apps

@@ -2,7 +2,6 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
-#include <cmath>
 #include <fstream>
 #include <memory>
 
@@ -31,12 +30,12 @@ class LocalizeResults {
  public:
   explicit LocalizeResults(const std::string& folder) : folder_(folder), frames_(folder + "/frames.csv") {
     if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
-    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms\n";
+    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms,object_score,object_margin\n";
   }
 
   void Add(int index, double timestamp, const RelocalizationResult& r) {
-    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f}\n", index, timestamp, ToString(r.evidence), r.confidence,
-                           r.inlier_points, r.matched_objects, r.sigma_position, r.ms_features, r.ms);
+    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f}\n", index, timestamp, ToString(r.evidence), r.confidence,
+                           r.inlier_points, r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score, r.object_margin);
     for (const auto& c : r.candidates) candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
     if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
     ++count_;
@@ -65,7 +64,7 @@ class LocalizeResults {
 };
 
 // A tracked pose as an answer.
-RelocalizationResult FromTracking(const TrackingResult& t, int accepted_at) {
+RelocalizationResult FromTracking(const TrackingResult& t) {
   RelocalizationResult r;
   r.ms_features = t.ms_features;
   r.ms = t.ms_track;
@@ -74,7 +73,7 @@ RelocalizationResult FromTracking(const TrackingResult& t, int accepted_at) {
   if (!t.world_from_cam) return r;
   r.evidence = t.state == TrackingState::kObjects ? PoseEvidence::kObjects : PoseEvidence::kPoints;
   r.world_from_cam = t.world_from_cam;
-  r.confidence = t.inliers > 0 ? 1 - 0.5 * std::exp(-static_cast<double>(t.inliers - accepted_at) / accepted_at) : 0.5;
+  r.confidence = t.confidence;
   r.candidates.push_back({*t.world_from_cam, static_cast<double>(t.inliers)});
   return r;
 }
@@ -92,7 +91,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
     const RelocalizationResult result = options.every_frame
                                             ? slam.Relocalize(frame->input, mode, gravity.At(frame->input.timestamp))
-                                            : FromTracking(slam.Process(frame->input), config.tracking.min_inliers);
+                                            : FromTracking(slam.Process(frame->input));
     results.Add(frame->index, frame->input.timestamp, result);
     progress.Update(++done, ToString(result.evidence));
   }

@@ -24,8 +24,10 @@ struct Corridor {
   explicit Corridor(int keyframes) {
     Rng rng(1);
     const double length = kStep * keyframes;
-    for (int i = 0; i < static_cast<int>((length + 4) * 120); ++i) {
-      world.points.emplace_back(rng.Uniform(-2, length + 2), rng.Uniform(-0.5, 0.5), rng.Uniform(-1.3, 1.3));
+    // Ids ascend along the walk, as they do where landmarks are made on the way.
+    const int count = static_cast<int>((length + 4) * 120);
+    for (int i = 0; i < count; ++i) {
+      world.points.emplace_back(-2 + (length + 4) * i / count, rng.Uniform(-0.5, 0.5), rng.Uniform(-1.3, 1.3));
       world.descriptors.push_back(synthetic::RandomDescriptor(rng));
       world.max_distance.push_back(3 * std::pow(1.2, rng.Uniform(0, 4)));
       world.angles_rad.push_back(0);
@@ -57,18 +59,33 @@ void TrackAFrame(benchmark::State& state) {
 }
 BENCHMARK(TrackAFrame)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-// What the mapper pays for a snapshot: the copy, and the pages that the next keyframe's edits take out of it.
-void PublishASnapshot(benchmark::State& state) {
+// What the mapper pays for a snapshot: the copy, and the pages that later edits take out of it.
+void PublishAndEdit(benchmark::State& state, const std::vector<LandmarkId>& edited) {
   Map map = CorridorOf(state.range(0)).mapped.map;
-  const std::vector<LandmarkId> edited = map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2))).landmarks;
   for (auto _ : state) {
     const auto snapshot = std::make_shared<const Map>(map);
     for (const LandmarkId id : edited)
-      if (id.IsValid()) map.landmarks.MutableAt(id).visible += 1;
+      if (Landmark* landmark = map.landmarks.Mutable(id)) landmark->visible += 1;
     benchmark::DoNotOptimize(snapshot);
   }
 }
+
+// Edits of a local bundle adjustment: what the keyframe and its neighbours see.
+void PublishASnapshot(benchmark::State& state) {
+  const Map& map = CorridorOf(state.range(0)).mapped.map;
+  const KeyframeId middle(static_cast<uint32_t>(state.range(0) / 2));
+  std::vector<LandmarkId> edited = map.keyframes.At(middle).landmarks;
+  for (const KeyframeId id : map.CovisibleKeyframes(middle, 24)) {
+    const std::vector<LandmarkId>& seen = map.keyframes.At(id).landmarks;
+    edited.insert(edited.end(), seen.begin(), seen.end());
+  }
+  PublishAndEdit(state, edited);
+}
 BENCHMARK(PublishASnapshot)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+// Edits of a global one.
+void PublishASnapshotOfAChangedMap(benchmark::State& state) { PublishAndEdit(state, CorridorOf(state.range(0)).mapped.map.landmarks.Ids()); }
+BENCHMARK(PublishASnapshotOfAChangedMap)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
 void IndexThePlaces(benchmark::State& state) {
   const Map& map = CorridorOf(state.range(0)).mapped.map;

@@ -61,11 +61,10 @@ struct ObjectsConfig {
 
 struct RelocalizationConfig {
   double min_score = 0.3;            // detections below are not used
-  int max_detections = 16;
+  int max_detections = 24;
   int ransac_iterations = 300;
-  double accept_score = 20;          // statistic S, vision only (objects-study.md 3b)
-  double accept_margin = 8;          // S less that of the best pose elsewhere
-  double accept_evidence = 30;       // S / 2 + margin
+  double accept_margin = 5;          // statistic S (docs/objects.md) less that of the best pose elsewhere
+  double accept_evidence = 34;       // S / 2 + margin, vision only (tools/acceptance)
   int accept_objects = 4;
   int min_matches = 30;              // guided points that confirm an object pose
 };
@@ -130,7 +129,6 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("relocalization.min_score", c.relocalization.min_score, 0.0, 1.0);
   visit("relocalization.max_detections", c.relocalization.max_detections, 3, 200);
   visit("relocalization.ransac_iterations", c.relocalization.ransac_iterations, 10, 100000);
-  visit("relocalization.accept_score", c.relocalization.accept_score, 0.0, 1e6);
   visit("relocalization.accept_margin", c.relocalization.accept_margin, 0.0, 1e6);
   visit("relocalization.accept_evidence", c.relocalization.accept_evidence, 0.0, 1e6);
   visit("relocalization.accept_objects", c.relocalization.accept_objects, 3, 1000);

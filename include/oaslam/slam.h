@@ -31,6 +31,7 @@ struct TrackingResult {
   std::optional<Rigid3> world_from_cam;
   int keypoints = 0, matched = 0, inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
   int detections = 0, objects = 0;              // objects: mapped objects seen in this image
+  double confidence = 0;                        // [0, 1], that the pose is right (RelocalizationResult)
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;                            // CPU time from image in to pose out; mapping not counted
 };
@@ -39,7 +40,8 @@ struct TrackingResult {
 struct RelocalizationResult {
   PoseEvidence evidence = PoseEvidence::kNone;  // what stands for the pose; kNone: not found
   std::optional<Rigid3> world_from_cam;
-  double confidence = 0;                        // [0, 1]
+  double confidence = 0;                        // [0, 1]: how often a best hypothesis with this evidence is right, accepted or not
+  double object_score = 0, object_margin = 0;   // of the best hypothesis from objects, where these were asked
   int inlier_points = 0, matched_objects = 0;
   double sigma_position = 0;                    // map units, 1 sigma
   struct Candidate {

@@ -7,6 +7,7 @@ import subprocess
 
 BINARY = os.environ["OASLAM_BINARY"]
 EXTRACT = os.environ.get("OASLAM_EXTRACT_FRAMES", "")
+REARRANGE = os.environ.get("OASLAM_REARRANGE_MAP", "")
 SAMPLE = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "data", "sample")
 
 

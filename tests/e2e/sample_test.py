@@ -2,6 +2,7 @@
 import math
 import os
 import shutil
+import subprocess
 import tempfile
 import unittest
 import xml.etree.ElementTree
@@ -190,6 +191,29 @@ class LostAndBack(unittest.TestCase):
     def test_by_points_alone_it_stays_lost(self):
         with tempfile.TemporaryDirectory(prefix="oaslam_lost_") as folder:
             self.assertLess(len(self.run_clip(os.path.join(folder, "out"), "--relocalization", "points")), 0.6 * 350)
+
+
+class CoveredAndBack(unittest.TestCase):
+    """The lens is covered; then the camera goes all the way round before it sees what it had mapped."""
+
+    def test_what_was_mapped_meanwhile_is_kept(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_covered_") as folder:
+            loop = os.path.join(harness.SAMPLE, "loop")
+            subprocess.run([harness.EXTRACT, os.path.join(loop, "video.mp4"), folder, "0", "700"], check=True)
+            listed = os.path.join(folder, "rgb.txt")
+            with open(listed) as f:
+                names = [line.split()[1] for line in f]
+            for i in range(100, 180):
+                with open(os.path.join(folder, names[i]), "wb") as f:
+                    f.write(b"P5 640 480 255\n" + bytes(640 * 480))
+            out = os.path.join(folder, "out")
+            outcome = oaslam("run", "--images", listed, "--camera", os.path.join(loop, "camera.yaml"), "--relocalization", "points", "--out", out)
+            self.assertEqual(outcome.code, 0, outcome)
+            self.assertIn("was joined with the old one", outcome.err)
+            final = harness.read_tum(os.path.join(out, "trajectory.txt"))
+            self.assertGreater(len(final), 0.95 * (700 - 80))
+            matched = harness.pairs(final, harness.read_tum(harness.groundtruth("loop")))
+            self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), 0.03)
 
 
 class Repeat(unittest.TestCase):

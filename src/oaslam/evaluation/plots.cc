@@ -45,8 +45,15 @@ class Chart {
     canvas_.Text(At({units_.x() / 2, 0}) + Eigen::Vector2d(0, 40), x_label, 13, "middle");
   }
 
-  void Add(const std::string& name, Points2 line) {
+  void DrawLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* style) { canvas_.Line(At(a), At(b), style); }
+
+  // Labels, where there are any, stand beside the points.
+  void Add(const std::string& name, Points2 line, const std::vector<std::string>& labels = {}) {
     std::ranges::transform(line, line.begin(), [&](const Eigen::Vector2d& p) { return At(p); });
+    for (size_t i = 0; i < labels.size(); ++i) {
+      canvas_.Circle(line[i], 4, fmt::format(R"(fill="{}")", PaletteColor(count_)));
+      canvas_.Text(line[i] + Eigen::Vector2d(8, 14), labels[i], 11, "start", fmt::format(R"(fill="{}")", PaletteColor(count_)));
+    }
     const std::string style = fmt::format(R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(count_));
     canvas_.Polyline(line, style);
     const double y = kCorner.y() + kSize.y() + 62 + kRow * static_cast<double>(count_++);
@@ -121,6 +128,24 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
     Points2 line;
     for (int cm = 0; cm <= 100; ++cm) line.push_back({static_cast<double>(cm), 100 * RecallAt(curve, cm / 100.0)});
     chart.Add(fmt::format("{} ({} frames)", curve.name, curve.frames), line);
+  }
+  WriteTextFile(path, chart.Finish());
+}
+
+void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title) {
+  Chart chart(1, 100, title, curves.size());
+  chart.DrawGrid(fmt::format("confidence; beside each point: how many frames (right: within {:g} m and {:.0f} degrees)", kFalseDistance, kFalseRotationDeg),
+                 "% right");
+  chart.DrawLine({0, 0}, {1, 100}, kReferenceStyle);
+  for (const auto& [name, reliability] : curves) {
+    Points2 line;
+    std::vector<std::string> counts;
+    for (const ReliabilityBin& bin : reliability.bins) {
+      if (bin.count == 0) continue;
+      line.push_back({bin.mean_confidence, 100 * bin.share_right});
+      counts.push_back(fmt::format("{}", bin.count));
+    }
+    chart.Add(fmt::format("{} ({} frames): calibration error {:.3f}", name, reliability.count, reliability.calibration_error), line, counts);
   }
   WriteTextFile(path, chart.Finish());
 }

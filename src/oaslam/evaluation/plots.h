@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/evaluation/reliability.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/io/trajectory_file.h"
 
@@ -23,5 +24,12 @@ void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves
 
 // The share of frames that were localized within a distance, from 0 to 1 m: a curve for each.
 void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title);
+
+// How often hypotheses are right against how confident the program was: a line for each; on the diagonal where it is calibrated.
+struct ReliabilityCurve {
+  std::string name;
+  Reliability reliability;
+};
+void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title);
 
 }  // namespace oaslam

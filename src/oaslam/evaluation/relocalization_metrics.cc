@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "oaslam/error.h"
+#include "oaslam/evaluation/table_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/io/text.h"
 
@@ -14,22 +15,6 @@ namespace {
 bool Counts(const PoseError& error, double distance) { return error.position <= distance && error.rotation_deg <= kRecallMaxRotationDeg; }
 
 double Share(size_t part, size_t whole) { return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole); }
-
-std::vector<std::string_view> SplitCommas(std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (size_t begin = 0; begin <= line.size();) {
-    const size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(Trim(line.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return fields;
-}
-
-double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path, size_t line) {
-  const auto value = column < fields.size() ? ParseNumber(fields[column]) : std::nullopt;
-  if (!value) throw InputError(fmt::format("{}:{}: column {}: expected a number", path, line, column + 1));
-  return *value;
-}
 
 }  // namespace
 
@@ -88,12 +73,7 @@ std::vector<double> LoadFrameTimes(const std::string& path) {
   const std::string text = ReadTextFile(path);
   const auto lines = SplitLines(text);
   const bool is_table = !lines.empty() && lines[0].find(',') != std::string_view::npos;
-  size_t column = 0;
-  if (is_table) {
-    const auto header = SplitCommas(lines[0]);
-    column = static_cast<size_t>(std::ranges::find(header, "timestamp") - header.begin());
-    if (column == header.size()) throw InputError(fmt::format("{}:1: column \"timestamp\" is missing", path));
-  }
+  const size_t column = is_table ? ColumnOf(lines[0], "timestamp", path) : 0;
   std::vector<double> times;
   for (size_t i = is_table ? 1 : 0; i < lines.size(); ++i) {
     const std::string_view line = Trim(lines[i]);

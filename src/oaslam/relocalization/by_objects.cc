@@ -1,5 +1,6 @@
 #include "oaslam/relocalization/by_objects.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <numbers>
 
@@ -59,7 +60,7 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetec
                                                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
   const ObjectScene scene(detections, camera, map, config, gravity_in_cam);
   if (scene.detections.empty()) return {};
-  const double ease = scene.up_in_cam ? kGravityShare : 1, accept_score = config.accept_score * ease;
+  const double ease = scene.up_in_cam ? kGravityShare : 1;
   const int accept_objects = config.accept_objects - (scene.up_in_cam ? 1 : 0);
 
   std::vector<Refined> refined;
@@ -72,10 +73,16 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetec
   std::vector<ObjectPoseCandidate> candidates = DistinctCandidates(refined);
   if (!candidates.empty()) {
     ObjectPoseCandidate& best = candidates.front();
-    best.accepted = best.score > accept_score && best.margin > config.accept_margin && best.Evidence() > config.accept_evidence * ease &&
-                    static_cast<int>(best.matched.size()) >= accept_objects;
+    best.accepted = best.margin > config.accept_margin && best.Evidence() > config.accept_evidence * ease && static_cast<int>(best.matched.size()) >= accept_objects;
   }
   return candidates;
+}
+
+ObjectPoseCandidate RefineByPointsAndObjects(std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
+                                             const RelocalizationConfig& config, const RelocalizationReport& by_points) {
+  const ObjectScene scene(detections, camera, map, config, std::nullopt);
+  const PosePrior prior{by_points.cam_from_world, (by_points.covariance * by_points.inliers).inverse()};
+  return RefineObjectPose(scene, by_points.cam_from_world, prior);
 }
 
 }  // namespace oaslam

@@ -10,6 +10,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
+#include "oaslam/relocalization/report.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/util/rng.h"
 
@@ -36,5 +37,10 @@ struct ObjectPoseCandidate {
 std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetection> detections, const Camera& camera,
                                                      const Map& map, const RelocalizationConfig& config,
                                                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
+
+// The pose that points and objects agree on best. `by_points`: a success. From the unusual side where objects had to lead the way, the errors of neighbouring
+// points are alike, so that all of them together count as one: their covariance is taken times their number.
+ObjectPoseCandidate RefineByPointsAndObjects(std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
+                                             const RelocalizationConfig& config, const RelocalizationReport& by_points);
 
 }  // namespace oaslam

@@ -1,6 +1,7 @@
 #include "oaslam/relocalization/object_refinement.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -64,12 +65,12 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   const std::vector<InView> in_view = FindInView(scene, pose);
   std::vector<Eigen::Vector4d> variances(objects);
   std::vector<unsigned char> hidden(objects, 0);  // spares the pose, but is no evidence for it: the score counts all edges
-  std::vector<double> missed(objects, 0);
+  std::vector<unsigned char> is_expected(objects, 0);
   for (const InView& seen : in_view) {
     const int o = seen.object;
     const SceneObject& object = scene.objects[o];
     if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && ShareInside(seen.box, scene.bounds) > kMissedShare)
-      missed[o] = object.miss_penalty;
+      is_expected[o] = 1;
     if (object.detections.empty()) continue;
     variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
     hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen));
@@ -84,9 +85,13 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
     const auto truncated = static_cast<unsigned char>(scene.detections[d].truncated | hidden[o]);
     result.matches.push_back({d, o, scores(d, o), truncated, (variances[o].array() + sigma * sigma).rsqrt()});
     result.llr += scores(d, o);
-    missed[o] = 0;
   }
-  for (const double penalty : missed) result.penalty += penalty;
+  // Where the detector gives few boxes for all that is in view, each missing one says less.
+  const double in_sight = static_cast<double>(std::ranges::count(is_expected, 1));
+  const double recall = std::min((static_cast<double>(detections) + 1) / (in_sight + 1), 1.0);
+  for (const Match& match : result.matches) is_expected[match.object] = 0;
+  for (Eigen::Index o = 0; o < objects; ++o)
+    if (is_expected[o]) result.penalty -= std::log(1 - recall * scene.objects[o].detection_rate);
   return result;
 }
 
@@ -117,10 +122,27 @@ void AddUprightPrior(const ObjectScene& scene, const Rigid3& pose, PoseEquations
   }
 }
 
-PoseEquations Linearize(const ObjectScene& scene, const std::vector<Match>& matches, const Rigid3& pose,
-                        bool with_derivatives) {
+void AddPrior(const PosePrior& prior, const Rigid3& pose, PoseEquations& equations) {
+  const Rigid3 motion = pose * prior.cam_from_world.Inverse();
+  const Eigen::AngleAxisd turn(motion.rotation);
+  PoseVector change;
+  change << motion.translation, turn.angle() * turn.axis();
+  equations.hessian += prior.information;
+  equations.gradient += prior.information * change;
+  equations.cost += change.dot(prior.information * change);
+}
+
+// What a pose is refined on.
+struct Evidence {
+  const ObjectScene& scene;
+  const std::optional<PosePrior>& prior;
+};
+
+PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matches, const Rigid3& pose, bool with_derivatives) {
+  const ObjectScene& scene = evidence.scene;
   PoseEquations equations;
   AddUprightPrior(scene, pose, equations);
+  if (evidence.prior) AddPrior(*evidence.prior, pose, equations);
   constexpr double kBehindCost = 100;  // beyond any box
   for (const Match& match : matches) {
     const SceneDetection& detection = scene.detections[match.detection];
@@ -147,8 +169,8 @@ PoseEquations Linearize(const ObjectScene& scene, const std::vector<Match>& matc
   return equations;
 }
 
-Rigid3 RefineOnMatches(const ObjectScene& scene, const std::vector<Match>& matches, Rigid3 pose) {
-  PoseEquations equations = Linearize(scene, matches, pose, true);
+Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& matches, Rigid3 pose) {
+  PoseEquations equations = Linearize(evidence, matches, pose, true);
   double damping = 1e-3;
   for (int iteration = 0; iteration < kIterationsPerRound; ++iteration) {
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
@@ -156,22 +178,22 @@ Rigid3 RefineOnMatches(const ObjectScene& scene, const std::vector<Match>& match
     const PoseVector step = -damped.ldlt().solve(equations.gradient);
     if (!step.allFinite()) break;
     const Rigid3 moved = Moved(pose, step);
-    if (!(Linearize(scene, matches, moved, false).cost < equations.cost)) {
+    if (!(Linearize(evidence, matches, moved, false).cost < equations.cost)) {
       damping *= 10;
       continue;
     }
     const double before = equations.cost;
     pose = moved;
     damping /= 5;
-    equations = Linearize(scene, matches, pose, true);
+    equations = Linearize(evidence, matches, pose, true);
     if (before - equations.cost < 1e-4 * before) break;
   }
   return pose;
 }
 
 // Of the camera's centre: it moves by -R^T of the translation's change.
-double PositionSigma(const ObjectScene& scene, const std::vector<Match>& matches, const Rigid3& pose) {
-  Eigen::Matrix<double, 6, 6> information = Linearize(scene, matches, pose, true).hessian;
+double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches, const Rigid3& pose) {
+  Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
   const Eigen::Matrix<double, 6, 6> covariance = information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
   return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));
@@ -179,12 +201,13 @@ double PositionSigma(const ObjectScene& scene, const std::vector<Match>& matches
 
 }  // namespace
 
-ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start) {
+ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start, const std::optional<PosePrior>& prior) {
+  const Evidence evidence{scene, prior};
   ObjectPoseCandidate candidate;
   candidate.cam_from_world = start;
   Matching matching = MatchBoxes(scene, start);
   for (int round = 0; round < kRounds && !matching.matches.empty(); ++round) {
-    candidate.cam_from_world = RefineOnMatches(scene, matching.matches, candidate.cam_from_world);
+    candidate.cam_from_world = RefineOnMatches(evidence, matching.matches, candidate.cam_from_world);
     matching = MatchBoxes(scene, candidate.cam_from_world);
   }
   candidate.llr = matching.llr;
@@ -194,7 +217,7 @@ ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& sta
   for (const Match& match : matching.matches)
     candidate.matched.emplace_back(scene.detections[match.detection].index, scene.objects[match.object].id);
   if (!matching.matches.empty())
-    candidate.sigma_position = PositionSigma(scene, matching.matches, candidate.cam_from_world);
+    candidate.sigma_position = PositionSigma(evidence, matching.matches, candidate.cam_from_world);
   return candidate;
 }
 

@@ -26,7 +26,7 @@ SceneObject Prepare(ObjectId id, const Object& object) {
   const Eigen::Vector3d axes =
       object.ellipsoid.half_axes.cwiseAbs2().cwiseProduct(object.covariance.diagonal().segment<3>(3));
   scene.variance = object.covariance.topLeftCorner<3, 3>().trace() / 3 + axes.mean();
-  scene.miss_penalty = -std::log(1 - std::clamp(object.detection_rate, 0.5, 0.97));
+  scene.detection_rate = std::clamp(object.detection_rate, 0.5, 0.97);
   return scene;
 }
 

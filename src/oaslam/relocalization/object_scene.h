@@ -22,7 +22,7 @@ struct SceneObject {
   double radius = 0;            // of the sphere of its volume
   double variance = 0;          // of its outline, map units^2, the same in all directions
   ShapeCovariance covariance;
-  double miss_penalty = 0;      // -ln(1 - detection rate)
+  double detection_rate = 0;    // while it was mapped
   std::vector<int> detections;  // of its class, indices into ObjectScene::detections
 };
 

@@ -5,12 +5,10 @@
 
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/by_points.h"
+#include "oaslam/relocalization/confidence.h"
 
 namespace oaslam {
 namespace {
-
-// Grows with what speaks for the pose beyond what acceptance asks for: one half there, towards one.
-double Confidence(double evidence, double accepted_at) { return 1 - 0.5 * std::exp(-(evidence - accepted_at) / accepted_at); }
 
 // Of the position, by the mean distance to the objects that stand for it.
 double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
@@ -33,14 +31,14 @@ bool Agree(const RelocalizationReport& by_points, const ObjectPoseCandidate& by_
   return distance < kMaxSigmas * std::hypot(by_points.sigma_position, by_objects.sigma_position);
 }
 
-Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evidence, int accepted_at) {
+Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evidence) {
   Relocalization result;
   result.evidence = report.success ? evidence : PoseEvidence::kNone;
   result.cam_from_world = report.cam_from_world;
   result.landmarks = report.landmarks;
   result.inliers = report.inliers;
   result.sigma_position = report.sigma_position;
-  result.confidence = report.success ? Confidence(report.inliers, accepted_at) : 0;
+  result.confidence = ConfidenceOfPoints(report.inliers);
   result.candidates = report.hypotheses;
   result.why_not = report.why_not;
   return result;
@@ -64,9 +62,21 @@ const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
   return *index_;
 }
 
-Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, Rng& rng) {
+Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng) {
   const RelocalizationReport report = RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
-  return FromPoints(report, PoseEvidence::kPoints, config_.tracking.min_inliers);
+  const bool are_few = report.inliers < 2 * config_.tracking.min_relocalization_inliers;
+  if (report.success && join_objects && are_few) return JoinObjects(frame, map, report, PoseEvidence::kPoints);
+  return FromPoints(report, PoseEvidence::kPoints);
+}
+
+Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map, const RelocalizationReport& by_points, PoseEvidence evidence) const {
+  Relocalization result = FromPoints(by_points, evidence);
+  const ObjectPoseCandidate joint = RefineByPointsAndObjects(frame.detections, map.cameras[frame.camera], map, config_.relocalization, by_points);
+  result.matched_objects = static_cast<int>(joint.matched.size());
+  if (result.matched_objects < config_.relocalization.accept_objects) return result;
+  result.cam_from_world = joint.cam_from_world;
+  result.sigma_position = joint.sigma_position;
+  return result;
 }
 
 Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
@@ -80,22 +90,30 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
       const RelocalizationReport report =
           VerifyByPoints(frame, map, c.cam_from_world, SearchRadius(map, frame, c), config_.relocalization, config_.tracking, rng);
       if (!report.success || !Agree(report, c)) continue;
-      Relocalization confirmed = FromPoints(report, PoseEvidence::kPointsAndObjects, config_.tracking.min_inliers);
-      confirmed.matched_objects = static_cast<int>(c.matched.size());
+      Relocalization confirmed = JoinObjects(frame, map, report, PoseEvidence::kPointsAndObjects);
+      confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, ConfidenceOf(c));
+      confirmed.object_score = c.score;
+      confirmed.object_margin = c.margin;
       confirmed.candidates = std::move(result.candidates);
       return confirmed;
     }
-  if (candidates.empty() || !candidates.front().accepted) {
-    result.why_not = candidates.empty() ? "no pose explains three detections" : "the objects' evidence is too weak";
+  if (candidates.empty()) {
+    result.why_not = "no pose explains three detections";
     return result;
   }
   const ObjectPoseCandidate& best = candidates.front();
+  result.object_score = best.score;
+  result.object_margin = best.margin;
+  result.confidence = ConfidenceOf(best);
+  result.matched_objects = static_cast<int>(best.matched.size());
+  if (!best.accepted) {
+    result.why_not = "the objects' evidence is too weak";
+    return result;
+  }
   result.evidence = PoseEvidence::kObjects;
   result.cam_from_world = best.cam_from_world;
-  result.matched_objects = static_cast<int>(best.matched.size());
   result.sigma_position = best.sigma_position;
   result.relative_sigma = RelativeSigma(map, best);
-  result.confidence = Confidence(best.Evidence(), config_.relocalization.accept_evidence);
   return result;
 }
 
@@ -103,11 +121,10 @@ Relocalization Relocalizer::Find(const Frame& frame, const Map& map, Relocalizat
                                  const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
   const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
   Relocalization result;
-  if (use_points) result = ByPoints(frame, map, rng);
+  if (use_points) result = ByPoints(frame, map, mode == RelocalizationMode::kPointsAndObjects, rng);
   if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {
-    const std::vector<PoseHypothesis> by_points = std::move(result.candidates);
-    result = ByObjects(frame, map, use_points, gravity_in_cam, rng);
-    if (result.candidates.empty()) result.candidates = by_points;
+    Relocalization by_objects = ByObjects(frame, map, use_points, gravity_in_cam, rng);
+    if (!by_objects.candidates.empty()) result = std::move(by_objects);
   }
   LeadWithAccepted(result);
   return result;

@@ -23,7 +23,8 @@ struct Relocalization {
   int matched_objects = 0;
   double sigma_position = 0;          // map units
   double relative_sigma = 0;          // of an object-only pose: sigma_position over the distance to its objects
-  double confidence = 0;              // [0, 1]
+  double confidence = 0;              // [0, 1], of the best hypothesis, also where evidence is kNone
+  double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
   std::vector<PoseHypothesis> candidates;
   std::string why_not;
 };
@@ -39,7 +40,9 @@ class Relocalizer {
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
  private:
-  Relocalization ByPoints(const Frame& frame, const Map& map, Rng& rng);
+  Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
+  // A pose on few points, which its objects make better.
+  Relocalization JoinObjects(const Frame& frame, const Map& map, const RelocalizationReport& by_points, PoseEvidence evidence) const;
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
                            const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const;
   const PlaceIndex& IndexOf(const Map& map);

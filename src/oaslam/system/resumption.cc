@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMinAnchors = 20;
+constexpr int kMinAnchors = 20, kPointWeight = 3;  // a pose by points says more than one by objects
 constexpr double kMinShare = 0.6;          // of the anchors that must agree
 constexpr double kMaxScaleSigma = 0.06;    // relative
 constexpr size_t kMinKeyframes = 5;
@@ -33,17 +33,19 @@ void Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in
 
 std::optional<Similarity> Resumption::Locate() const {
   const Map& map = *session_.snapshot();
-  if (static_cast<int>(anchors_.size()) < kMinAnchors || map.keyframes.size() < kMinKeyframes) return std::nullopt;
+  if (lost_frames_ > 0 || map.keyframes.size() < kMinKeyframes) return std::nullopt;
   std::vector<PosePair> pairs;
+  int enough = kMinAnchors;
   for (const FramePose& pose : session_.tracker().trajectory()) {
     const auto anchor = anchors_.find(pose.frame_index);
     const auto reference = map.ResolvePose(pose.reference);
     if (anchor == anchors_.end() || !reference || pose.state == TrackingState::kObjects) continue;
     pairs.push_back({pose.cam_from_reference * *reference, anchor->second.cam_from_world, anchor->second.sigma});
+    if (anchor->second.by_points) enough -= kPointWeight - 1;
   }
-  if (static_cast<int>(pairs.size()) < kMinAnchors) return std::nullopt;
+  if (static_cast<int>(pairs.size()) < enough) return std::nullopt;
   const SimilarityFit fit = FitSimilarity(pairs);
-  const bool agree = fit.success && fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && fit.inliers >= kMinAnchors;
+  const bool agree = fit.success && fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && fit.inliers >= enough;
   return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(fit.b_from_a) : std::nullopt;
 }
 

@@ -27,7 +27,7 @@ class Resumption {
   bool IsLost() const { return lost_frames_ >= kPatience; }
   static constexpr int kPatience = 10;  // frames: most losses are short
 
-  // old_from_new, once it is well determined.
+  // old_from_new, once it is well determined and the camera is followed in the new map.
   std::optional<Similarity> Locate() const;
 
   Session& session() { return session_; }

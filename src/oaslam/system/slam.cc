@@ -122,6 +122,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.matched = outcome.matched;
   result.inliers = outcome.inliers;
   result.objects = outcome.objects;
+  result.confidence = outcome.confidence;
   result.ms_objects = outcome.ms_objects;
   result.detections = static_cast<int>(frame.detections.size());
   result.ms_features = ms_features;
@@ -135,10 +136,11 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
 Tracker::Outcome Slam::Impl::Resume(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing || !session_->tracker().IsMapping()) return outcome;
   const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
-  if (!is_lost) resumption_.reset();
   lost_frames_ = is_lost ? lost_frames_ + 1 : 0;
-  if (lost_frames_ < Resumption::kPatience) return outcome;
-  if (!resumption_ || resumption_->IsLost()) {
+  // Found by points in the old map: while it makes no keyframes there, the new one may still be joined.
+  if (!is_lost && !outcome.anchor) resumption_.reset();
+  if (!resumption_ && lost_frames_ < Resumption::kPatience) return outcome;
+  if (!resumption_ || (is_lost && resumption_->IsLost())) {
     MapCommand settle;
     settle.frame_index = frame.index;
     settle.settle = true;
@@ -180,6 +182,8 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mod
   result.evidence = found.evidence;
   if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
   result.confidence = found.confidence;
+  result.object_score = found.object_score;
+  result.object_margin = found.object_margin;
   result.inlier_points = found.inliers;
   result.matched_objects = found.matched_objects;
   result.sigma_position = found.sigma_position;

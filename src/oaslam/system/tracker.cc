@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "oaslam/relocalization/confidence.h"
 #include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
@@ -24,6 +25,10 @@ TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Feature
   return report.success ? TrackLocalMap(frame, map, report, min_inliers) : TrackReport{};
 }
 
+// A bound that holds where points are seen from about where they were mapped.
+double PositionSigma(const Map& map, const TrackReport& tracked) { return 0.005 * map.MedianDepth(tracked.reference); }
+
+constexpr int kProbation = 15;  // frames
 constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
 
 Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
@@ -32,6 +37,7 @@ Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int 
   outcome.cam_from_world = cam_from_world;
   outcome.matched = matched;
   outcome.inliers = inliers;
+  outcome.confidence = ConfidenceOfPoints(inliers);
   return outcome;
 }
 
@@ -75,10 +81,11 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   Outcome outcome = Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   ObserveObjects(frame, map, tracked, outcome);
   constexpr int kBackfillPerFrame = 2;  // a share of each frame's time, not a pause
-  if (backfill_ && MinInliers(frame) == config_.tracking.min_inliers) {
+  if (backfill_ && !IsOnProbation(frame)) {
     backfill_->proven = true;
     FillInMissed(map, kBackfillPerFrame);
   }
+  if (IsOnProbation(frame)) outcome.anchor = PoseAnchor{tracked.cam_from_world, PositionSigma(map, tracked), true};
   if (mapping_) outcome.command = MakeKeyframe(frame, map, tracked);
   else TakeRest();
   return outcome;
@@ -124,10 +131,10 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
 
 // A pose found anew has to prove itself before it may be followed on thin evidence.
 int Tracker::MinInliers(const Frame& frame) const {
-  constexpr int kProbation = 15;  // frames
-  return relocalized_frame_ && frame.index - *relocalized_frame_ <= kProbation ? config_.tracking.min_relocalization_inliers
-                                                                              : config_.tracking.min_inliers;
+  return IsOnProbation(frame) ? config_.tracking.min_relocalization_inliers : config_.tracking.min_inliers;
 }
+
+bool Tracker::IsOnProbation(const Frame& frame) const { return relocalized_frame_ && frame.index - *relocalized_frame_ <= kProbation; }
 
 // Frames that passed before there was a map get their poses now.
 void Tracker::FillInBetween(const Map& map) {
@@ -198,7 +205,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) {
     const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
-    Outcome outcome = is_shown ? ShowObjectPose(frame, map, found.cam_from_world, found.matched_objects) : Lose(frame);
+    Outcome outcome = is_shown ? ShowObjectPose(frame, map, found) : Lose(frame);
     outcome.anchor = PoseAnchor{found.cam_from_world, found.sigma_position};
     return outcome;
   }
@@ -215,7 +222,8 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
 }
 
 // A pose for this frame only: tracking needs points to go on from.
-Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world, int objects) {
+Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found) {
+  const Rigid3& cam_from_world = found.cam_from_world;
   KeyframeId nearest;
   double least = 0;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
@@ -229,7 +237,8 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
   trajectory_.Add({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame, {});
   Miss(frame, true);
   Outcome outcome = Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
-  outcome.objects = objects;
+  outcome.objects = found.matched_objects;
+  outcome.confidence = found.confidence;
   return outcome;
 }
 
@@ -253,6 +262,8 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
 }
 
 void Tracker::GoOnAs(Tracker other, double scale) {
+  // What it saw since it came back by points has ids that the other gave, too.
+  if (phase_ == Phase::kTracking) std::erase_if(sightings_, [&](const ObjectSighting& s) { return s.observation.frame_index >= *relocalized_frame_; });
   phase_ = other.phase_;
   last_ = std::move(other.last_);
   if (last_) last_->cam_from_reference.translation *= scale;
@@ -295,7 +306,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
 }
 
 std::optional<MapCommand> Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked) {
-  if (relocalized_frame_ && MinInliers(frame) > config_.tracking.min_inliers) return std::nullopt;  // on probation the map is only read
+  if (IsOnProbation(frame)) return std::nullopt;  // on probation the map is only read
   const KeyframeEvidence evidence{
       .frames_since_keyframe = frame.index - newest_keyframe_frame_,
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),

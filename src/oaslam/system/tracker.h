@@ -17,10 +17,11 @@
 
 namespace oaslam {
 
-// A frame's pose by objects, whether or not it was good enough to be shown.
+// Where a camera that was lost is in the map: by objects, whether or not the pose was good enough to be shown, or by points.
 struct PoseAnchor {
   Rigid3 cam_from_world;
   double sigma = 0;  // of its position, map units
+  bool by_points = false;
 };
 
 // Where the tracker's ids begin: behind those of a loaded map.
@@ -37,8 +38,9 @@ class Tracker {
     std::optional<Rigid3> cam_from_world;
     int matched = 0, inliers = 0;
     int objects = 0;             // mapped objects seen
+    double confidence = 0;       // [0, 1], of the pose
     double ms_objects = 0;
-    std::optional<PoseAnchor> anchor;  // of a lost camera
+    std::optional<PoseAnchor> anchor;  // of a lost camera, or one that has just come back
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
   };
@@ -75,8 +77,9 @@ class Tracker {
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
-  Outcome ShowObjectPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world, int objects);
+  Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome StartAnew(const Frame& frame);
+  bool IsOnProbation(const Frame& frame) const;  // found by points a moment ago
   int MinInliers(const Frame& frame) const;
   TrackReport FollowMotion(const Frame& frame, const Map& map) const;
   void FillInBetween(const Map& map);

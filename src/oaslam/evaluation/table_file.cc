@@ -1,0 +1,50 @@
+#include "oaslam/evaluation/table_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "oaslam/io/text.h"
+
+namespace oaslam {
+
+std::vector<std::string_view> SplitCommas(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (size_t begin = 0; begin <= line.size();) {
+    const size_t end = std::min(line.find(',', begin), line.size());
+    fields.push_back(Trim(line.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return fields;
+}
+
+double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path, size_t line) {
+  const auto value = column < fields.size() ? ParseNumber(fields[column]) : std::nullopt;
+  if (!value) throw InputError(fmt::format("{}:{}: column {}: expected a number", path, line, column + 1));
+  return *value;
+}
+
+size_t ColumnOf(std::string_view header, std::string_view name, const std::string& path) {
+  const auto fields = SplitCommas(header);
+  const auto found = std::ranges::find(fields, name);
+  if (found == fields.end()) throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, name));
+  return static_cast<size_t>(found - fields.begin());
+}
+
+std::vector<std::vector<double>> LoadColumns(const std::string& path, const std::vector<std::string>& names) {
+  const std::string text = ReadTextFile(path);
+  const auto lines = SplitLines(text);
+  if (lines.empty()) throw InputError(fmt::format("{}: empty", path));
+  std::vector<size_t> columns;
+  for (const std::string& name : names) columns.push_back(ColumnOf(lines[0], name, path));
+  std::vector<std::vector<double>> rows;
+  for (size_t i = 1; i < lines.size(); ++i) {
+    if (Trim(lines[i]).empty()) continue;
+    const auto fields = SplitCommas(lines[i]);
+    std::vector<double>& row = rows.emplace_back();
+    for (const size_t column : columns) row.push_back(NumberAt(fields, column, path, i + 1));
+  }
+  return rows;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,64 @@
+"""A detector with classes of its own: the way from its class file to named objects and back to a pose."""
+import json
+import os
+import tempfile
+import unittest
+
+import harness
+from harness import oaslam
+
+
+def relabelled(path, ids, out):
+    """The same boxes as a detector with these ids would give them; classes it does not know are missing."""
+    images = harness.read_json(path)
+    for image in images:
+        image["detections"] = [dict(d, category_id=ids[d["category_id"]]) for d in image["detections"] if d["category_id"] in ids]
+    with open(out, "w") as f:
+        json.dump(images, f)
+    return out
+
+
+class CustomClasses(unittest.TestCase):
+    def test_objects_of_own_classes_are_named_saved_and_found_again(self):
+        truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
+        coco = sorted({o["category_id"] for o in truth})
+        ids = {category: index for index, category in enumerate(coco)}
+        names = {ids[o["category_id"]]: "museum " + o["category"] for o in truth}
+        with tempfile.TemporaryDirectory(prefix="oaslam_classes_") as folder:
+            classes = os.path.join(folder, "museum.yaml")
+            with open(classes, "w") as f:
+                f.write("names:\n" + "".join(f"  {index}: {name}\n" for index, name in sorted(names.items())))
+            clips = {clip: relabelled(os.path.join(harness.SAMPLE, clip, "detections.json"), ids, os.path.join(folder, clip + ".json"))
+                     for clip in ("map_front", "query_around")}
+            mapped, out = os.path.join(folder, "museum.map"), os.path.join(folder, "out")
+            outcome = oaslam("run", *harness.clip("map_front")[:4], "--detections", clips["map_front"], "--classes", classes, "--out", out, "--map-out", mapped)
+            self.assertEqual(outcome.code, 0, outcome)
+            objects = harness.read_json(os.path.join(out, "objects.json"))
+            self.assertGreater(len(objects), 15)
+            for o in objects:
+                self.assertEqual(o["category"], names[o["category_id"]])
+            # The map knows the names from now on.
+            self.assertIn("museum teddy bear", oaslam("objects", mapped).out)
+            found = os.path.join(folder, "found")
+            outcome = oaslam("localize", "--map", mapped, *harness.clip("query_around")[2:4], "--detections", clips["query_around"],
+                             "--relocalization", "objects", "--out", found)
+            self.assertEqual(outcome.code, 0, outcome)
+            self.assertGreater(sum(f["status"] == "objects" for f in harness.read_csv(os.path.join(found, "frames.csv"))), 0.8 * 300)
+
+    def test_boxes_of_other_classes_are_no_evidence(self):
+        """COCO's boxes in a map of other ids: nothing is found, and nothing is made up."""
+        with tempfile.TemporaryDirectory(prefix="oaslam_classes_") as folder:
+            shifted = {category: category + 1000 for category in range(80)}
+            boxes = relabelled(os.path.join(harness.SAMPLE, "map_front", "detections.json"), shifted, os.path.join(folder, "boxes.json"))
+            mapped = os.path.join(folder, "own.map")
+            outcome = oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:4], "--detections", boxes, "--out",
+                             os.path.join(folder, "out"), "--map-out", mapped)
+            self.assertEqual(outcome.code, 0, outcome)
+            found = os.path.join(folder, "found")
+            outcome = oaslam("localize", "--map", mapped, *harness.clip("query_around")[2:], "--relocalization", "objects", "--out", found, "--to", "60")
+            self.assertEqual(outcome.code, 0, outcome)
+            self.assertEqual({f["status"] for f in harness.read_csv(os.path.join(found, "frames.csv"))}, {"failed"})
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
