@@ -134,12 +134,15 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
 // What the frame shows of the mapped objects that it should show.
 class PlaceJudge {
  public:
-  PlaceJudge(const TrackedFrame& tracked, const Map& snapshot, const std::vector<Candidate>& candidates, const std::vector<int>& track_of)
+  PlaceJudge(const TrackedFrame& tracked, const Map& snapshot, const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
+             const std::vector<ObjectSighting>& sightings)
       : tracked_(tracked), snapshot_(snapshot), candidates_(candidates), seen_(candidates.size(), 0) {
-    for (const int track : track_of)
-      if (track >= 0) seen_[track] = 1;
+    for (size_t i = 0; i < track_of.size(); ++i) {
+      if (track_of[i] >= 0) seen_[track_of[i]] = 1;
+      if (track_of[i] < 0 || !candidates[track_of[i]].IsMapped()) in_unknown_depth_.push_back(sightings[i].observation.box);
+    }
     for (const ObjectDetection& d : tracked.frame.detections)
-      if (snapshot.classes.IsMovable(d.category_id)) moving_.push_back(d.box);
+      if (snapshot.classes.IsMovable(d.category_id)) in_unknown_depth_.push_back(d.box);
   }
 
   bool IsExpected(size_t j) const {
@@ -152,7 +155,7 @@ class PlaceJudge {
   // That it is not seen in its place, of an object that is expected.
   PlaceEvidence OfAbsence(size_t j) const {
     const Candidate& c = candidates_[j];
-    std::vector<Box> nearer = moving_;
+    std::vector<Box> nearer = in_unknown_depth_;
     for (const Candidate& other : candidates_)
       if (other.projection && other.IsMapped() && other.depth + other.radius < c.depth && !AreTogether(c, other)) nearer.push_back(*other.projection);
     const bool is_clear = HiddenShare(*c.projection, nearer) < kMaxHiddenShare && WasSeenFrom(snapshot_, *c.object, tracked_.cam_from_world);
@@ -174,13 +177,13 @@ class PlaceJudge {
   const Map& snapshot_;
   const std::vector<Candidate>& candidates_;
   std::vector<char> seen_;
-  std::vector<Box> moving_;  // things that may hide any other
+  std::vector<Box> in_unknown_depth_;  // of what moves, or is not mapped yet: may hide any object
 };
 
 // Adds the misses, and what each sighting says of its object's place. The first sightings are those of `track_of`.
 void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config, const std::vector<Candidate>& candidates,
                  const std::vector<int>& track_of, std::vector<ObjectSighting>& sightings) {
-  const PlaceJudge judge(tracked, snapshot, candidates, track_of);
+  const PlaceJudge judge(tracked, snapshot, candidates, track_of, sightings);
   for (size_t i = 0; i < track_of.size(); ++i) {
     if (track_of[i] < 0) continue;
     const Candidate& c = candidates[track_of[i]];

@@ -128,11 +128,11 @@ TEST(Presence, WhatIsOutOfViewOrSeenFromElsewhereIsNotMissed) {
 TEST(Presence, WhatStandsBehindANearerObjectIsNotMissed) {
   // The screen is put before the bottle: nobody sees it any more.
   const auto film = [&](int i) {
-    Shot shot{OnCircle(0.5 + 0.2 * Angle(i)), Table()};
+    Shot shot{OnCircle(0.4 + 0.4 * Angle(i)), Table()};
     if (i < 300) return shot;
     shot.objects.erase(shot.objects.begin() + 2);
     const Eigen::Vector3d between =
-        0.75 * Eigen::Vector3d(-0.3, 0.3, 0.1) + 0.25 * OnCircle(0.64).OriginInSource();
+        0.75 * Eigen::Vector3d(-0.3, 0.3, 0.1) + 0.25 * OnCircle(0.68).OriginInSource();
     shot.objects.push_back(Upright(63, {between.x(), between.y(), 0.25}, {0.15, 0.15, 0.2}));
     return shot;
   };
