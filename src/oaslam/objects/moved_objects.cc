@@ -154,7 +154,7 @@ void ResolveAbsent(const ObjectsConfig& config, Map& map) {
       Succeed(id, succession.successor, map);
     } else if (succession.is_pending || is_seen_elsewhere) {
       if (object->state == ObjectState::kMapped) {
-        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place", Described(id, *object)));
+        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up", Described(id, *object)));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;
       }
     } else {
