@@ -97,11 +97,10 @@ class Parts(unittest.TestCase):
             way = sum((BENCH[k] - position[k]) * ahead[k] for k in range(3)) - (0.55 + 0.1 * rng.random())
             near = [position[k] + way * ahead[k] for k in range(3)]
             found = [] if wholes else detect_parts(self.wholes, near, quaternion, rng)
-            for t in self.wholes if wholes else ():
-                e = t["ellipsoid"]
+            for e, category in [(t["ellipsoid"], t["category_id"]) for t in self.wholes] if wholes else ():
                 box = project(e["center"], e["semi_axes"], e["rotation"], near, quaternion)
-                if box and box[0] > 0 and box[1] > 0 and box[2] < WIDTH and box[3] < HEIGHT:
-                    found.append({"category_id": t["category_id"], "detection_score": 0.8, "bbox": box})
+                fits = box and box[0] > 0 and box[1] > 0 and box[2] < WIDTH and box[3] < HEIGHT
+                found += [d for d in [detect(category, box, rng, 0.9)] if d and fits]
             time = round(1 + i / 30, 6)
             poses[time] = near
             views.append({"file_name": f"{time:.6f}.jpg", "detections": found})
@@ -128,16 +127,16 @@ class Parts(unittest.TestCase):
         self.assertGreater(len(errors), 0.7 * len(views))
         self.assertLess(errors[len(errors) // 2], 0.03)
         self.assertLess(errors[int(0.97 * len(errors))], 0.1)
+        # Wholes that fit into the image are too few more often.
+        whole_views, _ = self.near_views(wholes=True)
+        by_wholes = self.localize("near_wholes", self.write_json("near_wholes.json", whole_views))
+        self.assertLess(len(by_wholes), 0.6 * len(errors))
         # A map that does not know that they are parts misses the wholes.
         self.localize("strangers", os.path.join(self.folder, "near.json"), classes=self.write("plain.yaml", self.class_file(False)))
         known, unknown = ({round(float(line.split()[0]), 6): float(line.split()[-1]) for line in reversed(self.lines(name, "candidates.txt"))}
                           for name in ("near", "strangers"))
         self.assertTrue(all(known[t] >= unknown[t] - 1e-6 for t in known if t in unknown))
         self.assertGreater(sum(known[t] > unknown[t] + 1 for t in known if t in unknown), 0.1 * len(known))
-
-    def test_wholes_alone_do_not_show_a_near_camera_where_it_is(self):
-        views, _ = self.near_views(wholes=True)
-        self.assertLess(len(self.localize("near_wholes", self.write_json("near_wholes.json", views))), 0.3 * len(views))
 
     def test_the_map_keeps_what_is_a_part(self):
         with sqlite3.connect(self.map) as db:
