@@ -38,6 +38,9 @@ void AddQuietOption(CLI::App& app, CommonOptions& options) {
         spdlog::set_level(spdlog::level::warn);
       },
       "No progress, no notes: results only");
+  app.add_flag_function(
+         "--verbose", [](int64_t) { spdlog::set_level(spdlog::level::debug); }, "Every note, such as why objects were merged or dropped")
+      ->excludes("--quiet");
 }
 
 void AddConfigOptions(CLI::App& app, CommonOptions& options) {
@@ -55,7 +58,7 @@ void AddFrameOptions(CLI::App& app, CommonOptions& options) {
 }
 
 void AddClassesOption(CLI::App& app, CommonOptions& options) {
-  app.add_option("--classes", options.classes, "Class names (YAML \"names: {41: cup}\", or a name a line); default: COCO")->type_name("FILE");
+  app.add_option("--classes", options.classes, "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); default: COCO")->type_name("FILE");
 }
 
 void AddCommonOptions(CLI::App& app, CommonOptions& options) {
@@ -74,8 +77,8 @@ SlamConfig LoadConfiguration(const CommonOptions& options) {
   return config;
 }
 
-ClassNames LoadClasses(const CommonOptions& options) {
-  return options.classes.empty() ? CocoClassNames() : LoadClassNames(options.classes);
+Classes LoadClasses(const CommonOptions& options) {
+  return options.classes.empty() ? Classes{CocoClassNames(), {}} : oaslam::LoadClasses(options.classes);
 }
 
 ImageSourceOptions FrameRange(const CommonOptions& options) {

@@ -22,7 +22,7 @@ struct CommonOptions {
   std::optional<double> fps;
 };
 
-void AddQuietOption(CLI::App& app, CommonOptions& options);
+void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);   // --config, --set
 void AddFrameOptions(CLI::App& app, CommonOptions& options);    // --from, --to, --fps
 void AddClassesOption(CLI::App& app, CommonOptions& options);
@@ -31,7 +31,8 @@ void AddCommonOptions(CLI::App& app, CommonOptions& options);
 
 // --config, then --set, then validation; all problems in one InputError.
 SlamConfig LoadConfiguration(const CommonOptions& options);
-ClassNames LoadClasses(const CommonOptions& options);
+// Of --classes, else COCO's.
+Classes LoadClasses(const CommonOptions& options);
 ImageSourceOptions FrameRange(const CommonOptions& options);
 
 // Creates the folder and checks that it can be written to. Throws InputError.

@@ -23,8 +23,8 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings) {
   return Detector::Load(settings.model, options);
 }
 
-ClassNames NamesFor(const CommonOptions& common, const Detector* detector) {
-  if (common.classes.empty() && detector != nullptr && !detector->class_names().empty()) return detector->class_names();
+Classes ClassesFor(const CommonOptions& common, const Detector* detector) {
+  if (common.classes.empty() && detector != nullptr && !detector->class_names().empty()) return {detector->class_names(), {}};
   return LoadClasses(common);
 }
 

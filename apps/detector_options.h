@@ -24,7 +24,7 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings);
 // Nothing where no model was given. Throws InputError.
 std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);
 
-// The class names: of --classes, else of the detector's file (which may be null or have none), else COCO's.
-ClassNames NamesFor(const CommonOptions& common, const Detector* detector);
+// The classes: of --classes, else the names of the detector's file (which may be null or have none), else COCO's.
+Classes ClassesFor(const CommonOptions& common, const Detector* detector);
 
 }  // namespace oaslam::apps

@@ -4,6 +4,7 @@
 #include <array>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "commands.h"
 #include "common.h"
@@ -12,6 +13,7 @@
 #include "oaslam/io/camera_file.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/io/map_results.h"
+#include "oaslam/io/text.h"
 #include "oaslam/io/trajectory_file.h"
 #include "timed_detections.h"
 
@@ -42,8 +44,11 @@ class LocalizeResults {
     ++by_evidence_[static_cast<size_t>(r.evidence)];
   }
 
+  void SetPresence(std::vector<ObjectPresence> presence) { presence_ = std::move(presence); }
+
   void Finish(const SavedMap& saved, bool quiet) {
     frames_.flush();
+    SavePresence(saved);
     SaveTrajectory(folder_ + "/poses.txt", poses_);
     SaveScoredPoses(folder_ + "/candidates.txt", candidates_);
     SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map, .trajectory = {}, .groundtruth = {}, .localized = poses_, .names = saved.class_names,
@@ -55,7 +60,18 @@ class LocalizeResults {
   }
 
  private:
+  void SavePresence(const SavedMap& saved) const {
+    nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+    for (const ObjectPresence& p : presence_) {
+      const std::string category = NameOf(saved.class_names, p.category_id);
+      objects.push_back({{"id", p.id}, {"category_id", p.category_id}, {"category", category}, {"expected", p.expected}, {"seen", p.seen}, {"missing", p.is_missing}});
+      if (p.is_missing) spdlog::warn("object {} ({}): moved or gone, seen in its place in {} of {} images that should show it", p.id, category, p.seen, p.expected);
+    }
+    WriteTextFile(folder_ + "/presence.json", objects.dump(1) + "\n");
+  }
+
   std::string folder_;
+  std::vector<ObjectPresence> presence_;
   std::ofstream frames_;
   std::vector<StampedPose> poses_;
   std::vector<ScoredPose> candidates_;
@@ -78,11 +94,17 @@ RelocalizationResult FromTracking(const TrackingResult& t) {
   return r;
 }
 
+// What a class file says of moving and of parts replaces what the map says.
+void UseClassFile(const CommonOptions& options, Slam& slam) {
+  if (!options.classes.empty()) slam.SetClassRelations(LoadClasses(options).relations);
+}
+
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
   FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
   Slam slam(config, inputs.camera());
   slam.Load(options.map);
   slam.SetMapping(false);
+  UseClassFile(options.common, slam);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
   const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
@@ -96,6 +118,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
     progress.Update(++done, ToString(result.evidence));
   }
   progress.Finish();
+  results.SetPresence(slam.Presence());
 }
 
 void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
@@ -107,6 +130,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Slam slam(config, camera);
   slam.Load(options.map);
+  UseClassFile(options.common, slam);
   ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
   int done = 0;
   for (const TimedDetections& image : images) {
@@ -116,6 +140,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
     progress.Update(++done, ToString(result.evidence));
   }
   progress.Finish();
+  results.SetPresence(slam.Presence());
 }
 
 int Localize(const LocalizeOptions& options) {

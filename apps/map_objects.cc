@@ -106,15 +106,15 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
 void MapObjects(const Options& options) {
   const Stopwatch watch;
   const SlamConfig config = LoadConfiguration(options.common);
-  const ClassNames names = LoadClasses(options.common);
+  const Classes classes = LoadClasses(options.common);
   const Camera camera = LoadCamera(options.camera, {0, 0});
   const std::vector<PosedDetections> frames = PoseDetections(options, camera);
   EnsureOutputFolder(options.out);
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
-  const KnownPoseMap result = MapObjectsFromKnownPoses(frames, camera, config.objects,
+  const KnownPoseMap result = MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,
                                                        [&](int done) { progress.Update(done, "mapping objects"); });
   progress.Finish();
-  WriteResults(options, result, names, frames.size(), watch);
+  WriteResults(options, result, classes.names, frames.size(), watch);
 }
 
 }  // namespace

@@ -82,14 +82,16 @@ int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
-  const ClassNames names = NamesFor(options.common, inputs.detector());
-  const MetricScale scale(options.scale, names, groundtruth);
+  const Classes classes = ClassesFor(options.common, inputs.detector());
+  const MetricScale scale(options.scale, classes.names, groundtruth);
   EnsureOutputFolder(options.out);
 
   Slam slam(config, inputs.camera());
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  slam.SetClassNames(names);
+  // A class file says what holds from now on; without one a loaded map goes on as it was made.
+  if (options.map_in.empty() || inputs.detector() || !options.common.classes.empty()) slam.SetClassNames(classes.names);
+  if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
   RunResults results(options.out, config);
   InstallInterruptHandler();
   ProgressBar progress(inputs.size(), options.common.quiet);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/class_relations.h"
 #include "oaslam/config.h"
 #include "oaslam/error.h"
 #include "oaslam/rigid3.h"
@@ -30,7 +31,7 @@ struct TrackingResult {
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
   int keypoints = 0, matched = 0, inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
-  int detections = 0, objects = 0;              // objects: mapped objects seen in this image
+  int detections = 0, objects = 0;              // detections: of this image, all; objects: mapped objects seen in it
   double confidence = 0;                        // [0, 1], that the pose is right (RelocalizationResult)
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;                            // CPU time from image in to pose out; mapping not counted
@@ -51,6 +52,14 @@ struct RelocalizationResult {
   std::vector<Candidate> candidates;            // best hypotheses, the accepted one first
   std::string why_not;
   double ms_features = 0, ms = 0;
+};
+
+// A mapped object that the images should have shown.
+struct ObjectPresence {
+  uint32_t id = 0;
+  int category_id = 0;
+  int expected = 0, seen = 0;  // images that should have shown it in its place, and did
+  bool is_missing = false;     // it has been moved or taken away, beyond what its detection rate explains
 };
 
 // What is in the map, for display and for applications.
@@ -94,6 +103,13 @@ class Slam {
 
   // Names of the detector's categories, saved with the map; COCO's without.
   void SetClassNames(std::map<int, std::string> names);
+
+  // Which classes move, and which are parts of which; saved with the map. Nothing that moves is mapped or followed: objects of these classes
+  // leave the map, and key points in their boxes are not used.
+  void SetClassRelations(const ClassRelations& relations);
+
+  // While the map is only read (without mapping, or by Relocalize): what was seen of its objects, in the order of ids.
+  std::vector<ObjectPresence> Presence() const;
 
   MapSnapshot Snapshot() const;
 

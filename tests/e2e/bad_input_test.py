@@ -64,6 +64,18 @@ class BadInput(unittest.TestCase):
     def tracked(self):
         return len(harness.read_tum(os.path.join(self.out, "trajectory.txt")))
 
+    # ---- classes
+
+    def test_class_files(self):
+        for text, *words in (("names: [cup]\nmovabel: [cup]\n", "movabel", "movable"), ("movable: [persn]\n", "persn", "person"),
+                             ("names: [head, statue]\nparts: {head: statu}\n", "parts.head", "statue"),
+                             ("names: [head, statue]\nparts: {head: statue, statue: head}\n", "part of itself"), ("names: [a\n", "classes.yaml")):
+            classes = self.write("classes.yaml", text)
+            for outcome in (self.run_slam("--classes", classes),
+                            oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), "--camera", CAMERA, "--detections", DETECTIONS,
+                                   "--classes", classes, "--out", self.out)):
+                self.assert_refused(outcome, "classes.yaml", *words)
+
     # ---- images
 
     def test_no_such_images(self):

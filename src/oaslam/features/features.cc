@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/geometry/box.h"
+
 namespace oaslam {
 
 PyramidScales::PyramidScales(int level_count, double scale_factor)
@@ -15,6 +17,22 @@ int PyramidScales::PredictLevel(double distance, double max_distance) const {
   // scale[0] is seen from max_distance: closer by factor^n means n levels up.
   const double level = std::log(max_distance / distance) / std::log(static_cast<double>(factor));
   return std::clamp(static_cast<int>(std::lround(level)), 0, levels - 1);
+}
+
+void Features::EraseKeypointsIn(std::span<const Box> boxes) {
+  const auto is_in = [&](const Keypoint& k) {
+    const double x = k.px.x() + kBoxFromPixel, y = k.px.y() + kBoxFromPixel;
+    return std::ranges::any_of(boxes, [&](const Box& b) { return x >= b.x1 && x <= b.x2 && y >= b.y1 && y <= b.y2; });
+  };
+  size_t kept = 0;
+  for (size_t i = 0; i < keypoints.size(); ++i) {
+    if (is_in(keypoints[i])) continue;
+    keypoints[kept] = keypoints[i];
+    descriptors[kept++] = descriptors[i];
+  }
+  keypoints.resize(kept);
+  descriptors.resize(kept);
+  BuildGrid();
 }
 
 void Features::BuildGrid() {

@@ -49,6 +49,9 @@ struct Features {
 
   int size() const { return static_cast<int>(keypoints.size()); }
 
+  // Forgets the key points in these boxes.
+  void EraseKeypointsIn(std::span<const Box> boxes);
+
   // Fills the grid; call once after keypoints and bounds are set.
   void BuildGrid();
 

@@ -99,5 +99,25 @@ TEST(Features, GridFindsWhatIsNear) {
   }
 }
 
+TEST(Features, ForgetsTheKeypointsInBoxesAndKeepsTheOthersWhole) {
+  Features f;
+  f.bounds = {0, 0, 640, 480};
+  for (int i = 0; i < 640; i += 10) {
+    f.keypoints.push_back({{static_cast<float>(i), 100}, 0, 0});
+    f.descriptors.push_back({static_cast<uint64_t>(i), 0, 0, 0});
+  }
+  const Box boxes[] = {{95, 50, 205, 150}, {400, 0, 500, 90}};
+  f.EraseKeypointsIn(boxes);
+  EXPECT_EQ(f.size(), 64 - 11);
+  ASSERT_EQ(f.keypoints.size(), f.descriptors.size());
+  for (int i = 0; i < f.size(); ++i) {
+    EXPECT_EQ(f.descriptors[i][0], static_cast<uint64_t>(f.keypoints[i].px.x()));
+    EXPECT_FALSE(f.keypoints[i].px.x() > 95 && f.keypoints[i].px.x() < 205);
+  }
+  int near = 0;
+  f.VisitNear({300, 100}, 15, [&](int i) { near += f.keypoints[i].px.x() > 280; });
+  EXPECT_EQ(near, 3);
+}
+
 }  // namespace
 }  // namespace oaslam

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+
+#include "oaslam/class_relations.h"
 
 namespace oaslam {
 
@@ -9,8 +12,16 @@ namespace oaslam {
 using ClassNames = std::map<int, std::string>;
 
 const ClassNames& CocoClassNames();  // the 80 of COCO, ids 0..79
-// YAML "names: {41: cup}" or "names: [a, b]", or a text file with a name a line. Throws InputError.
-ClassNames LoadClassNames(const std::string& path);
+
+struct Classes {
+  ClassNames names;
+  ClassRelations relations;
+};
+// A class file (docs/formats.md): YAML with names, parts and movable, or a text file with a name a line. Throws InputError.
+Classes LoadClasses(const std::string& path);
+
+// A category that would be a part of itself, through others or not.
+std::optional<int> PartOfItself(const std::map<int, int>& whole_of);
 // The name, or "class 41".
 std::string NameOf(const ClassNames& names, int category_id);
 

@@ -7,9 +7,11 @@
 #include <filesystem>
 
 #include "oaslam/error.h"
+#include "oaslam/io/class_names.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/io/map_schema.h"
 #include "oaslam/io/sqlite.h"
+#include "oaslam/io/text.h"
 
 namespace oaslam {
 namespace {
@@ -43,6 +45,31 @@ std::array<std::pair<const char*, TrackingState>, 5> TrackingStates() {
   return words;
 }
 
+int CategoryOf(std::string_view text, const RowReader& row) {
+  const std::optional<double> value = ParseNumber(text);
+  if (!value || *value != std::floor(*value) || *value < INT32_MIN || *value > INT32_MAX) row.Refuse(fmt::format("\"{}\" is not a category", text));
+  return static_cast<int>(*value);
+}
+
+std::set<int> ReadMovable(RowReader& row) {
+  std::set<int> movable;
+  const std::string text = row.Text();
+  for (const std::string_view category : SplitFields(text)) movable.insert(CategoryOf(category, row));
+  return movable;
+}
+
+std::map<int, int> ReadParts(RowReader& row) {
+  std::map<int, int> whole_of;
+  const std::string text = row.Text();
+  for (const std::string_view pair : SplitFields(text)) {
+    const size_t colon = pair.find(':');
+    if (colon == std::string_view::npos) row.Refuse(fmt::format("\"{}\" is not of the form part:whole", pair));
+    whole_of.emplace(CategoryOf(pair.substr(0, colon), row), CategoryOf(pair.substr(colon + 1), row));
+  }
+  if (const auto part = PartOfItself(whole_of)) row.Refuse(fmt::format("category {} is a part of itself", *part));
+  return whole_of;
+}
+
 void ReadMeta(Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "meta", "key", "key <> 'checksum'");
   while (rows.Next()) {
@@ -57,6 +84,10 @@ void ReadMeta(Database& database, Checksum& checksum, Map& map) {
     } else if (key == "unit") {
       if (const std::string unit = rows.Text(); unit != "metre") rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
       map.is_metric = true;
+    } else if (key == "movable") {
+      map.classes.movable = ReadMovable(rows);
+    } else if (key == "parts") {
+      map.classes.whole_of = ReadParts(rows);
     } else
       rows.Refuse(fmt::format("key \"{}\" is not known", key));
   }

@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -33,8 +34,13 @@ const char* NameOf(ObjectState state) {
 
 void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
   RowWriter meta(database, checksum, "meta", 2);
+  // In the order of the keys, as they are read.
   meta.Write("map_version", static_cast<int64_t>(map.version));
-  meta.Write("next_landmark", map.next_landmark);  // in the order of the keys, as they are read
+  if (!map.classes.movable.empty()) meta.Write("movable", fmt::format("{}", fmt::join(map.classes.movable, " ")));
+  meta.Write("next_landmark", map.next_landmark);
+  std::vector<std::string> parts;
+  for (const auto& [part, whole] : map.classes.whole_of) parts.push_back(fmt::format("{}:{}", part, whole));
+  if (!parts.empty()) meta.Write("parts", fmt::format("{}", fmt::join(parts, " ")));
   if (map.is_metric) meta.Write("unit", "metre");
   if (map.up) {
     meta.Write("up_x", map.up->x());

@@ -29,6 +29,20 @@ void ExpectEqual(const Rigid3& a, const Rigid3& b) {
   EXPECT_EQ(a.translation, b.translation);
 }
 
+TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.map.classes = {{{100, 101}, {102, 101}}, {0, 56}};
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_EQ(loaded.map.classes, saved.map.classes);
+  SaveMap(folder / "b.map", loaded);
+  EXPECT_EQ(LoadMap(folder / "b.map").map.classes, saved.map.classes);
+  saved.map.classes.whole_of[101] = 100;
+  SaveMap(folder / "circle.map", saved);
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
+}
+
 TEST(MapFile, LoadsWhatWasSaved) {
   const TempFolder folder;
   const SavedMap saved = MakeMap();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "oaslam/io/text.h"
+#include "oaslam/map/parts.h"
 
 namespace oaslam {
 namespace {
@@ -28,6 +29,12 @@ double Score(const Object& object) {
   return object.observations.empty() ? 0 : sum / static_cast<double>(object.observations.size());
 }
 
+// What is not so of most objects.
+std::string Special(const Map& map, ObjectId id, const Object& object) {
+  const std::optional<ObjectId> whole = WholeOf(map, id);
+  return (whole ? fmt::format(", \"part_of\": {}", whole->value) : "") + (object.has_moved ? ", \"moved\": true" : "");
+}
+
 std::string Named(const Object& object) { return object.name.empty() ? "" : ", \"name\": " + nlohmann::json(object.name).dump(); }
 
 }  // namespace
@@ -40,9 +47,9 @@ void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& 
     const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs()) : Eigen::Vector4d(e.rotation.coeffs());
     text += fmt::format(
         "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{},\n   \"center\": {},\n   \"half_axes\": {},\n   \"rotation\": {},\n"
-        "   \"observations\": {}, \"score\": {:.4f},\n   \"covariance_diag\": {}}}",
+        "   \"observations\": {}, \"score\": {:.4f}{},\n   \"covariance_diag\": {}}}",
         text.empty() ? "" : ",", id.value, object.category_id, nlohmann::json(NameOf(names, object.category_id)).dump(), Named(object), Numbers(e.center),
-        Numbers(e.half_axes), Numbers(rotation), object.total_observations, Score(object), Numbers(Eigen::VectorXd(object.covariance.diagonal())));
+        Numbers(e.half_axes), Numbers(rotation), object.total_observations, Score(object), Special(map, id, object), Numbers(Eigen::VectorXd(object.covariance.diagonal())));
   });
   WriteTextFile(path, "[" + text + "\n]\n");
 }

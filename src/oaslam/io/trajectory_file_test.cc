@@ -53,19 +53,5 @@ TEST(TrajectoryFile, ScoredPoses) {
   EXPECT_THAT(InputErrorOf([&] { LoadScoredPoses(folder.Write("d.txt", "1 0 0 0 0 0 0 1\n")); }), HasSubstr("expected 9"));
 }
 
-TEST(ClassNames, CocoYamlListAndText) {
-  const TempFolder folder;
-  EXPECT_THAT(CocoClassNames(), SizeIs(80));
-  EXPECT_EQ(NameOf(CocoClassNames(), 41), "cup");
-  EXPECT_EQ(NameOf(CocoClassNames(), 79), "toothbrush");
-  EXPECT_EQ(NameOf(CocoClassNames(), 80), "class 80");
-  EXPECT_EQ(NameOf(LoadClassNames(folder.Write("a.yaml", "names: {41: mug, 7: statue}\nmovable: [mug]\n")), 7), "statue");
-  EXPECT_EQ(NameOf(LoadClassNames(folder.Write("b.yaml", "nc: 2\nnames: [bird, stone]\n")), 1), "stone");
-  EXPECT_EQ(NameOf(LoadClassNames(folder.Write("c.txt", "bird\n\ngrey stone\n")), 1), "grey stone");
-  EXPECT_THAT(InputErrorOf([&] { LoadClassNames(folder.Write("d.yaml", "names: {x: mug}\n")); }), HasSubstr("expected a number"));
-  EXPECT_THAT(InputErrorOf([&] { LoadClassNames(folder.Write("e.yaml", "a: 1\n")); }), HasSubstr("names"));
-  EXPECT_THAT(InputErrorOf([&] { LoadClassNames(folder.Write("f.txt", "\n")); }), HasSubstr("no class names"));
-}
-
 }  // namespace
 }  // namespace oaslam

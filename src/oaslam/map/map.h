@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/class_relations.h"
 #include "oaslam/features/features.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/table.h"
@@ -77,6 +78,10 @@ struct Object {
   double mean_iou = 0;                              // of projection and box over its own untruncated observations
   int total_observations = 0;                       // also those not kept
   int last_seen_frame = 0;
+  double absence = 0;                               // nats of evidence that it is no longer in its place (objects/presence.h); not saved
+  int misses = 0;                                   // frames in a row that should have shown it; not saved
+  bool was_mapped = false;                          // before it was contradicted; not saved
+  bool has_moved = false;                           // since the map was made or loaded
   std::vector<ObjectObservation> observations;      // ascending by frame; thinned
   std::vector<LandmarkId> landmarks;                // ascending; of key points often inside its boxes
   std::vector<uint16_t> landmark_votes;             // parallel: how often
@@ -95,6 +100,7 @@ struct Map {
   uint64_t version = 0;                      // of the snapshot
   int loops_closed = 0;                      // since the map was made or loaded
   bool is_metric = false;                    // the unit is the metre; else arbitrary
+  ClassRelations classes;                    // what moves, and what is a part of what
 
   uint32_t next_landmark = 0;
 

@@ -24,6 +24,7 @@ bool InsertInitialMap(const InitialMap& initial, const TrackingConfig& config, M
   Map fresh;
   fresh.cameras = map.cameras;
   fresh.next_landmark = map.next_landmark;
+  fresh.classes = map.classes;
   fresh.keyframes.Insert(initial.first_id, MakeKeyframe(initial.first, {}));
   fresh.keyframes.Insert(initial.second_id, MakeKeyframe(initial.second, initial.second_from_first));
   for (const InitialPoint& point : initial.points) {

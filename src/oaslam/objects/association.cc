@@ -1,12 +1,14 @@
 #include "oaslam/objects/association.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/map/parts.h"
 
 namespace oaslam {
 namespace {
@@ -18,11 +20,14 @@ constexpr double kMinMissedSizePx = 14;   // smaller objects are not missed, at 
 constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
 struct Candidate {
-  size_t track = 0;
+  ObjectId object_id;
   const Object* object = nullptr;  // in the snapshot
   std::optional<Box> projection;   // of its ellipsoid, sufficiently inside the image
   double share_inside = 0;
+  double depth = 0, radius = 0;       // of its centre, of the sphere of its volume
   std::vector<LandmarkId> landmarks;  // that belong to it
+
+  bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
 
 std::vector<LandmarkId> OwnLandmarks(const Object& object) {
@@ -78,10 +83,14 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
   std::vector<Candidate> candidates;
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
-    Candidate c{.track = i, .object = snapshot.objects.Find(tracks.open[i].object), .projection = {}, .landmarks = {}};
+    Candidate c;
+    c.object_id = tracks.open[i].object;
+    c.object = snapshot.objects.Find(tracks.open[i].object);
     if (c.object && c.object->state != ObjectState::kTentative) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
       if (c.projection) c.share_inside = ShareInside(*c.projection, bounds);
+      c.depth = (tracked.cam_from_world * c.object->ellipsoid.center).z();
+      c.radius = std::cbrt(c.object->ellipsoid.half_axes.prod());
       if (c.share_inside < kMinVisibleShare) c.projection.reset();
       c.landmarks = OwnLandmarks(*c.object);
     }
@@ -122,6 +131,85 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
   return score;
 }
 
+// What the frame shows of the mapped objects that it should show.
+class PlaceJudge {
+ public:
+  PlaceJudge(const TrackedFrame& tracked, const Map& snapshot, const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
+             const std::vector<ObjectSighting>& sightings)
+      : tracked_(tracked), snapshot_(snapshot), candidates_(candidates), seen_(candidates.size(), 0) {
+    for (size_t i = 0; i < track_of.size(); ++i) {
+      if (track_of[i] >= 0) seen_[track_of[i]] = 1;
+      if (track_of[i] < 0 || !candidates[track_of[i]].IsMapped()) in_unknown_depth_.push_back(sightings[i].observation.box);
+    }
+    for (const ObjectDetection& d : tracked.frame.detections)
+      if (snapshot.classes.IsMovable(d.category_id)) in_unknown_depth_.push_back(d.box);
+  }
+
+  bool IsExpected(size_t j) const {
+    const Candidate& c = candidates_[j];
+    const double min_size = kMinMissedSizePx * snapshot_.cameras[tracked_.frame.camera].width / 640;
+    return c.projection && c.IsMapped() && c.share_inside >= kWellInsideShare && SizeOf(*c.projection) >= min_size && !IsSeenAsPartOrWhole(j);
+  }
+  bool IsSeen(size_t j) const { return seen_[j] != 0; }
+
+  // That it is not seen in its place, of an object that is expected.
+  PlaceEvidence OfAbsence(size_t j) const {
+    const Candidate& c = candidates_[j];
+    std::vector<Box> nearer = in_unknown_depth_;
+    for (const Candidate& other : candidates_)
+      if (other.projection && other.IsMapped() && other.depth + other.radius < c.depth && !AreTogether(c, other)) nearer.push_back(*other.projection);
+    const bool is_clear = HiddenShare(*c.projection, nearer) < kMaxHiddenShare && WasSeenFrom(snapshot_, *c.object, tracked_.cam_from_world);
+    return is_clear ? PlaceEvidence::kAbsent : PlaceEvidence::kNone;
+  }
+
+ private:
+  bool AreTogether(const Candidate& a, const Candidate& b) const {
+    return BelongTogether(snapshot_.classes, a.object->category_id, a.object->ellipsoid, b.object->category_id, b.object->ellipsoid);
+  }
+  bool IsSeenAsPartOrWhole(size_t j) const {
+    if (seen_[j] || snapshot_.classes.whole_of.empty()) return false;
+    for (size_t k = 0; k < candidates_.size(); ++k)
+      if (seen_[k] && candidates_[k].IsMapped() && AreTogether(candidates_[j], candidates_[k])) return true;
+    return false;
+  }
+
+  const TrackedFrame& tracked_;
+  const Map& snapshot_;
+  const std::vector<Candidate>& candidates_;
+  std::vector<char> seen_;
+  std::vector<Box> in_unknown_depth_;  // of what moves, or is not mapped yet: may hide any object
+};
+
+// Adds the misses, and what each sighting says of its object's place. The first sightings are those of `track_of`.
+void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config, const std::vector<Candidate>& candidates,
+                 const std::vector<int>& track_of, std::vector<ObjectSighting>& sightings) {
+  const PlaceJudge judge(tracked, snapshot, candidates, track_of, sightings);
+  for (size_t i = 0; i < track_of.size(); ++i) {
+    if (track_of[i] < 0) continue;
+    const Candidate& c = candidates[track_of[i]];
+    if (!c.projection || !c.IsMapped()) continue;
+    const ObjectObservation& o = sightings[i].observation;
+    const double iou = IoU(ClipAtTruncation(*c.projection, o.box, o.truncated), o.box);
+    if (iou >= config.min_accept_iou) sightings[i].place = PlaceEvidence::kInPlace;
+    else if (judge.IsExpected(track_of[i])) sightings[i].place = judge.OfAbsence(track_of[i]);
+  }
+  for (size_t j = 0; j < candidates.size(); ++j) {
+    if (judge.IsSeen(j) || !judge.IsExpected(j)) continue;
+    ObjectSighting missed;
+    missed.object = candidates[j].object_id;
+    missed.category_id = candidates[j].object->category_id;
+    missed.detected = false;
+    missed.place = judge.OfAbsence(j);
+    sightings.push_back(std::move(missed));
+  }
+  // Where most are out of place, it is rather the camera, or the detector, that is wrong.
+  const auto in_place = std::ranges::count(sightings, PlaceEvidence::kInPlace, &ObjectSighting::place);
+  const auto absent = std::ranges::count(sightings, PlaceEvidence::kAbsent, &ObjectSighting::place);
+  if (absent <= std::max<std::ptrdiff_t>(in_place, 1)) return;
+  for (ObjectSighting& sighting : sightings)
+    if (sighting.place == PlaceEvidence::kAbsent) sighting.place = PlaceEvidence::kNone;
+}
+
 }  // namespace
 
 ObjectTracks ObjectTracks::ContinueFrom(const Map& map) {
@@ -141,7 +229,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
 
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
-    if (!(detection.score > config.min_score)) continue;
+    if (!(detection.score > config.min_score) || snapshot.classes.IsMovable(detection.category_id)) continue;
     ObjectSighting sighting;
     sighting.category_id = detection.category_id;
     sighting.landmarks = LandmarksInside(tracked, detection.box);
@@ -158,7 +246,6 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   }
 
   const std::vector<int> track_of = AssignMaximum(scores);
-  std::vector<char> seen(candidates.size(), 0);
   for (size_t i = 0; i < sightings.size(); ++i) {
     ObjectSighting& sighting = sightings[i];
     if (track_of[i] >= 0) {
@@ -166,26 +253,13 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
       sighting.object = track.object;
       track.last_box = sighting.observation.box;
       track.last_frame = frame.index;
-      seen[track_of[i]] = 1;
     } else {
       sighting.object = ObjectId(tracks.next_object++);
       sighting.is_new = true;
       tracks.open.push_back({sighting.object, sighting.category_id, sighting.observation.box, frame.index, false});
     }
   }
-  if (!frame.detections.empty()) {
-    for (size_t j = 0; j < candidates.size(); ++j) {
-      const Candidate& c = candidates[j];
-      if (seen[j] || !c.projection || c.object->state != ObjectState::kMapped || c.share_inside < kWellInsideShare)
-        continue;
-      if (SizeOf(*c.projection) < kMinMissedSizePx * camera.width / 640) continue;
-      sightings.push_back({.object = tracks.open[j].object,
-                           .category_id = c.object->category_id,
-                           .detected = false,
-                           .observation = {},
-                           .landmarks = {}});
-    }
-  }
+  if (!frame.detections.empty()) JudgePlaces(tracked, snapshot, config, candidates, track_of, sightings);
   return {std::move(tracks), std::move(sightings)};
 }
 

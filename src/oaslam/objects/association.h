@@ -5,6 +5,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
+#include "oaslam/objects/presence.h"
 
 namespace oaslam {
 
@@ -13,7 +14,8 @@ struct ObjectSighting {
   ObjectId object;  // as the tracker knows it; the mapper resolves merged objects
   int category_id = 0;
   bool is_new = false;   // its first: the mapper creates the object
-  bool detected = true;  // false: predicted well inside the image and missed; nothing below counts then
+  bool detected = true;  // false: predicted well inside the image and missed; no observation and no landmarks then
+  PlaceEvidence place = PlaceEvidence::kNone;  // of a mapped object
   ObjectObservation observation;
   std::vector<LandmarkId> landmarks;  // ascending; of the matched key points inside the box
 };
@@ -43,7 +45,7 @@ struct ObjectAssociation {
 
 // Decides which object each detection is of: optimal one-to-one within a class, by the overlap with the object's last
 // box or with its projection (paper, section "Box-based Object Tracking") or by shared landmarks ("Point-based"); the
-// rest open new tracks. The snapshot is the one the frame was tracked in.
+// rest open new tracks. Classes that move (Map::classes) are left out. The snapshot is the one the frame was tracked in.
 ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot, ObjectTracks tracks,
                                    const ObjectsConfig& config);
 

@@ -28,10 +28,12 @@ double MeanIoU(const Map& map, const std::vector<std::pair<ObjectId, ObjectObser
 }  // namespace
 
 KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, const Camera& camera,
-                                      const ObjectsConfig& config, const std::function<void(int)>& progress) {
+                                      const ObjectsConfig& config, const ClassRelations& classes,
+                                      const std::function<void(int)>& progress) {
   KnownPoseMap result;
   Map& map = result.map;
   map.cameras = {camera};
+  map.classes = classes;
   auto no_features = std::make_shared<Features>();
   no_features->bounds = IdealImageBounds(camera);
   no_features->BuildGrid();

@@ -25,6 +25,7 @@ struct KnownPoseMap {
 
 // Maps objects from known poses, which stay as they are. `progress` is called after each frame with their count.
 KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, const Camera& camera,
-                                      const ObjectsConfig& config, const std::function<void(int)>& progress = {});
+                                      const ObjectsConfig& config, const ClassRelations& classes = {},
+                                      const std::function<void(int)>& progress = {});
 
 }  // namespace oaslam

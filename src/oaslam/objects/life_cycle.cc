@@ -2,11 +2,11 @@
 
 namespace oaslam {
 
+double MinKeptShare(const ObjectsConfig& config) { return 0.6 * config.min_accept_share; }
+
 std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence, const ObjectsConfig& config) {
-  // Well below the share that admits it, so that an object does not flicker.
-  const double demote_share = 0.6 * config.min_accept_share;
   if (state == ObjectState::kMapped) {
-    const bool fails = !evidence.has_model || evidence.accept_share < demote_share;
+    const bool fails = !evidence.has_model || evidence.accept_share < MinKeptShare(config);
     return fails ? ObjectState::kInitialized : ObjectState::kMapped;
   }
   if (evidence.unseen_frames > config.drop_after) return std::nullopt;

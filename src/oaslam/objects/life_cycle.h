@@ -15,6 +15,9 @@ struct ObjectEvidence {
   int unseen_frames = 0;
 };
 
+// The share of agreeing observations below which an object is contradicted: well below the one that admits it, so that it does not flicker.
+double MinKeptShare(const ObjectsConfig& config);
+
 // Tentative -> Initialized with a first model -> Mapped when seen often enough and in agreement -> back to Initialized
 // when most observations contradict the model. Dropped (nothing) when unseen for too long without ever having been
 // mapped.

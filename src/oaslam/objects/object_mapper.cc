@@ -1,25 +1,33 @@
 #include "oaslam/objects/object_mapper.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
+#include <string>
 
 #include "oaslam/objects/life_cycle.h"
+#include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/occlusion.h"
+#include "oaslam/objects/presence.h"
 #include "oaslam/objects/upright.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
 
+constexpr int kNeverConsistent = 3;  // times objects.min_observations: after so many it will not become an object
 constexpr double kMovedIoU = 0.02;  // a change of the overlap without new observations: its keyframes have moved
 
 // The running ratio of detections to views, without a counter of views: these are total_observations / rate.
 void CountView(bool detected, Object& object) {
   const double hits = std::max(object.total_observations, 1), views = hits / object.detection_rate;
   object.detection_rate = std::clamp((hits + detected) / (views + 1), 0.02, 1.0);
+  object.misses = detected ? 0 : object.misses + 1;
 }
 
 // The object of a sighting that is to be updated; nothing if it was dropped meanwhile.
@@ -32,7 +40,12 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
   const std::optional<ObjectId> id = map.ResolveObject(sighting.object);
   if (!id) return std::nullopt;
   Object& object = map.objects.MutableAt(*id);
-  if (object.state == ObjectState::kMapped) CountView(sighting.detected, object);
+  if (object.state == ObjectState::kMapped) {
+    WeighPlace(sighting.place, object);
+    CountView(sighting.detected, object);
+  } else if (sighting.detected) {
+    object.absence = 0;  // no longer waits: it is tracked
+  }
   if (!sighting.detected) return std::nullopt;
   auto& observations = object.observations;
   const auto place =
@@ -68,8 +81,15 @@ bool HasMoved(const Map& map, ObjectId id, const Object& object, const ObjectsCo
   return std::abs(overlap.mean_iou - object.mean_iou) > kMovedIoU;
 }
 
+void Drop(ObjectId id, const std::string& reason, Map& map) {
+  const Object& object = map.objects.At(id);
+  Log(LogLevel::kDebug, fmt::format("{} dropped: {} frame {}", Described(id, object), reason, object.last_seen_frame));
+  map.objects.Erase(id);
+}
+
 void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map) {
   Object object = map.objects.At(id);
+  object.was_mapped |= object.state == ObjectState::kMapped;
   ThinObservations(map, object.observations);
   ForgetErasedLandmarks(map, object);
   const bool keep_start = object.state == ObjectState::kMapped || object.total_observations % 4 != 0;
@@ -79,19 +99,21 @@ void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map
   if (model) AdoptModel(*model, views, object);
   const ObjectEvidence evidence{model.has_value(), object.total_observations, model ? model->overlap.accept_share : 0,
                                 std::max(current_frame - object.last_seen_frame, 0)};
-  if (const auto next = NextState(object.state, evidence, config)) {
-    object.state = model ? *next : ObjectState::kTentative;
-    map.objects.MutableAt(id) = std::move(object);
-  } else {
-    map.objects.Erase(id);
-  }
+  const auto next = NextState(object.state, evidence, config);
+  if (!next) return Drop(id, "unseen since", map);
+  object.state = model ? *next : ObjectState::kTentative;
+  const bool is_contradicted = model && evidence.accept_share < MinKeptShare(config) && evidence.observations >= config.min_observations;
+  map.objects.MutableAt(id) = std::move(object);
+  if (is_contradicted && !RefitFromNewer(id, config, map) && evidence.observations >= kNeverConsistent * config.min_observations)
+    Drop(id, "its detections agree on no place, the last in", map);
 }
 
 void DropUnseen(int current_frame, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
-    if (object.state != ObjectState::kMapped && current_frame - object.last_seen_frame > config.drop_after)
-      map.objects.Erase(id);
+    const bool is_waiting = IsProvenAbsent(object);  // moved_objects.h
+    if (object.state != ObjectState::kMapped && !is_waiting && current_frame - object.last_seen_frame > config.drop_after)
+      Drop(id, "unseen since", map);
   }
 }
 
@@ -107,6 +129,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int curr
     if (!changed.contains(id) && HasMoved(map, id, object, config)) changed.insert(id);
   });
   for (const ObjectId id : changed) Refit(id, current_frame, config, map);
+  ResolveAbsent(config, map);
   MergeDuplicates(map, changed, config);
   DropUnseen(current_frame, config, map);
 }

@@ -1,12 +1,16 @@
 #include "oaslam/objects/object_merging.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/occlusion.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -81,6 +85,7 @@ std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone, const Ob
 }
 
 void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
+  Log(LogLevel::kDebug, fmt::format("{} takes in object {}: the same thing mapped twice", Described(kept, joint), gone.value));
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);
   map.merged_objects.Insert(gone, kept);

@@ -5,6 +5,7 @@
 
 #include "oaslam/estimation/hidden_edges.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/map/parts.h"
 
 namespace oaslam {
 namespace {
@@ -17,9 +18,11 @@ struct Occluder {
 }  // namespace
 
 void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid, std::vector<BoxView>& views) {
+  const int category = map.objects.At(own.front()).category_id;
   std::vector<Occluder> others;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state == ObjectState::kMapped && std::ranges::find(own, id) == own.end())
+    if (object.state == ObjectState::kMapped && std::ranges::find(own, id) == own.end() &&
+        !BelongTogether(map.classes, category, ellipsoid, object.category_id, object.ellipsoid))
       others.push_back({&object.ellipsoid, std::cbrt(object.ellipsoid.half_axes.prod())});
   });
   std::vector<Box> nearer;

@@ -17,6 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kCauchy = 0.8;
 constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
 constexpr double kMissedShare = 0.8, kMissedSizePx = 14;  // an object this visible should have been detected
+constexpr double kHiddenShare = 0.3;                          // behind what moves it need not be
 constexpr int kRounds = 3, kIterationsPerRound = 4;       // matches are renewed each round
 
 // A detection, its object, and the inverse sigmas of the edges as of the pose where they were matched.
@@ -53,8 +54,20 @@ std::vector<InView> FindInView(const ObjectScene& scene, const Rigid3& pose) {
 std::vector<Box> NearerBoxes(const ObjectScene& scene, const std::vector<InView>& in_view, const InView& than) {
   std::vector<Box> nearer;
   for (const InView& other : in_view)
-    if (other.view.center.z() + scene.objects[other.object].radius < than.view.center.z()) nearer.push_back(other.box);
+    if (other.view.center.z() + scene.objects[other.object].radius < than.view.center.z() && !scene.AreTogether(other.object, than.object))
+      nearer.push_back(other.box);
   return nearer;
+}
+
+bool IsBehindMoving(const ObjectScene& scene, const Box& box) {
+  return std::ranges::any_of(scene.moving, [&](const Box& moving) { return ShareInside(box, moving) > kHiddenShare; });
+}
+
+// A detector sees wholes from afar and parts from near: either shows that the thing is there.
+void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& matches, std::vector<unsigned char>& is_expected) {
+  if (scene.classes.whole_of.empty()) return;
+  for (int o = 0; o < static_cast<int>(is_expected.size()); ++o)
+    if (is_expected[o] && std::ranges::any_of(matches, [&](const Match& m) { return scene.AreTogether(m.object, o); })) is_expected[o] = 0;
 }
 
 Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
@@ -69,7 +82,7 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   for (const InView& seen : in_view) {
     const int o = seen.object;
     const SceneObject& object = scene.objects[o];
-    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && ShareInside(seen.box, scene.bounds) > kMissedShare)
+    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && ShareInside(seen.box, scene.bounds) > kMissedShare && !IsBehindMoving(scene, seen.box))
       is_expected[o] = 1;
     if (object.detections.empty()) continue;
     variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
@@ -90,6 +103,7 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   const double in_sight = static_cast<double>(std::ranges::count(is_expected, 1));
   const double recall = std::min((static_cast<double>(detections) + 1) / (in_sight + 1), 1.0);
   for (const Match& match : result.matches) is_expected[match.object] = 0;
+  ExcusePartsAndWholes(scene, result.matches, is_expected);
   for (Eigen::Index o = 0; o < objects; ++o)
     if (is_expected[o]) result.penalty -= std::log(1 - recall * scene.objects[o].detection_rate);
   return result;

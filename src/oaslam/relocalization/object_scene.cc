@@ -8,6 +8,7 @@
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/map/parts.h"
 
 namespace oaslam {
 namespace {
@@ -59,10 +60,12 @@ Eigen::Vector3d UpInCamera(double pitch, double roll) {
 
 ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera, const Map& map,
                          const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam)
-    : camera(query_camera), score(query_camera), bounds(IdealImageBounds(query_camera)) {
+    : camera(query_camera), score(query_camera), bounds(IdealImageBounds(query_camera)), classes(map.classes) {
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state == ObjectState::kMapped) objects.push_back(Prepare(id, object));
   });
+  for (const ObjectDetection& d : all_detections)
+    if (d.score >= config.min_score && classes.IsMovable(d.category_id)) moving.push_back(d.box);
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(all_detections.size()); ++i) {
     const ObjectDetection& d = all_detections[i];
@@ -111,6 +114,11 @@ double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int>
   double sum = 0;
   for (size_t d = 0; d < detections.size(); ++d) sum += best[d];
   return sum;
+}
+
+bool ObjectScene::AreTogether(int object_a, int object_b) const {
+  const SceneObject &a = objects[object_a], &b = objects[object_b];
+  return BelongTogether(classes, a.category_id, a.ellipsoid, b.category_id, b.ellipsoid);
 }
 
 bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {

@@ -48,6 +48,8 @@ struct ObjectScene {
   Box bounds;
   std::vector<SceneObject> objects;          // mapped ones
   std::vector<SceneDetection> detections;    // whose class is in the map, best detector scores first
+  std::vector<Box> moving;                   // detections of classes that move: may hide any object
+  ClassRelations classes;
   std::optional<Eigen::Vector3d> up;         // world
   std::optional<Eigen::Vector3d> up_in_cam;  // from a gravity sensor; only with `up`
   CameraHabit habit;                         // only with `up`
@@ -58,6 +60,9 @@ struct ObjectScene {
   // Sum over the detections of their best score among the objects of `scope` (indices): fast, not one to one, a common
   // edge variance.
   double ScorePose(const Rigid3& cam_from_world, std::span<const int> scope) const;
+
+  // One is a part of the other.
+  bool AreTogether(int object_a, int object_b) const;
 
   // Whether the camera is held as gravity says, or as people do.
   bool IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const;

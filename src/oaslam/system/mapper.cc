@@ -9,6 +9,7 @@
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/map/joining.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/util/log.h"
 
@@ -16,6 +17,7 @@ namespace oaslam {
 
 void Mapper::Apply(const MapCommand& command) {
   if (command.reset) Reset();
+  if (command.classes) SetClassRelations(*command.classes, map_);
   AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
@@ -75,6 +77,7 @@ void Mapper::Reset() {
   Map empty;
   empty.cameras = map_.cameras;
   empty.next_landmark = map_.next_landmark;
+  empty.classes = map_.classes;
   empty.version = map_.version;
   map_ = std::move(empty);
   recent_landmarks_.clear();

@@ -25,6 +25,7 @@ struct MapCommand {
   int frame_index = 0;
   bool reset = false;  // forget the map first
   bool settle = false;  // wait for what runs in the background: the map must not move later
+  std::optional<ClassRelations> classes;
   std::optional<InitialMap> initial;
   std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;

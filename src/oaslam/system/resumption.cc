@@ -18,6 +18,7 @@ Map EmptyMapBehind(const Map& old) {
   Map empty;
   empty.cameras = old.cameras;
   empty.next_landmark = old.next_landmark;
+  empty.classes = old.classes;
   return empty;
 }
 

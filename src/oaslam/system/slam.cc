@@ -9,6 +9,8 @@
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/map_file.h"
+#include "oaslam/objects/presence.h"
+#include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
 #include "oaslam/system/resumption.h"
 #include "oaslam/system/session.h"
@@ -35,6 +37,15 @@ std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detectio
   for (const Detection& d : detections)
     ideal.push_back({d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
   return ideal;
+}
+
+// One more than the largest index.
+int FramesOf(const SavedMap& saved) {
+  int last = -1;
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
+  saved.map.objects.ForEach([&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
+  for (const FramePose& pose : saved.trajectory) last = std::max(last, pose.frame_index);
+  return last + 1;
 }
 
 void CheckConfig(const SlamConfig& config) {
@@ -67,6 +78,7 @@ class Slam::Impl {
     if (known == map.cameras.end()) map.cameras.push_back(camera_);
     resumption_.reset();
     lost_frames_ = 0;
+    audit_ = {};
     session_.emplace(config_, std::move(map), ids, is_loaded);
     session_->tracker().SetRelocalizationMode(mode_);
   }
@@ -80,8 +92,25 @@ class Slam::Impl {
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
     const cv::Mat grey = ToGrey(input.image, camera_);
     Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_)};
-    frame.features = std::make_shared<const Features>(extractor_.Extract(grey, keypoints));
+    frame.features = std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame)));
     return frame;
+  }
+
+  std::vector<Box> MovingBoxes(const Frame& frame) const {
+    const ClassRelations& classes = session_->snapshot()->classes;
+    std::vector<Box> boxes;
+    for (const ObjectDetection& d : frame.detections)
+      if (d.score >= config_.relocalization.min_score && classes.IsMovable(d.category_id)) boxes.push_back(d.box);
+    return boxes;
+  }
+
+  // About `count` key points outside of the boxes. What stands before a thing that moves is not told apart from it: it is rather held.
+  Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
+    if (moving.empty()) return extractor_.Extract(grey, count);
+    const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
+    Features features = extractor_.Extract(grey, static_cast<int>(count / std::max(share, 0.5)));
+    features.EraseKeypointsIn(moving);
+    return features;
   }
 
   SlamConfig config_;
@@ -95,7 +124,8 @@ class Slam::Impl {
   std::vector<FramePose> loaded_trajectory_;
   ClassNames class_names_ = CocoClassNames();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
-  int next_index_ = 0;
+  ObjectAudit audit_;
+  int first_index_ = 0, next_index_ = 0;  // those of the frames of a loaded map come before
   std::optional<double> last_timestamp_;
 };
 
@@ -112,9 +142,10 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   const Stopwatch tracking;
   const Tracker::Outcome outcome = Resume(frame, session_->Process(frame));
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
+  if (outcome.cam_from_world && !session_->tracker().IsMapping()) audit_.Add(frame, *outcome.cam_from_world, *session_->snapshot(), config_.objects);
 
   TrackingResult result;
-  result.frame = frame.index;
+  result.frame = frame.index - first_index_;
   result.timestamp = frame.timestamp;
   result.state = outcome.state;
   if (outcome.cam_from_world) result.world_from_cam = outcome.cam_from_world->Inverse();
@@ -124,7 +155,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.objects = outcome.objects;
   result.confidence = outcome.confidence;
   result.ms_objects = outcome.ms_objects;
-  result.detections = static_cast<int>(frame.detections.size());
+  result.detections = static_cast<int>(input.detections.size());
   result.ms_features = ms_features;
   result.ms_track = ms_track;
   result.ms_total = ms_features + ms_track;
@@ -191,6 +222,7 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mod
   result.why_not = found.why_not;
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
+  if (result.world_from_cam) audit_.Add(frame, found.cam_from_world, *session_->snapshot(), config_.objects);
   return result;
 }
 
@@ -231,6 +263,16 @@ void Slam::SetMapping(bool enabled) {
 
 void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
 
+void Slam::SetClassRelations(const ClassRelations& relations) {
+  MapCommand command;
+  command.frame_index = impl_->next_index_;
+  command.classes = relations;
+  if (impl_->resumption_) impl_->resumption_->session().SubmitAndWait(command);
+  impl_->session_->SubmitAndWait(std::move(command));
+}
+
+std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report(); }
+
 void Slam::Finish() {
   if (impl_->resumption_) impl_->resumption_->session().Newest();
   if (impl_->resumption_ && !impl_->JoinMaps(impl_->next_index_))
@@ -258,6 +300,7 @@ void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
 
 void Slam::Load(const std::string& path) {
   SavedMap saved = LoadMap(path);
+  impl_->first_index_ = impl_->next_index_ = FramesOf(saved);
   impl_->Begin(std::move(saved.map), true);
   impl_->loaded_trajectory_ = std::move(saved.trajectory);
   impl_->class_names_ = std::move(saved.class_names);

@@ -1,0 +1,169 @@
+#include "oaslam/objects/moved_objects.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/objects/object_merging.h"
+#include "oaslam/objects/object_model.h"
+#include "oaslam/objects/presence.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kSameSize = 0.5;        // logarithm of the ratio of two sizes
+constexpr size_t kMinNewer = 12;         // observations that show it in another place
+constexpr int kNewestShares[] = {2, 3};  // of its observations: the newest half, the newest third
+
+double LogSize(const Object& object) { return std::log(object.ellipsoid.half_axes.prod()) / 3; }
+
+// The object as its observations from `begin` on show it; nothing if they agree on no model.
+std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
+                                const ObjectsConfig& config) {
+  Object object = map.objects.At(id);
+  object.was_mapped |= object.state == ObjectState::kMapped;
+  object.observations.erase(object.observations.begin(),
+                            object.observations.begin() + static_cast<std::ptrdiff_t>(begin));
+  object.total_observations = static_cast<int>(object.observations.size());
+  const std::vector<BoxView> views = ViewsOf(map, object.observations);
+  const auto model = FitObjectModel(map, views, nullptr, config);
+  if (!model || model->overlap.accept_share < config.min_accept_share) return std::nullopt;
+  AdoptModel(*model, views, object);
+  object.landmarks.clear();
+  object.landmark_votes.clear();
+  object.state = object.total_observations >= config.min_observations ? ObjectState::kMapped
+                                                                      : ObjectState::kInitialized;
+  object.absence = 0;
+  object.misses = 0;
+  object.has_moved |= object.was_mapped;
+  return object;
+}
+
+void Move(ObjectId id, Object moved, Map& map) {
+  const double distance = (moved.ellipsoid.center - map.objects.At(id).ellipsoid.center).norm();
+  Log(moved.has_moved ? LogLevel::kInfo : LogLevel::kDebug,
+      fmt::format("{} has moved by {:.3g}: {} detections since frame {} show it there",
+                  Described(id, moved), distance, moved.total_observations,
+                  moved.observations.front().frame_index));
+  map.objects.MutableAt(id) = std::move(moved);
+}
+
+// Index of the first observation after the last that shows the object in its place.
+size_t FirstElsewhere(const Map& map, const Object& object, const ObjectsConfig& config) {
+  const std::vector<BoxView> views = ViewsOf(map, object.observations);
+  size_t first = views.size();
+  while (first > 0) {
+    const BoxView& view = views[first - 1];
+    const auto projection = ProjectToBox(object.ellipsoid, view.cam_from_world, *view.camera);
+    if (projection && IoU(ClipAtTruncation(*projection, view.box, view.truncated), view.box) >=
+                          config.min_accept_iou)
+      break;
+    --first;
+  }
+  return first;
+}
+
+// May be the same thing in another place: first detected after the object was last, and never
+// beside it.
+bool MaySucceed(const Object& object, const Object& other) {
+  return other.category_id == object.category_id && !other.observations.empty() &&
+         other.observations.front().frame_index > object.last_seen_frame;
+}
+
+// The mapped object that it has become, or whether one may yet do so.
+struct Succession {
+  ObjectId successor;
+  bool is_pending = false;
+};
+
+Succession FindSuccessor(const Map& map, ObjectId id) {
+  const Object& object = map.objects.At(id);
+  Succession found;
+  double least = kSameSize;
+  map.objects.ForEach([&](ObjectId other_id, const Object& other) {
+    if (other_id == id || IsProvenAbsent(other) || !MaySucceed(object, other)) return;
+    if (other.state != ObjectState::kMapped) {
+      found.is_pending = true;
+      return;
+    }
+    const double difference = std::abs(LogSize(object) - LogSize(other));
+    if (difference >= least) return;
+    least = difference;
+    found.successor = other_id;
+  });
+  return found;
+}
+
+void Succeed(ObjectId id, ObjectId successor, Map& map) {
+  Object moved = map.objects.At(successor);
+  moved.name = map.objects.At(id).name;
+  moved.has_moved = true;
+  Move(id, std::move(moved), map);
+  map.objects.Erase(successor);
+  map.merged_objects.Insert(successor, id);
+}
+
+}  // namespace
+
+void SetClassRelations(ClassRelations classes, Map& map) {
+  map.classes = std::move(classes);
+  for (const ObjectId id : map.objects.Ids()) {
+    const Object& object = map.objects.At(id);
+    if (!map.classes.IsMovable(object.category_id)) continue;
+    Log(LogLevel::kInfo, Described(id, object) + " removed: its class moves");
+    map.objects.Erase(id);
+  }
+}
+
+std::string Described(ObjectId id, const Object& object) {
+  return object.name.empty()
+             ? fmt::format("object {} (class {})", id.value, object.category_id)
+             : fmt::format("object {} ({}, class {})", id.value, object.name, object.category_id);
+}
+
+bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map) {
+  const size_t count = map.objects.At(id).observations.size();
+  for (const int share : kNewestShares) {
+    if (count / share < kMinNewer) return false;
+    if (auto moved = FromNewer(map, id, count - count / share, config)) {
+      Move(id, std::move(*moved), map);
+      return true;
+    }
+  }
+  return false;
+}
+
+void ResolveAbsent(const ObjectsConfig& config, Map& map) {
+  for (const ObjectId id : map.objects.Ids()) {
+    const Object* object = map.objects.Find(id);
+    if (!object || !IsProvenAbsent(*object)) continue;
+    const size_t elsewhere = FirstElsewhere(map, *object, config);
+    const bool is_seen_elsewhere = object->observations.size() - elsewhere >= kMinNewer;
+    if (is_seen_elsewhere)
+      if (auto moved = FromNewer(map, id, elsewhere, config)) {
+        Move(id, std::move(*moved), map);
+        continue;
+      }
+    const Succession succession = FindSuccessor(map, id);
+    if (succession.successor.IsValid()) {
+      Succeed(id, succession.successor, map);
+    } else if (succession.is_pending || is_seen_elsewhere) {
+      if (object->state == ObjectState::kMapped) {
+        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up", Described(id, *object)));
+        map.objects.MutableAt(id).state = ObjectState::kInitialized;
+      }
+    } else {
+      Log(LogLevel::kInfo,
+          fmt::format("{} removed: not in its place any more, last seen in frame {}",
+                      Described(id, *object), object->last_seen_frame));
+      map.objects.Erase(id);
+    }
+  }
+}
+
+}  // namespace oaslam

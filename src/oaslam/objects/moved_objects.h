@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "oaslam/config.h"
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// Of an object whose observations contradict its model: if the newer ones agree among themselves,
+// it has moved; the older ones are dropped and the model is refitted. False, and nothing changed,
+// where they do not.
+bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map);
+
+// Objects that are proven absent from their place (presence.h). One that was detected elsewhere
+// meanwhile, as this or as a new object of its class and size, lives on there, under its id and
+// name; one that may yet turn out to be waits, unmapped; any other is erased.
+void ResolveAbsent(const ObjectsConfig& config, Map& map);
+
+// From now on; objects of classes that move are erased.
+void SetClassRelations(ClassRelations classes, Map& map);
+
+// For the log: "object 7 (class 41)".
+std::string Described(ObjectId id, const Object& object);
+
+}  // namespace oaslam

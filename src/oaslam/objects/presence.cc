@@ -1,0 +1,61 @@
+#include "oaslam/objects/presence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/geometry/box.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kFramesPerView = 15;
+constexpr double kFalseRate = 0.05;  // detections in the place of an object that is gone
+constexpr double kMinRate = 0.1, kMaxRate = 0.8;  // of a detector; that it is better may be luck
+constexpr double kProven = 12;  // nats: e^12 views to the first false alarm, on average
+constexpr double kSameSide = 25 * std::numbers::pi / 180, kSameDistance = 1.6;
+constexpr int kMinViewsFromHere = 3;
+
+// Before the misses in a row, which may be due to its absence.
+double RateWhileThere(const Object& object) {
+  const double hits = std::max(object.total_observations, 1),
+               views = hits / object.detection_rate - object.misses;
+  return std::clamp(hits / std::max(views, hits), kMinRate, kMaxRate);
+}
+
+}  // namespace
+
+void WeighPlace(PlaceEvidence evidence, Object& object) {
+  if (evidence == PlaceEvidence::kNone) return;
+  const double rate = RateWhileThere(object);
+  const double gain = evidence == PlaceEvidence::kAbsent ? std::log((1 - kFalseRate) / (1 - rate))
+                                                         : std::log(kFalseRate / rate);
+  object.absence = std::max(object.absence + gain / kFramesPerView, 0.0);
+}
+
+bool IsProvenAbsent(const Object& object) { return object.absence > kProven; }
+
+bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_world) {
+  const Eigen::Vector3d& center = object.ellipsoid.center;
+  const Eigen::Vector3d here = cam_from_world.OriginInSource() - center;
+  int views = 0;
+  for (const ObjectObservation& o : object.observations) {
+    const auto anchor_from_world = map.ResolvePose(o.anchor);
+    if (!anchor_from_world) continue;
+    const Eigen::Vector3d there =
+        (o.cam_from_anchor * *anchor_from_world).OriginInSource() - center;
+    const double farther = here.norm() / there.norm();
+    const bool is_near = farther < kSameDistance && farther > 1 / kSameDistance;
+    views += is_near && here.dot(there) > std::cos(kSameSide) * here.norm() * there.norm();
+    if (views >= kMinViewsFromHere) return true;
+  }
+  return false;
+}
+
+double HiddenShare(const Box& box, std::span<const Box> nearer) {
+  double hidden = 0;
+  for (const Box& other : nearer) hidden += ShareInside(box, other);
+  return std::min(hidden, 1.0);
+}
+
+}  // namespace oaslam

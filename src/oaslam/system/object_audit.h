@@ -1,0 +1,29 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/frame.h"
+#include "oaslam/map/map.h"
+#include "oaslam/slam.h"
+
+namespace oaslam {
+
+// Whether the objects of a map that is only read are still where it has them.
+class ObjectAudit {
+ public:
+  // A frame whose pose was found.
+  void Add(const Frame& frame, const Rigid3& cam_from_world, const Map& map,
+           const ObjectsConfig& config);
+  std::vector<ObjectPresence> Report() const;
+
+ private:
+  struct Audited {
+    Object object;
+    int expected = 0, seen = 0;
+  };
+  std::map<ObjectId, Audited> audited_;
+};
+
+}  // namespace oaslam
