@@ -45,9 +45,10 @@ void Export(const ExportOptions& options) {
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
   CheckOptions(options);
   if (IsFolderFormat(options.format)) {
-    const KeyframeImages images = options.images.empty()
-                                      ? ImagesByTime(saved.map)
-                                      : FindImages(saved.map, options.images, FrameRange(options.common), options.out);
+    ImageSourceOptions range = FrameRange(options.common);
+    range.color = true;
+    const KeyframeImages images =
+        options.images.empty() ? ImagesByTime(saved.map) : FindImages(saved.map, options.images, range, options.out);
     if (options.format == "colmap") ExportColmap(options.out, saved, images);
     if (options.format == "nerfstudio") ExportNerfstudio(options.out, saved, images);
   }

@@ -353,6 +353,8 @@ class Export(unittest.TestCase):
         for frame, keyframe in zip(scene["frames"], self.map.keyframes.values()):
             self.assertEqual(frame["file_path"], f"images/{round(keyframe['time'] * 30):06d}.png")
             self.assertTrue(os.path.exists(os.path.join(folder, frame["file_path"])))
+        cloud, _ = read_ply(os.path.join(folder, scene["ply_file_path"]))
+        self.assertGreater(sum(max(v[3:]) - min(v[3:]) > 30 for v in cloud), 0.1 * len(cloud))  # a desk of many colours
 
     def test_images_of_a_folder_are_found_by_time(self):
         frames = os.path.join(self.folder, "frames")

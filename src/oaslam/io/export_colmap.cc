@@ -71,7 +71,8 @@ std::string ImageLines(KeyframeId id, const Keyframe& keyframe, const Map& map, 
   return lines + '\n';
 }
 
-std::string PointLine(LandmarkId id, const Landmark& landmark, const Map& map, const KeyframeImages& images) {
+std::string PointLine(LandmarkId id, const Landmark& landmark, const Map& map, const KeyframeImages& images,
+                      const Rgb& color) {
   std::string track;
   double error = 0;
   int views = 0;
@@ -86,8 +87,8 @@ std::string PointLine(LandmarkId id, const Landmark& landmark, const Map& map, c
     ++views;
   }
   const Eigen::Vector3d& x = landmark.position;
-  return fmt::format("{} {} {} {} {} {} {} {:.4f}{}\n", ColmapId(id.value), x.x(), x.y(), x.z(), kLandmarkColor[0],
-                     kLandmarkColor[1], kLandmarkColor[2], error / views, track);
+  return fmt::format("{} {} {} {} {} {} {} {:.4f}{}\n", ColmapId(id.value), x.x(), x.y(), x.z(), color[0], color[1],
+                     color[2], error / views, track);
 }
 
 }  // namespace
@@ -97,10 +98,11 @@ void ExportColmap(const std::string& folder, const SavedMap& saved, const Keyfra
   std::string cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (size_t i = 0; i < map.cameras.size(); ++i) cameras += CameraLine(i, map.cameras[i]);
   const std::set<LandmarkId> seen = SeenLandmarks(map, images);
+  const std::map<LandmarkId, Rgb> colors = LandmarkColors(map, images, folder);
   std::string views = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# POINTS2D[] as (X Y POINT3D_ID)\n";
   for (const auto& [id, image] : images) views += ImageLines(id, map.keyframes.At(id), map, image.name, seen);
   std::string points = "# POINT3D_ID X Y Z R G B ERROR TRACK[] as (IMAGE_ID POINT2D_IDX)\n";
-  for (const LandmarkId id : seen) points += PointLine(id, map.landmarks.At(id), map, images);
+  for (const LandmarkId id : seen) points += PointLine(id, map.landmarks.At(id), map, images, colors.at(id));
   WriteTextFile(folder + "/cameras.txt", cameras);
   WriteTextFile(folder + "/images.txt", views);
   WriteTextFile(folder + "/points3D.txt", points);

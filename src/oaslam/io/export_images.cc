@@ -6,6 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "oaslam/error.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/io/image_files.h"
 #include "oaslam/io/map_export.h"
 #include "oaslam/util/log.h"
 
@@ -84,6 +86,40 @@ KeyframeImages ImagesByTime(const Map& map) {
     images[time.id] = {name + ".png", "images/" + name + ".png"};
   }
   return images;
+}
+
+std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images, const std::string& folder) {
+  struct Sum {
+    Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
+    int views = 0;
+  };
+  std::map<LandmarkId, Sum> sums;
+  for (const auto& [id, image] : images) {
+    const cv::Mat bgr = ReadImage((fs::path(folder) / image.path).string(), true);
+    if (bgr.empty()) continue;
+    const Keyframe& keyframe = map.keyframes.At(id);
+    for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      if (!keyframe.landmarks[i].IsValid()) continue;
+      const Eigen::Vector2d px =
+          Distort(map.cameras[static_cast<size_t>(keyframe.camera)], keyframe.features->keypoints[i].px.cast<double>());
+      const cv::Point pixel(cvRound(px.x()), cvRound(px.y()));
+      if (!cv::Rect(0, 0, bgr.cols, bgr.rows).contains(pixel)) continue;
+      const auto& color = bgr.at<cv::Vec3b>(pixel);
+      Sum& sum = sums[keyframe.landmarks[i]];
+      sum.rgb += Eigen::Vector3d(color[2], color[1], color[0]);
+      ++sum.views;
+    }
+  }
+  std::map<LandmarkId, Rgb> colors;
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark&) {
+    const auto found = sums.find(id);
+    colors[id] = kLandmarkColor;
+    if (found == sums.end()) return;
+    for (size_t c = 0; c < 3; ++c)
+      colors[id][c] = static_cast<unsigned char>(
+          std::lround(found->second.rgb[static_cast<Eigen::Index>(c)] / found->second.views));
+  });
+  return colors;
 }
 
 KeyframeImages FindImages(const Map& map, const std::string& source, const ImageSourceOptions& options,

@@ -78,9 +78,10 @@ void ExportNerfstudio(const std::string& folder, const SavedMap& saved, const Ke
     json["frames"].push_back(std::move(frame));
   }
   ColoredMesh cloud;
-  map.landmarks.ForEach(
-      [&](LandmarkId, const Landmark& landmark) { cloud.vertices.push_back(z_up_from_world * landmark.position); });
-  cloud.colors.assign(cloud.vertices.size(), kLandmarkColor);
+  for (const auto& [id, color] : LandmarkColors(map, images, folder)) {
+    cloud.vertices.push_back(z_up_from_world * map.landmarks.At(id).position);
+    cloud.colors.push_back(color);
+  }
   WriteTextFile(folder + "/transforms.json", json.dump(1) + "\n");
   SavePly(folder + "/sparse_pc.ply", cloud);
 }

@@ -6,6 +6,7 @@
 
 #include "oaslam/io/image_source.h"
 #include "oaslam/io/map_file.h"
+#include "oaslam/io/map_scene.h"
 
 namespace oaslam {
 
@@ -40,6 +41,10 @@ KeyframeImages ImagesByTime(const Map& map);
 // have one time.
 KeyframeImages FindImages(const Map& map, const std::string& source, const ImageSourceOptions& options,
                           const std::string& folder);
+
+// The mean colour of the pixels where each landmark was seen, from those of the images that are there; grey for the
+// others.
+std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images, const std::string& folder);
 
 // cameras.txt, images.txt and points3D.txt in `folder`. Key points are in the (distorted) pixels of the camera model
 // written there.

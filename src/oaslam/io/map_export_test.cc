@@ -201,6 +201,28 @@ TEST(MapExport, ImagesOfAListAreFoundByTime) {
               HasSubstr("--fps"));
 }
 
+TEST(MapExport, ColorsAreThoseOfThePixels) {
+  const SavedMap saved = ExactMap({Camera{
+      .width = 640, .height = 480, .fx = 220, .fy = 220, .cx = 319, .cy = 240, .distortion = {-0.05, 0.01, 0, 0, 0}}});
+  const TempFolder folder;
+  KeyframeImages images = ImagesByTime(saved.map);
+  // Left of the middle red, right of it blue, in binary PPM.
+  std::string ppm = "P6\n640 480\n255\n";
+  for (int y = 0; y < 480; ++y)
+    for (int x = 0; x < 640; ++x) ppm += x < 320 ? std::string("\xC8\0\0", 3) : std::string("\0\0\xC8", 3);
+  images.at(KeyframeId(1)).path = "a.ppm";
+  folder.Write("a.ppm", ppm);
+  const auto colors = LandmarkColors(saved.map, images, folder.path());
+  ASSERT_EQ(colors.size(), saved.map.landmarks.size());
+  const Keyframe& keyframe = saved.map.keyframes.At(KeyframeId(1));
+  for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    const float x = keyframe.features->keypoints[i].px.x();
+    if (std::abs(x - 319) < 3) continue;
+    EXPECT_EQ(colors.at(keyframe.landmarks[i]), x < 319 ? (Rgb{200, 0, 0}) : (Rgb{0, 0, 200})) << x;
+  }
+  EXPECT_EQ(LandmarkColors(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second, kLandmarkColor);
+}
+
 TEST(MapExport, EveryMapCanBeWritten) {
   Rng rng(5);
   const TempFolder folder;
