@@ -1,10 +1,8 @@
 """oaslam export: each format opened by a reader that is not ours, and its axes, signs and pixels checked by projecting what the map saw."""
-import json
 import math
 import os
 import re
 import shutil
-import struct
 import subprocess
 import tempfile
 import unittest
@@ -12,80 +10,13 @@ import unittest
 import harness
 from harness import oaslam, rotate
 from map_reader import MapFile
+from model_readers import NODE_MODULES, Scene, inverse_rotate, read_ply, rms, run, transform, validate_gltf
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 SPHERE_TRIANGLES = 528
-VALIDATOR = """
-const fs = require('fs');
-require('gltf-validator').validateBytes(new Uint8Array(fs.readFileSync(process.argv[1])))
-  .then(report => console.log(JSON.stringify(report)), error => { console.error(error); process.exit(1); });
-"""
 
 
 def needs(program, package):
     return unittest.skipUnless(shutil.which(program), f"{program} is not installed (package {package})")
-
-
-def run(*command, **options):
-    return subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=120, **options)
-
-
-def read_ply(path):
-    """(vertices as (x, y, z, r, g, b), number of faces) of a binary PLY."""
-    with open(path, "rb") as f:
-        head, body = f.read().split(b"end_header\n", 1)
-    counts = {kind: int(n) for kind, n in re.findall(r"element (\w+) (\d+)", head.decode())}
-    assert b"binary_little_endian" in head
-    vertices = list(struct.iter_unpack("<fffBBB", body[:counts["vertex"] * 15]))
-    assert len(body) == 15 * counts["vertex"] + 13 * counts.get("face", 0)
-    return vertices, counts.get("face", 0)
-
-
-def multiply(a, b):
-    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
-
-
-def transform(m, p):
-    return [sum(m[i][j] * p[j] for j in range(3)) + m[i][3] for i in range(3)]
-
-
-def inverse_rotate(m, p):
-    """R^T (p - t) of a rigid transform."""
-    d = [p[i] - m[i][3] for i in range(3)]
-    return [sum(m[i][j] * d[i] for i in range(3)) for j in range(3)]
-
-
-def rms(values):
-    values = list(values)
-    return math.sqrt(sum(v * v for v in values) / len(values))
-
-
-class Scene:
-    """A model as assimp reads it."""
-
-    def __init__(self, path, folder):
-        out = os.path.join(folder, "scene.assjson")
-        done = run("assimp", "export", path, out, "-fassjson")
-        assert done.returncode == 0 and os.path.exists(out), done.stdout + done.stderr
-        scene = harness.read_json(out)
-        self.meshes = scene["meshes"]
-        self.nodes = {}  # name -> (world matrix, meshes)
-        self._walk(scene["rootnode"], [[float(i == j) for j in range(4)] for i in range(4)])
-
-    def _walk(self, node, parent):
-        m = node["transformation"]
-        world = multiply(parent, [m[4 * i:4 * i + 4] for i in range(4)])
-        self.nodes[node["name"]] = (world, node.get("meshes", []))
-        for child in node.get("children", []):
-            self._walk(child, world)
-
-    def vertices(self, name):
-        world, meshes = self.nodes[name]
-        points = []
-        for index in meshes:
-            v = self.meshes[index]["vertices"]
-            points += [transform(world, v[i:i + 3]) for i in range(0, len(v), 3)]
-        return points
 
 
 def project(saved, keyframe, point):
@@ -184,13 +115,10 @@ class Export(unittest.TestCase):
             self.check_scene(Scene(path, self.folder), to_scene, " ")
 
     def test_gltf_is_valid(self):
-        modules = os.path.join(HERE, "node_modules")
-        if not shutil.which("node") or not os.path.isdir(modules):
+        if not shutil.which("node") or not os.path.isdir(NODE_MODULES):
             self.skipTest("no gltf-validator: needs node and npm ci in tests/e2e")
         for name in ("valid.gltf", "valid.glb"):
-            done = run("node", "-e", VALIDATOR, self.export("gltf", name), env={**os.environ, "NODE_PATH": modules})
-            self.assertEqual(done.returncode, 0, done.stderr)
-            issues = json.loads(done.stdout)["issues"]
+            issues = validate_gltf(self.export("gltf", name))
             self.assertEqual((issues["numErrors"], issues["numWarnings"]), (0, 0), issues["messages"][:5])
 
     def test_gltf_cameras_see_what_the_detector_saw(self):
