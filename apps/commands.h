@@ -12,5 +12,6 @@ void AddLocalizeCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddObjectsCommand(CLI::App& app);
+void AddExportCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

@@ -13,6 +13,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/io/config_file.h"
+#include "oaslam/io/text.h"
 
 namespace oaslam::apps {
 namespace {
@@ -57,6 +58,19 @@ void AddFrameOptions(CLI::App& app, CommonOptions& options) {
   app.add_option("--fps", options.fps, "Frames a second, for images without time stamps and videos");
 }
 
+void AddFollowOption(CLI::App& app, CommonOptions& options) {
+  const auto set = [&options](const std::string& text) {
+    const bool is_bare = text.empty() || text == "true";  // how CLI11 calls an option without its value
+    const std::optional<double> seconds = is_bare ? 0 : ParseNumber(text);
+    if (!seconds) throw CLI::ValidationError("--follow " + text, "expected seconds");
+    options.follow_s = *seconds;
+  };
+  app.add_option_function<std::string>(
+         "--follow", set, "The folder of images grows: take new ones as they come, until a file named stop is in it, Ctrl-C, or SECONDS without one")
+      ->type_name("[SECONDS]")
+      ->expected(0, 1);
+}
+
 void AddClassesOption(CLI::App& app, CommonOptions& options) {
   app.add_option("--classes", options.classes, "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); default: COCO")->type_name("FILE");
 }
@@ -82,7 +96,9 @@ Classes LoadClasses(const CommonOptions& options) {
 }
 
 ImageSourceOptions FrameRange(const CommonOptions& options) {
-  return {.fps = options.fps, .from = options.from, .to = options.to};
+  ImageSourceOptions range{.fps = options.fps, .from = options.from, .to = options.to};
+  if (options.follow_s) range.follow = FollowOptions{*options.follow_s, Interrupted};
+  return range;
 }
 
 void EnsureOutputFolder(const std::string& path) {

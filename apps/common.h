@@ -20,11 +20,13 @@ struct CommonOptions {
   int from = 0, to = -1;          // frames [from, to); -1: to the end
   std::string classes;            // path, empty: COCO
   std::optional<double> fps;
+  std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);   // --config, --set
 void AddFrameOptions(CLI::App& app, CommonOptions& options);    // --from, --to, --fps
+void AddFollowOption(CLI::App& app, CommonOptions& options);    // --follow
 void AddClassesOption(CLI::App& app, CommonOptions& options);
 // All of them. `options` must outlive the parsing.
 void AddCommonOptions(CLI::App& app, CommonOptions& options);

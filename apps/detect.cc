@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <exception>
 #include <filesystem>
+#include <set>
 
 #include "commands.h"
 #include "common.h"
@@ -17,45 +19,73 @@ struct DetectOptions {
   CommonOptions common;
   DetectorSettings detector;
   std::string images, out;
+  bool resume = false;
 };
 
-void RunDetect(const DetectOptions& options) {
-  const std::unique_ptr<Detector> detector = LoadDetector(options.detector);
+struct Found {
+  std::vector<ImageDetections> images;
+  size_t boxes = 0;
+  int detected = 0;  // images of this run
+  double ms = 0;
+};
+
+void CheckOutput(const DetectOptions& options) {
   if (std::filesystem::is_directory(options.out)) throw InputError(options.out + ": a folder, --out asks for a file");
   const std::string folder = std::filesystem::path(options.out).parent_path().string();
   EnsureOutputFolder(folder.empty() ? "." : folder);
+}
+
+// Goes through the images; those that `found` holds already are not done again.
+void DetectAll(ImageSource& source, Detector& detector, bool quiet, Found& found) {
+  std::set<std::string> done_before;
+  for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
+  ProgressBar progress(source.size(), quiet);
+  int done = 0;
+  while (!Interrupted()) {
+    const std::optional<InputImage> input = source.Next();
+    if (!input) break;
+    ++done;
+    if (done_before.contains(input->name)) continue;
+    if (input->image.empty()) {
+      spdlog::warn("image {} ({}) cannot be read, skipped", input->index, input->name);
+      continue;
+    }
+    const Stopwatch watch;
+    found.images.push_back({input->name, detector.Detect(input->image)});
+    found.ms += watch.WallMs();
+    ++found.detected;
+    const size_t count = found.images.back().detections.size();
+    found.boxes += count;
+    progress.Update(done, fmt::format("{} objects", count));
+  }
+}
+
+void RunDetect(const DetectOptions& options) {
+  const std::unique_ptr<Detector> detector = LoadDetector(options.detector);
+  CheckOutput(options);
+  InstallInterruptHandler();
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
   const auto source = OpenImages(options.images, range);
   spdlog::info("{}: layout {}, input {}x{}", options.detector.model, ToString(detector->layout()), detector->input_size().width,
                detector->input_size().height);
-
-  InstallInterruptHandler();
-  std::vector<ImageDetections> found;
-  size_t boxes = 0;
-  double ms = 0;
-  {
-    ProgressBar progress(source->size(), options.common.quiet);
-    int done = 0;
-    while (!Interrupted()) {
-      const std::optional<InputImage> input = source->Next();
-      if (!input) break;
-      ++done;
-      if (input->image.empty()) {
-        spdlog::warn("image {} ({}) cannot be read, skipped", input->index, input->name);
-        continue;
-      }
-      const Stopwatch watch;
-      found.push_back({input->name, detector->Detect(input->image)});
-      ms += watch.WallMs();
-      boxes += found.back().detections.size();
-      progress.Update(done, fmt::format("{} objects", found.back().detections.size()));
-    }
+  Found found;
+  if (options.resume && std::filesystem::exists(options.out)) {
+    found.images = LoadDetections(options.out).images();
+    spdlog::info("{}: {} images are done", options.out, found.images.size());
   }
-  if (found.empty()) throw InputError(options.images + ": no image could be read");
-  SaveDetections(options.out, found);
-  spdlog::info("{}{} objects in {} images, {:.1f} ms an image -> {}", Interrupted() ? "interrupted: " : "", boxes, found.size(),
-               ms / static_cast<double>(found.size()), options.out);
+  const size_t done_before = found.images.size();
+  std::exception_ptr failure;
+  try {
+    DetectAll(*source, *detector, options.common.quiet, found);
+  } catch (const std::exception&) {
+    failure = std::current_exception();  // after what was found is saved
+  }
+  if (found.images.size() > done_before) SaveDetections(options.out, found.images);
+  if (failure) std::rethrow_exception(failure);
+  if (found.images.empty()) throw InputError(options.images + ": no image could be read");
+  spdlog::info("{}{} objects in {} images, {:.1f} ms an image -> {}", Interrupted() ? "interrupted: " : "", found.boxes, found.detected,
+               found.detected > 0 ? found.ms / found.detected : 0.0, options.out);
 }
 
 }  // namespace
@@ -66,7 +96,9 @@ void AddDetectCommand(CLI::App& app) {
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
   AddDetectorOptions(*command, options->detector)->required();
   command->add_option("--out", options->out, "Where to write the detections (JSON)")->required()->type_name("FILE");
+  command->add_flag("--resume", options->resume, "Go on with the file of an interrupted run: its images are not done again");
   AddFrameOptions(*command, options->common);
+  AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { RunDetect(*options); });
 }

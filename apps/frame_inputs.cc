@@ -6,6 +6,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "oaslam/io/camera_file.h"
+#include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
 
@@ -17,9 +18,16 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
   images_ = OpenImages(sources.images, range);
+  if (sources.live && (range.follow || sources.images.starts_with("webcam:"))) {
+    auto latest = std::make_unique<LatestImageSource>(std::move(images_));
+    latest_ = latest.get();
+    images_ = std::move(latest);
+  }
   ahead_ = NextReadable();
   if (!ahead_) throw InputError(fmt::format("{}: no readable image", sources.images));
   camera_ = LoadCamera(sources.camera, ahead_->image.size());
+  if (sources.live && detector_)
+    background_ = std::make_unique<BackgroundDetector>([this](const cv::Mat& image) { return detector_->Detect(image); });
   if (camera_.is_guess) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
 }
 
@@ -42,8 +50,17 @@ std::optional<InputImage> FrameInputs::NextReadable() {
 std::optional<FrameInput> FrameInputs::Next() {
   std::optional<InputImage> image = ahead_ ? std::exchange(ahead_, std::nullopt) : NextReadable();
   if (!image) return std::nullopt;
-  FrameInput frame{image->index, image->name, {image->image, image->timestamp, {}}};
-  frame.input.detections = detector_ ? detector_->Detect(image->image) : detections_.Find(image->name);
+  FrameInput frame{image->index, image->name, {image->image, image->timestamp, {}, false}};
+  if (background_) {
+    frame.input.detections_follow = true;
+  } else if (detector_) {
+    const Stopwatch watch;
+    frame.input.detections = detector_->Detect(image->image);
+    pace_.busy_ms += watch.WallMs();
+    ++pace_.images;
+  } else {
+    frame.input.detections = detections_.Find(image->name);
+  }
   return frame;
 }
 

@@ -6,8 +6,10 @@
 
 #include "common.h"
 #include "detector_options.h"
+#include "oaslam/detection/background_detector.h"
 #include "oaslam/io/detection_file.h"
 #include "oaslam/io/image_source.h"
+#include "oaslam/io/latest_image.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::apps {
@@ -18,6 +20,12 @@ struct FrameInput {
   ImageInput input;
 };
 
+// How fast a detector was.
+struct DetectorPace {
+  int images = 0;
+  double busy_ms = 0;
+};
+
 // Images with their time stamps and detections, from files or from a detector. Skips, with a warning, images that are missing or
 // unreadable, and those whose time stamp is not after the one before.
 class FrameInputs {
@@ -25,6 +33,7 @@ class FrameInputs {
   struct Sources {
     std::string images, camera, detections;
     DetectorSettings detector;
+    bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for a detector
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);
@@ -32,17 +41,35 @@ class FrameInputs {
   const Camera& camera() const { return camera_; }
   int size() const { return images_->size(); }
   const Detector* detector() const { return detector_.get(); }  // null: none
+  // The source has a pace of its own: images come when they are taken.
+  bool is_live() const { return latest_ != nullptr; }
+  // Images of a live source that came and went while another was worked on.
+  int dropped() const { return latest_ ? latest_->dropped() : 0; }
   std::optional<FrameInput> Next();
+
+  // Live, with a detector: takes the image of a processed frame, whose detections TakeLate gives once they are there.
+  void DetectLate(int frame, const cv::Mat& image) {
+    if (background_) background_->Offer(frame, image);
+  }
+  std::vector<BackgroundDetector::Result> TakeLate() { return background_ ? background_->Take() : std::vector<BackgroundDetector::Result>{}; }
+  // Waits for the detections under way.
+  void FinishLate() {
+    if (background_) background_->Wait();
+  }
+  DetectorPace pace() const { return background_ ? DetectorPace{background_->images(), background_->busy_ms()} : pace_; }
 
  private:
   std::optional<InputImage> NextReadable();
 
   std::unique_ptr<ImageSource> images_;
+  const LatestImageSource* latest_ = nullptr;  // images_, where it is live
   std::optional<InputImage> ahead_;  // read for its size
   Camera camera_;
   DetectionTable detections_;
   std::unique_ptr<Detector> detector_;
   std::optional<double> last_timestamp_;
+  DetectorPace pace_;                               // of detections that were waited for
+  std::unique_ptr<BackgroundDetector> background_;  // of those that were not; ends before the detector
 };
 
 }  // namespace oaslam::apps

@@ -179,6 +179,7 @@ void AddLocalizeCommand(CLI::App& app) {
   command->add_flag("--every-frame", options->every_frame, "find each image by itself instead of following the camera");
   command->add_option("--gravity", options->gravity, "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   AddCommonOptions(*command, options->common);
+  AddFollowOption(*command, options->common);
   command->callback([options] {
     if (const int code = Localize(*options)) throw CLI::RuntimeError(code);
   });

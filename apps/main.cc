@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddEvaluateCommand(app);
   oaslam::apps::AddInfoCommand(app);
   oaslam::apps::AddObjectsCommand(app);
+  oaslam::apps::AddExportCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

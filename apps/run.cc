@@ -56,6 +56,11 @@ class LivePace {
   double last_ = 0;
 };
 
+void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
+  for (const BackgroundDetector::Result& found : inputs.TakeLate())
+    results.Detected(found.frame, static_cast<int>(found.detections.size()), slam.AddDetections(found.frame, found.detections));
+}
+
 std::vector<StampedPose> FinalTrajectory(const Slam& slam) {
   std::vector<StampedPose> trajectory;
   for (const Slam::TimedPose& pose : slam.Trajectory()) trajectory.push_back({pose.timestamp, pose.world_from_cam});
@@ -80,7 +85,9 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std:
 
 int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
+  const bool is_live = config.runner.mode == "live";
+  InstallInterruptHandler();  // the first image of a growing folder may be long in coming
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
@@ -93,7 +100,6 @@ int Run(const RunOptions& options) {
   if (options.map_in.empty() || inputs.detector() || !options.common.classes.empty()) slam.SetClassNames(classes.names);
   if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
   RunResults results(options.out, config);
-  InstallInterruptHandler();
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
   const double start_s = Seconds();
@@ -103,17 +109,23 @@ int Run(const RunOptions& options) {
     while (!Interrupted()) {
       const std::optional<FrameInput> frame = inputs.Next();
       if (!frame) break;
-      if (config.runner.mode == "live" && !pace.Wait(frame->input.timestamp)) {
+      if (is_live && !inputs.is_live() && !pace.Wait(frame->input.timestamp)) {
         ++dropped;
         continue;
       }
       const TrackingResult result = slam.Process(frame->input);
       results.Add(frame->index, result);
+      inputs.DetectLate(result.frame, frame->input.image);
+      AddLateDetections(inputs, slam, results);
       progress.Update(++done, fmt::format("{}, {} points", ToString(result.state), result.inliers));
     }
+    inputs.FinishLate();
+    AddLateDetections(inputs, slam, results);
   } catch (const std::exception&) {
     failure = std::current_exception();
   }
+  results.SetDetectorPace(inputs.pace());
+  dropped += inputs.dropped();
   progress.Finish();
   slam.Finish();
   slam.Shutdown();
@@ -149,6 +161,7 @@ void AddRunCommand(CLI::App& app) {
   AddScaleOptions(*command, options->scale);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
+  AddFollowOption(*command, options->common);
   command->callback([options] {
     if (const int code = Run(*options)) throw CLI::RuntimeError(code);
   });

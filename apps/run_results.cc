@@ -68,6 +68,13 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   }
 }
 
+void RunResults::Detected(int frame, int detections, std::optional<int> objects) {
+  const auto found = std::ranges::find(frames_.rbegin(), frames_.rend(), frame, [](const auto& entry) { return entry.second.frame; });
+  if (found == frames_.rend()) return;
+  found->second.detections = detections;
+  found->second.objects = objects.value_or(0);
+}
+
 void RunResults::Scale(double factor) {
   for (auto& [index, r] : frames_)
     if (r.world_from_cam) r.world_from_cam->translation *= factor;
@@ -103,6 +110,11 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["cpu_s"] = Rounded(ProcessCpuSeconds(), .01);
   summary["wall_s"] = Rounded(wall_s, .01);
   summary["peak_rss_mb"] = Rounded(PeakRssMb(), .1);
+  if (pace_.images > 0) {
+    summary["detector"] = {{"images", pace_.images},
+                           {"ms_mean", Rounded(pace_.busy_ms / pace_.images, .1)},
+                           {"rate_hz", wall_s > 0 ? Rounded(pace_.images / wall_s, .1) : 0}};
+  }
   summary["mean_iou"] = Rounded(MeanObjectIou(saved.map), 1e-4);
   MapPlot plot{.map = &saved.map, .trajectory = trajectory, .groundtruth = {}, .localized = {}, .names = saved.class_names, .title = "oaslam run"};
   if (!groundtruth.empty()) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "frame_inputs.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/io/trajectory_file.h"
 #include "oaslam/slam.h"
@@ -16,6 +17,9 @@ class RunResults {
   RunResults(const std::string& folder, const SlamConfig& config);
 
   void Add(int source_index, const TrackingResult& result) { frames_.emplace_back(source_index, result); }
+  // What a detector found later in a frame that was added before.
+  void Detected(int frame, int detections, std::optional<int> objects);
+  void SetDetectorPace(const DetectorPace& pace) { pace_ = pace; }
   // Live poses in a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
   // `interrupted`: the run ended early; what there is gets written all the same.
@@ -27,6 +31,7 @@ class RunResults {
 
   std::string folder_;
   SlamConfig config_;
+  DetectorPace pace_;
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source
 };
 

@@ -8,6 +8,7 @@ packages=(
   libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
   libcli11-dev libspdlog-dev libfmt-dev                                     # command line and messages
   libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks
+  assimp-utils colmap                                                       # tests: readers of what is exported
 )
 
 if ! command -v dpkg-query >/dev/null; then

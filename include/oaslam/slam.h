@@ -22,6 +22,7 @@ struct ImageInput {
   cv::Mat image;                      // 8-bit, one channel or BGR, of the camera's size
   double timestamp = 0;               // seconds, ascending
   std::vector<Detection> detections;  // of an object detector, in pixels of this image; may be empty
+  bool detections_follow = false;     // a slower detector gives them later, by AddDetections
 };
 
 // The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in the frame and unit of the map.
@@ -86,6 +87,11 @@ class Slam {
 
   // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than the last throws InputError.
   TrackingResult Process(const ImageInput& input);
+
+  // Detections of an image that was processed with `detections_follow`, by its TrackingResult::frame: they count for that image, at the pose it had.
+  // Images ascend; those passed over have none. Returns how many mapped objects were seen, or nothing where the image is too old (4 s at 30 Hz)
+  // or had no pose. A lost camera that is found in that image goes on from there.
+  std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
   // Finds one image in the map, independent of all others; the map stays as it is. `gravity_in_cam`: direction of gravity in the camera's
   // frame, any length, where known.

@@ -30,6 +30,36 @@ class Detect(unittest.TestCase):
             self.assertEqual(counts[0], counts[1])
             self.assertEqual(counts[0], [len(i["detections"]) for i in images])
 
+    def test_goes_on_where_it_was_interrupted(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
+            whole, parts = os.path.join(folder, "whole.json"), os.path.join(folder, "parts.json")
+            source = harness.clip("map_front")[:2]
+            for out, options in ((whole, ["--to", 12]), (parts, ["--to", 5]), (parts, ["--to", 12, "--resume"])):
+                outcome = oaslam("detect", *source, "--detector", MODEL, "--out", out, *options)
+                self.assertEqual(outcome.code, 0, outcome)
+            self.assertIn("5 images are done", outcome.err)
+            self.assertEqual(harness.read_bytes(whole), harness.read_bytes(parts))
+            with open(parts, "w") as f:
+                f.write("[{")
+            outcome = oaslam("detect", *source, "--detector", MODEL, "--out", parts, "--resume")
+            self.assertEqual(outcome.code, 1, outcome)
+            self.assertIn("parts.json", outcome.err)
+
+    def test_live_nobody_waits_for_the_detector(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
+            source = harness.clip("map_front")[:4]
+            outcome = oaslam("run", *source, "--detector", MODEL, "--mode", "live", "--to", 150, "--out", folder)
+            self.assertEqual(outcome.code, 0, outcome)
+            summary = harness.read_json(os.path.join(folder, "summary.json"))
+            frames = harness.read_csv(os.path.join(folder, "frames.csv"))
+            detector = summary["detector"]
+            self.assertGreater(detector["images"], 5)
+            self.assertLess(detector["images"], 150)  # at its own pace
+            self.assertGreater(detector["rate_hz"], 0)
+            seen = sum(int(f["detections"]) > 0 for f in frames)
+            self.assertTrue(0 < seen <= detector["images"], (seen, detector))
+            self.assertGreater(len(frames), 75)
+
 
 if __name__ == "__main__":
     if not os.path.exists(MODEL):

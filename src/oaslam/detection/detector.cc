@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "oaslam/detection/letterbox.h"
+#include "oaslam/detection/mask_ellipse.h"
 #include "oaslam/detection/onnx_info.h"
 #include "oaslam/error.h"
 #include "oaslam/util/check.h"
@@ -56,7 +57,8 @@ struct Detector::Impl {
   cv::Size input_size;
   std::map<int, std::string> names;
   std::vector<cv::String> output_names;
-  size_t output = 0;  // which of the outputs holds the boxes
+  size_t output = 0;                 // which of the outputs holds the boxes
+  std::optional<size_t> prototypes;  // and which those of the masks
   OutputFormat format;
 
   std::vector<cv::Mat> Forward(const cv::Mat& network_image, bool yolox) {
@@ -66,24 +68,36 @@ struct Detector::Impl {
     return outputs;
   }
 
+  // The first output that is a detector's.
+  bool FindBoxes(const std::vector<cv::Mat>& outputs, bool end_to_end, int masks) {
+    for (size_t i = 0; i < outputs.size(); ++i) {
+      if (outputs[i].depth() != CV_32F) continue;
+      const auto found =
+          RecognizeOutput(ShapeOf(outputs[i]), input_size, options.layout, static_cast<int>(names.size()), end_to_end, masks);
+      if (!found) continue;
+      output = i;
+      format = *found;
+      return true;
+    }
+    return false;
+  }
+
   // Runs the network once and looks at what comes out.
   void Probe(const std::string& path, bool end_to_end) {
     const std::vector<cv::Mat> outputs = Forward(cv::Mat(input_size, CV_8UC3, cv::Scalar::all(114)), false);
-    std::string shapes;
-    for (size_t i = 0; i < outputs.size(); ++i) {
-      const std::vector<int> shape = ShapeOf(outputs[i]);
-      const auto found = outputs[i].depth() == CV_32F
-                             ? RecognizeOutput(shape, input_size, options.layout, static_cast<int>(names.size()), end_to_end)
-                             : std::nullopt;
-      if (found) {
-        output = i;
-        format = *found;
-        return;
+    int masks = 0;
+    for (size_t i = 0; i < outputs.size(); ++i)
+      if (outputs[i].dims == 4 && outputs[i].size[0] == 1 && outputs[i].depth() == CV_32F) {
+        prototypes = i;
+        masks = outputs[i].size[1];
       }
-      shapes += fmt::format("{}[{}]", i > 0 ? ", " : "", fmt::join(shape, ", "));
-    }
+    if (masks > 0 && FindBoxes(outputs, end_to_end, masks)) return;
+    prototypes.reset();
+    if (FindBoxes(outputs, end_to_end, 0)) return;
+    std::vector<std::string> shapes;
+    for (const cv::Mat& tensor : outputs) shapes.push_back(fmt::format("[{}]", fmt::join(ShapeOf(tensor), ", ")));
     throw InputError(fmt::format("{}: not a detector of layout '{}': outputs {} for an input of {}x{}", path,
-                                 ToString(options.layout), shapes, input_size.width, input_size.height));
+                                 ToString(options.layout), fmt::join(shapes, ", "), input_size.width, input_size.height));
   }
 };
 
@@ -118,11 +132,20 @@ std::vector<Detection> Detector::Detect(const cv::Mat& image) {
   if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
   const bool yolox = impl_->format.layout == DetectorLayout::kYolox;
   const Letterbox letterbox = MakeLetterbox(bgr, impl_->input_size, !yolox);
-  const cv::Mat output = impl_->Forward(letterbox.image, yolox)[impl_->output];
-  std::vector<Detection> found =
-      SuppressPerClass(DecodeOutput(output, impl_->format, impl_->input_size, impl_->options.min_score), impl_->options.max_iou);
-  for (Detection& d : found) d.box = FromLetterbox(letterbox, d.box, image.size());
-  std::erase_if(found, [](const Detection& d) { return d.box.Area() <= 0; });
+  const std::vector<cv::Mat> outputs = impl_->Forward(letterbox.image, yolox);
+  const cv::Mat& output = outputs[impl_->output];
+  std::vector<Detection> found;
+  for (const Candidate& candidate :
+       SuppressPerClass(DecodeOutput(output, impl_->format, impl_->input_size, impl_->options.min_score), impl_->options.max_iou)) {
+    Detection d = candidate;
+    d.box = FromLetterbox(letterbox, candidate.box, image.size());
+    if (d.box.Area() <= 0) continue;
+    if (impl_->prototypes)
+      if (const auto ellipse = EllipseFromMask(outputs[*impl_->prototypes], MaskCoefficients(output, impl_->format, candidate.place), candidate.box,
+                                               impl_->input_size))
+        d.ellipse = FromLetterbox(letterbox, *ellipse);
+    found.push_back(std::move(d));
+  }
   return found;
 }
 

@@ -39,4 +39,9 @@ Box FromLetterbox(const Letterbox& letterbox, const Box& box, const cv::Size& im
   return {x(box.x1), y(box.y1), x(box.x2), y(box.y2)};
 }
 
+std::array<double, 5> FromLetterbox(const Letterbox& letterbox, const std::array<double, 5>& ellipse) {
+  const auto& [cx, cy, width, height, theta] = ellipse;
+  return {(cx - letterbox.left) / letterbox.scale, (cy - letterbox.top) / letterbox.scale, width / letterbox.scale, height / letterbox.scale, theta};
+}
+
 }  // namespace oaslam

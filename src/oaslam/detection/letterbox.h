@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <opencv2/core.hpp>
 
 #include "oaslam/types.h"
@@ -18,5 +19,8 @@ Letterbox MakeLetterbox(const cv::Mat& bgr, const cv::Size& network_size, bool c
 
 // A box in network pixels, in pixels of the image, clipped to it.
 Box FromLetterbox(const Letterbox& letterbox, const Box& box, const cv::Size& image_size);
+
+// An ellipse [cx, cy, width, height, theta] likewise, not clipped.
+std::array<double, 5> FromLetterbox(const Letterbox& letterbox, const std::array<double, 5>& ellipse);
 
 }  // namespace oaslam

@@ -34,9 +34,9 @@ std::optional<std::pair<int, int>> RowsAndColumns(const std::vector<int>& shape)
   return std::nullopt;
 }
 
-// Columns behind the classes are mask coefficients of a segmenting model; how many classes there are, only the names tell.
-int ClassCount(int columns, int first_class, int named_classes) {
-  const int classes = columns - first_class;
+// Columns behind the classes are mask coefficients of a segmenting model; how many, its prototypes tell, or the names of the classes.
+int ClassCount(int columns, int first_class, int named_classes, int masks) {
+  const int classes = columns - first_class - masks;
   return named_classes > 0 && named_classes < classes ? named_classes : classes;
 }
 
@@ -50,8 +50,8 @@ bool FillsGrids(int candidates, const cv::Size& network_size) {
   return false;
 }
 
-DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, bool end_to_end) {
-  if (columns == 6 && (end_to_end || rows <= kMaxEndToEndRows)) return DetectorLayout::kEndToEnd;
+DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, bool end_to_end, int masks) {
+  if (columns == 6 + masks && (end_to_end || rows <= kMaxEndToEndRows)) return DetectorLayout::kEndToEnd;
   if (columns > rows) return DetectorLayout::kYolov8;
   return rows == GridCells(network_size) ? DetectorLayout::kYolox : DetectorLayout::kYolov5;
 }
@@ -76,8 +76,8 @@ bool IsUsable(const Detection& d, double min_score) {
 }
 
 // The centre of a YOLOX row is an offset from its grid cell, in cells; its size the logarithm of cells (Ge et al. 2021, section 2).
-std::vector<Detection> DecodeYolox(const cv::Mat& rows, int classes, const cv::Size& network_size, double min_score) {
-  std::vector<Detection> found;
+std::vector<Candidate> DecodeYolox(const cv::Mat& rows, int classes, const cv::Size& network_size, double min_score) {
+  std::vector<Candidate> found;
   int row = 0;
   for (const int stride : kStrides) {
     for (int y = 0; y < network_size.height / stride; ++y) {
@@ -88,45 +88,50 @@ std::vector<Detection> DecodeYolox(const cv::Mat& rows, int classes, const cv::S
                           .score = r[4] * best.score,
                           .box = CenterBox(stride * (x + double{r[0]}), stride * (y + double{r[1]}),
                                            stride * std::exp(double{r[2]}), stride * std::exp(double{r[3]}))};
-        if (IsUsable(d, min_score)) found.push_back(d);
+        if (IsUsable(d, min_score)) found.push_back({d, row});
       }
     }
   }
   return found;
 }
 
-std::vector<Detection> DecodeYolov5(const cv::Mat& rows, int classes, double min_score) {
-  std::vector<Detection> found;
+std::vector<Candidate> DecodeYolov5(const cv::Mat& rows, int classes, double min_score) {
+  std::vector<Candidate> found;
   for (int i = 0; i < rows.rows; ++i) {
     const float* r = rows.ptr<float>(i);
     if (!(r[4] > min_score)) continue;
     const BestClass best = Best(r + 5, classes, 1);
     const Detection d{.category_id = best.id, .score = r[4] * best.score, .box = CenterBox(r[0], r[1], r[2], r[3])};
-    if (IsUsable(d, min_score)) found.push_back(d);
+    if (IsUsable(d, min_score)) found.push_back({d, i});
   }
   return found;
 }
 
-std::vector<Detection> DecodeYolov8(const cv::Mat& columns, int classes, double min_score) {
-  std::vector<Detection> found;
+std::vector<Candidate> DecodeYolov8(const cv::Mat& columns, int classes, double min_score) {
+  std::vector<Candidate> found;
   const size_t step = columns.step1();
   for (int i = 0; i < columns.cols; ++i) {
     const float* c = columns.ptr<float>(0) + i;
     const BestClass best = Best(c + 4 * step, classes, step);
     const Detection d{.category_id = best.id, .score = best.score, .box = CenterBox(c[0], c[step], c[2 * step], c[3 * step])};
-    if (IsUsable(d, min_score)) found.push_back(d);
+    if (IsUsable(d, min_score)) found.push_back({d, i});
   }
   return found;
 }
 
-std::vector<Detection> DecodeEndToEnd(const cv::Mat& rows, double min_score) {
-  std::vector<Detection> found;
+std::vector<Candidate> DecodeEndToEnd(const cv::Mat& rows, double min_score) {
+  std::vector<Candidate> found;
   for (int i = 0; i < rows.rows; ++i) {
     const float* r = rows.ptr<float>(i);
     const Detection d{.category_id = static_cast<int>(std::lround(r[5])), .score = r[4], .box = {r[0], r[1], r[2], r[3]}};
-    if (IsUsable(d, min_score) && d.category_id >= 0) found.push_back(d);
+    if (IsUsable(d, min_score) && d.category_id >= 0) found.push_back({d, i});
   }
   return found;
+}
+
+cv::Mat AsMatrix(const cv::Mat& output) {
+  OASLAM_CHECK(output.depth() == CV_32F && output.isContinuous() && output.dims >= 2);
+  return {output.size[output.dims - 2], output.size[output.dims - 1], CV_32F, const_cast<uchar*>(output.data)};
 }
 
 }  // namespace
@@ -144,33 +149,32 @@ std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name) 
 }
 
 std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape, const cv::Size& network_size,
-                                            DetectorLayout wanted, int named_classes, bool end_to_end) {
+                                            DetectorLayout wanted, int named_classes, bool end_to_end, int masks) {
   const auto size = RowsAndColumns(shape);
   if (!size) return std::nullopt;
   const auto [rows, columns] = *size;
-  const DetectorLayout layout = wanted == DetectorLayout::kAuto ? GuessLayout(rows, columns, network_size, end_to_end) : wanted;
+  const DetectorLayout layout = wanted == DetectorLayout::kAuto ? GuessLayout(rows, columns, network_size, end_to_end, masks) : wanted;
   switch (layout) {
     case DetectorLayout::kYolox:
-      if (rows != GridCells(network_size) || columns < 6) return std::nullopt;
-      return OutputFormat{layout, ClassCount(columns, 5, named_classes)};
+      if (rows != GridCells(network_size) || columns < 6 + masks) return std::nullopt;
+      return OutputFormat{layout, ClassCount(columns, 5, named_classes, masks), masks};
     case DetectorLayout::kYolov5:
-      if (columns < 6 || !FillsGrids(rows, network_size)) return std::nullopt;
-      return OutputFormat{layout, ClassCount(columns, 5, named_classes)};
+      if (columns < 6 + masks || !FillsGrids(rows, network_size)) return std::nullopt;
+      return OutputFormat{layout, ClassCount(columns, 5, named_classes, masks), masks};
     case DetectorLayout::kYolov8:
-      if (rows < 5 || !FillsGrids(columns, network_size)) return std::nullopt;
-      return OutputFormat{layout, ClassCount(rows, 4, named_classes)};
+      if (rows < 5 + masks || !FillsGrids(columns, network_size)) return std::nullopt;
+      return OutputFormat{layout, ClassCount(rows, 4, named_classes, masks), masks};
     case DetectorLayout::kEndToEnd:
-      if (columns != 6) return std::nullopt;
-      return OutputFormat{layout, named_classes};
+      if (columns != 6 + masks) return std::nullopt;
+      return OutputFormat{layout, named_classes, masks};
     case DetectorLayout::kAuto: break;
   }
   return std::nullopt;
 }
 
-std::vector<Detection> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
+std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
                                     double min_score) {
-  OASLAM_CHECK(output.depth() == CV_32F && output.isContinuous() && output.dims >= 2);
-  const cv::Mat matrix(output.size[output.dims - 2], output.size[output.dims - 1], CV_32F, const_cast<uchar*>(output.data));
+  const cv::Mat matrix = AsMatrix(output);
   switch (format.layout) {
     case DetectorLayout::kAuto: break;
     case DetectorLayout::kYolox: return DecodeYolox(matrix, format.classes, network_size, min_score);
@@ -182,22 +186,31 @@ std::vector<Detection> DecodeOutput(const cv::Mat& output, const OutputFormat& f
   return {};
 }
 
-std::vector<Detection> SuppressPerClass(const std::vector<Detection>& detections, double max_iou) {
-  std::map<int, std::vector<Detection>> by_class;
-  for (const Detection& d : detections) by_class[d.category_id].push_back(d);
-  std::vector<Detection> kept;
-  for (const auto& [category, candidates] : by_class) {
+std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& format, int place) {
+  const cv::Mat matrix = AsMatrix(output);
+  std::vector<float> coefficients;
+  for (int i = 0; i < format.masks; ++i)
+    coefficients.push_back(format.layout == DetectorLayout::kYolov8 ? matrix.at<float>(matrix.rows - format.masks + i, place)
+                                                                    : matrix.at<float>(place, matrix.cols - format.masks + i));
+  return coefficients;
+}
+
+std::vector<Candidate> SuppressPerClass(const std::vector<Candidate>& candidates, double max_iou) {
+  std::map<int, std::vector<Candidate>> by_class;
+  for (const Candidate& c : candidates) by_class[c.category_id].push_back(c);
+  std::vector<Candidate> kept;
+  for (const auto& [category, rivals] : by_class) {
     std::vector<cv::Rect2d> boxes;
     std::vector<float> scores;
-    for (const Detection& d : candidates) {
+    for (const Detection& d : rivals) {
       boxes.emplace_back(d.box.x1, d.box.y1, d.box.Width(), d.box.Height());
       scores.push_back(static_cast<float>(d.score));
     }
     std::vector<int> indices;
     cv::dnn::NMSBoxes(boxes, scores, 0.0F, static_cast<float>(max_iou), indices);
-    for (const int i : indices) kept.push_back(candidates[static_cast<size_t>(i)]);
+    for (const int i : indices) kept.push_back(rivals[static_cast<size_t>(i)]);
   }
-  std::ranges::stable_sort(kept, [](const Detection& a, const Detection& b) { return a.score > b.score; });
+  std::ranges::stable_sort(kept, [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   return kept;
 }
 

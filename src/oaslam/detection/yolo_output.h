@@ -22,22 +22,31 @@ const char* ToString(DetectorLayout layout);
 // "auto", "yolox", "yolov5", "yolov8", "end2end".
 std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name);
 
-// The layout of one output tensor and its number of classes (0: unknown).
+// The layout of one output tensor, its number of classes (0: unknown) and of mask coefficients behind them (a segmenting model).
 struct OutputFormat {
   DetectorLayout layout = DetectorLayout::kAuto;
   int classes = 0;
+  int masks = 0;
+};
+
+// A detection and its place in the output: the row, or the column of kYolov8.
+struct Candidate : Detection {
+  int place = 0;
 };
 
 // From the shape of an output, the input size and what the metadata say (`named_classes`: how many class names the file carries, 0:
-// unknown); nothing where it is no detector's. A `wanted` layout that is not kAuto is only checked against the shape.
+// unknown) and a second output of prototypes (`masks`: how many, 0: none); nothing where it is no detector's. A `wanted` layout that is not kAuto is only checked against the shape.
 std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape, const cv::Size& network_size,
-                                            DetectorLayout wanted, int named_classes, bool end_to_end);
+                                            DetectorLayout wanted, int named_classes, bool end_to_end, int masks = 0);
 
 // Candidates with score > min_score of one output (float, batch of one), boxes in network pixels, in the order of the tensor.
-std::vector<Detection> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
+std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
                                     double min_score);
 
+// The mask coefficients of a candidate, format.masks of them.
+std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& format, int place);
+
 // Non-maximum suppression within each class; best scores first.
-std::vector<Detection> SuppressPerClass(const std::vector<Detection>& detections, double max_iou);
+std::vector<Candidate> SuppressPerClass(const std::vector<Candidate>& candidates, double max_iou);
 
 }  // namespace oaslam

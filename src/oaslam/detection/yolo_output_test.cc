@@ -86,6 +86,41 @@ TEST(YoloOutput, DecodesEndToEndRows) {
   ExpectBox(found[0].box, 1, 2, 30, 20);
 }
 
+TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
+  constexpr int kMasks = 4;
+  const auto check = [&](const cv::Mat& tensor, const OutputFormat& format) {
+    const auto found = DecodeOutput(tensor, format, kNetwork, 0.3);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].category_id, 2);
+    EXPECT_EQ(found[0].place, 17);
+    EXPECT_EQ(MaskCoefficients(tensor, format, found[0].place), (std::vector<float>{9, 8, 7, 6}));
+  };
+  // Without names: the number of classes follows from that of the prototypes.
+  const auto v8 = RecognizeOutput({1, 4 + kClasses + kMasks, kCells}, kNetwork, DetectorLayout::kAuto, 0, false, kMasks);
+  ASSERT_TRUE(v8);
+  EXPECT_EQ(v8->classes, kClasses);
+  cv::Mat columns = Tensor(4 + kClasses + kMasks, kCells);
+  const std::vector<float> column{30, 20, 10, 4, 0.1F, 0.2F, 0.9F, 9, 8, 7, 6};
+  for (size_t i = 0; i < column.size(); ++i) At(columns, static_cast<int>(i), 17) = column[i];
+  check(columns, *v8);
+
+  const auto v5 = RecognizeOutput({1, 3 * kCells, 5 + kClasses + kMasks}, kNetwork, DetectorLayout::kAuto, 0, false, kMasks);
+  ASSERT_TRUE(v5);
+  EXPECT_EQ(v5->layout, DetectorLayout::kYolov5);
+  EXPECT_EQ(v5->classes, kClasses);
+  cv::Mat rows = Tensor(3 * kCells, 5 + kClasses + kMasks);
+  FillRow(rows, 17, {30, 20, 10, 4, 1, 0.1F, 0.2F, 0.9F, 9, 8, 7, 6});
+  check(rows, *v5);
+
+  const auto end_to_end = RecognizeOutput({1, 300, 6 + kMasks}, kNetwork, DetectorLayout::kAuto, 0, true, kMasks);  // YOLO26-seg
+  ASSERT_TRUE(end_to_end);
+  EXPECT_EQ(end_to_end->layout, DetectorLayout::kEndToEnd);
+  cv::Mat listed = Tensor(300, 6 + kMasks);
+  FillRow(listed, 17, {25, 18, 35, 22, 0.9F, 2, 9, 8, 7, 6});
+  check(listed, *end_to_end);
+  EXPECT_FALSE(RecognizeOutput({1, 300, 6 + kMasks}, kNetwork, DetectorLayout::kEndToEnd, 0, true));
+}
+
 TEST(YoloOutput, DropsWhatIsNoBox) {
   cv::Mat tensor = Tensor(kCells, 5 + kClasses);
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -136,10 +171,10 @@ TEST(YoloOutput, SuppressesWithinAClassOnly) {
   const Box box{10, 10, 20, 20};
   const Box shifted{11, 10, 21, 20};  // IoU 9/11
   const Box apart{30, 10, 40, 20};
-  const auto kept = SuppressPerClass({{.category_id = 1, .score = 0.5, .box = box},
-                                      {.category_id = 1, .score = 0.9, .box = shifted},
-                                      {.category_id = 2, .score = 0.6, .box = box},
-                                      {.category_id = 1, .score = 0.4, .box = apart}},
+  const auto kept = SuppressPerClass({{{.category_id = 1, .score = 0.5, .box = box}},
+                                      {{.category_id = 1, .score = 0.9, .box = shifted}},
+                                      {{.category_id = 2, .score = 0.6, .box = box}},
+                                      {{.category_id = 1, .score = 0.4, .box = apart}}},
                                      0.5);
   ASSERT_EQ(kept.size(), 3u);
   EXPECT_DOUBLE_EQ(kept[0].score, 0.9);

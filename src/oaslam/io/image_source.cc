@@ -4,19 +4,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
 #include <vector>
 
 #include "oaslam/error.h"
+#include "oaslam/io/followed_folder.h"
+#include "oaslam/io/image_files.h"
 #include "oaslam/io/text.h"
 #include "oaslam/util/log.h"
 
@@ -27,45 +26,22 @@ namespace fs = std::filesystem;
 
 constexpr double kDefaultFps = 30;
 
-struct ListedImage {
-  double timestamp = 0;
-  std::string path;
-};
-
-cv::Mat ReadImage(const std::string& path, bool color) {
-  std::ifstream file(path, std::ios::binary);
-  const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
-  if (bytes.empty()) return {};
-  // A calibration is of the stored pixels, so that the orientation in the file's metadata is not applied.
-  try {
-    return cv::imdecode(bytes, (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    return {};
-  }
-}
-
 class ListSource : public ImageSource {
  public:
-  ListSource(std::vector<ListedImage> images, const ImageSourceOptions& options, const std::string& source)
-      : images_(std::move(images)), color_(options.color), next_(options.from) {
-    const int count = static_cast<int>(images_.size());
-    if (count == 0) throw InputError(fmt::format("{}: no images", source));
-    if (options.from >= count) throw InputError(fmt::format("--from {}: {} has {} images", options.from, source, count));
-    end_ = options.to < 0 ? count : std::min(options.to, count);
-    size_ = std::max(end_ - next_, 0);
-  }
+  // `images` begin with the image of index `from`.
+  ListSource(std::vector<ListedImage> images, bool color, int from) : images_(std::move(images)), color_(color), from_(from) {}
 
   std::optional<InputImage> Next() override {
-    if (next_ >= end_) return std::nullopt;
+    if (next_ >= size()) return std::nullopt;
     const ListedImage& listed = images_[next_];
-    return InputImage{next_++, listed.timestamp, BaseName(listed.path), ReadImage(listed.path, color_)};
+    return InputImage{from_ + next_++, listed.timestamp, BaseName(listed.path), ReadImage(listed.path, color_)};
   }
-  int size() const override { return size_; }
+  int size() const override { return static_cast<int>(images_.size()); }
 
  private:
   std::vector<ListedImage> images_;
   bool color_;
-  int next_, end_ = 0, size_ = 0;
+  int from_, next_ = 0;
 };
 
 class VideoSource : public ImageSource {
@@ -140,46 +116,9 @@ class WebcamSource : public ImageSource {
   int index_ = 0;
 };
 
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-
-// "2.png" before "10.png": runs of digits compare as numbers.
-bool NaturalLess(const std::string& a, const std::string& b) {
-  size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!IsDigit(a[i]) || !IsDigit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i, ++j;
-      continue;
-    }
-    while (i < a.size() && a[i] == '0') ++i;
-    while (j < b.size() && b[j] == '0') ++j;
-    const size_t begin_a = i, begin_b = j;
-    while (i < a.size() && IsDigit(a[i])) ++i;
-    while (j < b.size() && IsDigit(b[j])) ++j;
-    if (i - begin_a != j - begin_b) return i - begin_a < j - begin_b;
-    if (const int order = a.compare(begin_a, i - begin_a, b, begin_b, j - begin_b); order != 0) return order < 0;
-  }
-  if (i < a.size() || j < b.size()) return j < b.size();
-  return a < b;
-}
-
-bool HasImageExtension(const fs::path& path) {
-  static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".pnm", ".tif", ".tiff", ".webp"};
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::ranges::find(kExtensions, extension) != kExtensions.end();
-}
-
 std::vector<ListedImage> ListFolder(const std::string& folder, double fps) {
-  std::error_code error;
-  fs::directory_iterator entries(folder, error);
-  if (error) throw InputError(fmt::format("{}: {}", folder, error.message()));
-  std::vector<std::string> names;
-  for (const auto& entry : entries)
-    if (HasImageExtension(entry.path()) && !entry.is_directory()) names.push_back(entry.path().filename().string());
-  std::ranges::sort(names, NaturalLess);
   std::vector<ListedImage> images;
-  for (const std::string& name : names) images.push_back({static_cast<double>(images.size()) / fps, (fs::path(folder) / name).string()});
+  for (const std::string& name : ImageNames(folder)) images.push_back({static_cast<double>(images.size()) / fps, (fs::path(folder) / name).string()});
   return images;
 }
 
@@ -212,23 +151,50 @@ bool IsText(const std::string& path) {
   return std::find(head.begin(), head.begin() + file.gcount(), '\0') == head.begin() + file.gcount();
 }
 
-}  // namespace
-
-std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSourceOptions& options) {
+void CheckOptions(const ImageSourceOptions& options) {
   if (options.from < 0) throw InputError(fmt::format("--from {}: allowed: 0 and above", options.from));
   if (options.to >= 0 && options.to <= options.from)
     throw InputError(fmt::format("--to {}: allowed: above --from {}", options.to, options.from));
+  if (options.follow && !(options.follow->quiet_s >= 0 && options.follow->quiet_s <= 1e6))
+    throw InputError(fmt::format("--follow {}: allowed: 0 to 1e6 seconds", options.follow->quiet_s));
   if (options.fps && !(*options.fps > 0 && *options.fps <= 10000)) throw InputError(fmt::format("--fps {}: allowed: above 0 to 10000", *options.fps));
-  if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
-  const double fps = options.fps.value_or(kDefaultFps);
+}
+
+// All of them; nothing where the source is no list.
+std::optional<std::vector<ListedImage>> ListAll(const std::string& source, double fps) {
   std::error_code error;
   if (!fs::exists(source, error)) throw InputError(fmt::format("{}: there is no such file or folder", source));
   if (fs::is_directory(source, error)) {
     const std::string list = (fs::path(source) / "rgb.txt").string();
-    return std::make_unique<ListSource>(fs::exists(list, error) ? ReadList(list, fps) : ListFolder(source, fps), options, source);
+    return fs::exists(list, error) ? ReadList(list, fps) : ListFolder(source, fps);
   }
-  if (HasImageExtension(source)) return std::make_unique<ListSource>(std::vector{ListedImage{0.0, source}}, options, source);
-  if (IsText(source)) return std::make_unique<ListSource>(ReadList(source, fps), options, source);
+  if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
+  if (IsText(source)) return ReadList(source, fps);
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::vector<ListedImage>> ListImages(const std::string& source, const ImageSourceOptions& options) {
+  CheckOptions(options);
+  if (source.starts_with("webcam:")) return std::nullopt;
+  auto images = ListAll(source, options.fps.value_or(kDefaultFps));
+  if (!images) return std::nullopt;
+  const int count = static_cast<int>(images->size());
+  if (count == 0) throw InputError(fmt::format("{}: no images", source));
+  if (options.from >= count) throw InputError(fmt::format("--from {}: {} has {} images", options.from, source, count));
+  images->resize(static_cast<size_t>(options.to < 0 ? count : std::min(options.to, count)));
+  images->erase(images->begin(), images->begin() + options.from);
+  return images;
+}
+
+std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSourceOptions& options) {
+  CheckOptions(options);
+  if (options.follow && (source.starts_with("webcam:") || !fs::is_directory(source) || fs::exists(fs::path(source) / "rgb.txt")))
+    throw InputError(fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
+  if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
+  if (options.follow) return FollowFolder(source, options, options.fps.value_or(kDefaultFps));
+  if (auto images = ListImages(source, options)) return std::make_unique<ListSource>(std::move(*images), options.color, options.from);
   return std::make_unique<VideoSource>(source, options);
 }
 

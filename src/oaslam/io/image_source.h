@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace oaslam {
 
@@ -14,11 +16,18 @@ struct InputImage {
   cv::Mat image;         // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable
 };
 
+// A folder of images that grows while it is read.
+struct FollowOptions {
+  double quiet_s = 0;             // ends when no image has come for so long; 0: never
+  std::function<bool()> stopped;  // asked several times a second; empty: never
+};
+
 struct ImageSourceOptions {
   std::optional<double> fps{};  // folders of images (30 otherwise) and videos (their own otherwise)
   int from = 0;               // first index
   int to = -1;                // one past the last; -1: all
   bool color = false;         // BGR rather than grey
+  std::optional<FollowOptions> follow{};
 };
 
 // A sequence of images, read one at a time.
@@ -32,7 +41,17 @@ class ImageSource {
 };
 
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" a line), a folder of images, a video file or
-// "webcam:N" (docs/formats.md). Throws InputError: nothing there, empty list, a line that is neither.
+// "webcam:N" (docs/formats.md). With options.follow, a folder of images alone: it may be empty yet. Throws InputError: nothing there, empty list, a line
+// that is neither.
 std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSourceOptions& options);
+
+// One image of a source, not read.
+struct ListedImage {
+  double timestamp = 0;
+  std::string path;
+};
+
+// The images of a TUM folder, a list file or a folder in [from, to); nothing for a video or a camera. Throws as OpenImages.
+std::optional<std::vector<ListedImage>> ListImages(const std::string& source, const ImageSourceOptions& options);
 
 }  // namespace oaslam

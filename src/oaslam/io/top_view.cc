@@ -76,16 +76,26 @@ void PlaneView::DrawScaleBar(SvgCanvas& canvas, double step, const std::string& 
   canvas.Text(left - Eigen::Vector2d(0, 9), fmt::format("{:g}{}{}", step, unit.empty() ? "" : " ", unit), 12);
 }
 
-std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes) {
+std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses) {
   if (poses.empty()) return {};
   std::vector<double> gaps;
   for (size_t i = 1; i < poses.size(); ++i) gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
   std::ranges::sort(gaps);
   const double longest = gaps.empty() ? 0 : std::max(10 * gaps[gaps.size() / 2], 0.5);
-  std::vector<Points2> lines(1);
+  std::vector<std::vector<StampedPose>> lines(1);
   for (size_t i = 0; i < poses.size(); ++i) {
-    if (i > 0 && poses[i].timestamp - poses[i - 1].timestamp > longest) lines.emplace_back();
-    lines.back().push_back(axes(poses[i].world_from_cam.translation));
+    const double gap = i > 0 ? poses[i].timestamp - poses[i - 1].timestamp : 0;
+    if (gap > longest || gap < 0) lines.emplace_back();
+    lines.back().push_back(poses[i]);
+  }
+  return lines;
+}
+
+std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes) {
+  std::vector<Points2> lines;
+  for (const auto& part : SplitAtGaps(poses)) {
+    lines.emplace_back();
+    for (const StampedPose& pose : part) lines.back().push_back(axes(pose.world_from_cam.translation));
   }
   return lines;
 }

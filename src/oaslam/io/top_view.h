@@ -51,7 +51,9 @@ class PlaneView {
   double scale_;
 };
 
-// Positions from above; a new line after a gap in time.
+// A new line after a gap in time, or a step back (of another run).
+std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses);
+// Positions from above, split likewise.
 std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes);
 
 }  // namespace oaslam

@@ -25,6 +25,7 @@ struct Frame {
   int camera = 0;  // index into Map::cameras
   std::shared_ptr<const Features> features;
   std::vector<ObjectDetection> detections;
+  bool detections_follow = false;  // a detector of its own pace gives them later (Tracker::AddDetections)
 };
 
 // A frame with its pose and the landmarks its key points are matched to.

@@ -32,6 +32,11 @@ void Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in
   if (in_old) anchors_.emplace(frame.index, *in_old);
 }
 
+void Resumption::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections, const std::optional<PoseAnchor>& in_old) {
+  session_.AddDetections(frame_index, detections);
+  if (in_old) anchors_.emplace(frame_index, *in_old);
+}
+
 std::optional<Similarity> Resumption::Locate() const {
   const Map& map = *session_.snapshot();
   if (lost_frames_ > 0 || map.keyframes.size() < kMinKeyframes) return std::nullopt;

@@ -21,6 +21,8 @@ class Resumption {
 
   // `in_old`: the frame's pose in the old map, where it was found.
   void Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
+  // Of a frame that was processed before.
+  void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections, const std::optional<PoseAnchor>& in_old);
   bool IsInitializing() const { return session_.tracker().IsInitializing(); }
 
   // The new map lost its camera, too, for good.

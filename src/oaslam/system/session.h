@@ -15,6 +15,10 @@ class Session {
 
   // Tracks the next frame and hands the mapper what follows from it.
   Tracker::Outcome Process(const Frame& frame);
+  // Of a frame that was processed before.
+  std::optional<Tracker::Outcome> AddDetections(int frame_index, const std::vector<ObjectDetection>& detections) {
+    return tracker_.AddDetections(frame_index, detections, *snapshot_);
+  }
   // Submits, and takes the map that holds it.
   void SubmitAndWait(MapCommand command);
   // Hands over what is left, and waits for the last optimisation.

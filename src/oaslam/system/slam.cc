@@ -91,7 +91,7 @@ class Slam::Impl {
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
     const cv::Mat grey = ToGrey(input.image, camera_);
-    Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_)};
+    Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_), input.detections_follow};
     frame.features = std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame)));
     return frame;
   }
@@ -237,6 +237,13 @@ Slam& Slam::operator=(Slam&&) noexcept = default;
 
 TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(input); }
 
+std::optional<int> Slam::AddDetections(int frame, const std::vector<Detection>& detections) {
+  const std::vector<ObjectDetection> ideal = ToIdealImage(detections, impl_->camera_);
+  const std::optional<Tracker::Outcome> outcome = impl_->session_->AddDetections(frame, ideal);
+  if (impl_->resumption_) impl_->resumption_->AddDetections(frame, ideal, outcome ? outcome->anchor : std::nullopt);
+  return outcome && outcome->cam_from_world ? std::optional(outcome->objects) : std::nullopt;
+}
+
 void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->mode_ = mode;
   impl_->session_->tracker().SetRelocalizationMode(mode);
@@ -250,7 +257,7 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
 }
 
 RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& detections, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  const Frame frame{0, 0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_)};
+  const Frame frame{0, 0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_), false};
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 

@@ -31,8 +31,10 @@ double PositionSigma(const Map& map, const TrackReport& tracked) { return 0.005 
 constexpr int kProbation = 15;  // frames
 constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
 
-Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
-  Tracker::Outcome outcome;
+}  // namespace
+
+Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
+  Outcome outcome;
   outcome.state = state;
   outcome.cam_from_world = cam_from_world;
   outcome.matched = matched;
@@ -40,8 +42,6 @@ Tracker::Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int 
   outcome.confidence = ConfidenceOfPoints(inliers);
   return outcome;
 }
-
-}  // namespace
 
 Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded)
     : config_(config),
@@ -54,6 +54,9 @@ Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_load
       object_tracks_(ids.objects) {}
 
 Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
+  constexpr size_t kMaxUndetected = 120;  // frames, some 50 KB each
+  if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
+  if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const TrackReport followed = FollowMotion(frame, map);
@@ -78,7 +81,7 @@ void Tracker::Miss(const Frame& frame, bool has_pose) {
 
 Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
   Remember(frame, map, tracked, state);
-  Outcome outcome = Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  Outcome outcome = Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   ObserveObjects(frame, map, tracked, outcome);
   constexpr int kBackfillPerFrame = 2;  // a share of each frame's time, not a pause
   if (backfill_ && !IsOnProbation(frame)) {
@@ -126,7 +129,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
   FillInBetween(map);
   const int points = static_cast<int>(map.landmarks.size());
-  return Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
+  return Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
 }
 
 // A pose found anew has to prove itself before it may be followed on thin evidence.
@@ -197,7 +200,6 @@ TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
 }
 
 Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
-  constexpr double kWiderSearch = 2;
   phase_ = Phase::kLost;
   velocity_.reset();
   last_.reset();
@@ -205,20 +207,27 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) {
     const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
-    Outcome outcome = is_shown ? ShowObjectPose(frame, map, found) : Lose(frame);
+    Outcome outcome = is_shown ? ShowObjectPose(frame, map, found) : Outcome{};
+    Miss(frame, is_shown);
     outcome.anchor = PoseAnchor{found.cam_from_world, found.sigma_position};
     return outcome;
   }
+  const TrackReport tracked = TrackFound(frame, map, found);
+  if (!tracked.success) return Lose(frame);
+  relocalized_frame_ = frame.index;
+  backfill_ = Backfill{frame.features, tracked, frame.index, false};
+  return Continue(frame, map, tracked, TrackingState::kRelocalized);
+}
+
+// From a pose found by points to the local map.
+TrackReport Tracker::TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const {
+  constexpr double kWiderSearch = 2;
   TrackReport first;
   first.success = true;
   first.cam_from_world = found.cam_from_world;
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
-  const TrackReport tracked = TrackLocalMap(frame, map, first, config_.tracking.min_relocalization_inliers, kWiderSearch);
-  if (!tracked.success) return Lose(frame);
-  relocalized_frame_ = frame.index;
-  backfill_ = Backfill{frame.features, tracked, frame.index, false};
-  return Continue(frame, map, tracked, TrackingState::kRelocalized);
+  return TrackLocalMap(frame, map, first, config_.tracking.min_relocalization_inliers, kWiderSearch);
 }
 
 // A pose for this frame only: tracking needs points to go on from.
@@ -235,8 +244,7 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
   if (!nearest.IsValid()) return {};
   const Rigid3 cam_from_reference = RelativeTo(map, nearest, cam_from_world);
   trajectory_.Add({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame, {});
-  Miss(frame, true);
-  Outcome outcome = Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
+  Outcome outcome = Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
   outcome.objects = found.matched_objects;
   outcome.confidence = found.confidence;
   return outcome;
@@ -252,6 +260,7 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   EndBackfill();
   initializer_.Reset();
   sightings_.clear();
+  undetected_.clear();
   object_tracks_.open.clear();
   Outcome outcome;
   outcome.state = TrackingState::kInitializing;
@@ -276,6 +285,8 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   EndBackfill();
   next_keyframe_ = other.next_keyframe_;
   object_tracks_ = std::move(other.object_tracks_);
+  undetected_ = std::move(other.undetected_);
+  for (Undetected& undetected : undetected_) undetected.tracked.cam_from_reference.translation *= scale;
   for (ObjectSighting& sighting : other.sightings_) {
     sighting.observation.cam_from_anchor.translation *= scale;
     sightings_.push_back(std::move(sighting));
@@ -287,7 +298,7 @@ Tracker::Outcome Tracker::Present(const Map& map) const {
   const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference || phase_ != Phase::kTracking) return {};
   const auto seen = static_cast<int>(std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
-  return Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
+  return Outcome::Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
 }
 
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
@@ -335,15 +346,25 @@ MapCommand Tracker::TakeRest() {
 
 void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome) {
   const Stopwatch watch;
-  const TrackedFrame seen{frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers};
+  TrackedFrame seen{frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers};
+  if (frame.detections_follow)
+    undetected_.back() = {std::move(seen), true};
+  else
+    outcome.objects = Associate(seen, map);
+  outcome.ms_objects = watch.WallMs();
+}
+
+// Returns how many mapped objects were seen.
+int Tracker::Associate(const TrackedFrame& seen, const Map& map) {
   ObjectAssociation association = AssociateObjects(seen, map, std::move(object_tracks_), config_.objects);
   object_tracks_ = std::move(association.tracks);
+  int objects = 0;
   for (ObjectSighting& sighting : association.sightings) {
     const auto now = map.ResolveObject(sighting.object);
-    outcome.objects += sighting.detected && now && map.objects.At(*now).state == ObjectState::kMapped;
+    objects += sighting.detected && now && map.objects.At(*now).state == ObjectState::kMapped;
     sightings_.push_back(std::move(sighting));
   }
-  outcome.ms_objects = watch.WallMs();
+  return objects;
 }
 
 std::vector<LandmarkUse> Tracker::TakeUses() {

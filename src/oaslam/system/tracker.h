@@ -43,6 +43,8 @@ class Tracker {
     std::optional<PoseAnchor> anchor;  // of a lost camera, or one that has just come back
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
+
+    static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers);
   };
 
   Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded);
@@ -54,6 +56,10 @@ class Tracker {
   Outcome Track(const Frame& frame, const Map& map);
   // Takes over a map that Track asked for; back to initialising where the mapper refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
+
+  // Detections of a frame that was tracked while they were still to come: they count at the pose it has by now. Of a frame in which the camera was
+  // lost, and still is, they are searched for its pose, and tracking goes on from there. Frames ascend; nothing where the frame is too old.
+  std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections, const Map& map);
 
   // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it was; the poses of its frames join this trajectory.
   void GoOnAs(Tracker other, double scale);
@@ -76,6 +82,8 @@ class Tracker {
 
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
+  TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
+  Outcome FindLate(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome StartAnew(const Frame& frame);
@@ -91,6 +99,7 @@ class Tracker {
   std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
   std::vector<LandmarkUse> TakeUses();
   void ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome);
+  int Associate(const TrackedFrame& seen, const Map& map);
 
   struct Last {
     Frame frame;
@@ -102,6 +111,11 @@ class Tracker {
   struct Missed {
     Frame frame;
     bool has_pose = false;  // by objects
+  };
+  // A frame whose detections are still to come.
+  struct Undetected {
+    TrackedFrame tracked;
+    bool has_pose = false;  // by points
   };
   // Where the way back in time has come to.
   struct Backfill {
@@ -131,6 +145,7 @@ class Tracker {
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe
+  std::deque<Undetected> undetected_;      // ascending by frame
   Trajectory trajectory_;
 };
 

@@ -1,0 +1,86 @@
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "commands.h"
+#include "common.h"
+#include "oaslam/error.h"
+#include "oaslam/io/map_export.h"
+
+namespace oaslam::apps {
+namespace {
+
+struct ExportOptions {
+  CommonOptions common;
+  std::string map, format, out, images;
+  bool ellipsoids = false;
+};
+
+bool IsFolderFormat(const std::string& format) { return format == "colmap" || format == "nerfstudio"; }
+
+// Readers tell a format by the extension.
+void CheckExtension(const ExportOptions& options) {
+  const std::string extension = std::filesystem::path(options.out).extension().string();
+  if (options.format == "gltf" && extension != ".gltf" && extension != ".glb")
+    throw InputError(options.out + ": --format gltf asks for a file .gltf (text) or .glb (binary)");
+  if (options.format == "obj" && extension != ".obj")
+    throw InputError(options.out + ": --format obj asks for a file .obj");
+}
+
+void CheckOptions(const ExportOptions& options) {
+  if (!options.images.empty() && !IsFolderFormat(options.format))
+    throw InputError("--images is for --format colmap and nerfstudio");
+  if (options.ellipsoids && options.format != "ply")
+    throw InputError("--ellipsoids is for --format ply; obj and gltf always have them");
+  if (IsFolderFormat(options.format)) return EnsureOutputFolder(options.out);
+  CheckExtension(options);
+  if (std::filesystem::is_directory(options.out)) throw InputError(options.out + ": a folder, --out asks for a file");
+  const std::string folder = std::filesystem::path(options.out).parent_path().string();
+  EnsureOutputFolder(folder.empty() ? "." : folder);
+}
+
+void Export(const ExportOptions& options) {
+  const SavedMap saved = LoadMap(options.map);
+  if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
+  CheckOptions(options);
+  if (IsFolderFormat(options.format)) {
+    ImageSourceOptions range = FrameRange(options.common);
+    range.color = true;
+    const KeyframeImages images =
+        options.images.empty() ? ImagesByTime(saved.map) : FindImages(saved.map, options.images, range, options.out);
+    if (options.format == "colmap") ExportColmap(options.out, saved, images);
+    if (options.format == "nerfstudio") ExportNerfstudio(options.out, saved, images);
+  }
+  if (options.format == "ply") ExportPly(options.out, saved, options.ellipsoids);
+  if (options.format == "obj") ExportObj(options.out, saved);
+  if (options.format == "gltf") ExportGltf(options.out, saved);
+  if (options.format == "tum") ExportTum(options.out, saved);
+  if (options.format == "json") ExportJson(options.out, saved);
+  spdlog::info("{} -> {}", options.map, options.out);
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app) {
+  auto* command = app.add_subcommand("export", "Write a map for other tools");
+  const auto options = std::make_shared<ExportOptions>();
+  command->add_option("--map", options->map, "map file")->required();
+  command->add_option("--format", options->format, "ply, obj, gltf, colmap, nerfstudio, tum or json")
+      ->required()
+      ->check(CLI::IsMember({"ply", "obj", "gltf", "colmap", "nerfstudio", "tum", "json"}));
+  command
+      ->add_option("--out", options->out,
+                   "file; a folder for colmap and nerfstudio. gltf: .gltf (text) or .glb (binary)")
+      ->required();
+  command->add_option("--images", options->images,
+                      "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found by "
+                      "time; a video's frames are written "
+                      "to images/. Without: names are time stamps");
+  command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
+  AddFrameOptions(*command, options->common);
+  AddQuietOption(*command, options->common);
+  command->callback([options] { Export(*options); });
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,67 @@
+#include "oaslam/detection/background_detector.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <semaphore>
+
+#include "oaslam/error.h"
+
+namespace oaslam {
+namespace {
+
+using testing::ElementsAre;
+
+std::vector<int> Frames(const std::vector<BackgroundDetector::Result>& results) {
+  std::vector<int> frames;
+  for (const auto& r : results) frames.push_back(r.frame);
+  return frames;
+}
+
+TEST(BackgroundDetector, TakesTheNewestImageWheneverItIsFree) {
+  std::binary_semaphore begun(0), go_on(0);
+  BackgroundDetector detector([&](const cv::Mat& image) {
+    begun.release();
+    go_on.acquire();
+    return std::vector<Detection>{{.category_id = image.at<int>(0), .score = 0.9, .box = {0, 0, 1, 1}}};
+  });
+  const auto offer = [&](int frame) { detector.Offer(frame, cv::Mat(1, 1, CV_32S, cv::Scalar(10 * frame))); };
+  offer(0);
+  begun.acquire();
+  EXPECT_TRUE(detector.Take().empty());  // nobody waits for it
+  for (int i = 1; i < 8; ++i) offer(i);
+  go_on.release();
+  begun.acquire();  // of 1 to 7 it took 7
+  go_on.release();
+  detector.Wait();
+  const auto results = detector.Take();
+  EXPECT_THAT(Frames(results), ElementsAre(0, 7));
+  EXPECT_EQ(results[1].detections.at(0).category_id, 70);
+  EXPECT_TRUE(detector.Take().empty());
+  EXPECT_EQ(detector.images(), 2);
+  EXPECT_GT(detector.busy_ms(), 0);
+}
+
+TEST(BackgroundDetector, FailuresComeOutOnTheCallersThread) {
+  BackgroundDetector detector([](const cv::Mat&) -> std::vector<Detection> { throw InputError("broken network"); });
+  detector.Offer(3, cv::Mat(1, 1, CV_8U));
+  detector.Wait();
+  EXPECT_THROW(detector.Take(), InputError);
+  EXPECT_TRUE(detector.Take().empty());
+}
+
+TEST(BackgroundDetector, MayEndAtAnyTime) {
+  std::atomic<int> calls = 0;
+  for (int offers = 0; offers < 4; ++offers) {
+    BackgroundDetector detector([&](const cv::Mat&) {
+      ++calls;
+      return std::vector<Detection>{};
+    });
+    for (int i = 0; i < offers; ++i) detector.Offer(i, cv::Mat(1, 1, CV_8U));
+  }
+  EXPECT_LE(calls, 6);
+}
+
+}  // namespace
+}  // namespace oaslam

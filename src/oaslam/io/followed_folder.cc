@@ -1,0 +1,148 @@
+#include "oaslam/io/followed_folder.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/inotify.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <set>
+
+#include "oaslam/error.h"
+#include "oaslam/io/image_files.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+// The kernel's word on what happens in a folder (inotify(7)).
+class FolderWatch {
+ public:
+  explicit FolderWatch(const std::string& folder) : descriptor_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
+    constexpr uint32_t kMask = IN_CLOSE_WRITE | IN_MOVED_TO | IN_DELETE_SELF | IN_MOVE_SELF | IN_ONLYDIR;
+    if (descriptor_ >= 0 && inotify_add_watch(descriptor_, folder.c_str(), kMask) >= 0) return;
+    const std::string why = std::strerror(errno);
+    if (descriptor_ >= 0) close(descriptor_);
+    throw InputError(fmt::format("{}: cannot be followed: {}", folder, why));
+  }
+  ~FolderWatch() { close(descriptor_); }
+  FolderWatch(const FolderWatch&) = delete;
+  FolderWatch& operator=(const FolderWatch&) = delete;
+
+  struct Changes {
+    std::vector<std::string> names;  // of complete files
+    bool is_gone = false;            // the folder itself
+    bool is_lossy = false;           // there was more than the kernel could keep
+  };
+
+  // Waits until something happens, `wait_ms` at most.
+  Changes Wait(int wait_ms) {
+    pollfd ready{descriptor_, POLLIN, 0};
+    Changes changes;
+    if (poll(&ready, 1, wait_ms) <= 0) return changes;
+    alignas(inotify_event) std::array<char, 16384> buffer;
+    ssize_t size = 0;
+    while ((size = read(descriptor_, buffer.data(), buffer.size())) > 0)
+      for (const char* at = buffer.data(); at < buffer.data() + size;) {
+        const auto* event = reinterpret_cast<const inotify_event*>(at);
+        if (event->mask & (IN_DELETE_SELF | IN_MOVE_SELF | IN_IGNORED | IN_UNMOUNT)) changes.is_gone = true;
+        if (event->mask & IN_Q_OVERFLOW) changes.is_lossy = true;
+        if (event->len > 0 && !(event->mask & IN_ISDIR)) changes.names.emplace_back(event->name);
+        at += sizeof(inotify_event) + event->len;
+      }
+    return changes;
+  }
+
+ private:
+  int descriptor_;
+};
+
+class FollowedFolder : public ImageSource {
+ public:
+  FollowedFolder(const std::string& folder, const ImageSourceOptions& options, double fps)
+      : folder_(folder), options_(options), fps_(fps), watch_(folder), last_arrival_(Clock::now()) {
+    AddAllImages();  // after the watch began, so that none falls in between
+  }
+
+  std::optional<InputImage> Next() override {
+    while (!IsStopped()) {
+      if (options_.to >= 0 && index_ >= options_.to) return std::nullopt;
+      if (!waiting_.empty()) {
+        const std::string name = *waiting_.begin();
+        waiting_.erase(waiting_.begin());
+        const int index = index_++;
+        if (index < options_.from) {
+          taken_.insert(name);
+          continue;
+        }
+        InputImage image{index, index / fps_, name, ReadImage((fs::path(folder_) / name).string(), options_.color)};
+        if (!image.image.empty()) taken_.insert(name);  // else it comes again once its writer has closed it
+        last_arrival_ = Clock::now();
+        return image;
+      }
+      if (has_ended_ || !WaitForMore()) return std::nullopt;
+    }
+    return std::nullopt;
+  }
+  int size() const override { return options_.to < 0 ? -1 : std::max(options_.to - options_.from, 0); }
+
+ private:
+  struct Natural {
+    bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
+  };
+
+  bool IsStopped() const { return options_.follow->stopped && options_.follow->stopped(); }
+
+  void AddAllImages() {
+    for (std::string& name : ImageNames(folder_))
+      if (!taken_.contains(name)) waiting_.insert(std::move(name));
+    if (fs::exists(fs::path(folder_) / kStopFile)) has_ended_ = true;
+  }
+
+  // False when nothing more will come.
+  bool WaitForMore() {
+    constexpr int kSlice_ms = 100;  // between looks at `stopped`
+    const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
+    if (options_.follow->quiet_s > 0 && quiet_s > options_.follow->quiet_s) {
+      Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
+      return false;
+    }
+    FolderWatch::Changes changes = watch_.Wait(kSlice_ms);
+    for (std::string& name : changes.names) {
+      if (name == kStopFile) has_ended_ = true;
+      if (HasImageExtension(name) && !taken_.contains(name)) waiting_.insert(std::move(name));
+    }
+    if (changes.is_gone) {
+      Log(LogLevel::kWarning, fmt::format("{}: the folder is gone", folder_));
+      has_ended_ = true;
+    } else if (changes.is_lossy) {
+      AddAllImages();
+    }
+    return true;
+  }
+
+  std::string folder_;
+  ImageSourceOptions options_;
+  double fps_;
+  FolderWatch watch_;
+  std::set<std::string, Natural> waiting_;  // names of images that are there and not yet taken
+  std::set<std::string> taken_;
+  Clock::time_point last_arrival_;
+  int index_ = 0;
+  bool has_ended_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSource> FollowFolder(const std::string& folder, const ImageSourceOptions& options, double fps) {
+  return std::make_unique<FollowedFolder>(folder, options, fps);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace oaslam {
+
+// The binary buffer of a glTF 2.0 file, with the views and accessors that describe it.
+class GltfBuffer {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  // Each returns the index of its accessor. Vectors are stored as floats, with the bounds that positions must have.
+  int AddVectors(const std::vector<Eigen::Vector3d>& vectors);
+  int AddIndices(const std::vector<uint32_t>& indices);
+
+  bool IsEmpty() const { return bytes_.empty(); }
+  const std::string& bytes() const { return bytes_; }
+  const Json& views() const { return views_; }
+  const Json& accessors() const { return accessors_; }
+
+ private:
+  int AddView(const void* data, size_t size, int target, Json accessor);
+
+  std::string bytes_;
+  Json views_ = Json::array(), accessors_ = Json::array();
+};
+
+// Writes the document with its buffer in one file: binary where the path ends in .glb, else text.
+void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuffer& buffer);
+
+}  // namespace oaslam

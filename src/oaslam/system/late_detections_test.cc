@@ -1,0 +1,134 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/system/session.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+// Ellipsoids on the scene of the synthetic world, each of a class of its own.
+std::vector<Ellipsoid> Things() {
+  std::vector<Ellipsoid> things;
+  for (int i = 0; i < 8; ++i)
+    things.push_back({Eigen::Vector3d(-1.2 + 0.8 * (i % 4), i < 4 ? -0.5 : 0.4, 0.15 * (i % 3)),
+                      Eigen::Vector3d(0.15 + 0.01 * i, 0.2, 0.25 - 0.01 * i), Eigen::Quaterniond::Identity()});
+  return things;
+}
+
+class LateDetections : public testing::Test {
+ protected:
+  static constexpr int kBlind = 100;  // the first frame without points
+
+  static Rigid3 TruePose(int frame) { return synthetic::PoseOnArc({}, -20 + 0.4 * frame); }
+
+  std::vector<ObjectDetection> Detect(int frame) const {
+    std::vector<ObjectDetection> found;
+    for (size_t i = 0; i < things_.size(); ++i)
+      if (const auto box = ProjectToBox(things_[i], TruePose(frame), world_.camera))
+        found.push_back({static_cast<int>(i), 0.9, *box, 0});
+    return found;
+  }
+
+  static SlamConfig Config() {
+    SlamConfig config;
+    config.runner.mode = "sequential";
+    config.objects.min_observations = 20;
+    config.objects.min_parallax_deg = 5;
+    return config;
+  }
+
+  // Frames up to `count`, whose detections come `lag` frames later, of every `stride`th frame; lag 0: with the frame.
+  void Walk(Session& session, int count, int lag, int stride) {
+    Rng rng(7);
+    for (int i = 0; i < count; ++i) {
+      const bool blind = i >= kBlind;
+      Frame frame{
+          i, i / 30.0, 0, synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features, {}};
+      frame.detections_follow = lag > 0;
+      if (lag == 0 && i % stride == 0) frame.detections = Detect(i);
+      states_.push_back(session.Process(frame).state);
+      if (lag > 0 && i >= lag && (i - lag) % stride == 0) {
+        const auto late = session.AddDetections(i - lag, Detect(i - lag));
+        if (late) seen_ = std::max(seen_, late->objects);
+      }
+    }
+  }
+
+  static Map NewMap(const Camera& camera) {
+    Map map;
+    map.cameras.push_back(camera);
+    return map;
+  }
+
+  synthetic::World world_ = [] {
+    synthetic::World world = synthetic::MakeWorld({});
+    for (double& d : world.max_distance) d = std::min(d, 3.6);
+    return world;
+  }();
+  std::vector<Ellipsoid> things_ = Things();
+  std::vector<TrackingState> states_;
+  int seen_ = 0;
+};
+
+TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
+  Session at_once(Config(), NewMap(world_.camera), {}, false), late(Config(), NewMap(world_.camera), {}, false);
+  Walk(at_once, kBlind, 0, 2);
+  Walk(late, kBlind, 9, 2);
+  at_once.Finish();
+  late.Finish();
+  const std::shared_ptr<const Map> a = at_once.Newest(), b = late.Newest();
+  int mapped = 0;
+  a->objects.ForEach([&](ObjectId, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    ++mapped;
+    double nearest = 1e9;
+    b->objects.ForEach([&](ObjectId, const Object& other) {
+      if (other.state == ObjectState::kMapped && other.category_id == object.category_id)
+        nearest = std::min(
+            nearest, (other.ellipsoid.center - object.ellipsoid.center).norm() / object.ellipsoid.half_axes.maxCoeff());
+    });
+    EXPECT_LT(nearest, 0.15) << object.category_id;
+  });
+  EXPECT_GE(mapped, 6);
+  EXPECT_GE(seen_, 6);
+  EXPECT_THAT(b->CheckInvariants(), testing::IsEmpty());
+}
+
+TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {
+  Session session(Config(), NewMap(world_.camera), {}, false);
+  Walk(session, 60, 5, 1);
+  EXPECT_FALSE(session.AddDetections(54, Detect(54)));  // has had its detections
+  EXPECT_FALSE(session.AddDetections(2, Detect(2)));    // too old
+  EXPECT_FALSE(session.AddDetections(60, Detect(60)));  // not there yet
+  EXPECT_TRUE(session.AddDetections(57, Detect(57)));
+  EXPECT_FALSE(session.AddDetections(56, Detect(56)));  // passed over
+}
+
+TEST_F(LateDetections, FindALostCameraByObjects) {
+  Session session(Config(), NewMap(world_.camera), {}, false);
+  Walk(session, kBlind + 5, 3, 1);
+  EXPECT_EQ(states_.back(), TrackingState::kLost);
+  const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3));
+  ASSERT_TRUE(found);
+  ASSERT_TRUE(found->anchor);
+  // How far it has come since a frame that was tracked, in units of the way from frame 40 to there: free of the map's
+  // unit.
+  const auto center = [&](int frame) {
+    for (const FramePose& pose : session.tracker().trajectory())
+      if (pose.frame_index == frame)
+        return (pose.cam_from_reference * *session.snapshot()->ResolvePose(pose.reference)).OriginInSource();
+    return Eigen::Vector3d(1e9, 0, 0);
+  };
+  const double found_ratio =
+      (found->anchor->cam_from_world.OriginInSource() - center(90)).norm() / (center(90) - center(40)).norm();
+  const double true_ratio = (TruePose(kBlind + 3).OriginInSource() - TruePose(90).OriginInSource()).norm() /
+                            (TruePose(90).OriginInSource() - TruePose(40).OriginInSource()).norm();
+  EXPECT_NEAR(found_ratio, true_ratio, 0.1);
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,377 @@
+"""oaslam export: each format opened by a reader that is not ours, and its axes, signs and pixels checked by projecting what the map saw."""
+import math
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import harness
+from harness import oaslam, rotate
+from map_reader import MapFile
+from model_readers import NODE_MODULES, Scene, inverse_rotate, read_ply, rms, run, transform, validate_gltf
+
+SPHERE_TRIANGLES = 528
+
+
+def needs(program, package):
+    return unittest.skipUnless(shutil.which(program), f"{program} is not installed (package {package})")
+
+
+def project(saved, keyframe, point):
+    """Into the ideal image, where centres of pixels are integers."""
+    k = saved.keyframes[keyframe]
+    c = saved.cameras[k["camera"]]
+    x, y, z = (a + b for a, b in zip(rotate(k["q"], point), k["t"]))
+    return c["fx"] * x / z + c["cx"], c["fy"] * y / z + c["cy"]
+
+
+def ideal_error_px(saved):
+    return rms(math.dist(project(saved, k, saved.landmarks[l]), saved.keypoints[k][n]) for l, k, n in saved.observations)
+
+
+class Export(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_export_")
+        cls.run_out, cls.path = os.path.join(cls.folder, "run"), os.path.join(cls.folder, "desk.map")
+        done = oaslam("run", *harness.clip("map_front"), "--out", cls.run_out, "--map-out", cls.path)
+        assert done.code == 0, done
+        cls.map = MapFile(cls.path)
+        cls.seen = [(landmark, keyframe, cls.map.keypoints[keyframe][keypoint]) for landmark, keyframe, keypoint in cls.map.observations]
+        cls.error_px = ideal_error_px(cls.map)
+        assert len(cls.map.objects) > 10 and len(cls.map.landmarks) > 500
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def export(self, form, name, *options, path=None):
+        out = os.path.join(self.folder, name)
+        outcome = oaslam("export", "--map", path or self.path, "--format", form, "--out", out, *options)
+        self.assertEqual(outcome.code, 0, outcome)
+        return out
+
+    def assert_close(self, a, b, tolerance=1e-4):
+        self.assertLess(math.dist(a, b), tolerance * max(1, math.hypot(*a)), (a, b))
+
+    def y_up(self, gltf):
+        """Of the node that turns the map's frame to y up."""
+        q = gltf["nodes"][0]["rotation"]
+        return lambda point: rotate(q, point)
+
+    # ---- PLY
+
+    def test_ply(self):
+        vertices, faces = read_ply(self.export("ply", "points.ply"))
+        self.assertEqual((len(vertices), faces), (len(self.map.landmarks), 0))
+        for vertex, landmark in zip(vertices, self.map.landmarks.values()):
+            self.assert_close(vertex[:3], landmark)
+        vertices, faces = read_ply(self.export("ply", "objects.ply", "--ellipsoids"))
+        self.assertEqual(faces, SPHERE_TRIANGLES * len(self.map.objects))
+
+    @needs("assimp", "assimp-utils")
+    def test_ply_is_read_by_assimp(self):
+        self.export("ply", "objects.ply", "--ellipsoids")
+        scene = Scene(os.path.join(self.folder, "objects.ply"), self.folder)
+        self.assertEqual(sum(len(m["faces"]) for m in scene.meshes), SPHERE_TRIANGLES * len(self.map.objects))
+
+    # ---- OBJ, glTF
+
+    def check_scene(self, scene, to_scene, separator):
+        for i, o in self.map.objects.items():
+            vertices = scene.vertices(f"{o['label']}{separator}{i}".replace(" ", separator))
+            center = to_scene(o["center"])
+            self.assert_close([sum(v[k] for v in vertices) / len(vertices) for k in range(3)], center, 0.05 * max(o["half_axes"]))
+            # Each vertex lies on the ellipsoid: its own equation, in the frame of the map.
+            axes = [to_scene(rotate(o["q"], [float(k == j) for j in range(3)])) for k in range(3)]
+            for v in vertices:
+                d = [v[k] - center[k] for k in range(3)]
+                radius = math.hypot(*(sum(a * b for a, b in zip(axis, d)) / h for axis, h in zip(axes, o["half_axes"])))
+                self.assertAlmostEqual(radius, 1, delta=1e-3)
+        points = scene.vertices("landmarks")
+        self.assertEqual(len(points), len(self.map.landmarks))
+        for point, landmark in zip(points, self.map.landmarks.values()):
+            self.assert_close(point, to_scene(landmark))
+        self.assertGreater(len(scene.vertices("trajectory")), 400)
+        for i, k in self.map.keyframes.items():
+            corners = scene.vertices(f"keyframe{separator}{i}")
+            x, y, z, w = k["q"]
+            center = to_scene([-c for c in rotate([-x, -y, -z, w], k["t"])])
+            self.assertLess(min(math.dist(c, center) for c in corners), 1e-4)
+
+    @needs("assimp", "assimp-utils")
+    def test_obj_is_read_by_assimp(self):
+        path = self.export("obj", "desk.obj")
+        gltf = harness.read_json(self.export("gltf", "desk.gltf"))
+        self.check_scene(Scene(path, self.folder), self.y_up(gltf), "_")
+
+    @needs("assimp", "assimp-utils")
+    def test_gltf_is_read_by_assimp(self):
+        text, binary = self.export("gltf", "desk.gltf"), self.export("gltf", "desk.glb")
+        to_scene = self.y_up(harness.read_json(text))
+        for path in (text, binary):
+            self.check_scene(Scene(path, self.folder), to_scene, " ")
+
+    def test_gltf_is_valid(self):
+        if not shutil.which("node") or not os.path.isdir(NODE_MODULES):
+            self.skipTest("no gltf-validator: needs node and npm ci in tests/e2e")
+        for name in ("valid.gltf", "valid.glb"):
+            issues = validate_gltf(self.export("gltf", name))
+            self.assertEqual((issues["numErrors"], issues["numWarnings"]), (0, 0), issues["messages"][:5])
+
+    def test_gltf_cameras_see_what_the_detector_saw(self):
+        gltf = harness.read_json(self.export("gltf", "desk.gltf"))
+        nodes = {n["name"]: n for n in gltf["nodes"]}
+        self.assertEqual(nodes["map"]["children"], list(range(1, len(gltf["nodes"]))))
+        camera = gltf["cameras"][0]["perspective"]
+        height, width = 480, 640
+        focal_y = height / 2 / math.tan(camera["yfov"] / 2)
+        focal_x = width / 2 / (math.tan(camera["yfov"] / 2) * camera["aspectRatio"])
+        detections = {int(i["file_name"].split(".")[0]): i["detections"]
+                      for i in harness.read_json(harness.clip("map_front")[5])}
+        found = missed = 0
+        for i, keyframe in self.map.keyframes.items():
+            node = nodes[f"keyframe {i}"]
+            x, y, z, w = node["rotation"]
+            for detection in detections[round(keyframe["time"] * 30)]:
+                x1, y1, x2, y2 = detection["bbox"]
+                mapped = [o for o in gltf["nodes"] if o.get("extras", {}).get("category_id") == detection["category_id"]]
+                if not mapped or detection["detection_score"] < 0.5:
+                    continue
+                hit = False
+                for o in mapped:
+                    p = rotate([-x, -y, -z, w], [a - b for a, b in zip(o["translation"], node["translation"])])
+                    if p[2] < 0:  # a glTF camera looks along -z, with y up
+                        u, v = width / 2 - focal_x * p[0] / p[2], height / 2 + focal_y * p[1] / p[2]
+                        hit |= x1 < u < x2 and y1 < v < y2
+                found, missed = found + hit, missed + (not hit)
+        self.assertGreater(found, 100)
+        self.assertLess(missed, 0.05 * found)
+        # Up on the desk is up in the model: the cameras of the sample are held upright and look down at it.
+        to_scene = self.y_up(gltf)
+        ups = [to_scene(rotate(nodes[f"keyframe {i}"]["rotation"], [0, 1, 0]))[1] for i in self.map.keyframes]
+        self.assertGreater(min(ups), 0.3)
+        truth = harness.map_alignment(self.run_out)
+        for i, o in self.map.objects.items():  # z is up in the sample's world
+            world, scene = harness.apply(truth, o["center"]), to_scene(o["center"])
+            others = [(harness.apply(truth, p["center"])[2] - world[2], to_scene(p["center"])[1] - scene[1]) for p in self.map.objects.values()]
+            self.assertTrue(all(a * b > 0 for a, b in others if abs(a) > 0.3), (i, others))
+
+    # ---- COLMAP
+
+    def read_colmap(self, folder):
+        def lines(name):
+            with open(os.path.join(folder, name)) as f:
+                return [line.rstrip("\n") for line in f if not line.startswith("#")]
+        cameras = {int(f[0]): (f[1], [float(v) for v in f[4:]]) for f in map(str.split, lines("cameras.txt"))}
+        views = lines("images.txt")
+        images = {}
+        for head, points in zip(views[::2], views[1::2]):
+            f, p = head.split(), points.split()
+            w, x, y, z = map(float, f[1:5])
+            images[int(f[0])] = {"q": [x, y, z, w], "t": list(map(float, f[5:8])), "camera": int(f[8]), "name": " ".join(f[9:]),
+                                 "points": [(float(p[i]), float(p[i + 1]), int(p[i + 2])) for i in range(0, len(p), 3)]}
+        points = {int(f[0]): f[1:] for f in map(str.split, lines("points3D.txt"))}
+        return cameras, images, points
+
+    def test_colmap_projects_onto_observations(self):
+        cameras, images, points = self.read_colmap(self.export("colmap", "colmap"))
+        self.assertEqual(set(points), {i + 1 for i in self.map.landmarks})
+        self.assertEqual(set(images), {i + 1 for i in self.map.keyframes})
+        model, (fx, fy, cx, cy) = cameras[1]
+        self.assertEqual((model, cx, cy), ("PINHOLE", 320.0, 240.0))  # 319.5, 239.5 where pixel centres are integers
+        errors = []
+        for image in images.values():
+            for u, v, point in image["points"]:
+                if point == -1:
+                    continue
+                x, y, z = (a + b for a, b in zip(rotate(image["q"], list(map(float, points[point][:3]))), image["t"]))
+                self.assertGreater(z, 0)
+                errors.append(math.dist((fx * x / z + cx, fy * y / z + cy), (u, v)))
+        self.assertEqual(len(errors), len(self.seen))
+        self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
+        for i, fields in points.items():
+            for image, keypoint in zip(fields[7::2], fields[8::2]):
+                self.assertEqual(images[int(image)]["points"][int(keypoint)][2], i)
+
+    def colmap(self, *args):
+        done = run("colmap", *args, env={**os.environ, "QT_QPA_PLATFORM": "offscreen"})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def colmap_error_px(self, folder):
+        """What COLMAP's own bundle adjustment starts from, RMS over observations."""
+        out = os.path.join(self.folder, "adjusted")
+        os.makedirs(out, exist_ok=True)
+        log = self.colmap("bundle_adjuster", "--input_path", folder, "--output_path", out, "--BundleAdjustment.max_num_iterations", 1,
+                          "--log_to_stderr", 1)
+        residuals = int(re.search(r"Residuals : (\d+)", log).group(1))
+        self.assertGreater(residuals, 1000)
+        # It prints the square root of the cost per residual (two a point), half the squares, in pixels.
+        return 2 * float(re.search(r"Initial cost : ([\d.e-]+)", log).group(1)), residuals
+
+    @needs("colmap", "colmap")
+    def test_colmap_reads_it(self):
+        folder = self.export("colmap", "colmap")
+        report = self.colmap("model_analyzer", "--path", folder)
+        for words, number in (("Registered images", len(self.map.keyframes)), ("Points", len(self.map.landmarks)), ("Observations", len(self.seen))):
+            self.assertEqual(int(re.search(rf"{words}: (\d+)", report).group(1)), number, report)
+        error, residuals = self.colmap_error_px(folder)
+        self.assertEqual(residuals, 2 * len(self.seen))
+        self.assertAlmostEqual(error, self.error_px, delta=0.01)
+
+    @needs("colmap", "colmap")
+    def test_colmap_reads_distorted_cameras(self):
+        """Maps of the same clip with lenses it was not taken with: bent, but their key points stand in the pixels of the lens."""
+        fisheye = "camera_model: pinhole\n  distortion_model: equidistant\n  distortion_coeffs: [0.05, -0.02, 0.01, 0.002]"
+        radial = "camera_model: pinhole\n  distortion_model: radtan\n  distortion_coeffs: [-0.1, 0.03, 0.001, -0.002]"
+        for name, lens, model in (("fisheye", fisheye, "OPENCV_FISHEYE"), ("radtan", radial, "OPENCV")):
+            camera, saved = os.path.join(self.folder, name + ".yaml"), os.path.join(self.folder, name + ".map")
+            with open(camera, "w") as f:
+                f.write(f"cam0:\n  {lens}\n  intrinsics: [525, 525, 319.5, 239.5]\n  resolution: [640, 480]\n")
+            done = oaslam("run", *harness.clip("map_front")[:2], "--camera", camera, "--to", 150, "--out", self.folder, "--map-out", saved)
+            self.assertEqual(done.code, 0, done)
+            folder = self.export("colmap", name, path=saved)
+            cameras, images, points = self.read_colmap(folder)
+            self.assertEqual(cameras[1][0], model)
+            for u, v, _ in (p for image in images.values() for p in image["points"]):
+                self.assertTrue(0 < u < 640 and 0 < v < 480)  # pixels of the distorted image, not of the ideal one
+            error, _ = self.colmap_error_px(folder)
+            self.assertLess(error, 1.3 * ideal_error_px(MapFile(saved)) + 0.1)
+
+    # ---- Nerfstudio
+
+    def check_nerfstudio(self, folder):
+        """A reader of the documented convention: OpenGL camera axes, z up, pixel centres at +0.5."""
+        scene = harness.read_json(os.path.join(folder, "transforms.json"))
+        cloud, _ = read_ply(os.path.join(folder, scene["ply_file_path"]))
+        points = dict(zip(self.map.landmarks, cloud))
+        applied = scene["applied_transform"]
+        for i, point in points.items():
+            self.assert_close(point[:3], transform(applied, self.map.landmarks[i]))
+        frames = dict(zip(self.map.keyframes, scene["frames"]))
+        errors = []
+        for landmark, keyframe, px in self.seen:
+            x, y, z = inverse_rotate(frames[keyframe]["transform_matrix"], points[landmark][:3])
+            self.assertLess(z, 0)  # in front: a camera looks along -z
+            u, v = scene["cx"] - scene["fl_x"] * x / z, scene["cy"] + scene["fl_y"] * y / z
+            errors.append(math.dist((u - 0.5, v - 0.5), px))
+        self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
+        for frame in scene["frames"]:
+            m = frame["transform_matrix"]
+            self.assertGreater(m[2][1], 0.3)  # the camera's y is up in a world with z up
+            determinant = sum(m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3]) for i in range(3))
+            self.assertAlmostEqual(determinant, 1, places=6)
+        return scene
+
+    def test_nerfstudio(self):
+        scene = self.check_nerfstudio(self.export("nerfstudio", "nerf"))
+        self.assertEqual((scene["camera_model"], scene["w"], scene["h"]), ("OPENCV", 640, 480))
+        self.assertEqual(scene["frames"][0]["file_path"], f"images/{self.map.keyframes[min(self.map.keyframes)]['time']:.6f}.png")
+
+    # ---- images
+
+    def test_images_of_a_video_are_written(self):
+        video = harness.clip("map_front")[1]
+        folder = self.export("nerfstudio", "nerf_video", "--images", video)
+        scene = self.check_nerfstudio(folder)
+        self.assertEqual(len(scene["frames"]), len(self.map.keyframes))
+        for frame, keyframe in zip(scene["frames"], self.map.keyframes.values()):
+            self.assertEqual(frame["file_path"], f"images/{round(keyframe['time'] * 30):06d}.png")
+            self.assertTrue(os.path.exists(os.path.join(folder, frame["file_path"])))
+        cloud, _ = read_ply(os.path.join(folder, scene["ply_file_path"]))
+        self.assertGreater(sum(max(v[3:]) - min(v[3:]) > 30 for v in cloud), 0.1 * len(cloud))  # a desk of many colours
+
+    def test_images_of_a_folder_are_found_by_time(self):
+        frames = os.path.join(self.folder, "frames")
+        subprocess.run([harness.EXTRACT, harness.clip("map_front")[1], frames, "0", "450"], check=True)
+        _, images, _ = self.read_colmap(self.export("colmap", "colmap_tum", "--images", frames))
+        for i, image in images.items():
+            self.assertEqual(image["name"], f"rgb/{round(self.map.keyframes[i - 1]['time'] * 30):06d}.png")
+        scene = harness.read_json(os.path.join(self.export("nerfstudio", "nerf_tum", "--images", frames), "transforms.json"))
+        for frame in scene["frames"]:
+            self.assertTrue(os.path.exists(os.path.join(self.folder, "nerf_tum", frame["file_path"])), frame["file_path"])
+        # Half of the images: keyframes without one stay out, and what fewer than two see.
+        half = self.export("colmap", "colmap_half", "--images", frames, "--to", "225")
+        _, images, points = self.read_colmap(half)
+        self.assertTrue(0 < len(images) < len(self.map.keyframes) and 0 < len(points) < len(self.map.landmarks))
+        for image in images.values():
+            self.assertTrue({p for _, _, p in image["points"]} - {-1} <= set(points))
+        if shutil.which("colmap"):
+            self.colmap("model_analyzer", "--path", half)
+
+    # ---- TUM, JSON
+
+    def test_tum(self):
+        self.assertEqual(harness.read_bytes(self.export("tum", "desk.txt")), harness.read_bytes(os.path.join(self.run_out, "trajectory.txt")))
+
+    def test_json(self):
+        whole = harness.read_json(self.export("json", "desk.json"))
+        self.assertEqual([k["id"] for k in whole["keyframes"]], list(self.map.keyframes))
+        self.assertEqual({l["id"]: tuple(l["position"]) for l in whole["landmarks"]}, self.map.landmarks)
+        keyframes = {k["id"]: k for k in whole["keyframes"]}
+        seen = [(l["id"], k, n) for l in whole["landmarks"] for k, n in l["observations"]]
+        self.assertEqual(sorted(seen), sorted(self.map.observations))
+        camera = whole["cameras"][0]
+        errors = []
+        for landmark, keyframe, keypoint in seen:
+            pose = keyframes[keyframe]["world_from_cam"]
+            x, y, z, w = pose["rotation"]
+            p = rotate([-x, -y, -z, w], [a - b for a, b in zip(self.map.landmarks[landmark], pose["position"])])
+            px = (camera["fx"] * p[0] / p[2] + camera["cx"], camera["fy"] * p[1] / p[2] + camera["cy"])
+            errors.append(math.dist(px, keyframes[keyframe]["keypoints"][keypoint][:2]))
+        self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
+        objects = {o["id"]: o for o in whole["objects"] if o["state"] == "mapped"}
+        self.assertEqual({i: o["center"] for i, o in objects.items()}, {i: o["center"] for i, o in self.map.objects.items()})
+        self.assertEqual(len(whole["trajectory"]), len(harness.read_tum(os.path.join(self.run_out, "trajectory.txt"))))
+
+    # ---- the same again, other maps, bad input
+
+    def test_same_bytes_again(self):
+        for form, name in (("ply", "a.ply"), ("obj", "a.obj"), ("gltf", "a.glb"), ("json", "a.json")):
+            path = self.export(form, name)
+            before = harness.read_bytes(path)
+            self.export(form, name)
+            self.assertEqual(harness.read_bytes(path), before, name)
+
+    def test_map_without_points(self):
+        saved = os.path.join(self.folder, "objects.map")
+        done = oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:], "--out",
+                      os.path.join(self.folder, "objects_out"), "--map-out", saved)
+        self.assertEqual(done.code, 0, done)
+        for form, name in (("ply", "o.ply"), ("obj", "o.obj"), ("gltf", "o.glb"), ("colmap", "o_colmap"), ("nerfstudio", "o_nerf"), ("tum", "o.txt"), ("json", "o.json")):
+            self.export(form, name, path=saved)
+        if shutil.which("colmap"):
+            self.colmap("model_analyzer", "--path", os.path.join(self.folder, "o_colmap"))
+
+    def test_bad_input(self):
+        out = os.path.join(self.folder, "bad")
+        video = harness.clip("query_around")[1]
+        noise = os.path.join(self.folder, "noise.map")
+        with open(noise, "w") as f:
+            f.write("not a map")
+        for options, words in (
+                (("--map", "/nowhere.map", "--format", "ply", "--out", out), "/nowhere.map"),
+                (("--map", noise, "--format", "ply", "--out", out), "noise.map"),
+                (("--map", self.path, "--format", "stl", "--out", out), "stl"),
+                (("--map", self.path, "--format", "gltf", "--out", out + ".txt"), ".glb"),
+                (("--map", self.path, "--format", "obj", "--out", out + ".mtl"), ".obj"),
+                (("--map", self.path, "--format", "ply", "--out", self.folder), "folder"),
+                (("--map", self.path, "--format", "ply", "--out", noise + "/a.ply"), "noise.map"),
+                (("--map", self.path, "--format", "colmap", "--out", noise), "noise.map"),
+                (("--map", self.path, "--format", "ply", "--out", out, "--images", video), "--images"),
+                (("--map", self.path, "--format", "tum", "--out", out, "--ellipsoids"), "--ellipsoids"),
+                (("--map", self.path, "--format", "colmap", "--out", out, "--images", "/nowhere.mp4"), "/nowhere.mp4"),
+                (("--map", self.path, "--format", "colmap", "--out", out, "--images", video, "--from", "1", "--fps", "0.001"), "--fps"),
+                (("--map", self.path, "--format", "colmap", "--out", out, "--images", "webcam:0"), "webcam"),
+                (("--map", self.path, "--format", "ply"), "--out")):
+            outcome = oaslam("export", *options)
+            self.assertGreater(outcome.code, 0, (options, outcome))
+            self.assertIn(words, outcome.err + outcome.out)
+            self.assertNotIn("unexpected", outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
