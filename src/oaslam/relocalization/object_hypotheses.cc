@@ -18,11 +18,13 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kDepthFactor = 1.7;    // how well its size tells an object's depth
 constexpr double kTruncatedFactor = 3;  // a truncated box may be of a much nearer object
 constexpr size_t kAnchors = 3;          // detections that hypotheses start from
-constexpr size_t kMaxTriplets = 1500;
+constexpr size_t kMaxTriplets = 1500;     // of an anchor
+constexpr size_t kTripletBudget = 2500;   // of all anchors of a large map
+constexpr double kLeastCompany = 0.9;     // of an anchor in a large map: as many detections fit to it, of those that fit to the best
 constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
 constexpr int kYaws = 36;
 constexpr size_t kSmallMap = 40;    // objects: all are scored
-constexpr double kScopeDepths = 3;  // in larger maps: those within this many depths of the anchor
+constexpr double kScopeDepths = 1.2;  // in larger maps: those within this many (greatest) depths of the anchor
 
 // A detection taken as an object.
 struct Node {
@@ -112,23 +114,53 @@ class GroupGuesser {
   }
 
   std::vector<PoseGuess> Run(Rng& rng) {
-    const std::vector<int> anchors = AnchorDetections(scene_);
-    for (size_t i = 0; i < anchors.size(); ++i)
-      for (const Node& node : nodes_)
-        if (node.detection == anchors[i]) StartFrom(node, std::span(anchors).first(i), rng);
+    std::vector<Start> starts = FindStarts();
+    size_t most_triplets = kMaxTriplets;
+    if (scene_.objects.size() > kSmallMap) {
+      KeepInCompany(starts);
+      most_triplets = std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1));
+    }
+    for (const Start& start : starts) {
+      scope_ = ScopeOf(scene_, start.anchor);
+      for (const Node& other : start.neighbors) AddPair(start.anchor, other);
+      if (!scene_.up_in_cam) AddTriplets(start, most_triplets, rng);
+    }
     return std::move(guesses_);
   }
 
  private:
-  // Detections of earlier anchors had their turn.
-  void StartFrom(const Node& anchor, std::span<const int> done, Rng& rng) {
-    neighbors_.clear();
-    for (const Node& node : nodes_)
-      if (std::ranges::find(done, node.detection) == done.end() && AreCompatible(scene_, anchor, node))
-        neighbors_.push_back(node);
-    scope_ = ScopeOf(scene_, anchor);
-    for (const Node& other : neighbors_) AddPair(anchor, other);
-    if (!scene_.up_in_cam) AddTriplets(anchor, rng);
+  // A node that hypotheses start from, with those that they may go on to.
+  struct Start {
+    Node anchor;
+    std::vector<Node> neighbors;
+    int company = 0;  // detections among them
+  };
+
+  std::vector<Start> FindStarts() const {
+    const std::vector<int> anchors = AnchorDetections(scene_);
+    std::vector<Start> starts;
+    for (size_t i = 0; i < anchors.size(); ++i) {
+      const std::span<const int> done = std::span(anchors).first(i);  // had their turn
+      for (const Node& anchor : nodes_) {
+        if (anchor.detection != anchors[i]) continue;
+        Start& start = starts.emplace_back(Start{anchor, {}, 0});
+        int last = -1;  // nodes are ordered by detection
+        for (const Node& node : nodes_) {
+          if (std::ranges::find(done, node.detection) != done.end() || !AreCompatible(scene_, anchor, node)) continue;
+          start.neighbors.push_back(node);
+          start.company += node.detection != last;
+          last = node.detection;
+        }
+      }
+    }
+    return starts;
+  }
+
+  // An object that few detections fit to is not the one that was seen.
+  static void KeepInCompany(std::vector<Start>& starts) {
+    int most = 0;
+    for (const Start& start : starts) most = std::max(most, start.company);
+    std::erase_if(starts, [&](const Start& start) { return start.company < kLeastCompany * most; });
   }
 
   void AddPair(const Node& a, const Node& b) {
@@ -140,15 +172,16 @@ class GroupGuesser {
     }
   }
 
-  void AddTriplets(const Node& anchor, Rng& rng) {
+  void AddTriplets(const Start& start, size_t most, Rng& rng) {
+    const std::vector<Node>& neighbors = start.neighbors;
     triplets_.clear();
-    for (size_t i = 0; i < neighbors_.size(); ++i)
-      for (size_t j = i + 1; j < neighbors_.size(); ++j)
-        if (AreCompatible(scene_, neighbors_[i], neighbors_[j])) triplets_.emplace_back(i, j);
-    for (size_t k = 0; k < triplets_.size() && k < kMaxTriplets; ++k) {
-      if (triplets_.size() > kMaxTriplets)
+    for (size_t i = 0; i < neighbors.size(); ++i)
+      for (size_t j = i + 1; j < neighbors.size(); ++j)
+        if (AreCompatible(scene_, neighbors[i], neighbors[j])) triplets_.emplace_back(i, j);
+    for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
+      if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
-      const std::array group = {anchor, neighbors_[triplets_[k].first], neighbors_[triplets_[k].second]};
+      const std::array group = {start.anchor, neighbors[triplets_[k].first], neighbors[triplets_[k].second]};
       std::array<Eigen::Vector3d, 3> rays, points;
       for (int n = 0; n < 3; ++n) {
         rays[n] = scene_.detections[group[n].detection].ray.normalized();
@@ -170,7 +203,7 @@ class GroupGuesser {
 
   const ObjectScene& scene_;
   std::vector<Eigen::Vector3d> ups_;
-  std::vector<Node> nodes_, neighbors_;
+  std::vector<Node> nodes_;
   std::vector<int> scope_;
   std::vector<std::pair<size_t, size_t>> triplets_;
   std::vector<PoseGuess> guesses_;

@@ -23,6 +23,7 @@ SceneObject Prepare(ObjectId id, const Object& object) {
   scene.ellipsoid = object.ellipsoid;
   scene.scaled_axes = ScaledAxes(object.ellipsoid);
   scene.radius = std::cbrt(object.ellipsoid.half_axes.prod());
+  scene.reach = object.ellipsoid.half_axes.maxCoeff();
   scene.covariance = object.covariance;
   const Eigen::Vector3d axes =
       object.ellipsoid.half_axes.cwiseAbs2().cwiseProduct(object.covariance.diagonal().segment<3>(3));
@@ -50,6 +51,20 @@ CameraHabit HabitOf(const Map& map, const Eigen::Vector3d& up) {
   if (count == 0) return {};
   habit.mean_roll = std::atan2(side, upright);
   return habit;
+}
+
+// False where the object's image is certainly beside all boxes of its class: of the points of a ball of radius a about c, the coordinate x / z differs
+// from that of c by at most a (1 + |c_x / c_z|) / (c_z - a).
+bool MayOverlap(const SceneObject& object, const Eigen::Vector3d& center, const ObjectScene& scene) {
+  const double near = center.z() - object.reach;
+  if (near <= 0) return true;
+  const Eigen::Vector2d slope = center.head<2>() / center.z();
+  const double x = scene.camera.fx * slope.x() + scene.camera.cx + 0.5, y = scene.camera.fy * slope.y() + scene.camera.cy + 0.5;
+  const double dx = scene.camera.fx * object.reach * (1 + std::abs(slope.x())) / near, dy = scene.camera.fy * object.reach * (1 + std::abs(slope.y())) / near;
+  return std::ranges::any_of(object.detections, [&](int d) {
+    const Box& box = scene.detections[d].box;
+    return x + dx > box.x1 && x - dx < box.x2 && y + dy > box.y1 && y - dy < box.y2;
+  });
 }
 
 }  // namespace
@@ -98,7 +113,7 @@ double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int>
     const SceneObject& object = objects[o];
     if (object.detections.empty()) continue;
     const Eigen::Vector3d center = rotation * object.ellipsoid.center + cam_from_world.translation;
-    if (center.z() <= 0) continue;
+    if (center.z() <= 0 || !MayOverlap(object, center, *this)) continue;
     const OutlineConic outline = OutlineOf(center, rotation * object.scaled_axes);
     if (!IsInFront(center.z(), outline)) continue;
     const Box predicted = OutlineBox(outline, camera);
@@ -122,13 +137,14 @@ bool ObjectScene::AreTogether(int object_a, int object_b) const {
 }
 
 bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {
-  constexpr double kMaxTilt = 15 * kDegree, kMaxRoll = 25 * kDegree, kSteep = 0.9;
+  static const double kCosMaxTilt = std::cos(15 * kDegree), kCosMaxRoll = std::cos(25 * kDegree);
+  constexpr double kSteep = 0.9;
   if (!up) return true;
   const Eigen::Vector3d u = cam_from_world * *up;
-  if (up_in_cam) return u.dot(*up_in_cam) > std::cos(kMaxTilt);
+  if (up_in_cam) return u.dot(*up_in_cam) > kCosMaxTilt;
   // Looking straight up or down has no roll.
   if (std::abs(u.z()) > kSteep) return true;
-  return std::abs(std::remainder(std::atan2(u.x(), -u.y()) - habit.mean_roll, 2 * std::numbers::pi)) < kMaxRoll;
+  return u.x() * std::sin(habit.mean_roll) - u.y() * std::cos(habit.mean_roll) > kCosMaxRoll * std::hypot(u.x(), u.y());
 }
 
 }  // namespace oaslam

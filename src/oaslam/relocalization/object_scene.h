@@ -20,6 +20,7 @@ struct SceneObject {
   Ellipsoid ellipsoid;
   Eigen::Matrix3d scaled_axes;  // world
   double radius = 0;            // of the sphere of its volume
+  double reach = 0;             // its longest half axis
   double variance = 0;          // of its outline, map units^2, the same in all directions
   ShapeCovariance covariance;
   double detection_rate = 0;    // while it was mapped
