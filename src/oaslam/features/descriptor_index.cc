@@ -65,13 +65,25 @@ DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vecto
 std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descriptor, int max_distance, size_t max_hits) const {
   std::vector<Hit> hits;
   if (labels_.empty()) return hits;
-  for (const Table& table : tables_) {
-    const uint32_t key = Key(table, descriptor);
-    for (uint32_t i = table.begin[key]; i < table.begin[key + 1]; ++i) {
-      const uint32_t item = table.items[i];
-      const int distance = HammingDistance(descriptor, descriptors_[item]);
-      if (distance <= max_distance) hits.push_back({labels_[item], distance});
+  // Most of the time goes by waiting for memory: all is asked for before the first is used.
+  std::array<uint32_t, kTables> keys;
+  for (int t = 0; t < kTables; ++t) {
+    keys[t] = Key(tables_[t], descriptor);
+    __builtin_prefetch(&tables_[t].begin[keys[t]]);
+  }
+  for (int t = 0; t < kTables; ++t) __builtin_prefetch(tables_[t].items.data() + tables_[t].begin[keys[t]]);
+  std::vector<uint32_t> items;
+  items.reserve(4 * kTables * kMeanBucket);
+  for (int t = 0; t < kTables; ++t) {
+    const Table& table = tables_[t];
+    for (uint32_t i = table.begin[keys[t]]; i < table.begin[keys[t] + 1]; ++i) {
+      items.push_back(table.items[i]);
+      __builtin_prefetch(&descriptors_[items.back()]);
     }
+  }
+  for (const uint32_t item : items) {
+    const int distance = HammingDistance(descriptor, descriptors_[item]);
+    if (distance <= max_distance) hits.push_back({labels_[item], distance});
   }
   std::ranges::sort(hits, {}, [](const Hit& h) { return std::pair(h.label, h.distance); });
   const auto repeats = std::ranges::unique(hits, {}, &Hit::label);

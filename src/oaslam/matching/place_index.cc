@@ -1,7 +1,7 @@
 #include "oaslam/matching/place_index.h"
 
 #include <algorithm>
-#include <map>
+#include <vector>
 
 namespace oaslam {
 namespace {
@@ -37,23 +37,26 @@ LandmarkHits PlaceIndex::Find(const Features& features) const {
 }
 
 std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hits, int count) const {
-  std::map<KeyframeId, double> votes;
+  std::vector<double> votes;  // by keyframe
   for (const auto& of_keypoint : hits) {
     for (const DescriptorIndex::Hit& hit : of_keypoint) {
       const Landmark* landmark = map.landmarks.Find(LandmarkId(hit.label));
       if (!landmark) continue;
       const double vote = 1.0 / static_cast<double>(of_keypoint.size());
-      for (const Observation& o : landmark->observations) votes[o.keyframe] += vote;
+      for (const Observation& o : landmark->observations) {
+        if (o.keyframe.value >= votes.size()) votes.resize(o.keyframe.value + 1, 0);
+        votes[o.keyframe.value] += vote;
+      }
     }
   }
   std::vector<Place> places;
-  for (const auto& [id, own] : votes) {
-    if (!map.keyframes.Contains(id)) continue;
-    Place place{{id}, own};
+  for (uint32_t k = 0; k < votes.size(); ++k) {
+    const KeyframeId id(k);
+    if (votes[k] == 0 || !map.keyframes.Contains(id)) continue;
+    Place place{{id}, votes[k]};
     for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
       place.keyframes.push_back(neighbour);
-      const auto theirs = votes.find(neighbour);
-      if (theirs != votes.end()) place.votes += 0.2 * theirs->second;  // support, yet the own view decides
+      if (neighbour.value < votes.size()) place.votes += 0.2 * votes[neighbour.value];  // support, yet the own view decides
     }
     places.push_back(std::move(place));
   }
