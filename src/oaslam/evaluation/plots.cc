@@ -134,8 +134,7 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
 
 void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title) {
   Chart chart(1, 100, title, curves.size());
-  chart.DrawGrid(fmt::format("confidence; beside each point: how many frames (right: within {:g} m and {:.0f} degrees)", kFalseDistance, kFalseRotationDeg),
-                 "% right");
+  chart.DrawGrid(fmt::format("confidence, and the share that is right (within {:g} m and {:.0f} degrees); numbers: frames", kFalseDistance, kFalseRotationDeg), "%");
   chart.DrawLine({0, 0}, {1, 100}, kReferenceStyle);
   for (const auto& [name, reliability] : curves) {
     Points2 line;

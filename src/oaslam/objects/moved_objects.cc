@@ -86,7 +86,7 @@ Succession FindSuccessor(const Map& map, ObjectId id) {
   Succession found;
   double least = kSameSize;
   map.objects.ForEach([&](ObjectId other_id, const Object& other) {
-    if (other_id == id || IsProvenAbsent(other) || !MaySucceed(object, other)) return;
+    if (other_id == id || IsProvenAbsent(other.absence) || !MaySucceed(object, other)) return;
     if (other.state != ObjectState::kMapped) {
       found.is_pending = true;
       return;
@@ -141,7 +141,7 @@ bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map) {
 void ResolveAbsent(const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object* object = map.objects.Find(id);
-    if (!object || !IsProvenAbsent(*object)) continue;
+    if (!object || !IsProvenAbsent(object->absence)) continue;
     const size_t elsewhere = FirstElsewhere(map, *object, config);
     const bool is_seen_elsewhere = object->observations.size() - elsewhere >= kMinNewer;
     if (is_seen_elsewhere)

@@ -111,7 +111,7 @@ void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map
 void DropUnseen(int current_frame, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
-    const bool is_waiting = IsProvenAbsent(object);  // moved_objects.h
+    const bool is_waiting = IsProvenAbsent(object.absence);  // moved_objects.h
     if (object.state != ObjectState::kMapped && !is_waiting && current_frame - object.last_seen_frame > config.drop_after)
       Drop(id, "unseen since", map);
   }

@@ -25,15 +25,19 @@ double RateWhileThere(const Object& object) {
 
 }  // namespace
 
-void WeighPlace(PlaceEvidence evidence, Object& object) {
-  if (evidence == PlaceEvidence::kNone) return;
+double AbsenceEvidence(PlaceEvidence evidence, const Object& object) {
+  if (evidence == PlaceEvidence::kNone) return 0;
   const double rate = RateWhileThere(object);
   const double gain = evidence == PlaceEvidence::kAbsent ? std::log((1 - kFalseRate) / (1 - rate))
                                                          : std::log(kFalseRate / rate);
-  object.absence = std::max(object.absence + gain / kFramesPerView, 0.0);
+  return gain / kFramesPerView;
 }
 
-bool IsProvenAbsent(const Object& object) { return object.absence > kProven; }
+void WeighPlace(PlaceEvidence evidence, Object& object) {
+  object.absence = std::max(object.absence + AbsenceEvidence(evidence, object), 0.0);
+}
+
+bool IsProvenAbsent(double absence) { return absence > kProven; }
 
 bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_world) {
   const Eigen::Vector3d& center = object.ellipsoid.center;

@@ -9,13 +9,16 @@ namespace oaslam {
 // What a frame says of whether a mapped object is where the map has it.
 enum class PlaceEvidence { kNone, kInPlace, kAbsent };
 
-// Adds a frame to Object::absence, the logarithm of how much more likely the frames since are if
-// the object is gone than if it is there and detected at its own rate; never below 0 (Page's
-// cumulative sum, 1954). Misses come in runs: 15 frames count as one view.
+// The logarithm of how much more likely a frame is if the object is gone than if it is there and
+// detected at its own rate. Misses come in runs: 15 frames count as one view.
+double AbsenceEvidence(PlaceEvidence evidence, const Object& object);
+
+// Adds a frame to Object::absence, the evidence of the frames since it may have gone; never below 0
+// (Page's cumulative sum, 1954).
 void WeighPlace(PlaceEvidence evidence, Object& object);
 
-// Enough of it to act.
-bool IsProvenAbsent(const Object& object);
+// Enough evidence to act.
+bool IsProvenAbsent(double absence);
 
 // Whether it was detected from about this side and distance before: what a detector does not know
 // from elsewhere is not missed there.

@@ -214,8 +214,8 @@ TEST(Presence, EvidenceIsBoundedBelowAndKnowsTheRate) {
     EXPECT_EQ(sure.absence, 0);
   }
   int sure_frames = 0, unsure_frames = 0;
-  for (; !IsProvenAbsent(sure); ++sure_frames) WeighPlace(PlaceEvidence::kAbsent, sure);
-  for (; !IsProvenAbsent(unsure); ++unsure_frames) WeighPlace(PlaceEvidence::kAbsent, unsure);
+  for (; !IsProvenAbsent(sure.absence); ++sure_frames) WeighPlace(PlaceEvidence::kAbsent, sure);
+  for (; !IsProvenAbsent(unsure.absence); ++unsure_frames) WeighPlace(PlaceEvidence::kAbsent, unsure);
   EXPECT_GT(sure_frames, 60);
   EXPECT_GT(unsure_frames, 2 * sure_frames);
 }

@@ -13,20 +13,20 @@ void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Ma
   for (const ObjectSighting& sighting :
        AssociateObjects(tracked, map, ObjectTracks::ContinueFrom(map), config).sightings) {
     if (sighting.place == PlaceEvidence::kNone) continue;
-    Audited& audited =
-        audited_.try_emplace(sighting.object, Audited{map.objects.At(sighting.object)})
-            .first->second;
+    const Object& object = map.objects.At(sighting.object);
+    Audited& audited = audited_[sighting.object];
+    audited.category_id = object.category_id;
     ++audited.expected;
     audited.seen += sighting.place == PlaceEvidence::kInPlace;
-    WeighPlace(sighting.place, audited.object);
+    audited.absence += AbsenceEvidence(sighting.place, object);
   }
 }
 
 std::vector<ObjectPresence> ObjectAudit::Report() const {
   std::vector<ObjectPresence> report;
   for (const auto& [id, audited] : audited_)
-    report.push_back({id.value, audited.object.category_id, audited.expected, audited.seen,
-                      IsProvenAbsent(audited.object)});
+    report.push_back({id.value, audited.category_id, audited.expected, audited.seen,
+                      IsProvenAbsent(audited.absence)});
   return report;
 }
 

@@ -20,8 +20,8 @@ class ObjectAudit {
 
  private:
   struct Audited {
-    Object object;
-    int expected = 0, seen = 0;
+    int category_id = 0, expected = 0, seen = 0;
+    double absence = 0;  // evidence of all frames: here none is newer than the others
   };
   std::map<ObjectId, Audited> audited_;
 };
