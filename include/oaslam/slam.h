@@ -111,7 +111,7 @@ class Slam {
   void SetClassNames(std::map<int, std::string> names);
 
   // Which classes move, and which are parts of which; saved with the map. Nothing that moves is mapped or followed: objects of these classes
-  // leave the map, and key points in their boxes are not used.
+  // leave the map, and key points in their boxes are not used (where detections come with the image).
   void SetClassRelations(const ClassRelations& relations);
 
   // While the map is only read (without mapping, or by Relocalize): what was seen of its objects, in the order of ids.

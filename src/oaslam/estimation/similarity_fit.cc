@@ -112,7 +112,8 @@ SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
     fit.relative_sigma = std::sqrt(step->covariance(6, 6));
     if (step->change.norm() < 1e-9) break;
   }
-  fit.inliers = static_cast<int>(std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, fit.b_from_a); }));
+  for (const PosePair& pair : pairs) fit.is_inlier.push_back(IsInlier(pair, fit.b_from_a));
+  fit.inliers = static_cast<int>(std::ranges::count(fit.is_inlier, true));
   fit.success = 2 * fit.inliers > static_cast<int>(pairs.size());
   return fit;
 }

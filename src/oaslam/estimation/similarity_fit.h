@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "oaslam/geometry/similarity.h"
 
@@ -15,7 +16,8 @@ struct PosePair {
 struct SimilarityFit {
   bool success = false;
   Similarity b_from_a;
-  int inliers = 0;            // pairs within three sigmas, and a few degrees
+  std::vector<bool> is_inlier;  // per pair, on success: within three sigmas, and a few degrees
+  int inliers = 0;
   double relative_sigma = 0;  // of the scale
 };
 

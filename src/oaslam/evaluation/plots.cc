@@ -133,14 +133,15 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
 }
 
 void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title) {
+  constexpr size_t kLeastFrames = 10;  // of a point: the share of fewer says little
   Chart chart(1, 100, title, curves.size());
-  chart.DrawGrid(fmt::format("confidence, and the share that is right (within {:g} m and {:.0f} degrees); numbers: frames", kFalseDistance, kFalseRotationDeg), "%");
+  chart.DrawGrid(fmt::format("confidence, and the share that is right (within {:g} m and {:.0f} degrees); numbers: frames, if 10 or more", kFalseDistance, kFalseRotationDeg), "%");
   chart.DrawLine({0, 0}, {1, 100}, kReferenceStyle);
   for (const auto& [name, reliability] : curves) {
     Points2 line;
     std::vector<std::string> counts;
     for (const ReliabilityBin& bin : reliability.bins) {
-      if (bin.count == 0) continue;
+      if (bin.count < kLeastFrames) continue;
       line.push_back({bin.mean_confidence, 100 * bin.share_right});
       counts.push_back(fmt::format("{}", bin.count));
     }

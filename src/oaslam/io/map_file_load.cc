@@ -16,6 +16,8 @@
 namespace oaslam {
 namespace {
 
+constexpr int kMaxFrame = 1 << 30;
+
 constexpr int kMaxKeypoints = 1'000'000;
 
 template <typename T>
@@ -135,7 +137,7 @@ void ReadKeyframes(Database& database, Checksum& checksum, Map& map) {
   while (keyframes.Next()) {
     const auto id = keyframes.RequiredId<KeyframeId>();
     Keyframe keyframe;
-    keyframe.frame_index = keyframes.Int();
+    keyframe.frame_index = keyframes.Int(INT32_MIN, kMaxFrame);
     keyframe.timestamp = keyframes.Real();
     keyframe.camera = keyframes.Int();
     keyframe.cam_from_world = keyframes.Pose();
@@ -208,7 +210,7 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     object.detection_rate = rows.Real();
     object.mean_iou = rows.Real();
     object.total_observations = rows.Int(0);
-    object.last_seen_frame = rows.Int();
+    object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
     if (version >= 2) object.name = rows.Text();
     map.objects.Insert(id, std::move(object));
   }
@@ -222,7 +224,7 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     Object& object = object_of(observations);
     observations.Int();
     ObjectObservation o;
-    o.frame_index = observations.Int();
+    o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
     o.anchor = observations.RequiredId<KeyframeId>();
     o.cam_from_anchor = observations.Pose();
     o.camera = observations.Int(0, static_cast<int>(map.cameras.size()) - 1);
@@ -250,7 +252,7 @@ void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
   while (rows.Next()) {
     rows.Int();
     FramePose pose;
-    pose.frame_index = rows.Int();
+    pose.frame_index = rows.Int(INT32_MIN, kMaxFrame);
     pose.timestamp = rows.Real();
     pose.reference = rows.OptionalId<KeyframeId>();
     pose.cam_from_reference = rows.Pose();

@@ -8,6 +8,7 @@
 
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/objects/description.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/presence.h"
@@ -120,12 +121,6 @@ void SetClassRelations(ClassRelations classes, Map& map) {
   }
 }
 
-std::string Described(ObjectId id, const Object& object) {
-  return object.name.empty()
-             ? fmt::format("object {} (class {})", id.value, object.category_id)
-             : fmt::format("object {} ({}, class {})", id.value, object.name, object.category_id);
-}
-
 bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map) {
   const size_t count = map.objects.At(id).observations.size();
   for (const int share : kNewestShares) {
@@ -138,7 +133,7 @@ bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map) {
   return false;
 }
 
-void ResolveAbsent(const ObjectsConfig& config, Map& map) {
+void ResolveAbsent(int current_frame, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object* object = map.objects.Find(id);
     if (!object || !IsProvenAbsent(object->absence)) continue;
@@ -152,7 +147,7 @@ void ResolveAbsent(const ObjectsConfig& config, Map& map) {
     const Succession succession = FindSuccessor(map, id);
     if (succession.successor.IsValid()) {
       Succeed(id, succession.successor, map);
-    } else if (succession.is_pending || is_seen_elsewhere) {
+    } else if (succession.is_pending || (is_seen_elsewhere && current_frame - object->last_seen_frame <= config.drop_after)) {
       if (object->state == ObjectState::kMapped) {
         Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up", Described(id, *object)));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;

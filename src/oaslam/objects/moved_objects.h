@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
 
@@ -15,12 +13,9 @@ bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map);
 // Objects that are proven absent from their place (presence.h). One that was detected elsewhere
 // meanwhile, as this or as a new object of its class and size, lives on there, under its id and
 // name; one that may yet turn out to be waits, unmapped; any other is erased.
-void ResolveAbsent(const ObjectsConfig& config, Map& map);
+void ResolveAbsent(int current_frame, const ObjectsConfig& config, Map& map);
 
 // From now on; objects of classes that move are erased.
 void SetClassRelations(ClassRelations classes, Map& map);
-
-// For the log: "object 7 (class 41)".
-std::string Described(ObjectId id, const Object& object);
 
 }  // namespace oaslam

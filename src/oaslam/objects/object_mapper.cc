@@ -9,6 +9,7 @@
 #include <string>
 
 #include "oaslam/objects/life_cycle.h"
+#include "oaslam/objects/description.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
@@ -129,7 +130,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int curr
     if (!changed.contains(id) && HasMoved(map, id, object, config)) changed.insert(id);
   });
   for (const ObjectId id : changed) Refit(id, current_frame, config, map);
-  ResolveAbsent(config, map);
+  ResolveAbsent(current_frame, config, map);
   MergeDuplicates(map, changed, config);
   DropUnseen(current_frame, config, map);
 }

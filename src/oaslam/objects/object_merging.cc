@@ -7,7 +7,7 @@
 
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipsoid.h"
-#include "oaslam/objects/moved_objects.h"
+#include "oaslam/objects/description.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/occlusion.h"
 #include "oaslam/util/log.h"

@@ -26,6 +26,7 @@ std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index, std::vec
 
 // Searches a frame that has passed for the pose of a camera that is lost since.
 Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
+  if (relocalized_frame_ && frame.index <= *relocalized_frame_) return {};  // filled in from there, where it could be
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
   Outcome outcome;
   if (found.evidence == PoseEvidence::kNone) return outcome;
@@ -39,7 +40,7 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   }
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return outcome;
-  relocalized_frame_ = frame.index;
+  relocalized_frame_ = newest_frame_;  // probation begins now
   std::erase_if(missed_, [&](const Missed& missed) { return missed.frame.index >= frame.index; });
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   Remember(frame, map, tracked, TrackingState::kRelocalized);

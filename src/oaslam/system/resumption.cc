@@ -1,6 +1,7 @@
 #include "oaslam/system/resumption.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -9,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMinAnchors = 20, kPointWeight = 3;  // a pose by points says more than one by objects
+constexpr int kMinAnchors = 20, kPointWeight = 2;  // a pose by points says more than one by objects
 constexpr double kMinShare = 0.6;          // of the anchors that must agree
 constexpr double kMaxScaleSigma = 0.06;    // relative
 constexpr size_t kMinKeyframes = 5;
@@ -24,7 +25,7 @@ Map EmptyMapBehind(const Map& old) {
 
 }  // namespace
 
-Resumption::Resumption(const SlamConfig& config, const Map& old, const FirstIds& ids) : session_(config, EmptyMapBehind(old), ids, false) {}
+Resumption::Resumption(const SlamConfig& config, const Map& old, const FirstIds& ids) : first_ids_(ids), session_(config, EmptyMapBehind(old), ids, false) {}
 
 void Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in_old) {
   const Tracker::Outcome outcome = session_.Process(frame);
@@ -41,17 +42,20 @@ std::optional<Similarity> Resumption::Locate() const {
   const Map& map = *session_.snapshot();
   if (lost_frames_ > 0 || map.keyframes.size() < kMinKeyframes) return std::nullopt;
   std::vector<PosePair> pairs;
-  int enough = kMinAnchors;
+  std::vector<int> weights;
   for (const FramePose& pose : session_.tracker().trajectory()) {
     const auto anchor = anchors_.find(pose.frame_index);
     const auto reference = map.ResolvePose(pose.reference);
     if (anchor == anchors_.end() || !reference || pose.state == TrackingState::kObjects) continue;
     pairs.push_back({pose.cam_from_reference * *reference, anchor->second.cam_from_world, anchor->second.sigma});
-    if (anchor->second.by_points) enough -= kPointWeight - 1;
+    weights.push_back(anchor->second.by_points ? kPointWeight : 1);
   }
-  if (static_cast<int>(pairs.size()) < enough) return std::nullopt;
+  if (std::accumulate(weights.begin(), weights.end(), 0) < kMinAnchors) return std::nullopt;
   const SimilarityFit fit = FitSimilarity(pairs);
-  const bool agree = fit.success && fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && fit.inliers >= enough;
+  if (!fit.success) return std::nullopt;
+  int weight = 0;
+  for (size_t i = 0; i < pairs.size(); ++i) weight += fit.is_inlier[i] ? weights[i] : 0;
+  const bool agree = fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && weight >= kMinAnchors;
   return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(fit.b_from_a) : std::nullopt;
 }
 

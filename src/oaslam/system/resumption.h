@@ -33,8 +33,10 @@ class Resumption {
   std::optional<Similarity> Locate() const;
 
   Session& session() { return session_; }
+  const FirstIds& first_ids() const { return first_ids_; }
 
  private:
+  FirstIds first_ids_;
   Session session_;
   int lost_frames_ = 0;
   std::map<int, PoseAnchor> anchors_;  // by frame

@@ -197,7 +197,7 @@ bool Slam::Impl::JoinMaps(int frame_index) {
   if (!world_from_new) return false;
   command.joining = JoiningMap{map, *world_from_new};
   session_->SubmitAndWait(std::move(command));
-  session_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
+  session_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale, resumption_->first_ids());
   resumption_.reset();
   Log(LogLevel::kInfo, fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
   return true;
@@ -238,6 +238,7 @@ Slam& Slam::operator=(Slam&&) noexcept = default;
 TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(input); }
 
 std::optional<int> Slam::AddDetections(int frame, const std::vector<Detection>& detections) {
+  frame += impl_->first_index_;
   const std::vector<ObjectDetection> ideal = ToIdealImage(detections, impl_->camera_);
   const std::optional<Tracker::Outcome> outcome = impl_->session_->AddDetections(frame, ideal);
   if (impl_->resumption_) impl_->resumption_->AddDetections(frame, ideal, outcome ? outcome->anchor : std::nullopt);
@@ -271,6 +272,7 @@ void Slam::SetMapping(bool enabled) {
 void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
+  if (const auto part = PartOfItself(relations.whole_of)) throw InputError(fmt::format("class {} is a part of itself", *part));
   MapCommand command;
   command.frame_index = impl_->next_index_;
   command.classes = relations;

@@ -54,6 +54,7 @@ Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_load
       object_tracks_(ids.objects) {}
 
 Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
+  newest_frame_ = frame.index;
   constexpr size_t kMaxUndetected = 120;  // frames, some 50 KB each
   if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
@@ -270,9 +271,9 @@ Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   return outcome;
 }
 
-void Tracker::GoOnAs(Tracker other, double scale) {
-  // What it saw since it came back by points has ids that the other gave, too.
-  if (phase_ == Phase::kTracking) std::erase_if(sightings_, [&](const ObjectSighting& s) { return s.observation.frame_index >= *relocalized_frame_; });
+void Tracker::GoOnAs(Tracker other, double scale, const FirstIds& fork) {
+  // Objects that both gave the same ids to are the other's now.
+  std::erase_if(sightings_, [&](const ObjectSighting& s) { return s.object.value >= fork.objects.next_object; });
   phase_ = other.phase_;
   last_ = std::move(other.last_);
   if (last_) last_->cam_from_reference.translation *= scale;

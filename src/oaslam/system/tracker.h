@@ -62,7 +62,8 @@ class Tracker {
   std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections, const Map& map);
 
   // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it was; the poses of its frames join this trajectory.
-  void GoOnAs(Tracker other, double scale);
+  // `fork`: where its ids began.
+  void GoOnAs(Tracker other, double scale, const FirstIds& fork);
   FirstIds NextIds() const { return {next_keyframe_, {{}, object_tracks_.next_object}}; }
 
   // The newest frame, as tracked.
@@ -141,7 +142,8 @@ class Tracker {
   std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
-  std::optional<int> relocalized_frame_;  // the last one
+  int newest_frame_ = 0;
+  std::optional<int> relocalized_frame_;  // the newest when the camera was last found
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe
