@@ -13,5 +13,6 @@ void AddEvaluateCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddObjectsCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
+void AddViewCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

@@ -17,6 +17,7 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!detector_) cv::setNumThreads(1);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
+  range.color_if_free = sources.for_display;
   images_ = OpenImages(sources.images, range);
   if (sources.live && (range.follow || sources.images.starts_with("webcam:"))) {
     auto latest = std::make_unique<LatestImageSource>(std::move(images_));
@@ -50,7 +51,7 @@ std::optional<InputImage> FrameInputs::NextReadable() {
 std::optional<FrameInput> FrameInputs::Next() {
   std::optional<InputImage> image = ahead_ ? std::exchange(ahead_, std::nullopt) : NextReadable();
   if (!image) return std::nullopt;
-  FrameInput frame{image->index, image->name, {image->image, image->timestamp, {}, false}};
+  FrameInput frame{image->index, image->name, {image->image, image->timestamp, {}, false}, image->path};
   if (background_) {
     frame.input.detections_follow = true;
   } else if (detector_) {

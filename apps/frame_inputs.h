@@ -18,6 +18,7 @@ struct FrameInput {
   int index = 0;  // in the source
   std::string name;
   ImageInput input;
+  std::string path;  // of the image's own file, if it has one
 };
 
 // How fast a detector was.
@@ -34,6 +35,7 @@ class FrameInputs {
     std::string images, camera, detections;
     DetectorSettings detector;
     bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for a detector
+    bool for_display = false;  // in colour where that costs nothing
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);

@@ -38,6 +38,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddInfoCommand(app);
   oaslam::apps::AddObjectsCommand(app);
   oaslam::apps::AddExportCommand(app);
+  oaslam::apps::AddViewCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "common.h"
 #include "frame_inputs.h"
+#include "live_view.h"
 #include "metric_scale.h"
 #include "run_results.h"
 
@@ -19,6 +20,7 @@ struct RunOptions {
   CommonOptions common;
   DetectorSettings detector;
   ScaleSettings scale;
+  ViewerSettings viewer;
   std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
 };
@@ -49,6 +51,10 @@ class LivePace {
     if (ahead_s < -interval_s) return false;
     if (ahead_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(ahead_s));
     return true;
+  }
+  // The run was held.
+  void Delay(double seconds) {
+    if (start_s_) *start_s_ += seconds;
   }
 
  private:
@@ -87,19 +93,28 @@ int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live}, options.common);
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port.has_value()}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
   EnsureOutputFolder(options.out);
 
   Slam slam(config, inputs.camera());
+  const auto set_classes = [&](bool is_loaded) {
+    // A class file says what holds from now on; without one a loaded map goes on as it was made.
+    if (!is_loaded || inputs.detector() || !options.common.classes.empty()) slam.SetClassNames(classes.names);
+    if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
+  };
+  const auto reset = [&] {
+    slam.Reset();
+    slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
+    set_classes(false);
+  };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  // A class file says what holds from now on; without one a loaded map goes on as it was made.
-  if (options.map_in.empty() || inputs.detector() || !options.common.classes.empty()) slam.SetClassNames(classes.names);
-  if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
+  set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
+  LiveView view(options.viewer, options.images, slam, groundtruth, options.common.quiet);
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
   const double start_s = Seconds();
@@ -107,6 +122,8 @@ int Run(const RunOptions& options) {
   std::exception_ptr failure;
   try {
     while (!Interrupted()) {
+      pace.Delay(view.Obey(slam, reset));
+      if (Interrupted()) break;
       const std::optional<FrameInput> frame = inputs.Next();
       if (!frame) break;
       if (is_live && !inputs.is_live() && !pace.Wait(frame->input.timestamp)) {
@@ -117,6 +134,7 @@ int Run(const RunOptions& options) {
       results.Add(frame->index, result);
       inputs.DetectLate(result.frame, frame->input.image);
       AddLateDetections(inputs, slam, results);
+      view.Show(slam, *frame, result, dropped);
       progress.Update(++done, fmt::format("{}, {} points", ToString(result.state), result.inliers));
     }
     inputs.FinishLate();
@@ -127,19 +145,21 @@ int Run(const RunOptions& options) {
   results.SetDetectorPace(inputs.pace());
   dropped += inputs.dropped();
   progress.Finish();
+  const bool interrupted = Interrupted();
   slam.Finish();
   slam.Shutdown();
   SavedMap saved = slam.Export();
   std::vector<StampedPose> trajectory = FinalTrajectory(slam);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
-  const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, Interrupted());
+  const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, interrupted);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);
   if (!options.common.quiet)
     fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", tracked, done, saved.map.keyframes.size(),
                saved.map.landmarks.size(), options.out);
-  return Interrupted() ? 130 : 0;
+  view.Finish(saved, interrupted);
+  return interrupted ? 130 : 0;
 }
 
 }  // namespace
@@ -159,6 +179,7 @@ void AddRunCommand(CLI::App& app) {
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   AddScaleOptions(*command, options->scale);
+  AddViewerOptions(*command, options->viewer);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
   AddFollowOption(*command, options->common);

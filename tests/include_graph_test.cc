@@ -34,6 +34,7 @@ const Rooms& Architecture() {
       {"relocalization", {"matching"}},
       {"io", {"map"}},
       {"system", {"tracking", "mapping", "objects", "relocalization", "io"}},
+      {"viewer", {"io"}},
       {"detection", {"io"}},
       {"evaluation", {"geometry", "io"}},
   };

@@ -1,12 +1,35 @@
 #!/usr/bin/env bash
 # Installs what building and testing need and this machine lacks, on Debian 12 and Ubuntu 24.04. Does nothing when all is there.
+#   --browser   what the tests of the viewer's page need besides: Chromium, npm, and the packages of web/; goes on where they cannot be had
 set -euo pipefail
+cd "$(dirname "$0")/.."
+
+if [ "${1:-}" = --browser ]; then
+  packages=()
+  [ -x /usr/bin/chromium ] || [ -x /usr/bin/chromium-browser ] || packages+=(chromium)
+  command -v npm >/dev/null || packages+=(nodejs npm)
+  give_up() {
+    echo "setup: $1; the tests of the viewer's page are skipped" >&2
+    exit 0
+  }
+  if [ ${#packages[@]} -gt 0 ]; then
+    as_root=()
+    [ "$(id -u)" -eq 0 ] || as_root=(sudo)
+    echo "setup: installing with apt-get: ${packages[*]}"
+    { "${as_root[@]}" apt-get -q -y update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends "${packages[@]}"; } \
+      >/dev/null 2>&1 || give_up "${packages[*]} cannot be installed"
+  fi
+  if [ ! -d web/node_modules/playwright-core ] || [ web/package-lock.json -nt web/node_modules/.package-lock.json ]; then
+    (cd web && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null 2>&1) || give_up "npm ci in web/ failed"
+  fi
+  exit 0
+fi
 
 packages=(
   g++ cmake ninja-build ccache                                              # build
   libeigen3-dev libopencv-dev libceres-dev libhwy-dev                       # linear algebra, images and networks, least squares, SIMD
   libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
-  libcli11-dev libspdlog-dev libfmt-dev                                     # command line and messages
+  libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks
   assimp-utils colmap                                                       # tests: readers of what is exported
 )

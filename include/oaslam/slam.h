@@ -16,7 +16,8 @@
 
 namespace oaslam {
 
-struct SavedMap;  // internal content of a map file
+struct SavedMap;   // internal content of a map file
+struct FrameView;  // internal: what the tracker made of a frame
 
 struct ImageInput {
   cv::Mat image;                      // 8-bit, one channel or BGR, of the camera's size
@@ -117,7 +118,12 @@ class Slam {
   // While the map is only read (without mapping, or by Relocalize): what was seen of its objects, in the order of ids.
   std::vector<ObjectPresence> Presence() const;
 
+  // Gives up the pose it follows: the next image is looked for in the map by itself.
+  void ForceRelocalization();
+
   MapSnapshot Snapshot() const;
+  // Of the newest image, for display; shares what it can.
+  FrameView View() const;
 
   // Final poses so far of the frames given to Process, by time stamp: they move with the map.
   struct TimedPose {

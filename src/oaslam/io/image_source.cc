@@ -34,7 +34,7 @@ class ListSource : public ImageSource {
   std::optional<InputImage> Next() override {
     if (next_ >= size()) return std::nullopt;
     const ListedImage& listed = images_[next_];
-    return InputImage{from_ + next_++, listed.timestamp, BaseName(listed.path), ReadImage(listed.path, color_)};
+    return InputImage{from_ + next_++, listed.timestamp, BaseName(listed.path), ReadImage(listed.path, color_), listed.path};
   }
   int size() const override { return static_cast<int>(images_.size()); }
 
@@ -69,7 +69,7 @@ class VideoSource : public ImageSource {
         Log(LogLevel::kWarning, fmt::format("{}: ends after {} frames, damaged? {} were announced", path_, index_, options_.from + size_));
       return std::nullopt;
     }
-    if (!options_.color && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+    if (!options_.color && !options_.color_if_free && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
     InputImage result{index_, index_ / fps_, fmt::format("{:06}", index_), image.clone()};
     ++index_;
     return result;
@@ -102,7 +102,7 @@ class WebcamSource : public ImageSource {
     if ((options_.to >= 0 && index_ >= options_.to) || !capture_.read(image)) return std::nullopt;
     const auto now = std::chrono::steady_clock::now();
     if (!start_) start_ = now;
-    if (!options_.color && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+    if (!options_.color && !options_.color_if_free && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
     InputImage result{index_, std::chrono::duration<double>(now - *start_).count(), fmt::format("{:06}", index_), image.clone()};
     ++index_;
     return result;

@@ -14,6 +14,7 @@ struct InputImage {
   double timestamp = 0;  // seconds
   std::string name;      // base name without directory, e.g. "000123.png"; of a video "%06d"
   cv::Mat image;         // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable
+  std::string path{};    // of its own file; empty for videos and cameras
 };
 
 // A folder of images that grows while it is read.
@@ -28,6 +29,7 @@ struct ImageSourceOptions {
   int to = -1;                // one past the last; -1: all
   bool color = false;         // BGR rather than grey
   std::optional<FollowOptions> follow{};
+  bool color_if_free = false;  // BGR from videos and cameras, whose grey image is made of it anyhow
 };
 
 // A sequence of images, read one at a time.

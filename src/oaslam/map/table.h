@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -98,6 +99,23 @@ class Table {
       if (!pages_[page]) continue;
       for (uint32_t slot = 0; slot < kPageSize; ++slot)
         if (pages_[page]->slots[slot]) visit(Id(page * kPageSize + slot), *pages_[page]->slots[slot]);
+    }
+  }
+
+  // Calls visit(id, before, now) for the ids whose values may differ from those of `earlier`, another copy of the same table: null where
+  // there is none. Ascending; what both share is skipped unseen.
+  template <typename Visitor>
+  void ForEachDifference(const Table& earlier, Visitor&& visit) const {
+    const size_t count = std::max(pages_.size(), earlier.pages_.size());
+    for (uint32_t page = 0; page < count; ++page) {
+      const Page* before = page < earlier.pages_.size() ? earlier.pages_[page].get() : nullptr;
+      const Page* now = page < pages_.size() ? pages_[page].get() : nullptr;
+      if (before == now) continue;
+      for (uint32_t slot = 0; slot < kPageSize; ++slot) {
+        const T* a = before && before->slots[slot] ? &*before->slots[slot] : nullptr;
+        const T* b = now && now->slots[slot] ? &*now->slots[slot] : nullptr;
+        if (a || b) visit(Id(page * kPageSize + slot), a, b);
+      }
     }
   }
 

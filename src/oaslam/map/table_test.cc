@@ -41,6 +41,25 @@ TEST(Table, SharesPagesNobodyWrote) {
   EXPECT_EQ(snapshot.Find(LandmarkId(100)), table.Find(LandmarkId(100)));
 }
 
+TEST(Table, DifferencesAreWhatWasEdited) {
+  Table<LandmarkId, int> table;
+  for (uint32_t i = 0; i < 300; ++i) table.Insert(LandmarkId(i), 0);
+  const Table<LandmarkId, int> earlier = table;
+  table.MutableAt(LandmarkId(3)) = 1;
+  table.Erase(LandmarkId(70));
+  table.Insert(LandmarkId(1000), 5);
+  std::vector<uint32_t> changed, gone, visited;
+  table.ForEachDifference(earlier, [&](LandmarkId id, const int* before, const int* now) {
+    visited.push_back(id.value);
+    if (!now) gone.push_back(id.value);
+    else if (!before || *before != *now) changed.push_back(id.value);
+  });
+  EXPECT_EQ(changed, (std::vector{3U, 1000U}));
+  EXPECT_EQ(gone, std::vector{70U});
+  EXPECT_EQ(visited.size(), 2 * 64U + 1);  // the pages of 3 and 70, and 1000
+  table.ForEachDifference(table, [](LandmarkId, const int*, const int*) { FAIL(); });
+}
+
 TEST(Table, IteratesInOrderOfIds) {
   Table<LandmarkId, int> table;
   for (const uint32_t i : {300U, 2U, 77U}) table.Insert(LandmarkId(i), 0);

@@ -69,6 +69,36 @@ double AbsoluteError(const WalkResult& run) {
   return std::sqrt(((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth).colwise().squaredNorm().mean());
 }
 
+// What a display is told of a frame is what the tracker made of it; a forced relocalization finds the camera where it was.
+TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  SlamConfig config;
+  config.runner.mode = "sequential";
+  MapPipeline pipeline(config, EmptyMap());
+  Tracker tracker(config, {}, false);
+  Rng rng(7);
+  Tracker::Outcome outcome;
+  for (int i = 0; i < 60; ++i) {
+    Frame frame{i, i / 30.0, 0, synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.4 * i), {.missed = 0.1}, rng).features, {}};
+    if (i == 50) tracker.ForceRelocalization();
+    outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
+    if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
+    if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
+    const FrameView view = tracker.View();
+    EXPECT_EQ(view.frame.index, i);
+    EXPECT_EQ(view.pose.has_value(), outcome.cam_from_world.has_value());
+    EXPECT_EQ(view.relocalization.has_value(), i == 50);
+    if (i == 50) {
+      EXPECT_EQ(outcome.state, TrackingState::kRelocalized);
+      EXPECT_EQ(view.relocalization->evidence, PoseEvidence::kPoints);
+    }
+    if (outcome.state != TrackingState::kTracking) continue;
+    EXPECT_EQ(static_cast<int>(view.landmarks.size()), view.frame.features->size());
+    EXPECT_GE(std::ranges::count_if(view.landmarks, [](LandmarkId id) { return id.IsValid(); }), outcome.inliers);
+  }
+  EXPECT_EQ(outcome.state, TrackingState::kTracking);
+}
+
 TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
   for (const std::string mode : {"sequential", "lockstep", "live"}) {
     const WalkResult run = Walk(mode, 120, -1, -1, mode == "live");

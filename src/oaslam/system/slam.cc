@@ -269,6 +269,18 @@ void Slam::SetMapping(bool enabled) {
   impl_->lost_frames_ = 0;
 }
 
+void Slam::ForceRelocalization() {
+  impl_->session_->tracker().ForceRelocalization();
+  impl_->resumption_.reset();
+  impl_->lost_frames_ = 0;
+}
+
+FrameView Slam::View() const {
+  FrameView view = impl_->session_->tracker().View();
+  view.map = impl_->session_->snapshot();
+  return view;
+}
+
 void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
 
 void Slam::SetClassRelations(const ClassRelations& relations) {

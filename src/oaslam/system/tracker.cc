@@ -58,6 +58,8 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   constexpr size_t kMaxUndetected = 120;  // frames, some 50 KB each
   if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
+  newest_ = frame;
+  relocalization_.reset();
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const TrackReport followed = FollowMotion(frame, map);
@@ -205,6 +207,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   velocity_.reset();
   last_.reset();
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
+  relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects, found.why_not};
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) {
     const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
@@ -293,6 +296,30 @@ void Tracker::GoOnAs(Tracker other, double scale, const FirstIds& fork) {
     sightings_.push_back(std::move(sighting));
   }
   trajectory_.Join(std::move(other.trajectory_), scale);
+}
+
+FrameView Tracker::View() const {
+  FrameView view;
+  view.frame = newest_;
+  view.relocalization = relocalization_;
+  view.detected.resize(newest_.detections.size());
+  if (last_ && last_->frame.index == newest_.index && newest_.features) {
+    view.landmarks = last_->landmarks;
+    for (const ObjectTrack& track : object_tracks_.open)
+      for (size_t i = 0; track.last_frame == newest_.index && i < newest_.detections.size(); ++i)
+        if (newest_.detections[i].box == track.last_box && newest_.detections[i].category_id == track.category_id) view.detected[i] = track.object;
+  }
+  const std::vector<FramePose>& poses = trajectory_.poses();
+  const auto at = std::ranges::lower_bound(poses, newest_.index, {}, &FramePose::frame_index);
+  if (at != poses.end() && at->frame_index == newest_.index) view.pose = *at;
+  return view;
+}
+
+void Tracker::ForceRelocalization() {
+  if (phase_ != Phase::kTracking) return;
+  phase_ = Phase::kLost;
+  velocity_.reset();
+  last_.reset();
 }
 
 Tracker::Outcome Tracker::Present(const Map& map) const {

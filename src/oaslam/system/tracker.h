@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/map/frame_view.h"
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/system/mapper.h"
@@ -65,6 +66,11 @@ class Tracker {
   // `fork`: where its ids began.
   void GoOnAs(Tracker other, double scale, const FirstIds& fork);
   FirstIds NextIds() const { return {next_keyframe_, {{}, object_tracks_.next_object}}; }
+
+  // Of the newest frame, all but the map.
+  FrameView View() const;
+  // Gives up the pose it follows, if it follows one.
+  void ForceRelocalization();
 
   // The newest frame, as tracked.
   Outcome Present(const Map& map) const;
@@ -135,6 +141,8 @@ class Tracker {
   bool map_is_loaded_;
   bool mapping_ = true;
   uint32_t next_keyframe_;
+  Frame newest_;                                    // also without a pose
+  std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
   std::vector<Frame> between_;  // the two frames of the initial map
   std::deque<Missed> missed_;   // the newest frames without points to track

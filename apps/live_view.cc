@@ -1,0 +1,152 @@
+#include "live_view.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "common.h"
+#include "oaslam/error.h"
+#include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/io/text.h"
+#include "oaslam/map/frame_view.h"
+
+namespace oaslam::apps {
+namespace {
+
+constexpr int kWaitMs = 100;  // between two looks for Ctrl-C
+
+}  // namespace
+
+void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
+  auto* viewer = app.add_option_function<std::vector<std::string>>(
+      "--viewer",
+      [&settings](const std::vector<std::string>& given) {
+        const std::optional<double> port =
+            given.empty() || given[0].empty() || given[0] == "{}" ? kViewerPort : ParseNumber(given[0]);
+        if (!port || *port < 0 || *port > 65535 || *port != std::floor(*port))
+          throw InputError(fmt::format("--viewer {}: allowed: a port from 0 to 65535", given[0]));
+        settings.port = static_cast<int>(*port);
+      },
+      fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free", kViewerPort));
+  viewer->type_name("[PORT]")->expected(0, 1);
+  app.add_option("--bind", settings.bind,
+                 "address the page is served at; 0.0.0.0: open to other machines, which may look only")
+      ->type_name("ADDR");
+  app.add_flag("--viewer-stay", settings.stay, "go on serving the finished map until Ctrl-C")->needs(viewer);
+  app.add_flag("--viewer-paused", settings.paused, "wait for a viewer to start the run")->needs(viewer);
+}
+
+std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
+                                          const std::vector<StampedPose>& trajectory) {
+  constexpr size_t kMinPoses = 20;  // fewer say little about the scale
+  if (trajectory.size() < kMinPoses) return {};
+  const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
+  if (!report.success) return {};
+  const Alignment map_from_reference = report.reference_from_estimate.Inverse();
+  std::vector<StampedPose> poses;
+  for (const StampedPose& pose : groundtruth)
+    poses.push_back({pose.timestamp, map_from_reference * pose.world_from_cam});
+  return poses;
+}
+
+LiveView::LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
+                   const std::vector<StampedPose>& groundtruth, bool quiet)
+    : settings_(settings) {
+  if (!settings.port) return;
+  ViewerOptions options{.address = settings.bind,
+                        .port = *settings.port,
+                        .accepts_commands = true,
+                        .names = slam.Export().class_names,
+                        .align_groundtruth = {}};
+  if (!groundtruth.empty())
+    options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {
+      return AlignGroundtruth(groundtruth, trajectory);
+    };
+  viewer_ = std::make_unique<Viewer>(std::move(options));
+  status_ = {.live = true, .paused = settings.paused, .mapping = true, .dropped = 0, .title = title};
+  ShowStatus();
+  if (!quiet) spdlog::info("viewer: {}", viewer_->url());
+}
+
+void LiveView::ShowStatus() {
+  if (shown_ == status_) return;
+  viewer_->ShowStatus(status_);
+  shown_ = status_;
+}
+
+void LiveView::CarryOut(const ViewerCommand& command, Slam& slam, const std::function<void()>& reset) {
+  using Kind = ViewerCommand::Kind;
+  switch (command.kind) {
+    case Kind::kPause:
+      status_.paused = command.on;
+      break;
+    case Kind::kStep:
+      ++steps_;
+      break;
+    case Kind::kReset:
+      reset();
+      slam.SetMapping(status_.mapping);
+      viewer_->Clear();
+      viewer_->ShowEvent(frame_, "reset", "by a viewer");
+      break;
+    case Kind::kRelocalize:
+      slam.ForceRelocalization();
+      viewer_->ShowEvent(frame_, "lost", "relocalization forced by a viewer");
+      break;
+    case Kind::kMapping:
+      status_.mapping = command.on;
+      slam.SetMapping(command.on);
+      break;
+  }
+}
+
+double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {
+  if (!viewer_) return 0;
+  const auto start = std::chrono::steady_clock::now();
+  int wait_ms = 0;
+  do {
+    for (const ViewerCommand& command : viewer_->TakeCommands(wait_ms)) CarryOut(command, slam, reset);
+    ShowStatus();
+    wait_ms = kWaitMs;
+  } while (status_.paused && steps_ == 0 && !Interrupted());
+  if (!status_.paused) steps_ = 0;
+  if (steps_ > 0) --steps_;
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped) {
+  if (!viewer_) return;
+  frame_ = result.frame;
+  FrameRecord record;
+  record.note = {result.frame, result.timestamp, result.state, result.inliers, result.ms_total};
+  record.world_from_cam = result.world_from_cam;
+  record.keypoints = result.keypoints;
+  record.matched = result.matched;
+  record.objects = result.objects;
+  record.confidence = result.confidence;
+  record.ms_features = result.ms_features;
+  record.ms_track = result.ms_track;
+  record.ms_objects = result.ms_objects;
+  record.view = slam.View();
+  record.image = frame.input.image;
+  record.image_path = frame.path;
+  viewer_->Show(std::move(record));
+  status_.dropped = dropped;
+}
+
+void LiveView::Finish(const SavedMap& saved, bool interrupted) {
+  if (!viewer_) return;
+  status_.live = status_.paused = false;
+  viewer_->ShowMap(std::make_shared<const Map>(saved.map), saved.trajectory);
+  ShowStatus();
+  viewer_->ShowEvent(frame_, "map", interrupted ? "interrupted" : "finished");
+  if (settings_.stay && !interrupted) {
+    spdlog::info("finished; the viewer stays at {} until Ctrl-C", viewer_->url());
+    while (!Interrupted()) viewer_->TakeCommands(kWaitMs);
+  }
+  viewer_->Shutdown();
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "commands.h"
+#include "common.h"
+#include "live_view.h"
+#include "oaslam/io/image_source.h"
+#include "oaslam/viewer/saved_run.h"
+#include "oaslam/viewer/viewer.h"
+
+namespace oaslam::apps {
+namespace {
+
+struct ViewOptions {
+  CommonOptions common;
+  std::string path, map, images, groundtruth, bind = "127.0.0.1";
+  int port = kViewerPort;
+};
+
+// Frames of the map by their times, in microseconds.
+std::map<int64_t, int> FramesWithPictures(const SavedMap& saved) {
+  std::set<int> wanted;
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { wanted.insert(keyframe.frame_index); });
+  saved.map.objects.ForEach([&](ObjectId, const Object& object) {
+    for (const ObjectObservation& o : object.observations) wanted.insert(o.frame_index);
+  });
+  std::map<int64_t, int> frames;
+  const auto add = [&](double timestamp, int frame) {
+    if (wanted.contains(frame)) frames[std::llround(timestamp * 1e6)] = frame;
+  };
+  for (const FramePose& pose : saved.trajectory) add(pose.timestamp, pose.frame_index);
+  saved.map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& keyframe) { add(keyframe.timestamp, keyframe.frame_index); });
+  return frames;
+}
+
+// Reads the images that the map was made of, for the pictures of keyframes and objects.
+void ReadPictures(ImageSource& images, const std::map<int64_t, int>& frames, Viewer& viewer,
+                  const std::stop_token& stop) {
+  constexpr int64_t kSameTime = 100;  // microseconds; files have six digits
+  while (!stop.stop_requested()) {
+    const std::optional<InputImage> image = images.Next();
+    if (!image) return;
+    const int64_t time = std::llround(image->timestamp * 1e6);
+    const auto frame = frames.lower_bound(time - kSameTime);
+    if (frame != frames.end() && frame->first <= time + kSameTime && !image->image.empty())
+      viewer.ShowPicture(frame->second, image->image);
+  }
+}
+
+// Waits for Ctrl-C, or to be ended; blocked in every thread begun after the construction.
+class EndSignal {
+ public:
+  EndSignal() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+  void Wait() const {
+    int which = 0;
+    sigwait(&signals_, &which);
+  }
+
+ private:
+  sigset_t signals_{};
+};
+
+void View(const ViewOptions& options) {
+  std::error_code error;
+  if (!std::filesystem::exists(options.path, error))
+    throw InputError(fmt::format("{}: there is no such file or folder", options.path));
+  const SavedRun run = LoadSavedRun(options.path, options.map);
+  const std::vector<StampedPose> groundtruth =
+      options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  ImageSourceOptions range = FrameRange(options.common);
+  range.color = true;
+  const std::unique_ptr<ImageSource> images = options.images.empty() ? nullptr : OpenImages(options.images, range);
+  const EndSignal end;
+  cv::setNumThreads(1);
+
+  ViewerOptions viewer_options{.address = options.bind,
+                               .port = options.port,
+                               .accepts_commands = false,
+                               .names = run.saved.class_names,
+                               .align_groundtruth = {}};
+  if (!groundtruth.empty())
+    viewer_options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {
+      return AlignGroundtruth(groundtruth, trajectory);
+    };
+  Viewer viewer(std::move(viewer_options));
+  viewer.ShowMap(std::make_shared<const Map>(run.saved.map), run.saved.trajectory);
+  viewer.ShowNotes(run.notes);
+  viewer.ShowStatus({.live = false, .paused = false, .mapping = false, .dropped = 0, .title = options.path});
+  if (!run.has_map_file) spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
+  std::jthread reader;
+  if (images)
+    reader = std::jthread(
+        [&](const std::stop_token& stop) { ReadPictures(*images, FramesWithPictures(run.saved), viewer, stop); });
+  fmt::print("{}\n", viewer.url());
+  std::fflush(stdout);
+  spdlog::info("open it in a browser; Ctrl-C ends");
+  end.Wait();
+  reader.request_stop();
+  viewer.Shutdown();
+}
+
+}  // namespace
+
+void AddViewCommand(CLI::App& app) {
+  auto* command = app.add_subcommand("view", "Show a saved map, or the folder of a run, in the browser");
+  const auto options = std::make_shared<ViewOptions>();
+  command->add_option("path", options->path, "map file, or folder that run, localize or map-objects wrote")->required();
+  command->add_option("--map", options->map, "map file that belongs to the folder");
+  command->add_option("--images", options->images,
+                      "images the map was made of: colours, pictures of keyframes and objects");
+  command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  command->add_option("--port", options->port, fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
+      ->check(CLI::Range(0, 65535));
+  command->add_option("--bind", options->bind, "address to serve at; 0.0.0.0: open to other machines")
+      ->type_name("ADDR");
+  AddFrameOptions(*command, options->common);
+  AddQuietOption(*command, options->common);
+  command->callback([options] { View(*options); });
+}
+
+}  // namespace oaslam::apps

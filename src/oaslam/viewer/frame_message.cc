@@ -1,0 +1,114 @@
+#include "oaslam/viewer/frame_message.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/viewer/map_delta.h"
+
+namespace oaslam {
+namespace {
+
+using nlohmann::json;
+
+json BoxNumbers(const Box& box) { return {box.x1, box.y1, box.x2, box.y2}; }
+
+json DescribeDetections(const FrameView& view, const ClassNames& names) {
+  json list = json::array();
+  for (size_t i = 0; i < view.frame.detections.size(); ++i) {
+    const ObjectDetection& d = view.frame.detections[i];
+    json entry{{"box", BoxNumbers(d.box)},
+               {"score", d.score},
+               {"category_id", d.category_id},
+               {"category", NameOf(names, d.category_id)}};
+    const std::optional<ObjectId> object =
+        i < view.detected.size() ? view.map->ResolveObject(view.detected[i]) : std::nullopt;
+    if (object) entry["object"] = object->value;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+// The mapped objects' outlines in the image.
+json DescribeEllipses(const FrameView& view, const Rigid3& cam_from_world, const Camera& camera,
+                      const ClassNames& names) {
+  json list = json::array();
+  const Box image{0, 0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
+  view.map->objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    const std::optional<Ellipse> ellipse = ProjectToEllipse(object.ellipsoid, cam_from_world, camera);
+    if (!ellipse || Intersection(BoundingBox(*ellipse), image).Area() <= 0) return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(ellipse->covariance);
+    const Eigen::Vector2d major = axes.eigenvectors().col(1);
+    list.push_back({{"object", id.value},
+                    {"label", object.name.empty() ? NameOf(names, object.category_id) : object.name},
+                    {"category_id", object.category_id},
+                    {"center", {ellipse->mean.x(), ellipse->mean.y()}},
+                    {"half_axes", {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0])}},
+                    {"angle", std::atan2(major.y(), major.x())},
+                    {"depth", (cam_from_world * object.ellipsoid.center).z()}});
+  });
+  return list;
+}
+
+json DescribeRelocalization(const RelocalizationNote& note) {
+  return {{"evidence", ToString(note.evidence)},
+          {"confidence", note.confidence},
+          {"points", note.inlier_points},
+          {"objects", note.matched_objects},
+          {"why_not", note.why_not}};
+}
+
+void AddKeypoints(const FrameView& view, MessageBuilder& message) {
+  if (!view.frame.features) return;
+  const std::vector<Keypoint>& keypoints = view.frame.features->keypoints;
+  std::vector<float> px;
+  std::vector<uint32_t> landmarks;
+  for (size_t i = 0; i < keypoints.size(); ++i) {
+    px.insert(px.end(), {keypoints[i].px.x(), keypoints[i].px.y()});
+    landmarks.push_back(i < view.landmarks.size() ? view.landmarks[i].value : LandmarkId::kInvalid);
+  }
+  message.Add("keypoints", px);
+  message.Add("keypoint_landmarks", landmarks);
+}
+
+}  // namespace
+
+void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<const uint8_t> jpeg,
+              MessageBuilder& message) {
+  const FrameView& view = record.view;
+  const Camera& camera = view.map->cameras[view.frame.camera];
+  json& frame = message.header["frame"];
+  frame = {{"frame", record.note.frame},
+           {"timestamp", record.note.timestamp},
+           {"state", ToString(record.note.state)},
+           {"keypoints", record.keypoints},
+           {"matched", record.matched},
+           {"inliers", record.note.inliers},
+           {"objects", record.objects},
+           {"confidence", record.confidence},
+           {"ms",
+            {{"total", record.note.ms_total},
+             {"features", record.ms_features},
+             {"track", record.ms_track},
+             {"objects", record.ms_objects}}},
+           {"camera",
+            {{"width", camera.width},
+             {"height", camera.height},
+             {"fx", camera.fx},
+             {"fy", camera.fy},
+             {"cx", camera.cx},
+             {"cy", camera.cy}}},
+           {"detections", DescribeDetections(view, names)},
+           {"ellipses", json::array()}};
+  if (record.world_from_cam) {
+    frame["pose"] = PoseNumbers(*record.world_from_cam);
+    frame["ellipses"] = DescribeEllipses(view, record.world_from_cam->Inverse(), camera, names);
+  }
+  if (view.relocalization) frame["relocalization"] = DescribeRelocalization(*view.relocalization);
+  AddKeypoints(view, message);
+  message.Add("jpeg", jpeg);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,46 @@
+#include "oaslam/viewer/http_policy.h"
+
+#include <algorithm>
+#include <boost/asio/ip/address.hpp>
+#include <cctype>
+
+namespace oaslam {
+namespace {
+
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+// Without the port; of "[::1]:80" what is inside the brackets. Empty where it is neither.
+std::string NameOfHost(std::string_view host) {
+  const bool bracketed = host.starts_with('[');
+  const size_t end = bracketed ? host.find(']') : host.find(':');
+  const std::string_view name =
+      host.substr(bracketed ? 1 : 0, end == std::string_view::npos ? end : end - (bracketed ? 1 : 0));
+  const std::string_view rest =
+      end == std::string_view::npos ? std::string_view() : host.substr(end + (bracketed ? 1 : 0));
+  if (bracketed && end == std::string_view::npos) return {};
+  if (!rest.empty() && (rest[0] != ':' || rest.size() > 6 ||
+                        !std::ranges::all_of(rest.substr(1), [](unsigned char c) { return std::isdigit(c); })))
+    return {};
+  return Lower(name);
+}
+
+}  // namespace
+
+bool IsAllowedHost(std::string_view host, const std::string& machine_name) {
+  const std::string name = NameOfHost(host);
+  if (name.empty()) return false;
+  if (name == "localhost" || name == Lower(machine_name)) return true;
+  boost::system::error_code error;
+  boost::asio::ip::make_address(name, error);
+  return !error;
+}
+
+bool IsAllowedOrigin(std::string_view origin, std::string_view host) {
+  return origin.empty() || Lower(origin) == "http://" + Lower(host);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,158 @@
+#include "oaslam/viewer/http_session.h"
+
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/write.hpp>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "oaslam/viewer/http_policy.h"
+#include "oaslam/viewer/page.h"
+
+namespace oaslam {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using Response = http::response<http::string_body>;
+
+constexpr auto kTimeout = std::chrono::seconds(10);
+
+// The page is its own: it loads nothing, and nothing may frame it.
+constexpr const char* kContentPolicy =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; connect-src "
+    "'self'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'";
+
+// Adds one to a count for as long as it is held.
+std::shared_ptr<void> Counted(int& count, std::shared_ptr<ServerState> server) {
+  ++count;
+  return {&count, [server = std::move(server)](int* counter) { --*counter; }};
+}
+
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(tcp::socket socket, std::shared_ptr<ServerState> server)
+      : stream_(std::move(socket)), server_(std::move(server)), token_(Counted(server_->connections, server_)) {}
+
+  void Read() {
+    constexpr uint32_t kMaxHeader = 8192;  // bytes
+    parser_.emplace();
+    parser_->header_limit(kMaxHeader);
+    stream_.expires_after(kTimeout);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](beast::error_code error, size_t) { self->OnRequest(error); });
+  }
+
+ private:
+  void OnRequest(beast::error_code error) {
+    if (error == http::error::end_of_stream || error == beast::error::timeout ||
+        error == asio::error::operation_aborted)
+      return End();
+    if (error) return Answer(Text(http::status::bad_request, "bad request\n", 11, false));
+    const auto& request = parser_->get();
+    const std::string host(request[http::field::host]), origin(request[http::field::origin]);
+    if (!IsAllowedHost(host, server_->machine_name))
+      return Answer(
+          Text(http::status::forbidden, "unknown host name: use an address or localhost\n", request.version(), false));
+    if (!IsAllowedOrigin(origin, host))
+      return Answer(Text(http::status::forbidden, "foreign origin\n", request.version(), false));
+    const std::string target(request.target().substr(0, request.target().find('?')));
+    if (target == "/ws" && beast::websocket::is_upgrade(request)) {
+      stream_.expires_never();
+      std::make_shared<ViewerSession>(std::move(stream_), server_, token_)->Run(parser_->release());
+      return;
+    }
+    const bool keep = request.keep_alive();
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
+      return Answer(Text(http::status::method_not_allowed, "only GET and HEAD\n", request.version(), false));
+    if (target != "/") return Answer(Text(http::status::not_found, "not found\n", request.version(), keep));
+    Response response = Text(http::status::ok, std::string(ViewerPage()), request.version(), keep);
+    response.set(http::field::content_type, "text/html; charset=utf-8");
+    if (request.method() == http::verb::head) response.body().clear();  // its length stays
+    Answer(std::move(response));
+  }
+
+  static Response Text(http::status status, std::string text, unsigned version, bool keep_alive) {
+    Response response(status, version);
+    response.set(http::field::content_type, "text/plain; charset=utf-8");
+    response.set(http::field::cache_control, "no-store");
+    response.set(http::field::x_frame_options, "DENY");
+    response.set("X-Content-Type-Options", "nosniff");
+    response.set("Content-Security-Policy", kContentPolicy);
+    response.set("Referrer-Policy", "no-referrer");
+    response.keep_alive(keep_alive);
+    response.body() = std::move(text);
+    response.prepare_payload();
+    return response;
+  }
+
+  void Answer(Response response) {
+    response_ = std::move(response);
+    stream_.expires_after(kTimeout);
+    http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code error, size_t) {
+      if (error || self->response_.need_eof() || !self->response_.keep_alive()) return self->End();
+      self->Read();
+    });
+  }
+
+  void End() {
+    beast::error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  beast::tcp_stream stream_;
+  std::shared_ptr<ServerState> server_;
+  std::shared_ptr<void> token_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  Response response_;
+};
+
+// What the other side sends is read before the end, or the answer would be lost with it.
+class Refusal : public std::enable_shared_from_this<Refusal> {
+ public:
+  Refusal(tcp::socket socket, std::shared_ptr<ServerState> server)
+      : stream_(std::move(socket)), token_(Counted(server->refusals, server)) {}
+
+  void Run() {
+    static constexpr std::string_view kAnswer =
+        "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Type: text/plain\r\nRetry-After: "
+        "1\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
+    stream_.expires_after(std::chrono::seconds(2));
+    asio::async_write(stream_, asio::buffer(kAnswer.data(), kAnswer.size()),
+                      [self = shared_from_this()](beast::error_code error, size_t) {
+                        if (error) return;
+                        self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+                        self->Drain();
+                      });
+  }
+
+ private:
+  void Drain() {
+    stream_.async_read_some(asio::buffer(rest_), [self = shared_from_this()](beast::error_code error, size_t count) {
+      if (error || (self->read_ += count) > 65536) return;
+      self->Drain();
+    });
+  }
+
+  beast::tcp_stream stream_;
+  std::shared_ptr<void> token_;
+  std::array<char, 1024> rest_{};
+  size_t read_ = 0;
+};
+
+}  // namespace
+
+void ServeHttp(tcp::socket socket, std::shared_ptr<ServerState> server) {
+  std::make_shared<HttpSession>(std::move(socket), std::move(server))->Read();
+}
+
+void RefuseConnection(tcp::socket socket, std::shared_ptr<ServerState> server) {
+  std::make_shared<Refusal>(std::move(socket), std::move(server))->Run();
+}
+
+}  // namespace oaslam

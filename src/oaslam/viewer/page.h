@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string_view>
+
+namespace oaslam {
+
+// The viewer's page, one self-contained HTML document: web/dist/index.html, made part of the program by the build.
+std::string_view ViewerPage();
+
+}  // namespace oaslam

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/io/map_file.h"
+#include "oaslam/viewer/frame_record.h"
+
+namespace oaslam {
+
+// A finished run as a page shows it.
+struct SavedRun {
+  SavedMap saved;
+  std::vector<FrameNote> notes;  // of frames.csv where there is one, else of the trajectory
+  bool has_map_file = false;     // else only what text files tell: objects, keyframes, trajectory
+};
+
+// A map file, or a folder that `oaslam run`, `localize` or `map-objects` wrote: its map file where one lies in it or is
+// given, else its text files. Throws InputError.
+SavedRun LoadSavedRun(const std::string& path, const std::string& map_path);
+
+}  // namespace oaslam

@@ -1,0 +1,209 @@
+#include "oaslam/viewer/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+
+#include "oaslam/viewer/frame_message.h"
+#include "oaslam/viewer/map_delta.h"
+
+namespace oaslam {
+
+using nlohmann::json;
+
+void Scene::Add(FrameRecord record) {
+  NoteState(record);
+  notes_.push_back(record.note);
+  const std::shared_ptr<const Map> map = record.view.map;
+  if (record.view.pose && map_ && !map) path_.Add(*record.view.pose, *map_);
+  if (!map) return;
+  if (map != map_) {
+    NoteMap(*map, record.note.frame);
+    map_ = map;
+    path_.Update(*map);
+  }
+  if (record.view.pose) path_.Add(*record.view.pose, *map);
+  frame_ = std::move(record);
+  picture_ = cv::Mat();
+  jpeg_.clear();
+  constexpr uint64_t kUnwatchedStep = 8;  // frames; where a viewer asks, each is taken
+  if (++frame_count_ % kUnwatchedStep == 1) TakePicture();
+}
+
+// What the newest frame's image shows is kept as far as it is needed later; the image itself is let go.
+void Scene::TakePicture() {
+  const FrameView& view = frame_->view;
+  cv::Mat image = std::exchange(frame_->image, {});
+  if (image.empty()) return;
+  if (image.channels() == 1 && !frame_->image_path.empty())
+    if (const cv::Mat color = cv::imread(frame_->image_path, cv::IMREAD_COLOR); color.size() == image.size())
+      image = color;
+  const Camera& camera = map_->cameras[view.frame.camera];
+  picture_ = picture_maker_.Make(camera, image);
+  const double scale = PictureMaker::ScaleOf(camera);
+  if (view.frame.features) colors_.Add(picture_, scale, *view.frame.features, view.landmarks);
+  for (size_t i = 0; i < view.detected.size(); ++i)
+    if (view.detected[i].IsValid())
+      crops_.Add(view.detected[i], frame_->note.frame, picture_, scale, view.frame.detections[i].box);
+}
+
+void Scene::NoteState(const FrameRecord& record) {
+  const TrackingState now = record.note.state;
+  const std::optional<TrackingState> before = notes_.empty() ? std::nullopt : std::optional(notes_.back().state);
+  const int frame = record.note.frame;
+  if (now == TrackingState::kRelocalized) {
+    const auto& found = record.view.relocalization;
+    if (!found || found->evidence == PoseEvidence::kNone)
+      AddEvent(frame, "relocalized", "joined with the map made while lost");
+    else
+      AddEvent(frame, "relocalized",
+               fmt::format("by {}: {} points{}, confidence {:.2f}", ToString(found->evidence), found->inlier_points,
+                           found->matched_objects > 0 ? fmt::format(", {} objects", found->matched_objects) : "",
+                           found->confidence));
+  }
+  if (before == now) return;
+  if (now == TrackingState::kObjects)
+    AddEvent(frame, "objects",
+             record.view.relocalization
+                 ? fmt::format("pose by {} objects alone, confidence {:.2f}",
+                               record.view.relocalization->matched_objects, record.view.relocalization->confidence)
+                 : "pose by objects alone");
+  if (now == TrackingState::kLost)
+    AddEvent(frame, "lost", record.view.relocalization ? record.view.relocalization->why_not : "");
+  if (now == TrackingState::kInitializing && before) {
+    AddEvent(frame, "reset", "starting anew");
+    path_.Clear();
+  }
+  if (now == TrackingState::kTracking && before == TrackingState::kInitializing)
+    AddEvent(frame, "map", "initialized from two views");
+}
+
+void Scene::NoteMap(const Map& map, int frame) {
+  if (!map_) return;
+  if (map.loops_closed > map_->loops_closed) AddEvent(frame, "loop", "closed");
+  map.objects.ForEachDifference(map_->objects, [&](ObjectId id, const Object* a, const Object* b) {
+    const bool was = a && a->state == ObjectState::kMapped, is = b && b->state == ObjectState::kMapped;
+    if (is && !was) AddEvent(frame, "object", fmt::format("{} {} mapped", NameOf(names_, b->category_id), id.value));
+    if (was && !is && !map.keyframes.empty())
+      AddEvent(frame, "object",
+               fmt::format("{} {} {}", NameOf(names_, a->category_id), id.value,
+                           map.merged_objects.Contains(id) ? "merged into another" : "dropped"));
+  });
+}
+
+void Scene::SetMap(std::shared_ptr<const Map> map, const std::vector<FramePose>& trajectory) {
+  map_ = std::move(map);
+  path_.Replace(trajectory, *map_);
+}
+
+void Scene::SetNotes(std::vector<FrameNote> notes) {
+  notes_ = std::move(notes);
+  ++generation_;
+}
+
+void Scene::SetGroundtruth(std::vector<float> positions) {
+  if (positions == groundtruth_) return;
+  groundtruth_ = std::move(positions);
+  ++groundtruth_count_;
+}
+
+void Scene::SetStatus(const SceneStatus& status) {
+  if (status == status_) return;
+  status_ = status;
+  ++status_count_;
+}
+
+void Scene::AddEvent(int frame, const std::string& kind, const std::string& text) {
+  events_.push_back({{"frame", frame}, {"kind", kind}, {"text", text}});
+}
+
+void Scene::AddPicture(int frame_index, const cv::Mat& image) {
+  constexpr int kQuality = 75;
+  constexpr size_t kMaxPictures = 1000;  // some 30 KB each
+  if (!map_) return;
+  map_->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    if (keyframe.frame_index != frame_index) return;
+    const Camera& camera = map_->cameras[keyframe.camera];
+    if (image.cols != camera.width || image.rows != camera.height) return;
+    const cv::Mat picture = picture_maker_.Make(camera, image);
+    if (keyframe.features) colors_.Add(picture, PictureMaker::ScaleOf(camera), *keyframe.features, keyframe.landmarks);
+    if (pictures_.size() < kMaxPictures) pictures_[frame_index] = EncodeJpeg(picture, kQuality);
+  });
+  map_->objects.ForEach([&](ObjectId id, const Object& object) {
+    for (const ObjectObservation& o : object.observations) {
+      if (o.frame_index != frame_index || object.state != ObjectState::kMapped) continue;
+      const Camera& camera = map_->cameras[o.camera];
+      if (image.cols != camera.width || image.rows != camera.height) continue;
+      crops_.Add(id, frame_index, picture_maker_.Make(camera, image), PictureMaker::ScaleOf(camera), o.box);
+    }
+  });
+}
+
+void Scene::Clear() {
+  map_.reset();
+  path_.Clear();
+  colors_.Clear();
+  crops_.Clear();
+  frame_.reset();
+  SetNotes({});
+}
+
+void Scene::AddNotes(SceneCursor& cursor, MessageBuilder& message) const {
+  std::vector<uint32_t> frames, inliers;
+  std::vector<uint8_t> states;
+  std::vector<float> ms;
+  for (; cursor.notes < notes_.size(); ++cursor.notes) {
+    const FrameNote& note = notes_[cursor.notes];
+    frames.push_back(static_cast<uint32_t>(note.frame));
+    inliers.push_back(static_cast<uint32_t>(note.inliers));
+    states.push_back(static_cast<uint8_t>(note.state));
+    ms.push_back(static_cast<float>(note.ms_total));
+  }
+  message.Add("note_frames", frames);
+  message.Add("note_inliers", inliers);
+  message.Add("note_states", states);
+  message.Add("note_ms", ms);
+}
+
+std::optional<std::string> Scene::News(SceneCursor& cursor) {
+  const bool has_news = cursor.map != map_ || cursor.path != path_.version() || cursor.frame != frame_count_ ||
+                        cursor.status != status_count_ || cursor.groundtruth != groundtruth_count_ ||
+                        cursor.colors != colors_.size() || cursor.events != events_.size() ||
+                        cursor.notes != notes_.size() || cursor.generation != generation_;
+  if (!has_news) return std::nullopt;
+  if (frame_ && cursor.frame != frame_count_ && !frame_->image.empty()) TakePicture();
+  MessageBuilder message("update");
+  if (cursor.generation != generation_) {
+    const size_t events = cursor.events;
+    cursor = {};
+    cursor.events = events;
+    cursor.generation = generation_;
+    message.header["restart"] = true;
+  }
+  if (map_ && cursor.map != map_) AddMapDelta(cursor.map.get(), *map_, names_, message);
+  cursor.path = path_.AddDelta(cursor.path, message);
+  colors_.AddDelta(cursor.colors, message);
+  for (; cursor.events < events_.size(); ++cursor.events) message.header["events"].push_back(events_[cursor.events]);
+  AddNotes(cursor, message);
+  if (cursor.groundtruth != groundtruth_count_) message.Add("groundtruth", groundtruth_);
+  if (cursor.status != status_count_)
+    message.header["status"] = {{"live", status_.live},
+                                {"paused", status_.paused},
+                                {"mapping", status_.mapping},
+                                {"dropped", status_.dropped},
+                                {"title", status_.title}};
+  if (cursor.frame != frame_count_ && frame_) {
+    constexpr int kQuality = 80;
+    if (jpeg_.empty() && !picture_.empty()) jpeg_ = EncodeJpeg(picture_, kQuality);
+    AddFrame(*frame_, names_, jpeg_, message);
+  }
+  cursor.map = map_;
+  cursor.colors = colors_.size();
+  cursor.groundtruth = groundtruth_count_;
+  cursor.status = status_count_;
+  cursor.frame = frame_count_;
+  return std::move(message).Finish();
+}
+
+}  // namespace oaslam

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/io/class_names.h"
+#include "oaslam/viewer/crops.h"
+#include "oaslam/viewer/frame_record.h"
+#include "oaslam/viewer/landmark_colors.h"
+#include "oaslam/viewer/message.h"
+#include "oaslam/viewer/path.h"
+#include "oaslam/viewer/picture.h"
+
+namespace oaslam {
+
+// What a run, or a saved one, is doing.
+struct SceneStatus {
+  bool live = false;  // images are coming
+  bool paused = false;
+  bool mapping = true;  // else localization only
+  int dropped = 0;      // images that came too late
+  std::string title;
+  bool operator==(const SceneStatus&) const = default;
+};
+
+// How far one viewer has followed: it is told what came since, however much that is, in one message. Nothing queues up
+// for a slow one.
+struct SceneCursor {
+  std::shared_ptr<const Map> map;
+  uint64_t generation = 0, path = 0, frame = 0, status = 0, groundtruth = 0;
+  size_t colors = 0, events = 0, notes = 0;
+};
+
+// All that there is to see, on the server's thread alone.
+class Scene {
+ public:
+  explicit Scene(ClassNames names) : names_(std::move(names)) {}
+
+  // An image; without a map in its view only its note counts.
+  void Add(FrameRecord record);
+  // The map with the trajectory of its frames, as loaded or as finished.
+  void SetMap(std::shared_ptr<const Map> map, const std::vector<FramePose>& trajectory);
+  void SetNotes(std::vector<FrameNote> notes);
+  void SetGroundtruth(std::vector<float> positions);  // x y z each, in the map's frame
+  void SetStatus(const SceneStatus& status);
+  void AddEvent(int frame, const std::string& kind, const std::string& text);
+  // The image of a frame of a saved map.
+  void AddPicture(int frame_index, const cv::Mat& image);
+  // Forgets all, but what happened.
+  void Clear();
+
+  // What is new since; nothing if nothing is.
+  std::optional<std::string> News(SceneCursor& cursor);
+  // Everything about one object; nothing if it is not in the map.
+  std::optional<std::string> DescribeObject(ObjectId id) const;
+  // A keyframe as a frame; nothing if it is not in the map.
+  std::optional<std::string> DescribeKeyframe(KeyframeId id) const;
+
+  const Map* map() const { return map_.get(); }
+  const Path& path() const { return path_; }
+
+ private:
+  void TakePicture();
+  void NoteState(const FrameRecord& record);
+  void NoteMap(const Map& map, int frame);
+  void AddNotes(SceneCursor& cursor, MessageBuilder& message) const;
+
+  ClassNames names_;
+  uint64_t generation_ = 0;  // times that all was forgotten
+  std::shared_ptr<const Map> map_;
+  Path path_;
+  LandmarkColors colors_;
+  Crops crops_;
+  PictureMaker picture_maker_;
+  std::map<int, std::vector<uint8_t>> pictures_;  // JPEG, by frame; of a saved map
+  std::optional<FrameRecord> frame_;              // the newest with a view
+  cv::Mat picture_;                               // of it, until a viewer asks for it
+  std::vector<uint8_t> jpeg_;
+  uint64_t frame_count_ = 0;
+  std::vector<FrameNote> notes_;
+  std::vector<nlohmann::json> events_;
+  std::vector<float> groundtruth_;
+  uint64_t groundtruth_count_ = 0;
+  SceneStatus status_;
+  uint64_t status_count_ = 1;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,271 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <thread>
+
+#include "expect_input_error.h"
+#include "message_reader.h"
+#include "oaslam/viewer/page.h"
+#include "oaslam/viewer/viewer.h"
+#include "random_map.h"
+
+namespace oaslam {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using testing::HasSubstr;
+
+int PortOf(const Viewer& viewer) {
+  const std::string url = viewer.url();
+  return std::stoi(url.substr(url.rfind(':') + 1));
+}
+
+tcp::socket ConnectTo(asio::io_context& io, const Viewer& viewer) {
+  tcp::socket socket(io);
+  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(PortOf(viewer))});
+  return socket;
+}
+
+// The whole answer to some bytes, read to the end of the connection.
+std::string AnswerTo(const Viewer& viewer, const std::string& bytes) {
+  asio::io_context io;
+  tcp::socket socket = ConnectTo(io, viewer);
+  asio::write(socket, asio::buffer(bytes));
+  std::string answer;
+  boost::system::error_code error;
+  asio::read(socket, asio::dynamic_buffer(answer), error);
+  return answer;
+}
+
+std::string Get(const std::string& target, const std::string& headers) {
+  return "GET " + target + " HTTP/1.1\r\nConnection: close\r\n" + headers + "\r\n";
+}
+
+// A page.
+class Client {
+ public:
+  explicit Client(const Viewer& viewer, const std::string& origin = "") : socket_(ConnectTo(io_, viewer)) {
+    const std::string host = "127.0.0.1:" + std::to_string(PortOf(viewer));
+    socket_.set_option(beast::websocket::stream_base::decorator([&](beast::websocket::request_type& request) {
+      if (!origin.empty()) request.set(http::field::origin, origin);
+    }));
+    socket_.read_message_max(size_t{1} << 28);
+    socket_.handshake(host, "/ws");
+  }
+  DecodedMessage Read() {
+    beast::flat_buffer buffer;
+    socket_.read(buffer);
+    return DecodedMessage(beast::buffers_to_string(buffer.data()));
+  }
+  void Send(const std::string& text) {
+    socket_.text(true);
+    socket_.write(asio::buffer(text));
+  }
+  void Acknowledge() { Send(R"({"type":"ack"})"); }
+  // The next message of a type; all are acknowledged.
+  DecodedMessage ReadUntil(const std::string& type) {
+    for (;;) {
+      DecodedMessage message = Read();
+      Acknowledge();
+      if (message.header["type"] == type) return message;
+    }
+  }
+  // Reads until the server ends the connection.
+  bool IsClosed() {
+    beast::flat_buffer buffer;
+    boost::system::error_code error;
+    while (!error) socket_.read(buffer, error);
+    return error != asio::error::timed_out;
+  }
+
+ private:
+  asio::io_context io_;
+  beast::websocket::stream<tcp::socket> socket_;
+};
+
+std::shared_ptr<const Map> SomeMap(int landmarks = 200) {
+  Rng rng(5);
+  return std::make_shared<const Map>(
+      RandomMap({.keyframes = 8, .keypoints = landmarks, .landmarks = landmarks}, rng).map);
+}
+
+TEST(Viewer, ServesThePageToThisMachineAlone) {
+  const Viewer viewer(ViewerOptions{});
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr(std::string(ViewerPage())));
+  EXPECT_THAT(AnswerTo(viewer, Get("/?x", "Host: 127.0.0.1:80\r\n")), HasSubstr("200 OK"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: evil.example\r\n")), HasSubstr("403 Forbidden"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "")), HasSubstr("403 Forbidden"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\nOrigin: http://evil.example\r\n")),
+              HasSubstr("403 Forbidden"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/../etc/passwd", "Host: localhost\r\n")), HasSubstr("404 Not Found"));
+  EXPECT_THAT(AnswerTo(viewer, "POST / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
+              HasSubstr("405 Method Not Allowed"));
+}
+
+TEST(Viewer, MalformedRequestsAreAnsweredAndForgotten) {
+  const Viewer viewer(ViewerOptions{});
+  EXPECT_THAT(AnswerTo(viewer, "nonsense\r\n\r\n"), HasSubstr("400 Bad Request"));
+  EXPECT_THAT(AnswerTo(viewer, std::string("\0\xff\x16\x03\x01 \r\n\r\n", 10)), HasSubstr("400 Bad Request"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\nX: " + std::string(20000, 'x') + "\r\n")),
+              HasSubstr("400 Bad Request"));
+  EXPECT_THAT(AnswerTo(viewer, "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999\r\n\r\nxxxx"),
+              HasSubstr("400 Bad Request"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr("200 OK"));
+}
+
+TEST(Viewer, TellsAPageTheMapAndAnswersItsQuestions) {
+  Viewer viewer(ViewerOptions{.names = {{41, "cup"}}});
+  const auto map = SomeMap();
+  viewer.ShowMap(map, {});
+  Client page(viewer);
+  EXPECT_EQ(page.ReadUntil("hello").header["commands"], false);
+  const DecodedMessage update = page.ReadUntil("update");
+  EXPECT_EQ(update.Array<uint32_t>("landmark_ids").size(), map->landmarks.size());
+  EXPECT_EQ(update.Array<uint32_t>("keyframe_ids").size(), map->keyframes.size());
+  const ObjectId id = map->objects.Ids().front();
+  page.Send(R"({"type":"object","id":)" + std::to_string(id.value) + "}");
+  EXPECT_EQ(page.ReadUntil("object").header["object"]["id"], id.value);
+  page.Send(R"({"type":"keyframe","id":0})");
+  EXPECT_EQ(page.ReadUntil("keyframe").header["keyframe"], 0);
+}
+
+TEST(Viewer, WhoAsksMuchIsStillToldWhatIsNew) {
+  Viewer viewer(ViewerOptions{});
+  const auto map = SomeMap();
+  viewer.ShowMap(map, {});
+  Client page(viewer);
+  page.ReadUntil("update");
+  const std::string question = R"({"type":"object","id":)" + std::to_string(map->objects.Ids().front().value) + "}";
+  for (int i = 0; i < 10; ++i) page.Send(question);
+  viewer.ShowEvent(0, "loop", "closed");
+  for (int answers = 0;; ++answers) {
+    ASSERT_LT(answers, 100);
+    const DecodedMessage message = page.Read();
+    page.Send(question);
+    page.Acknowledge();
+    if (message.header.contains("events")) break;
+  }
+}
+
+TEST(Viewer, RefusesForeignPages) {
+  const Viewer viewer(ViewerOptions{});
+  EXPECT_THROW(Client(viewer, "http://evil.example"), beast::system_error);
+  EXPECT_NO_THROW(Client(viewer, "http://127.0.0.1:" + std::to_string(PortOf(viewer))));
+}
+
+TEST(Viewer, ClosesOnWhatNoPageSends) {
+  const Viewer viewer(ViewerOptions{});
+  for (const std::string bad :
+       {"", "{", "[]", "null", R"({"type":1})", R"({"type":"nonsense"})", R"({"type":"object"})",
+        R"({"type":"object","id":-1})", R"({"type":"object","id":1e30})", R"({"type":"command","name":"format disk"})",
+        R"({"type":"command","name":"pause","on":"yes"})"}) {
+    Client page(viewer);
+    page.Send(bad);
+    EXPECT_TRUE(page.IsClosed()) << bad;
+  }
+  Client oversized(viewer);
+  oversized.Send(std::string(100000, ' '));
+  EXPECT_TRUE(oversized.IsClosed());
+  Client eager(viewer);
+  for (int i = 0; i < 3; ++i) eager.Acknowledge();
+  EXPECT_TRUE(eager.IsClosed());
+}
+
+TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
+  Viewer open(ViewerOptions{.accepts_commands = true}), closed(ViewerOptions{});
+  Client page(open), reader(closed);
+  EXPECT_EQ(page.ReadUntil("hello").header["commands"], true);
+  for (Client* client : {&page, &reader}) client->Send(R"({"type":"command","name":"pause","on":true})");
+  std::vector<ViewerCommand> commands = open.TakeCommands(2000);
+  ASSERT_EQ(commands.size(), 1U);
+  EXPECT_EQ(commands[0].kind, ViewerCommand::Kind::kPause);
+  EXPECT_TRUE(commands[0].on);
+  reader.Send(R"({"type":"object","id":99999})");  // processed after the command
+  reader.Acknowledge();
+  EXPECT_TRUE(closed.TakeCommands(50).empty());
+}
+
+// One that stops reading holds a message or two, keeps nobody waiting, and is told the newest when it goes on.
+TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
+  Viewer viewer(ViewerOptions{});
+  const auto map = SomeMap(3000);
+  Client stalled(viewer), page(viewer);
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 300; ++i) {
+    FrameRecord record;
+    record.note = {i, i / 30.0, TrackingState::kTracking, 100, 5};
+    record.view.map = i % 2 == 0 ? map : std::make_shared<const Map>(*map);
+    record.view.frame.features = std::make_shared<Features>();
+    record.image = cv::Mat(480, 640, CV_8UC3, cv::Scalar(i % 255, 0, 0));
+    viewer.Show(std::move(record));
+    if (i % 30 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+  const auto last_frame = [](Client& client) {
+    std::vector<uint32_t> notes;
+    while (notes.size() < 300) {
+      const auto more = client.ReadUntil("update").Array<uint32_t>("note_frames");
+      notes.insert(notes.end(), more.begin(), more.end());
+    }
+    return notes.back();
+  };
+  EXPECT_EQ(last_frame(page), 299U);
+  int messages = 0;  // that were under way to the other
+  stalled.ReadUntil("hello");
+  for (size_t notes = 0; notes < 300; ++messages)
+    notes += stalled.ReadUntil("update").Array<uint32_t>("note_frames").size();
+  EXPECT_LE(messages, 4);
+}
+
+TEST(Viewer, ManyConnectionsAreRefusedPolitely) {
+  const Viewer viewer(ViewerOptions{});
+  asio::io_context io;
+  std::vector<tcp::socket> idle;
+  for (int i = 0; i < ServerState::kMaxConnections; ++i) idle.push_back(ConnectTo(io, viewer));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr("503 Service Unavailable"));
+  idle.clear();
+  std::string answer;
+  for (int attempt = 0; attempt < 50 && answer.find("200 OK") == std::string::npos; ++attempt) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    answer = AnswerTo(viewer, Get("/", "Host: localhost\r\n"));
+  }
+  EXPECT_THAT(answer, HasSubstr("200 OK"));
+}
+
+TEST(Viewer, PortsThatCannotBeHad) {
+  const Viewer viewer(ViewerOptions{});
+  const int port = PortOf(viewer);
+  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.port = port}); }), HasSubstr("port " + std::to_string(port)));
+  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.address = "nowhere.example"}); }),
+              HasSubstr("--bind nowhere.example"));
+  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.address = "203.0.113.7"}); }), HasSubstr("203.0.113.7"));
+}
+
+TEST(Viewer, EndsWhateverIsOpen) {
+  auto viewer = std::make_unique<Viewer>(ViewerOptions{});
+  asio::io_context io;
+  tcp::socket half = ConnectTo(io, *viewer);
+  asio::write(half, asio::buffer(std::string("GET / HT")));
+  Client silent(*viewer), page(*viewer);
+  viewer->ShowMap(SomeMap(), {});
+  page.ReadUntil("update");
+  const auto start = std::chrono::steady_clock::now();
+  viewer->Shutdown();
+  viewer->Shutdown();
+  viewer->ShowMap(SomeMap(), {});
+  viewer->ShowPicture(0, cv::Mat(10, 10, CV_8UC1));
+  viewer.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_TRUE(page.IsClosed());
+}
+
+}  // namespace
+}  // namespace oaslam

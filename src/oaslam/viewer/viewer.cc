@@ -1,0 +1,242 @@
+#include "oaslam/viewer/viewer.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/ip/host_name.hpp>
+#include <boost/asio/post.hpp>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
+#include "oaslam/viewer/server.h"
+
+namespace oaslam {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kInterval = std::chrono::milliseconds(40);    // between two updates of a viewer
+constexpr auto kAlignInterval = std::chrono::seconds(1);     // between two alignments of the ground truth
+constexpr auto kFarewell = std::chrono::milliseconds(1500);  // for what is still under way at the end
+
+// Tracking comes first where they share a processor.
+void LowerPriority() {
+#ifdef __linux__
+  constexpr int kNice = 15;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+#endif
+}
+
+}  // namespace
+
+class Viewer::Impl {
+ public:
+  explicit Impl(ViewerOptions options)
+      : options_(std::move(options)),
+        scene_(options_.names),
+        state_(std::make_shared<ServerState>()),
+        tick_(io_),
+        server_(io_, options_.address, options_.port, state_) {
+    boost::system::error_code ignored;
+    state_->scene = &scene_;
+    state_->machine_name = boost::asio::ip::host_name(ignored);
+    state_->accepts_commands = options_.accepts_commands;
+    state_->on_command = [this](const ViewerCommand& command) { Receive(command); };
+    port_ = server_.port();
+    server_.Start();
+    thread_ = std::jthread([this] {
+      LowerPriority();
+      io_.run();
+    });
+  }
+
+  ~Impl() { Shutdown(); }
+
+  void Show(FrameRecord record) {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!mail_.empty()) {  // only the newest is drawn; of the others what the timeline and the trajectory need
+        FrameRecord& last = mail_.back();
+        last.image.release();
+        last.view.map.reset();
+        last.view.frame = {};
+        last.view.landmarks = {};
+        last.view.detected = {};
+      }
+      mail_.push_back(std::move(record));
+      if (std::exchange(has_mail_, true)) return;
+    }
+    boost::asio::post(io_, [this] { ScheduleTick(); });
+  }
+
+  // Carries out an edit of the scene on the viewer's thread, after the frames shown before it.
+  void Edit(std::function<void(Scene&)> edit) {
+    boost::asio::post(io_, [this, edit = std::move(edit)] {
+      TakeMail();
+      edit(scene_);
+      ScheduleTick();
+    });
+  }
+
+  // The same, and waits while as many wait as are allowed.
+  void EditBounded(std::function<void(Scene&)> edit) {
+    constexpr int kMaxWaiting = 4;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return waiting_edits_ < kMaxWaiting || is_down_; });
+      if (is_down_) return;
+      ++waiting_edits_;
+    }
+    Edit([this, edit = std::move(edit)](Scene& scene) {
+      edit(scene);
+      {
+        const std::scoped_lock lock(mutex_);
+        --waiting_edits_;
+      }
+      changed_.notify_all();
+    });
+  }
+
+  std::vector<ViewerCommand> TakeCommands(int wait_ms) {
+    std::unique_lock lock(mutex_);
+    if (wait_ms > 0) changed_.wait_for(lock, std::chrono::milliseconds(wait_ms), [&] { return !commands_.empty(); });
+    return std::exchange(commands_, {});
+  }
+
+  std::string Url() const {
+    const bool any = options_.address == "0.0.0.0" || options_.address == "::";
+    const std::string host = any ? "localhost" : options_.address;
+    return host.find(':') == std::string::npos ? fmt::format("http://{}:{}/", host, port_)
+                                               : fmt::format("http://[{}]:{}/", host, port_);
+  }
+
+  void Shutdown() {
+    if (!thread_.joinable()) return;
+    {
+      const std::scoped_lock lock(mutex_);
+      is_down_ = true;
+    }
+    changed_.notify_all();
+    boost::asio::post(io_, [this] {
+      TakeMail();
+      AlignGroundtruth(true);
+      farewell_ = Clock::now() + kFarewell;
+      Tick();
+    });
+    thread_.join();
+  }
+
+ private:
+  void Receive(const ViewerCommand& command) {
+    {
+      constexpr size_t kMaxCommands = 64;
+      const std::scoped_lock lock(mutex_);
+      if (commands_.size() < kMaxCommands) commands_.push_back(command);
+    }
+    changed_.notify_all();
+  }
+
+  void TakeMail() {
+    std::vector<FrameRecord> mail;
+    {
+      const std::scoped_lock lock(mutex_);
+      mail = std::exchange(mail_, {});
+      has_mail_ = false;
+    }
+    for (FrameRecord& record : mail) scene_.Add(std::move(record));
+  }
+
+  void ScheduleTick() {
+    if (std::exchange(is_scheduled_, true)) return;
+    tick_.expires_at(last_tick_ + kInterval);
+    tick_.async_wait([this](boost::system::error_code) { Tick(); });
+  }
+
+  void Tick() {
+    is_scheduled_ = false;
+    last_tick_ = Clock::now();
+    TakeMail();
+    AlignGroundtruth(false);
+    server_.Broadcast();
+    if (!farewell_) return;
+    if (!server_.AllHaveFollowed() && Clock::now() < *farewell_) return ScheduleTick();
+    server_.Close();
+    // Closing handshakes are not waited for.
+    tick_.expires_after(kInterval);
+    tick_.async_wait([this](boost::system::error_code) { io_.stop(); });
+  }
+
+  void AlignGroundtruth(bool now) {
+    if (!options_.align_groundtruth || !scene_.map() || scene_.path().empty() ||
+        scene_.path().version() == aligned_path_)
+      return;
+    if (!now && Clock::now() - last_alignment_ < kAlignInterval) return;
+    last_alignment_ = Clock::now();
+    aligned_path_ = scene_.path().version();
+    std::vector<StampedPose> trajectory;
+    for (const FramePose& pose : scene_.path().poses())
+      if (const auto reference = scene_.map()->ResolvePose(pose.reference))
+        trajectory.push_back({pose.timestamp, (pose.cam_from_reference * *reference).Inverse()});
+    std::vector<float> positions;
+    for (const StampedPose& pose : options_.align_groundtruth(trajectory)) {
+      const Eigen::Vector3f x = pose.world_from_cam.translation.cast<float>();
+      positions.insert(positions.end(), x.data(), x.data() + 3);
+    }
+    if (!positions.empty()) scene_.SetGroundtruth(std::move(positions));
+  }
+
+  ViewerOptions options_;
+  boost::asio::io_context io_{1};
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{io_.get_executor()};
+  Scene scene_;
+  std::shared_ptr<ServerState> state_;
+  boost::asio::steady_timer tick_;
+  Server server_;
+  int port_ = 0;
+  bool is_scheduled_ = false;
+  Clock::time_point last_tick_{}, last_alignment_{};
+  uint64_t aligned_path_ = 0;
+  std::optional<Clock::time_point> farewell_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<FrameRecord> mail_;
+  bool has_mail_ = false, is_down_ = false;
+  int waiting_edits_ = 0;
+  std::vector<ViewerCommand> commands_;
+  std::jthread thread_;
+};
+
+Viewer::Viewer(ViewerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Viewer::~Viewer() = default;
+
+std::string Viewer::url() const { return impl_->Url(); }
+void Viewer::Show(FrameRecord record) { impl_->Show(std::move(record)); }
+void Viewer::ShowMap(std::shared_ptr<const Map> map, std::vector<FramePose> trajectory) {
+  impl_->Edit(
+      [map = std::move(map), trajectory = std::move(trajectory)](Scene& scene) { scene.SetMap(map, trajectory); });
+}
+void Viewer::ShowNotes(std::vector<FrameNote> notes) {
+  impl_->Edit([notes = std::move(notes)](Scene& scene) { scene.SetNotes(notes); });
+}
+void Viewer::ShowPicture(int frame_index, cv::Mat image) {
+  impl_->EditBounded([frame_index, image = std::move(image)](Scene& scene) { scene.AddPicture(frame_index, image); });
+}
+void Viewer::ShowStatus(const SceneStatus& status) {
+  impl_->Edit([status](Scene& scene) { scene.SetStatus(status); });
+}
+void Viewer::ShowEvent(int frame, const std::string& kind, const std::string& text) {
+  impl_->Edit([=](Scene& scene) { scene.AddEvent(frame, kind, text); });
+}
+void Viewer::Clear() {
+  impl_->Edit([](Scene& scene) { scene.Clear(); });
+}
+std::vector<ViewerCommand> Viewer::TakeCommands(int wait_ms) { return impl_->TakeCommands(wait_ms); }
+void Viewer::Shutdown() { impl_->Shutdown(); }
+
+}  // namespace oaslam

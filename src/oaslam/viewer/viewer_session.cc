@@ -1,0 +1,139 @@
+#include "oaslam/viewer/viewer_session.h"
+
+#include <boost/asio/buffer.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace oaslam {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using nlohmann::json;
+
+constexpr int kMaxUnacknowledged = 2;  // one under way, one being drawn
+
+std::optional<uint32_t> IdOf(const json& message) {
+  const auto id = message.find("id");
+  if (id == message.end() || !id->is_number_unsigned() || id->get<uint64_t>() >= UINT32_MAX) return std::nullopt;
+  return id->get<uint32_t>();
+}
+
+}  // namespace
+
+ViewerSession::ViewerSession(beast::tcp_stream stream, std::shared_ptr<ServerState> server, std::shared_ptr<void> token)
+    : socket_(std::move(stream)), server_(std::move(server)), token_(std::move(token)) {
+  server_->viewers.insert(this);
+}
+
+ViewerSession::~ViewerSession() { server_->viewers.erase(this); }
+
+void ViewerSession::Run(Request request) {
+  constexpr size_t kMaxMessage = 4096;  // bytes; a page sends some fifty
+  request_ = std::move(request);
+  boost::system::error_code error;
+  const auto peer = beast::get_lowest_layer(socket_).socket().remote_endpoint(error);
+  may_command_ = server_->accepts_commands && !error && peer.address().is_loopback();
+  beast::get_lowest_layer(socket_).expires_never();
+  websocket::stream_base::timeout timeout{std::chrono::seconds(10), std::chrono::seconds(30), true};
+  socket_.set_option(timeout);
+  socket_.read_message_max(kMaxMessage);
+  socket_.binary(true);
+  socket_.auto_fragment(false);
+  socket_.async_accept(request_, [self = shared_from_this()](beast::error_code failure) {
+    if (failure) return;
+    self->is_open_ = true;
+    MessageBuilder hello("hello");
+    hello.header["protocol"] = 1;
+    hello.header["commands"] = self->may_command_;
+    self->Send(std::move(hello).Finish());
+    self->Read();
+  });
+}
+
+void ViewerSession::Read() {
+  socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, size_t) {
+    if (error) {
+      self->is_open_ = false;
+      return;
+    }
+    const bool is_ours = self->socket_.got_text() && self->Take(beast::buffers_to_string(self->buffer_.data()));
+    self->buffer_.consume(self->buffer_.size());
+    if (!is_ours) return self->Close(websocket::close_code::policy_error);
+    self->SendNews();
+    self->Read();
+  });
+}
+
+bool ViewerSession::Take(const std::string& text) {
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object() || !message.contains("type") || !message["type"].is_string()) return false;
+  const auto type = message["type"].get<std::string>();
+  if (type == "ack") return --unacknowledged_ >= 0;
+  if (type == "command") return TakeCommand(message);
+  const std::optional<uint32_t> id = IdOf(message);
+  if (!id) return false;
+  if (type == "object")
+    asked_object_ = ObjectId(*id);
+  else if (type == "keyframe")
+    asked_keyframe_ = KeyframeId(*id);
+  else
+    return false;
+  return true;
+}
+
+// A command of one who may not is no offence: the page may be older than the run.
+bool ViewerSession::TakeCommand(const json& message) {
+  using Kind = ViewerCommand::Kind;
+  static const std::map<std::string, Kind> kinds{{"pause", Kind::kPause},
+                                                 {"step", Kind::kStep},
+                                                 {"reset", Kind::kReset},
+                                                 {"relocalize", Kind::kRelocalize},
+                                                 {"mapping", Kind::kMapping}};
+  const auto name = message.find("name"), on = message.find("on");
+  if (name == message.end() || !name->is_string() || (on != message.end() && !on->is_boolean())) return false;
+  const auto kind = kinds.find(name->get<std::string>());
+  if (kind == kinds.end()) return false;
+  if (may_command_) server_->on_command({kind->second, on != message.end() && on->get<bool>()});
+  return true;
+}
+
+std::optional<std::string> ViewerSession::Answer() {
+  if (asked_object_) return server_->scene->DescribeObject(*std::exchange(asked_object_, std::nullopt));
+  if (asked_keyframe_) return server_->scene->DescribeKeyframe(*std::exchange(asked_keyframe_, std::nullopt));
+  return std::nullopt;
+}
+
+void ViewerSession::SendNews() {
+  if (!is_open_ || is_writing_ || unacknowledged_ >= kMaxUnacknowledged) return;
+  // In turn: who asks much is still told what is new.
+  const bool is_turn_of_news = std::exchange(was_answer_, false);
+  std::optional<std::string> message = is_turn_of_news ? server_->scene->News(cursor_) : std::nullopt;
+  if (!message) {
+    message = Answer();
+    was_answer_ = message.has_value();
+  }
+  if (!message && !is_turn_of_news) message = server_->scene->News(cursor_);
+  if (message) Send(std::move(*message));
+}
+
+void ViewerSession::Send(std::string message) {
+  outgoing_ = std::move(message);
+  is_writing_ = true;
+  ++unacknowledged_;
+  socket_.async_write(boost::asio::buffer(outgoing_), [self = shared_from_this()](beast::error_code error, size_t) {
+    self->is_writing_ = false;
+    if (error)
+      self->is_open_ = false;
+    else
+      self->SendNews();
+  });
+}
+
+void ViewerSession::Close(websocket::close_code reason) {
+  if (!std::exchange(is_open_, false)) return;
+  socket_.async_close(reason, [self = shared_from_this()](beast::error_code) {});
+}
+
+}  // namespace oaslam

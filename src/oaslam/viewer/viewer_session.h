@@ -1,0 +1,75 @@
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "oaslam/viewer/scene.h"
+
+namespace oaslam {
+
+// What a viewer asks of a live run.
+struct ViewerCommand {
+  enum class Kind { kPause, kStep, kReset, kRelocalize, kMapping };
+  Kind kind = Kind::kStep;
+  bool on = false;  // of kPause and kMapping
+};
+
+class ViewerSession;
+
+// What the connections of one server share; on its thread alone.
+struct ServerState {
+  static constexpr int kMaxConnections = 64;
+  static constexpr int kMaxRefusals = 512;  // connections that are being told so
+
+  Scene* scene = nullptr;
+  std::string machine_name;
+  bool accepts_commands = false;
+  std::function<void(const ViewerCommand&)> on_command;
+  std::set<ViewerSession*> viewers;
+  int connections = 0, refusals = 0;
+};
+
+// One open page. It is told what is new when it has taken what it was told before, so that a slow one, or one that
+// stops reading, holds a message or two and no more; what came meanwhile comes as one.
+class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
+ public:
+  using Request = boost::beast::http::request<boost::beast::http::empty_body>;
+
+  // `token` lives as long as the connection.
+  ViewerSession(boost::beast::tcp_stream stream, std::shared_ptr<ServerState> server, std::shared_ptr<void> token);
+  ~ViewerSession();
+
+  void Run(Request request);
+  void SendNews();
+  void Close(boost::beast::websocket::close_code reason);
+  bool HasFollowed() const { return unacknowledged_ == 0 && !is_writing_; }
+
+ private:
+  void Read();
+  // False: not what a page of ours sends.
+  bool Take(const std::string& text);
+  bool TakeCommand(const nlohmann::json& message);
+  void Send(std::string message);
+  std::optional<std::string> Answer();
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  std::shared_ptr<ServerState> server_;
+  std::shared_ptr<void> token_;
+  boost::beast::flat_buffer buffer_;
+  Request request_;
+  std::string outgoing_;
+  SceneCursor cursor_;
+  bool is_open_ = false, is_writing_ = false, may_command_ = false, was_answer_ = false;
+  int unacknowledged_ = 0;
+  std::optional<ObjectId> asked_object_;  // newest question of its kind
+  std::optional<KeyframeId> asked_keyframe_;
+};
+
+}  // namespace oaslam

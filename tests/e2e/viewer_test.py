@@ -1,0 +1,250 @@
+"""The viewer's server: ill-behaved viewers, many connections, ports, Ctrl-C; and a run that does not care whether it is watched."""
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import harness
+from harness import BINARY, oaslam
+from websocket import WebSocket
+
+
+class Program:
+    """The command in the background, with the port of its page."""
+
+    def __init__(self, *args):
+        self.process = subprocess.Popen([BINARY, *map(str, args)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.text = ""
+        while not (match := re.search(r"http://127\.0\.0\.1:(\d+)/", self.text)):
+            line = self.process.stdout.readline()
+            if not line:
+                raise AssertionError(f"no page: {self.text}")
+            self.text += line
+        self.port = int(match[1])
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def read(self):
+        for line in self.process.stdout:
+            self.text += line
+
+    def wait(self, timeout=120):
+        code = self.process.wait(timeout)
+        self.reader.join(10)
+        self.process.stdout.close()
+        return code
+
+    def end(self):
+        self.process.send_signal(signal.SIGINT)
+        return self.wait(20)
+
+    def get(self, target="/", host=None, timeout=10):
+        with socket.create_connection(("127.0.0.1", self.port), timeout) as s:
+            s.sendall(f"GET {target} HTTP/1.1\r\nHost: {host or f'127.0.0.1:{self.port}'}\r\nConnection: close\r\n\r\n".encode())
+            answer = b""
+            while part := s.recv(65536):
+                answer += part
+            return answer
+
+
+class Viewer(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_viewer_")
+        cls.out, cls.map = os.path.join(cls.folder, "plain"), os.path.join(cls.folder, "desk.map")
+        done = oaslam("run", *harness.clip("map_front"), "--to", "200", "--out", cls.out, "--map-out", cls.map)
+        assert done.code == 0, done
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.program = None
+
+    def tearDown(self):
+        if self.program and self.program.process.poll() is None:
+            self.program.process.kill()
+            self.program.wait()
+
+    def view(self, *args):
+        self.program = Program("view", self.map, "--port", "0", *args)
+        return self.program
+
+    def watch(self, program, **options):
+        viewer = WebSocket(program.port, **options)
+        self.addCleanup(viewer.close)
+        return viewer
+
+    def test_a_saved_map_and_ctrl_c(self):
+        program = self.view()
+        page = program.get()
+        self.assertIn(b"200 OK", page)
+        self.assertIn(b"The MIT License", page)
+        self.assertNotRegex(page.decode("ascii"), r"<(script|link|img)[^>]+(src|href)=\"(?!data:)")
+        viewers = [self.watch(program) for _ in range(3)]
+        for viewer in viewers:
+            self.assertEqual(viewer.receive()[0]["commands"], False)
+            header, _ = viewer.receive()
+            landmarks = next(count for name, _, count in header["arrays"] if name == "landmark_ids")
+            info = oaslam("info", self.map).out
+            self.assertEqual(landmarks, int(re.search(r"landmarks\s+(\d+)", info)[1]))
+            self.assertEqual(sum(o["mapped"] for o in header["objects"]), len(harness.read_json(os.path.join(self.out, "objects.json"))))
+        self.assertIn(b"403 Forbidden", program.get(host="evil.example"))
+        self.assertEqual(program.end(), 0)
+        with self.assertRaises(ConnectionError):
+            while True:
+                viewers[0].receive()
+
+    def test_malformed_and_oversized_messages(self):
+        program = self.view()
+        for opcode, payload in ((1, b"{"), (1, b"\xff\xfe"), (2, b"\0" * 10), (1, b"[" * 4000), (1, b"x" * 1_000_000), (3, b"reserved"), (1, b'{"type":"object","id":"1"}')):
+            viewer = self.watch(program)
+            viewer.receive()
+            try:
+                viewer.send_frame(opcode, payload)
+                with self.assertRaises((ConnectionError, socket.timeout)):
+                    while True:
+                        viewer.receive()
+            except (BrokenPipeError, ConnectionResetError):
+                pass
+            viewer.close()
+        unfinished = self.watch(program)
+        for _ in range(200):  # one message without an end
+            try:
+                unfinished.send_frame(0 if _ else 1, b"x" * 1000, final=False)
+            except OSError:
+                break
+        else:
+            self.fail("a message of 200 KB was taken")
+        for garbage in (b"\x16\x03\x01\x02\x00", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"A" * 100_000, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 5000):
+            with socket.create_connection(("127.0.0.1", program.port), 5) as s:
+                try:
+                    s.sendall(garbage)
+                    s.shutdown(socket.SHUT_WR)
+                    s.recv(4096)
+                except OSError:
+                    pass
+        self.assertIn(b"200 OK", program.get())
+        self.assertEqual(program.end(), 0)
+
+    def test_a_thousand_connections(self):
+        program = self.view()
+        kept = self.watch(program)
+        kept.receive()
+        sockets, refused = [], 0
+        for _ in range(1000):
+            s = socket.socket()
+            s.settimeout(10)
+            s.connect(("127.0.0.1", program.port))
+            sockets.append(s)
+            if len(sockets) >= 300:  # descriptors are few on this side too
+                refused += self.is_refused(sockets.pop(150))
+        for s in sockets:
+            refused += self.is_refused(s)
+        self.assertGreater(refused, 500)
+        kept.send({"type": "keyframe", "id": 0})
+        headers = [kept.receive()[0]["type"] for _ in range(2)]
+        self.assertIn("keyframe", headers)
+        deadline = time.monotonic() + 20
+        while b"200 OK" not in program.get() and time.monotonic() < deadline:
+            time.sleep(0.2)
+        self.assertIn(b"200 OK", program.get())
+        self.assertEqual(program.end(), 0)
+
+    def is_refused(self, s):
+        s.settimeout(0.01)
+        try:
+            return s.recv(100).startswith(b"HTTP/1.1 503")
+        except OSError:
+            return False
+        finally:
+            s.close()
+
+    def test_one_line_where_the_port_is_in_use(self):
+        program = self.view()
+        for command in (["view", self.map, "--port", program.port], ["run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", program.port]):
+            outcome = oaslam(*command)
+            self.assertEqual(outcome.code, 1, outcome)
+            self.assertEqual(len(outcome.err.strip().splitlines()), 1, outcome)
+            self.assertIn(f"port {program.port}", outcome.err)
+
+    def test_bad_input(self):
+        for options, words in ((["/nowhere"], "no such file"), ([self.folder + "/nothing.map"], "no such file"), ([harness.SAMPLE], "neither a map file"),
+                               ([os.path.join(harness.SAMPLE, "README.md")], "README.md"), ([self.map, "--bind", "desk"], "--bind desk"), ([self.map, "--port", "70000"], "70000"),
+                               ([self.map, "--images", "/nowhere"], "/nowhere"), ([self.map, "--groundtruth", self.map], "desk.map"), ([self.out, "--map", "/nowhere"], "/nowhere")):
+            outcome = oaslam("view", *options, timeout=20)
+            self.assertNotEqual(outcome.code, 0, outcome)
+            self.assertIn(words, outcome.err, outcome)
+        outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", "x")
+        self.assertEqual(outcome.code, 1, outcome)
+        self.assertIn("--viewer x", outcome.err)
+
+    def test_a_run_is_the_same_watched_or_not(self):
+        """Also by one that stops reading, one that asks for much, and one that vanishes."""
+        out = os.path.join(self.folder, "watched")
+        self.program = program = Program("run", *harness.clip("map_front"), "--to", "200", "--out", out, "--viewer", "0", "--viewer-paused")
+        stalled = self.watch(program, receive_buffer=4096)
+        gone = self.watch(program)
+        viewer = self.watch(program)
+        self.assertTrue(viewer.receive()[0]["commands"])
+        viewer.send({"type": "command", "name": "pause", "on": False})
+        frames, deltas, last = [], 0, None
+        try:
+            while True:
+                header, _ = viewer.receive()
+                if "frame" in header:
+                    frames.append(header["frame"]["frame"])
+                deltas += "map" in header
+                viewer.send({"type": "object", "id": 0})
+                last = header.get("map", last)
+                if len(frames) == 3:
+                    gone.close()
+        except ConnectionError:
+            pass
+        self.assertEqual(program.wait(), 0, program.text)
+        self.assertGreater(len(frames), 5)
+        self.assertEqual(frames, sorted(frames))
+        self.assertGreater(deltas, 1)
+        self.assertEqual(last["landmarks"], harness.read_json(os.path.join(out, "summary.json"))["landmarks"])
+        for name in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json"):
+            self.assertEqual(harness.read_bytes(os.path.join(out, name)), harness.read_bytes(os.path.join(self.out, name)), name)
+        stalled.close()
+
+    def test_ctrl_c_while_held_writes_the_results(self):
+        out = os.path.join(self.folder, "held")
+        self.program = program = Program("run", *harness.clip("map_front"), "--out", out, "--viewer", "0")
+        viewer = self.watch(program)
+        viewer.receive()
+        viewer.send({"type": "command", "name": "pause", "on": True})
+        while not viewer.receive()[0].get("status", {}).get("paused"):
+            pass
+        self.assertEqual(program.end(), 130, program.text)
+        self.assertTrue(os.path.exists(os.path.join(out, "summary.json")))
+
+    def test_reset_and_stay(self):
+        out = os.path.join(self.folder, "reset")
+        self.program = program = Program("run", *harness.clip("map_front"), "--to", "120", "--out", out, "--viewer", "0", "--viewer-paused", "--viewer-stay")
+        viewer = self.watch(program)
+        viewer.receive()
+        for name in ("reset", "relocalize", "step", "step"):
+            viewer.send({"type": "command", "name": name})
+        viewer.send({"type": "command", "name": "mapping", "on": True})
+        viewer.send({"type": "command", "name": "pause", "on": False})
+        status = {}
+        while status.get("live") is not False:
+            status = viewer.receive()[0].get("status", status)
+        late = self.watch(program)
+        late.receive()
+        self.assertGreater(late.receive()[0]["map"]["landmarks"], 300)
+        self.assertEqual(program.end(), 0, program.text)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

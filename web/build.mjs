@@ -1,0 +1,49 @@
+// Bundles src/ with three.js into dist/index.html, one document without references.   node build.mjs [--check]
+// The bundle carries the hash of what it was made of; --check, which needs no packages, says whether it still is.
+import { createHash } from "node:crypto";
+import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { dirname, join, relative } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const root = dirname(fileURLToPath(import.meta.url));
+const bundle = join(root, "dist", "index.html");
+
+function filesUnder(folder) {
+  return readdirSync(folder, { withFileTypes: true })
+    .flatMap((entry) => (entry.isDirectory() ? filesUnder(join(folder, entry.name)) : [join(folder, entry.name)]))
+    .sort();
+}
+
+function hashOfSources() {
+  const hash = createHash("sha256");
+  for (const file of [...filesUnder(join(root, "src")), join(root, "build.mjs"), join(root, "package-lock.json")]) {
+    hash.update(relative(root, file) + "\0").update(readFileSync(file)).update("\0");
+  }
+  return hash.digest("hex");
+}
+
+async function build() {
+  const { build: esbuild } = await import("esbuild");
+  const options = { bundle: true, minify: true, write: false, charset: "ascii", target: "es2022", legalComments: "none", logLevel: "warning" };
+  const script = await esbuild({ ...options, entryPoints: [join(root, "src", "main.js")], format: "iife" });
+  const style = await esbuild({ ...options, entryPoints: [join(root, "src", "style.css")] });
+  const licence = readFileSync(join(root, "node_modules", "three", "LICENSE"), "utf8").replaceAll("\u00a9", "(c)").trim();
+  const page = readFileSync(join(root, "src", "page.html"), "utf8")
+    .replace("<!--notice-->", () => `<!--\nsources ${hashOfSources()}\n\nOA-SLAM's viewer: Apache-2.0. It contains three.js (https://threejs.org):\n\n${licence}\n-->`)
+    .replace("/*style*/", () => style.outputFiles[0].text.trim())
+    .replace("/*script*/", () => script.outputFiles[0].text.trim().replaceAll("</script", "<\\/script"));
+  if (/[^\x00-\x7f]/.test(page)) throw new Error("the page is not plain ASCII");
+  mkdirSync(dirname(bundle), { recursive: true });
+  writeFileSync(bundle, page);
+  console.log(`${relative(process.cwd(), bundle)}: ${(page.length / 1024).toFixed(0)} KB`);
+}
+
+function check() {
+  const stated = readFileSync(bundle, "latin1").match(/^sources ([0-9a-f]{64})$/m)?.[1];
+  if (stated === hashOfSources()) return;
+  console.error("web/dist/index.html was not made of these sources: run tools/build_web and commit it");
+  process.exit(1);
+}
+
+if (process.argv.includes("--check")) check();
+else await build();

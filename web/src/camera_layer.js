@@ -1,0 +1,78 @@
+import { BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace, Texture } from "three";
+import { DEFAULT_CAMERA, frustumCorners, frustumLines } from "./frustum.js";
+import { STATE_COLORS } from "./palette.js";
+
+// The camera, where it is now or where the timeline points, with its image.
+export class CameraLayer {
+  constructor(view) {
+    this.view = view;
+    this.group = new Group();
+    this.lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
+    this.image = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.92 }));
+    this.image.geometry.setAttribute("uv", new BufferAttribute(new Float32Array([0, 1, 1, 1, 1, 0, 0, 0]), 2));
+    this.image.geometry.setIndex([0, 3, 1, 1, 3, 2]);
+    for (const part of [this.lines, this.image]) {
+      part.frustumCulled = false;
+      this.group.add(part);
+    }
+    this.wanted = true;
+    this.group.visible = false;
+    view.world.add(this.group);
+    this.place = null; // of the path, chosen on the timeline
+  }
+
+  frame() {
+    return this.view.store.chosen ?? this.view.store.frame;
+  }
+
+  pose() {
+    const { path } = this.view.store;
+    if (this.place !== null && this.place < path.size) return path.poses.subarray(7 * this.place, 7 * this.place + 7);
+    return this.frame()?.pose ?? null;
+  }
+
+  // Null: the newest, or the chosen keyframe.
+  goTo(place) {
+    this.place = place;
+    this.update("frame");
+  }
+
+  update(part) {
+    if (part === "restart" || this.view.store.status.live) this.place = null;
+    if (part !== "frame" && part !== "path" && part !== "restart") return;
+    const pose = this.pose();
+    this.group.visible = this.wanted && Boolean(pose) && Number.isFinite(pose[4]);
+    if (!this.group.visible) return;
+    const frame = this.frame();
+    const camera = frame?.camera ?? DEFAULT_CAMERA;
+    const depth = 0.11 * this.view.radius;
+    this.lines.geometry.setAttribute("position", new BufferAttribute(new Float32Array(frustumLines(camera, depth).flat()), 3));
+    this.image.geometry.setAttribute("position", new BufferAttribute(new Float32Array(frustumCorners(camera, depth).flat()), 3));
+    this.lines.material.color.set(STATE_COLORS[frame?.state] ?? STATE_COLORS.tracking);
+    this.group.quaternion.set(pose[0], pose[1], pose[2], pose[3]);
+    this.group.position.set(pose[4], pose[5], pose[6]);
+    this.showImage(this.place === null ? frame?.bitmap : null);
+  }
+
+  showImage(bitmap) {
+    this.image.visible = Boolean(bitmap);
+    if (!bitmap || this.image.userData.bitmap === bitmap) return;
+    this.image.userData.bitmap = bitmap;
+    this.image.material.map?.dispose();
+    // A copy: the bitmap is closed when the next one comes.
+    this.canvas ??= document.createElement("canvas");
+    this.canvas.width = bitmap.width;
+    this.canvas.height = bitmap.height;
+    this.canvas.getContext("2d").drawImage(bitmap, 0, 0);
+    const texture = new Texture(this.canvas);
+    texture.colorSpace = SRGBColorSpace;
+    texture.needsUpdate = true;
+    this.image.material.map = texture;
+    this.image.material.needsUpdate = true;
+  }
+
+  setVisible(on) {
+    this.wanted = on;
+    this.update("frame");
+  }
+}

@@ -1,0 +1,238 @@
+// The map in space. Everything lies in `world`, which turns the map's up into that of the page.
+import { AmbientLight, Box3, Color, DirectionalLight, Group, GridHelper, PerspectiveCamera, Quaternion, Scene, Sphere, Vector3, WebGLRenderer } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { CameraLayer } from "./camera_layer.js";
+import { KeyframesLayer } from "./keyframes_layer.js";
+import { LabelsLayer } from "./labels_layer.js";
+import { MeasureTool } from "./measure.js";
+import { ObjectsLayer } from "./objects_layer.js";
+import { PathLayer } from "./path_layer.js";
+import { PointsLayer } from "./points_layer.js";
+import { short } from "./palette.js";
+
+const DOWN_IN_CAMERA = new Vector3(0, 1, 0);
+
+export class MapView {
+  constructor(stage, store) {
+    this.store = store;
+    this.name = "Map";
+    this.element = stage;
+    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    stage.prepend(this.renderer.domElement);
+    this.scene = new Scene();
+    this.scene.background = new Color("#0e1216");
+    this.camera = new PerspectiveCamera(50, 1, 0.01, 100);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener("change", () => this.invalidate());
+    this.controls.addEventListener("start", () => (this.isMoved = true));
+    this.scene.add(new AmbientLight("#ffffff", 1.6));
+    const sun = new DirectionalLight("#ffffff", 1.8);
+    sun.position.set(1, 2, 1.5);
+    this.scene.add(sun);
+    this.world = new Group();
+    this.scene.add(this.world);
+    this.radius = 1;
+    this.center = new Vector3();
+    this.follow = false;
+    this.layers = {
+      landmarks: new PointsLayer(this),
+      objects: new ObjectsLayer(this),
+      labels: new LabelsLayer(this),
+      keyframes: new KeyframesLayer(this),
+      path: new PathLayer(this),
+      camera: new CameraLayer(this),
+    };
+    this.measure = new MeasureTool(this);
+    this.grid = null;
+    for (const part of ["map", "path", "frame", "restart"]) store.addEventListener(part, () => this.update(part));
+    new ResizeObserver(() => this.resize()).observe(stage);
+    this.renderer.domElement.addEventListener("pointerdown", (event) => (this.pressed = [event.clientX, event.clientY]));
+    this.renderer.domElement.addEventListener("pointerup", (event) => this.click(event));
+    this.resize();
+  }
+
+  update(part) {
+    if (part === "restart") this.isMoved = this.wasFitted = false;
+    if (part === "map" || part === "restart") {
+      this.turnUpright();
+      this.measureExtent();
+    }
+    for (const layer of Object.values(this.layers)) layer.update?.(part);
+    if (!this.isMoved && part === "map" && this.grew()) this.fit();
+    if (this.follow && part === "frame") this.followCamera();
+    this.invalidate();
+  }
+
+  // The whole map stays in view until the user moves it.
+  grew() {
+    const { center, radius } = this.fitted ?? { center: this.center, radius: 0 };
+    return !this.wasFitted || radius < 0.85 * this.radius || center.distanceTo(this.center) > 0.3 * radius;
+  }
+
+  turnUpright() {
+    const { map, keyframes } = this.store;
+    const up = map.up ? new Vector3(...map.up) : this.meanUp();
+    if (!up || keyframes.size === 0) return;
+    const turn = new Quaternion().setFromUnitVectors(up.clone().normalize(), new Vector3(0, 1, 0));
+    if (!map.up && this.wasFitted && turn.angleTo(this.world.quaternion) < 0.2) return;
+    this.world.quaternion.copy(turn);
+    this.world.updateMatrixWorld(true);
+  }
+
+  meanUp() {
+    const sum = new Vector3();
+    for (const { pose } of this.store.keyframes.values()) sum.sub(DOWN_IN_CAMERA.clone().applyQuaternion(new Quaternion(...pose.subarray(0, 4))));
+    return sum.lengthSq() > 0 ? sum.normalize() : null;
+  }
+
+  // Of cameras, objects, and the landmarks in the middle: those of the background count little.
+  measureExtent() {
+    const { landmarks, keyframes, objects } = this.store;
+    const points = [];
+    for (const { pose } of keyframes.values()) points.push(new Vector3(pose[4], pose[5], pose[6]));
+    for (const object of objects.values()) if (object.mapped) points.push(new Vector3(...object.center));
+    const step = Math.max(1, Math.floor(landmarks.count / 2000));
+    const cloud = [];
+    for (let i = 0; i < landmarks.count; i += step) cloud.push(new Vector3().fromArray(landmarks.positions, 3 * i));
+    if (points.length + cloud.length === 0) return;
+    const quantile = (values, share) => values[Math.floor(share * (values.length - 1))];
+    const box = new Box3();
+    for (const point of points) box.expandByPoint(point.applyQuaternion(this.world.quaternion));
+    if (cloud.length > 0) {
+      for (const point of cloud) point.applyQuaternion(this.world.quaternion);
+      const low = new Vector3();
+      const high = new Vector3();
+      const share = objects.size > 2 ? 0.25 : 0.1;
+      for (const axis of ["x", "y", "z"]) {
+        const values = cloud.map((p) => p[axis]).sort((a, b) => a - b);
+        low[axis] = quantile(values, share);
+        high[axis] = quantile(values, 1 - share);
+        if (axis === "y") this.floor = quantile(values, 0.02);
+      }
+      box.expandByPoint(low).expandByPoint(high);
+    }
+    const sphere = box.getBoundingSphere(new Sphere());
+    this.center.copy(sphere.center);
+    this.radius = Math.max(sphere.radius, 1e-6);
+    this.drawGrid(box);
+  }
+
+  drawGrid(box) {
+    const step = 10 ** Math.round(Math.log10(this.radius / 3));
+    const cells = 2 * Math.ceil((1.3 * this.radius) / step);
+    const key = `${step} ${cells}`;
+    if (this.grid?.key !== key) {
+      if (this.grid) {
+        this.scene.remove(this.grid);
+        this.grid.dispose();
+      }
+      this.grid = new GridHelper(cells * step, cells, "#2c3742", "#1e2730");
+      this.grid.key = key;
+      this.scene.add(this.grid);
+      document.getElementById("legend").textContent = `grid ${Number(step.toPrecision(1))} ${this.store.map.metric ? "m" : step === 1 ? "unit" : "units"}`;
+    }
+    this.grid.position.set(Math.round(this.center.x / step) * step, Math.min(box.min.y, Math.max(this.floor ?? box.min.y, box.min.y - 0.5 * this.radius)), Math.round(this.center.z / step) * step);
+  }
+
+  // From behind the cameras, above them.
+  fit() {
+    const cameras = new Vector3();
+    for (const { pose } of this.store.keyframes.values()) cameras.add(new Vector3(pose[4], pose[5], pose[6]));
+    cameras.divideScalar(Math.max(1, this.store.keyframes.size)).applyQuaternion(this.world.quaternion);
+    const direction = cameras.sub(this.center).setY(0);
+    if (direction.lengthSq() < 1e-12) direction.set(0, 0, 1);
+    direction.normalize().applyAxisAngle(new Vector3(0, 1, 0), 0.45).setY(0.65).normalize();
+    const distance = (0.74 * this.radius) / Math.sin((this.camera.fov * Math.PI) / 360);
+    this.look(direction.multiplyScalar(distance).add(this.center), this.center);
+    this.fitted = { center: this.center.clone(), radius: this.radius };
+    this.wasFitted = true;
+  }
+
+  top() {
+    const distance = this.radius / Math.sin((this.camera.fov * Math.PI) / 360);
+    this.isMoved = true;
+    this.look(new Vector3(0, distance, 1e-3 * distance).add(this.center), this.center);
+  }
+
+  look(from, at) {
+    this.camera.position.copy(from);
+    this.controls.target.copy(at);
+    this.camera.near = this.radius / 500;
+    this.camera.far = this.radius * 50;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.invalidate();
+  }
+
+  // Behind the camera, a little above, looking where it looks.
+  followCamera() {
+    const pose = this.layers.camera.pose();
+    if (!pose) return;
+    const turn = this.world.quaternion.clone().multiply(new Quaternion(...pose.slice(0, 4)));
+    const at = new Vector3(pose[4], pose[5], pose[6]).applyQuaternion(this.world.quaternion);
+    const forward = new Vector3(0, 0, 1).applyQuaternion(turn);
+    const from = at.clone().addScaledVector(forward, -0.35 * this.radius).add(new Vector3(0, 0.16 * this.radius, 0));
+    const ease = this.isFollowing ? 0.25 : 1;
+    this.isFollowing = true;
+    this.isMoved = true;
+    this.look(this.camera.position.clone().lerp(from, ease), this.controls.target.clone().lerp(at.addScaledVector(forward, 0.4 * this.radius), ease));
+  }
+
+  setFollow(on) {
+    this.follow = on;
+    this.isFollowing = false;
+    if (on) this.followCamera();
+  }
+
+  show(layer, on) {
+    this.layers[layer].setVisible(on);
+    this.invalidate();
+  }
+
+  // Canvas coordinates of a pointer event, -1 to 1.
+  pointer(event) {
+    const rect = this.renderer.domElement.getBoundingClientRect();
+    return { x: (2 * (event.clientX - rect.left)) / rect.width - 1, y: 1 - (2 * (event.clientY - rect.top)) / rect.height, rect };
+  }
+
+  click(event) {
+    if (!this.pressed || Math.hypot(event.clientX - this.pressed[0], event.clientY - this.pressed[1]) > 4) return;
+    const at = this.pointer(event);
+    if (this.measure.isOn) this.measure.pick(at);
+    else this.onPick?.(this.layers.objects.pick(at));
+    this.invalidate();
+  }
+
+  // Where a point of the map is on the page; null behind the camera.
+  toPage(point) {
+    const p = point.clone().applyQuaternion(this.world.quaternion).project(this.camera);
+    if (p.z > 1 || p.z < -1) return null;
+    return { x: ((p.x + 1) / 2) * this.element.clientWidth, y: ((1 - p.y) / 2) * this.element.clientHeight, depth: p.z };
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    for (const layer of Object.values(this.layers)) layer.resize?.(width, height);
+    this.measure.resize(width, height);
+    this.invalidate();
+  }
+
+  // Draws once before the next repaint, however often it is called.
+  invalidate() {
+    if (this.isStale) return;
+    this.isStale = true;
+    requestAnimationFrame(() => {
+      this.isStale = false;
+      if (!this.element.offsetParent && this.element.clientWidth === 0) return;
+      this.renderer.render(this.scene, this.camera);
+      this.layers.labels.place();
+      this.measure.place();
+    });
+  }
+}

@@ -1,0 +1,21 @@
+export const STATE_COLORS = { initializing: "#8b96a3", tracking: "#4cc38a", relocalized: "#5ab0f5", objects: "#e8b339", lost: "#e5585f" };
+export const COLORS = { path: "#5ab0f5", groundtruth: "#e6e9ed", keyframe: "#5d83ad", covisible: "#51657a", camera: "#ffd166", matched: "#ffd166", measure: "#ff8fa3" };
+
+// A hue for each class, in the order in which they come; the first ones are the farthest apart.
+const HUES = [200, 28, 140, 330, 52, 268, 172, 4, 96, 232, 300, 76, 118, 316, 216, 40];
+const order = new Map();
+export function classColor(category, lightness = 64) {
+  if (!order.has(category)) order.set(category, order.size);
+  return `hsl(${HUES[order.get(category) % HUES.length]}, 66%, ${lightness}%)`;
+}
+
+export function labelOf(object) {
+  return object.name || object.category;
+}
+
+// So many significant digits.
+export function short(x, count = 3) {
+  if (x === 0) return "0";
+  const digits = Math.max(0, count - 1 - Math.floor(Math.log10(Math.abs(x))));
+  return x.toFixed(Math.min(digits, 6));
+}

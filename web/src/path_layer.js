@@ -1,0 +1,63 @@
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { COLORS } from "./palette.js";
+
+// The trajectory, and the true one.
+export class PathLayer {
+  constructor(view) {
+    this.view = view;
+    this.path = this.line(COLORS.path, 2.2, 1);
+    this.truth = this.line(COLORS.groundtruth, 1.2, 0.55);
+  }
+
+  line(color, width, opacity) {
+    const line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ color, linewidth: width, transparent: opacity < 1, opacity }));
+    line.frustumCulled = false;
+    line.visible = false;
+    line.wanted = true;
+    this.view.world.add(line);
+    return line;
+  }
+
+  update(part) {
+    if (part !== "path" && part !== "restart") return;
+    const { path, groundtruth } = this.view.store;
+    const segments = [];
+    for (let i = 1; i < path.size; ++i) {
+      const gap = path.frames[i] - path.frames[i - 1];
+      if (gap > 10 || gap <= 0 || !Number.isFinite(path.poses[7 * i + 4]) || !Number.isFinite(path.poses[7 * i - 3])) continue;
+      segments.push(...path.poses.subarray(7 * i - 3, 7 * i), ...path.poses.subarray(7 * i + 4, 7 * i + 7));
+    }
+    this.replace(this.path, segments);
+    const truth = [];
+    for (let i = 3; i < groundtruth.length; i += 3) truth.push(...groundtruth.subarray(i - 3, i + 3));
+    this.replace(this.truth, truth);
+  }
+
+  replace(line, segments) {
+    line.geometry.dispose();
+    line.geometry = new LineSegmentsGeometry();
+    line.hasContent = segments.length > 0;
+    if (line.hasContent) line.geometry.setPositions(segments);
+    line.visible = line.wanted && line.hasContent;
+  }
+
+  setVisible(on) {
+    this.want(this.path, on);
+  }
+
+  setTruthVisible(on) {
+    this.want(this.truth, on);
+    this.view.invalidate();
+  }
+
+  want(line, on) {
+    line.wanted = on;
+    line.visible = on && Boolean(line.hasContent);
+  }
+
+  resize(width, height) {
+    for (const line of [this.path, this.truth]) line.material.resolution.set(width, height);
+  }
+}
