@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -18,7 +19,8 @@
 namespace oaslam::apps {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+std::atomic<bool> interrupted = false;  // set by a signal handler, read by several threads
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr const char* kPlainPattern = "%^%l%$: %v";
 constexpr const char* kClearLine = "\r\033[K";
@@ -112,6 +114,12 @@ void EnsureOutputFolder(const std::string& path) {
   if (!writable) throw InputError(fmt::format("{}: the folder cannot be written to", path));
 }
 
+void EnsureOutputFile(const std::string& path) {
+  if (std::filesystem::is_directory(path)) throw InputError(path + ": a folder, --out asks for a file");
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  EnsureOutputFolder(folder.empty() ? "." : folder);
+}
+
 ProgressBar::ProgressBar(int total, bool quiet)
     : total_(total), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()) {
   // A message in between takes the line of the bar, which is drawn anew below it.
@@ -157,11 +165,11 @@ void ProgressBar::Finish() {
 
 void InstallInterruptHandler() {
   struct sigaction action = {};
-  action.sa_handler = [](int) { interrupted = 1; };
+  action.sa_handler = [](int) { interrupted = true; };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
 }
 
-bool Interrupted() { return interrupted != 0; }
+bool Interrupted() { return interrupted; }
 
 }  // namespace oaslam::apps

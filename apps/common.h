@@ -39,6 +39,8 @@ ImageSourceOptions FrameRange(const CommonOptions& options);
 
 // Creates the folder and checks that it can be written to. Throws InputError.
 void EnsureOutputFolder(const std::string& path);
+// The same for the folder of a file of --out, which must not be a folder.
+void EnsureOutputFile(const std::string& path);
 
 // Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
 class ProgressBar {

@@ -29,17 +29,15 @@ struct Found {
   double ms = 0;
 };
 
-void CheckOutput(const DetectOptions& options) {
-  if (std::filesystem::is_directory(options.out)) throw InputError(options.out + ": a folder, --out asks for a file");
-  const std::string folder = std::filesystem::path(options.out).parent_path().string();
-  EnsureOutputFolder(folder.empty() ? "." : folder);
-}
-
-// Goes through the images; those that `found` holds already are not done again.
-void DetectAll(ImageSource& source, Detector& detector, bool quiet, Found& found) {
+// Goes through the images; those that `found` holds already are not done again. Saves now and then, so that a kill does
+// not lose all.
+void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options, Found& found) {
+  constexpr int kSaveEvery = 200;  // images
+  // A pipe gets one document, at the end.
+  const bool is_file = !std::filesystem::exists(options.out) || std::filesystem::is_regular_file(options.out);
   std::set<std::string> done_before;
   for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
-  ProgressBar progress(source.size(), quiet);
+  ProgressBar progress(source.size(), options.common.quiet);
   int done = 0;
   while (!Interrupted()) {
     const std::optional<InputImage> input = source.Next();
@@ -56,13 +54,14 @@ void DetectAll(ImageSource& source, Detector& detector, bool quiet, Found& found
     ++found.detected;
     const size_t count = found.images.back().detections.size();
     found.boxes += count;
+    if (is_file && found.detected % kSaveEvery == 0) SaveDetections(options.out, found.images);
     progress.Update(done, fmt::format("{} objects", count));
   }
 }
 
-void RunDetect(const DetectOptions& options) {
+int RunDetect(const DetectOptions& options) {
   const std::unique_ptr<Detector> detector = LoadDetector(options.detector);
-  CheckOutput(options);
+  EnsureOutputFile(options.out);
   InstallInterruptHandler();
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
@@ -77,15 +76,16 @@ void RunDetect(const DetectOptions& options) {
   const size_t done_before = found.images.size();
   std::exception_ptr failure;
   try {
-    DetectAll(*source, *detector, options.common.quiet, found);
+    DetectAll(*source, *detector, options, found);
   } catch (const std::exception&) {
     failure = std::current_exception();  // after what was found is saved
   }
   if (found.images.size() > done_before) SaveDetections(options.out, found.images);
   if (failure) std::rethrow_exception(failure);
-  if (found.images.empty()) throw InputError(options.images + ": no image could be read");
+  if (found.images.empty() && !Interrupted()) throw InputError(options.images + ": no image could be read");
   spdlog::info("{}{} objects in {} images, {:.1f} ms an image -> {}", Interrupted() ? "interrupted: " : "", found.boxes, found.detected,
                found.detected > 0 ? found.ms / found.detected : 0.0, options.out);
+  return Interrupted() ? 130 : 0;
 }
 
 }  // namespace
@@ -100,7 +100,9 @@ void AddDetectCommand(CLI::App& app) {
   AddFrameOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
-  command->callback([options] { RunDetect(*options); });
+  command->callback([options] {
+    if (const int code = RunDetect(*options)) throw CLI::RuntimeError(code);
+  });
 }
 
 }  // namespace oaslam::apps

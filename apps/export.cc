@@ -35,9 +35,7 @@ void CheckOptions(const ExportOptions& options) {
     throw InputError("--ellipsoids is for --format ply; obj and gltf always have them");
   if (IsFolderFormat(options.format)) return EnsureOutputFolder(options.out);
   CheckExtension(options);
-  if (std::filesystem::is_directory(options.out)) throw InputError(options.out + ": a folder, --out asks for a file");
-  const std::string folder = std::filesystem::path(options.out).parent_path().string();
-  EnsureOutputFolder(folder.empty() ? "." : folder);
+  EnsureOutputFile(options.out);
 }
 
 void Export(const ExportOptions& options) {

@@ -11,6 +11,7 @@
 #include "frame_inputs.h"
 #include "gravity_file.h"
 #include "oaslam/io/camera_file.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/io/map_results.h"
 #include "oaslam/io/text.h"
@@ -67,7 +68,7 @@ class LocalizeResults {
       objects.push_back({{"id", p.id}, {"category_id", p.category_id}, {"category", category}, {"expected", p.expected}, {"seen", p.seen}, {"missing", p.is_missing}});
       if (p.is_missing) spdlog::warn("object {} ({}): moved or gone, seen in its place in {} of {} images that should show it", p.id, category, p.seen, p.expected);
     }
-    WriteTextFile(folder_ + "/presence.json", objects.dump(1) + "\n");
+    WriteTextFile(folder_ + "/presence.json", JsonText(objects, 1) + "\n");
   }
 
   std::string folder_;

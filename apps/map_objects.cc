@@ -12,6 +12,7 @@
 #include "oaslam/error.h"
 #include "oaslam/io/camera_file.h"
 #include "oaslam/io/detection_file.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/io/map_results.h"
 #include "oaslam/io/text.h"
@@ -98,7 +99,7 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
                                           {"wall_s", wall_s},
                                           {"peak_rss_mb", PeakRssMb()},
                                           {"mean_iou", result.mean_iou}};
-  WriteTextFile((out / "summary.json").string(), summary.dump(2) + "\n");
+  WriteTextFile((out / "summary.json").string(), JsonText(summary, 2) + "\n");
   if (!options.common.quiet)
     fmt::print("{} objects from {} images, mean IoU {:.3f}, in {:.1f} s\n", objects, frames, result.mean_iou, wall_s);
 }

@@ -142,7 +142,7 @@ int Run(const RunOptions& options) {
   } catch (const std::exception&) {
     failure = std::current_exception();
   }
-  results.SetDetectorPace(inputs.pace());
+  results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
   const bool interrupted = Interrupted();

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/map_results.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -113,7 +114,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   if (pace_.images > 0) {
     summary["detector"] = {{"images", pace_.images},
                            {"ms_mean", Rounded(pace_.busy_ms / pace_.images, .1)},
-                           {"rate_hz", wall_s > 0 ? Rounded(pace_.images / wall_s, .1) : 0}};
+                           {"rate_hz", detector_wall_s_ > 0 ? Rounded(pace_.images / detector_wall_s_, .1) : 0}};
   }
   summary["mean_iou"] = Rounded(MeanObjectIou(saved.map), 1e-4);
   MapPlot plot{.map = &saved.map, .trajectory = trajectory, .groundtruth = {}, .localized = {}, .names = saved.class_names, .title = "oaslam run"};
@@ -128,7 +129,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   }
   if (interrupted) summary["interrupted"] = true;
   SaveMapSvg(folder_ + "/map.svg", plot);
-  std::ofstream(folder_ + "/summary.json") << summary.dump(2) << '\n';
+  std::ofstream(folder_ + "/summary.json") << JsonText(summary, 2) << '\n';
   return trajectory.size();
 }
 

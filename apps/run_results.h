@@ -19,7 +19,11 @@ class RunResults {
   void Add(int source_index, const TrackingResult& result) { frames_.emplace_back(source_index, result); }
   // What a detector found later in a frame that was added before.
   void Detected(int frame, int detections, std::optional<int> objects);
-  void SetDetectorPace(const DetectorPace& pace) { pace_ = pace; }
+  // `wall_s`: of the time that the detector had.
+  void SetDetectorPace(const DetectorPace& pace, double wall_s) {
+    pace_ = pace;
+    detector_wall_s_ = wall_s;
+  }
   // Live poses in a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
   // `interrupted`: the run ended early; what there is gets written all the same.
@@ -32,6 +36,7 @@ class RunResults {
   std::string folder_;
   SlamConfig config_;
   DetectorPace pace_;
+  double detector_wall_s_ = 0;
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source
 };
 

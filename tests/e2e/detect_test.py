@@ -1,7 +1,10 @@
 """`oaslam detect` with a real network, and a run that takes its boxes. Needs OASLAM_DATA; skipped (77) without."""
 import os
+import signal
+import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import harness
@@ -44,6 +47,31 @@ class Detect(unittest.TestCase):
             outcome = oaslam("detect", *source, "--detector", MODEL, "--out", parts, "--resume")
             self.assertEqual(outcome.code, 1, outcome)
             self.assertIn("parts.json", outcome.err)
+
+    def test_interrupted_before_the_first_image(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
+            images, out = os.path.join(folder, "images"), os.path.join(folder, "found.json")
+            os.mkdir(images)
+            command = [harness.BINARY, "detect", "--images", images, "--follow", "--detector", MODEL, "--out", out]
+            process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+            process.stderr.readline()  # the layout of the network: all is set up
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=30)
+            self.assertEqual(process.returncode, 130, err)
+            self.assertNotIn("error", err)
+            self.assertFalse(os.path.exists(out))
+
+    def test_a_kill_does_not_lose_all(self):
+        with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
+            out = os.path.join(folder, "found.json")
+            process = subprocess.Popen([harness.BINARY, "detect", *harness.clip("map_front")[:2], "--detector", MODEL, "--out", out, "--quiet"])
+            deadline = time.time() + 300
+            while process.poll() is None and not os.path.exists(out) and time.time() < deadline:
+                time.sleep(0.02)
+            process.kill()
+            process.wait()
+            self.assertEqual(process.returncode, -signal.SIGKILL)
+            self.assertEqual([i["file_name"] for i in harness.read_json(out)], [f"{i:06d}" for i in range(200)])
 
     def test_live_nobody_waits_for_the_detector(self):
         with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:

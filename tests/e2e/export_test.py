@@ -325,6 +325,10 @@ class Export(unittest.TestCase):
         self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
         objects = {o["id"]: o for o in whole["objects"] if o["state"] == "mapped"}
         self.assertEqual({i: o["center"] for i, o in objects.items()}, {i: o["center"] for i, o in self.map.objects.items()})
+        self.assertEqual(whole["classes"], {"parts": {}, "movable": []})
+        self.assertTrue(all(0 < o["detection_rate"] <= 1 for o in objects.values()))
+        edges = {edge for o in objects.values() for box in o["boxes"] for edge in box["truncated"]}
+        self.assertTrue(edges and edges <= {"left", "top", "right", "bottom"}, edges)
         self.assertEqual(len(whole["trajectory"]), len(harness.read_tum(os.path.join(self.run_out, "trajectory.txt"))))
 
     # ---- the same again, other maps, bad input

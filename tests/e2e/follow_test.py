@@ -89,6 +89,14 @@ class Follow(unittest.TestCase):
         self.assertEqual(frames, sorted(set(frames)))
         self.assertEqual(frames[-1], FRAMES - 1)  # whatever was passed over, not the last one
 
+    def test_live_bad_input_ends_it(self):
+        self.bring(0, 3)
+        command = [harness.BINARY, "run", "--images", self.images, "--camera", os.path.join(self.folder, "no.yaml"), "--out", self.out, "--follow",
+                   "--mode", "live"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=30)  # the folder would be followed for ever
+        self.assertEqual(done.returncode, 1, done)
+        self.assertIn("no.yaml", done.stderr)
+
     def test_bad_input(self):
         for images, words in ((harness.clip("map_front")[1], "--follow"), (self.frames, "rgb.txt"), (os.path.join(self.folder, "none"), "--follow")):
             outcome = oaslam("run", "--images", images, *harness.clip("map_front")[2:], "--out", self.out, "--follow")

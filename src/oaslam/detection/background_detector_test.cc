@@ -4,13 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <semaphore>
+#include <thread>
 
 #include "oaslam/error.h"
 
 namespace oaslam {
 namespace {
 
+using testing::AnyOf;
 using testing::ElementsAre;
 
 std::vector<int> Frames(const std::vector<BackgroundDetector::Result>& results) {
@@ -52,15 +55,39 @@ TEST(BackgroundDetector, FailuresComeOutOnTheCallersThread) {
 }
 
 TEST(BackgroundDetector, MayEndAtAnyTime) {
-  std::atomic<int> calls = 0;
   for (int offers = 0; offers < 4; ++offers) {
-    BackgroundDetector detector([&](const cv::Mat&) {
-      ++calls;
+    std::atomic<int> begun = 0, ended = 0;
+    {
+      BackgroundDetector detector([&](const cv::Mat&) {
+        ++begun;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        ++ended;
+        return std::vector<Detection>{};
+      });
+      for (int i = 0; i < offers; ++i) detector.Offer(i, cv::Mat(1, 1, CV_8U));
+    }
+    EXPECT_LE(begun, offers);
+    EXPECT_EQ(begun, ended);  // the image under way was waited for
+  }
+}
+
+TEST(BackgroundDetector, OfWhatWaitsAtTheEndTheNewestAtMostIsLookedAt) {
+  std::counting_semaphore<> begun(0), go_on(0);
+  std::vector<int> seen;
+  {
+    BackgroundDetector detector([&](const cv::Mat& image) {
+      seen.push_back(image.at<int>(0));
+      begun.release();
+      go_on.acquire();
       return std::vector<Detection>{};
     });
-    for (int i = 0; i < offers; ++i) detector.Offer(i, cv::Mat(1, 1, CV_8U));
+    const auto offer = [&](int frame) { detector.Offer(frame, cv::Mat(1, 1, CV_32S, cv::Scalar(frame))); };
+    offer(0);
+    begun.acquire();
+    for (int i = 1; i < 6; ++i) offer(i);
+    go_on.release(6);
   }
-  EXPECT_LE(calls, 6);
+  EXPECT_THAT(seen, AnyOf(ElementsAre(0), ElementsAre(0, 5)));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "oaslam/error.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/text.h"
 
 namespace oaslam {
@@ -36,20 +37,20 @@ struct Place {
     throw InputError(fmt::format("{}: {}: {}", path, entry, problem));
   }
   const Json& Member(const Json& object, const char* key) const {
-    if (!object.is_object()) Refuse(fmt::format("{}, expected an object", object.dump()));
+    if (!object.is_object()) Refuse(fmt::format("{}, expected an object", JsonText(object)));
     const auto found = object.find(key);
     if (found == object.end()) Refuse(fmt::format("key \"{}\" is missing", key));
     return *found;
   }
   double Number(const Json& value, const char* key) const {
-    if (!value.is_number()) Refuse(fmt::format("{}: {}, expected a number", key, value.dump()));
+    if (!value.is_number()) Refuse(fmt::format("{}: {}, expected a number", key, JsonText(value)));
     const double number = value.get<double>();
     if (!std::isfinite(number)) Refuse(fmt::format("{}: not finite", key));
     return number;
   }
   template <size_t N>
   std::array<double, N> Numbers(const Json& value, const char* key) const {
-    if (!value.is_array() || value.size() != N) Refuse(fmt::format("{}: {}, expected {} numbers", key, value.dump(), N));
+    if (!value.is_array() || value.size() != N) Refuse(fmt::format("{}: {}, expected {} numbers", key, JsonText(value), N));
     std::array<double, N> numbers{};
     for (size_t i = 0; i < N; ++i) numbers[i] = Number(value[i], key);
     return numbers;
@@ -59,7 +60,7 @@ struct Place {
 int ReadCategory(const Json& entry, const Place& place) {
   const Json& id = place.Member(entry, "category_id");
   if (!id.is_number_integer() || id.get<int64_t>() < 0 || id.get<int64_t>() > kMaxCategory)
-    place.Refuse(fmt::format("category_id: {}, expected a whole number from 0 to {}", id.dump(), kMaxCategory));
+    place.Refuse(fmt::format("category_id: {}, expected a whole number from 0 to {}", JsonText(id), kMaxCategory));
   return id.get<int>();
 }
 
@@ -97,7 +98,7 @@ std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) 
     const Place image_place{path, fmt::format("entry {}", i)};
     const Json& name = image_place.Member(root[i], "file_name");
     if (!name.is_string() || BaseName(name.get<std::string>()).empty())
-      image_place.Refuse(fmt::format("file_name: {}, expected a name", name.dump()));
+      image_place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
     ImageDetections image{name.get<std::string>(), {}};
     const Json& detections = image_place.Member(root[i], "detections");
     if (!detections.is_array()) image_place.Refuse(fmt::format("detections: {}, expected a list", detections.type_name()));
@@ -115,8 +116,8 @@ ImageList ReadImageList(const Json& images, const std::string& path) {
   for (size_t i = 0; i < images.size(); ++i) {
     const Place place{path, fmt::format("images[{}]", i)};
     const Json &id = place.Member(images[i], "id"), &name = place.Member(images[i], "file_name");
-    if (!id.is_number_integer()) place.Refuse(fmt::format("id: {}, expected a whole number", id.dump()));
-    if (!name.is_string()) place.Refuse(fmt::format("file_name: {}, expected a name", name.dump()));
+    if (!id.is_number_integer()) place.Refuse(fmt::format("id: {}, expected a whole number", JsonText(id)));
+    if (!name.is_string()) place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
     list[id.get<int64_t>()] = name.get<std::string>();
   }
   return list;
@@ -151,7 +152,7 @@ std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageLi
     const Place place{path, fmt::format("entry {}", i)};
     const Json& id = place.Member(results[i], "image_id");
     if (!id.is_string() && (!id.is_number_integer() || !list->contains(id.get<int64_t>())))
-      place.Refuse(fmt::format("image_id: {} is not in the image list", id.dump()));
+      place.Refuse(fmt::format("image_id: {} is not in the image list", JsonText(id)));
     const std::string name = id.is_string() ? id.get<std::string>() : list->at(id.get<int64_t>());
     const Place named{path, fmt::format("entry {} ({})", i, name)};
     Detection detection;
@@ -209,7 +210,7 @@ void SaveDetections(const std::string& path, const std::vector<ImageDetections>&
   // By hand, for one line an image and a fixed number of digits.
   std::string text = "[";
   for (const ImageDetections& image : images) {
-    text += fmt::format("{}{{\"file_name\": {}, \"detections\": [", &image == &images.front() ? "\n" : ",\n", Json(image.file_name).dump());
+    text += fmt::format("{}{{\"file_name\": {}, \"detections\": [", &image == &images.front() ? "\n" : ",\n", JsonText(Json(image.file_name)));
     for (const Detection& d : image.detections) {
       text += fmt::format("{}{{\"category_id\": {}, \"detection_score\": {:.4f}, \"bbox\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}]",
                           &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1, d.box.x2, d.box.y2);

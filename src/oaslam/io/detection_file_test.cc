@@ -56,6 +56,12 @@ TEST(DetectionFile, RoundTrip) {
   EXPECT_THAT(LoadDetections(folder / "none.json").images(), IsEmpty());
 }
 
+TEST(DetectionFile, NamesThatAreNotUtf8AreReplaced) {
+  const TempFolder folder;
+  SaveDetections(folder / "d.json", {{"caf\xE9.png", {}}});
+  EXPECT_EQ(LoadDetections(folder / "d.json").images().at(0).file_name, "caf\uFFFD.png");
+}
+
 TEST(DetectionFile, Coco) {
   const TempFolder folder;
   const std::string results = R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, 5, 6], "score": 0.5}])";

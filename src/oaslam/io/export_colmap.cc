@@ -4,6 +4,7 @@
 #include <iterator>
 #include <set>
 
+#include "oaslam/error.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/map_export.h"
 #include "oaslam/io/map_scene.h"
@@ -95,6 +96,10 @@ std::string PointLine(LandmarkId id, const Landmark& landmark, const Map& map, c
 
 void ExportColmap(const std::string& folder, const SavedMap& saved, const KeyframeImages& images) {
   const Map& map = saved.map;
+  for (const auto& [id, image] : images)
+    if (image.name.find_first_of(" \t\r\n\v\f") != std::string::npos)
+      throw InputError(
+          fmt::format("{}: COLMAP reads names of images up to a blank; rename the image or its folder", image.name));
   std::string cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (size_t i = 0; i < map.cameras.size(); ++i) cameras += CameraLine(i, map.cameras[i]);
   const std::set<LandmarkId> seen = SeenLandmarks(map, images);

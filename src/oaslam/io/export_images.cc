@@ -45,16 +45,19 @@ std::optional<KeyframeId> KeyframeAt(const std::vector<KeyframeTime>& times, dou
 
 KeyframeImages FindListed(const std::vector<KeyframeTime>& times, const std::vector<ListedImage>& listed,
                           const std::string& source, const std::string& folder) {
-  const fs::path root = fs::is_directory(source) ? fs::path(source) : fs::path(source).parent_path();
-  const fs::path absolute_folder = fs::absolute(folder);
+  const auto absolute = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  const fs::path root = fs::is_directory(source) ? absolute(source) : absolute(source).parent_path();
+  // Where links are followed: ".." of a linked folder is that of its target.
+  const fs::path real_folder = fs::weakly_canonical(absolute(folder));
   KeyframeImages images;
-  for (const ListedImage& image : listed)
-    if (const auto id = KeyframeAt(times, image.timestamp))
-      images[*id] = {fs::path(image.path).lexically_relative(root).generic_string(),
-                     fs::absolute(image.path)
-                         .lexically_normal()
-                         .lexically_relative(absolute_folder.lexically_normal())
-                         .generic_string()};
+  for (const ListedImage& image : listed) {
+    const auto id = KeyframeAt(times, image.timestamp);
+    if (!id) continue;
+    const fs::path path = absolute(image.path);
+    const std::string name = path.lexically_relative(root).generic_string();
+    if (name.empty() || name == ".") throw InputError(fmt::format("--images {}: {} is no image", source, image.path));
+    images[*id] = {name, fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
+  }
   return images;
 }
 

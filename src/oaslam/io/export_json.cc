@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/map_export.h"
 #include "oaslam/io/map_scene.h"
 #include "oaslam/io/text.h"
@@ -39,6 +41,13 @@ const char* NameOfState(ObjectState state) {
       return "mapped";
   }
   return "";
+}
+
+Json Edges(unsigned char bits) {
+  Json edges = Json::array();
+  for (const auto& [bit, name] : {std::pair{kLeft, "left"}, {kTop, "top"}, {kRight, "right"}, {kBottom, "bottom"}})
+    if (bits & bit) edges.push_back(name);
+  return edges;
 }
 
 Json CameraJson(const Camera& c) {
@@ -81,7 +90,8 @@ Json ObjectJson(ObjectId id, const Object& object, const SavedMap& saved) {
                      {"camera", o.camera},
                      {"world_from_cam", Pose((o.cam_from_anchor * *anchor).Inverse())},
                      {"box", {o.box.x1, o.box.y1, o.box.x2, o.box.y2}},
-                     {"score", o.score}});
+                     {"score", o.score},
+                     {"truncated", Edges(o.truncated)}});
   }
   Json landmarks = Json::array(), covariance = Json::array();
   for (const LandmarkId landmark : object.landmarks)
@@ -102,6 +112,7 @@ Json ObjectJson(ObjectId id, const Object& object, const SavedMap& saved) {
   }
   json["observations"] = object.total_observations;
   json["mean_iou"] = object.mean_iou;
+  json["detection_rate"] = object.detection_rate;
   json["landmarks"] = std::move(landmarks);
   json["boxes"] = std::move(boxes);
   return json;
@@ -112,6 +123,8 @@ Json HeadJson(const SavedMap& saved) {
   json["up"] = saved.map.up ? Numbers(*saved.map.up) : Json();
   json["class_names"] = Json::object();
   for (const auto& [category, name] : saved.class_names) json["class_names"][std::to_string(category)] = name;
+  json["classes"] = {{"parts", Json::object()}, {"movable", saved.map.classes.movable}};
+  for (const auto& [part, whole] : saved.map.classes.whole_of) json["classes"]["parts"][std::to_string(part)] = whole;
   json["cameras"] = Json::array();
   for (const Camera& camera : saved.map.cameras) json["cameras"].push_back(CameraJson(camera));
   return json;
@@ -125,7 +138,7 @@ class List {
   List(const List&) = delete;
   List& operator=(const List&) = delete;
   void Add(const Json& element) {
-    text_ += (is_empty_ ? "\n" : ",\n") + element.dump(-1, ' ', false, Json::error_handler_t::replace);
+    text_ += (is_empty_ ? "\n" : ",\n") + JsonText(element);
     is_empty_ = false;
   }
 
@@ -137,7 +150,7 @@ class List {
 }  // namespace
 
 void ExportJson(const std::string& path, const SavedMap& saved) {
-  std::string text = HeadJson(saved).dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = JsonText(HeadJson(saved));
   text.pop_back();
   {
     List list(text, "keyframes");

@@ -4,6 +4,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/io/export_ply.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/map_export.h"
 #include "oaslam/io/text.h"
 
@@ -82,7 +83,7 @@ void ExportNerfstudio(const std::string& folder, const SavedMap& saved, const Ke
     cloud.vertices.push_back(z_up_from_world * map.landmarks.At(id).position);
     cloud.colors.push_back(color);
   }
-  WriteTextFile(folder + "/transforms.json", json.dump(1) + "\n");
+  WriteTextFile(folder + "/transforms.json", JsonText(json, 1) + "\n");
   SavePly(folder + "/sparse_pc.ply", cloud);
 }
 

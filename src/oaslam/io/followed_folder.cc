@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -77,14 +78,16 @@ class FollowedFolder : public ImageSource {
       if (!waiting_.empty()) {
         const std::string name = *waiting_.begin();
         waiting_.erase(waiting_.begin());
-        const int index = index_++;
-        if (index < options_.from) {
+        if (index_ < options_.from) {
           taken_.insert(name);
+          ++index_;
           continue;
         }
-        InputImage image{index, index / fps_, name, ReadImage((fs::path(folder_) / name).string(), options_.color)};
-        if (!image.image.empty()) taken_.insert(name);  // else it comes again once its writer has closed it
-        last_arrival_ = Clock::now();
+        InputImage image{index_, index_ / fps_, name, ReadImage((fs::path(folder_) / name).string(), options_.color)};
+        if (!image.image.empty()) {  // else it comes again, with its index, once its writer has closed it
+          taken_.insert(name);
+          ++index_;
+        }
         return image;
       }
       if (has_ended_ || !WaitForMore()) return std::nullopt;
@@ -92,32 +95,33 @@ class FollowedFolder : public ImageSource {
     return std::nullopt;
   }
   int size() const override { return options_.to < 0 ? -1 : std::max(options_.to - options_.from, 0); }
+  void Stop() override { is_stopped_ = true; }
 
  private:
   struct Natural {
     bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
   };
 
-  bool IsStopped() const { return options_.follow->stopped && options_.follow->stopped(); }
+  bool IsStopped() const { return is_stopped_ || (options_.follow->stopped && options_.follow->stopped()); }
+
+  void Arrive(std::string name) {
+    if (taken_.contains(name)) return;
+    waiting_.insert(std::move(name));
+    last_arrival_ = Clock::now();
+  }
 
   void AddAllImages() {
-    for (std::string& name : ImageNames(folder_))
-      if (!taken_.contains(name)) waiting_.insert(std::move(name));
+    for (std::string& name : ImageNames(folder_)) Arrive(std::move(name));
     if (fs::exists(fs::path(folder_) / kStopFile)) has_ended_ = true;
   }
 
   // False when nothing more will come.
   bool WaitForMore() {
     constexpr int kSlice_ms = 100;  // between looks at `stopped`
-    const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
-    if (options_.follow->quiet_s > 0 && quiet_s > options_.follow->quiet_s) {
-      Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
-      return false;
-    }
     FolderWatch::Changes changes = watch_.Wait(kSlice_ms);
     for (std::string& name : changes.names) {
       if (name == kStopFile) has_ended_ = true;
-      if (HasImageExtension(name) && !taken_.contains(name)) waiting_.insert(std::move(name));
+      if (HasImageExtension(name)) Arrive(std::move(name));
     }
     if (changes.is_gone) {
       Log(LogLevel::kWarning, fmt::format("{}: the folder is gone", folder_));
@@ -125,7 +129,11 @@ class FollowedFolder : public ImageSource {
     } else if (changes.is_lossy) {
       AddAllImages();
     }
-    return true;
+    // Only now: what came while the caller was at work was in the queue of the kernel.
+    const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
+    if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s) return true;
+    Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
+    return false;
   }
 
   std::string folder_;
@@ -134,9 +142,10 @@ class FollowedFolder : public ImageSource {
   FolderWatch watch_;
   std::set<std::string, Natural> waiting_;  // names of images that are there and not yet taken
   std::set<std::string> taken_;
-  Clock::time_point last_arrival_;
+  Clock::time_point last_arrival_;  // of an image, as far as the queue was read; at first, the beginning
   int index_ = 0;
   bool has_ended_ = false;
+  std::atomic<bool> is_stopped_ = false;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/text.h"
 #include "oaslam/util/check.h"
 
@@ -83,9 +84,9 @@ void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuff
     document["bufferViews"] = buffer.views();
     document["accessors"] = buffer.accessors();
   }
-  if (!binary) return WriteTextFile(path, document.dump(1) + "\n");
+  if (!binary) return WriteTextFile(path, JsonText(document, 1) + "\n");
   std::string chunks;
-  AppendChunk(chunks, kJsonChunk, document.dump(), ' ');
+  AppendChunk(chunks, kJsonChunk, JsonText(document), ' ');
   if (!buffer.IsEmpty()) AppendChunk(chunks, kBinChunk, buffer.bytes(), '\0');
   std::string bytes;
   AppendWord(bytes, kGlbMagic);

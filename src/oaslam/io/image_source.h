@@ -40,6 +40,9 @@ class ImageSource {
   virtual std::optional<InputImage> Next() = 0;
   // Images within [from, to) where known beforehand, -1 otherwise.
   virtual int size() const = 0;
+  // From another thread: a Next that waits, and any later one, may return nothing from now on. A source whose Next may
+  // wait without end must heed it.
+  virtual void Stop() {}
 };
 
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" a line), a folder of images, a video file or

@@ -7,7 +7,10 @@ namespace oaslam {
 LatestImageSource::LatestImageSource(std::unique_ptr<ImageSource> source)
     : source_(std::move(source)), thread_([this](const std::stop_token& stop) { Capture(stop); }) {}
 
-LatestImageSource::~LatestImageSource() = default;  // the thread is asked to stop, and joined
+LatestImageSource::~LatestImageSource() {
+  thread_.request_stop();
+  source_->Stop();  // else the thread, which is joined now, might wait for an image that never comes
+}
 
 void LatestImageSource::Capture(const std::stop_token& stop) {
   std::exception_ptr failure;

@@ -16,7 +16,7 @@ namespace oaslam {
 class LatestImageSource : public ImageSource {
  public:
   explicit LatestImageSource(std::unique_ptr<ImageSource> source);
-  // Waits for the read under way to end.
+  // Stops the source, and waits for the read under way to end.
   ~LatestImageSource() override;
 
   // Waits for an image that was not given out yet; nothing once the source has ended. Rethrows what the source threw.

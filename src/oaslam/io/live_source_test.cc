@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <future>
 #include <mutex>
+#include <thread>
 
 #include "expect_input_error.h"
 #include "oaslam/io/followed_folder.h"
@@ -55,7 +56,22 @@ TEST(FollowedFolder, AnImageThatWasNotWholeComesAgainWhenItIs) {
   const auto source = OpenImages(folder.path(), Following());
   EXPECT_TRUE(source->Next()->image.empty());
   folder.Write("1.pgm", Pgm(5));
-  EXPECT_EQ(source->Next()->image.at<unsigned char>(0, 0), 5);
+  const auto whole = source->Next();
+  EXPECT_EQ(whole->image.at<unsigned char>(0, 0), 5);
+  EXPECT_EQ(whole->index, 0);  // not used up by the half one
+}
+
+TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
+  const TempFolder folder;
+  folder.Write("a.pgm", Pgm(1));
+  const auto source = OpenImages(folder.path(), Following(0.1));
+  EXPECT_EQ(source->Next()->name, "a.pgm");
+  folder.Write("b.pgm", Pgm(2));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the work on a
+  const auto next = source->Next();
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->name, "b.pgm");
+  EXPECT_FALSE(source->Next());
 }
 
 TEST(FollowedFolder, EndsByItself) {
@@ -108,6 +124,7 @@ class FakeCamera : public ImageSource {
     return std::nullopt;
   }
   int size() const override { return -1; }
+  void Stop() override { SwitchOff(); }
 
   // Shows `count` more images, and waits until all are read.
   void Show(int count) {
@@ -172,8 +189,15 @@ TEST(LatestImageSource, MayBeGivenUpAtAnyTime) {
     FakeCamera& camera = *owned;
     LatestImageSource source(std::move(owned));
     if (shown > 0) camera.Show(shown);
-    camera.SwitchOff();
-  }
+  }  // it waits for the next image now, or soon
+}
+
+TEST(LatestImageSource, AFollowedFolderMayBeGivenUp) {
+  const TempFolder folder;
+  LatestImageSource empty(OpenImages(folder.path(), Following()));
+  folder.Write("a.pgm", Pgm(1));
+  LatestImageSource waiting(OpenImages(folder.path(), Following()));
+  EXPECT_EQ(waiting.Next()->name, "a.pgm");
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ void ExportGltf(const std::string& path, const SavedMap& saved);
 // Final poses of all frames; of the keyframes where the map has no trajectory.
 void ExportTum(const std::string& path, const SavedMap& saved);
 
-// All of the map but descriptors.
+// What the map knows of the world, without what only the system needs to go on (docs/export.md lists it).
 void ExportJson(const std::string& path, const SavedMap& saved);
 
 // The image of a keyframe.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -199,6 +200,64 @@ TEST(MapExport, ImagesOfAListAreFoundByTime) {
   EXPECT_EQ(images.at(KeyframeId(4)).path, "../seq/rgb/c.png");
   EXPECT_THAT(InputErrorOf([&] { FindImages(saved.map, folder.Write("other.txt", "7.0 a.png\n"), {}, folder.path()); }),
               HasSubstr("--fps"));
+}
+
+TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
+  const SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  folder.Write("seq/rgb/c.png", "c");
+  folder.Write("deep/er/out/x", "");
+  std::filesystem::create_symlink(folder / "deep/er/out", folder / "link");
+  const std::string list = folder.Write("seq/rgb.txt", "0.5 " + (folder / "seq/rgb/c.png") + "\n");
+  const std::string relative_list = std::filesystem::relative(list).string();
+  const KeyframeImage image = FindImages(saved.map, relative_list, {}, folder / "link").at(KeyframeId(4));
+  EXPECT_EQ(image.name, "rgb/c.png");
+  EXPECT_EQ(folder.Read("link/" + image.path), "c");  // leads to the image
+}
+
+TEST(MapExport, ColmapHasNoNamesWithBlanks) {
+  const SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  KeyframeImages images = ImagesByTime(saved.map);
+  images.at(KeyframeId(4)).name = "rgb/a b.png";
+  EXPECT_THAT(InputErrorOf([&] { ExportColmap(folder.path(), saved, images); }), HasSubstr("rgb/a b.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "images.txt"));
+}
+
+TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
+  SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  Object object;
+  object.name = "caf\xE9";
+  object.state = ObjectState::kMapped;
+  object.ellipsoid.half_axes = Eigen::Vector3d::Ones();
+  saved.map.objects.Insert(ObjectId(1), object);
+  KeyframeImages images = ImagesByTime(saved.map);
+  images.at(KeyframeId(4)).path = "caf\xE9.png";
+  const TempFolder folder;
+  ExportNerfstudio(folder.path(), saved, images);
+  ExportGltf(folder / "a.gltf", saved);
+  ExportGltf(folder / "a.glb", saved);
+  ExportJson(folder / "a.json", saved);
+  for (const char* name : {"transforms.json", "a.gltf", "a.json"})
+    EXPECT_THAT(nlohmann::json::parse(folder.Read(name)).dump(), HasSubstr("caf\uFFFD")) << name;
+}
+
+TEST(MapExport, JsonHasClassesRatesAndTruncatedEdges) {
+  SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  saved.map.classes = {{{100, 101}}, {0, 56}};
+  Object object;
+  object.detection_rate = 0.75;
+  object.observations.resize(2);
+  for (ObjectObservation& o : object.observations) o.anchor = KeyframeId(1);
+  object.observations[0].truncated = kLeft | kBottom;
+  saved.map.objects.Insert(ObjectId(1), object);
+  const TempFolder folder;
+  ExportJson(folder / "a.json", saved);
+  const auto json = nlohmann::json::parse(folder.Read("a.json"));
+  EXPECT_EQ(json["classes"].dump(), R"({"movable":[0,56],"parts":{"100":101}})");
+  EXPECT_EQ(json["objects"][0]["detection_rate"], 0.75);
+  EXPECT_EQ(json["objects"][0]["boxes"][0]["truncated"].dump(), R"(["left","bottom"])");
+  EXPECT_EQ(json["objects"][0]["boxes"][1]["truncated"].dump(), "[]");
 }
 
 TEST(MapExport, ColorsAreThoseOfThePixels) {

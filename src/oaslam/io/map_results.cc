@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/text.h"
 #include "oaslam/map/parts.h"
 
@@ -35,7 +36,7 @@ std::string Special(const Map& map, ObjectId id, const Object& object) {
   return (whole ? fmt::format(", \"part_of\": {}", whole->value) : "") + (object.has_moved ? ", \"moved\": true" : "");
 }
 
-std::string Named(const Object& object) { return object.name.empty() ? "" : ", \"name\": " + nlohmann::json(object.name).dump(); }
+std::string Named(const Object& object) { return object.name.empty() ? "" : ", \"name\": " + JsonText(nlohmann::json(object.name)); }
 
 }  // namespace
 
@@ -48,7 +49,7 @@ void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& 
     text += fmt::format(
         "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{},\n   \"center\": {},\n   \"half_axes\": {},\n   \"rotation\": {},\n"
         "   \"observations\": {}, \"score\": {:.4f}{},\n   \"covariance_diag\": {}}}",
-        text.empty() ? "" : ",", id.value, object.category_id, nlohmann::json(NameOf(names, object.category_id)).dump(), Named(object), Numbers(e.center),
+        text.empty() ? "" : ",", id.value, object.category_id, JsonText(nlohmann::json(NameOf(names, object.category_id))), Named(object), Numbers(e.center),
         Numbers(e.half_axes), Numbers(rotation), object.total_observations, Score(object), Special(map, id, object), Numbers(Eigen::VectorXd(object.covariance.diagonal())));
   });
   WriteTextFile(path, "[" + text + "\n]\n");

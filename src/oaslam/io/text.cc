@@ -29,10 +29,23 @@ std::string ReadTextFile(const std::string& path) {
 }
 
 void WriteTextFile(const std::string& path, const std::string& content) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_type type = fs::symlink_status(path, error).type();
+  const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
+  const std::string written = is_plain ? path + ".tmp" : path;  // a device, a pipe or a link stays what it is
+  std::ofstream file(written, std::ios::binary | std::ios::trunc);
+  const bool is_open = file.is_open();
   file << content;
   file.close();
-  if (!file) throw InputError(fmt::format("{}: cannot be written", path));
+  bool success = static_cast<bool>(file);
+  if (is_plain && success) {
+    fs::rename(written, path, error);
+    success = !error;
+  }
+  if (success) return;
+  if (is_plain && is_open) fs::remove(written, error);
+  throw InputError(fmt::format("{}: cannot be written", path));
 }
 
 std::optional<double> ParseNumber(std::string_view text) {

@@ -9,7 +9,8 @@ namespace oaslam {
 
 // The whole file; throws InputError when it cannot be read.
 std::string ReadTextFile(const std::string& path);
-// Throws InputError when it cannot be written whole.
+// Writes beside `path` (.tmp) and renames, so that a full disk or a kill leaves the old file whole; straight to what is
+// no regular file, such as /dev/stdout. Throws InputError when it cannot be written whole.
 void WriteTextFile(const std::string& path, const std::string& content);
 
 // A finite decimal number and nothing else; independent of the locale.

@@ -42,10 +42,10 @@ class LateDetections : public testing::Test {
   }
 
   // Frames up to `count`, whose detections come `lag` frames later, of every `stride`th frame; lag 0: with the frame.
-  void Walk(Session& session, int count, int lag, int stride) {
+  void Walk(Session& session, int count, int lag, int stride, int first_blind = kBlind) {
     Rng rng(7);
     for (int i = 0; i < count; ++i) {
-      const bool blind = i >= kBlind;
+      const bool blind = i >= first_blind;
       Frame frame{
           i, i / 30.0, 0, synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features, {}};
       frame.detections_follow = lag > 0;
@@ -102,10 +102,19 @@ TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {
   Session session(Config(), NewMap(world_.camera), {}, false);
   Walk(session, 60, 5, 1);
   EXPECT_FALSE(session.AddDetections(54, Detect(54)));  // has had its detections
-  EXPECT_FALSE(session.AddDetections(2, Detect(2)));    // too old
+  EXPECT_FALSE(session.AddDetections(2, Detect(2)));    // passed over
   EXPECT_FALSE(session.AddDetections(60, Detect(60)));  // not there yet
   EXPECT_TRUE(session.AddDetections(57, Detect(57)));
   EXPECT_FALSE(session.AddDetections(56, Detect(56)));  // passed over
+}
+
+TEST_F(LateDetections, CountForTheLast120FramesOnly) {
+  constexpr int kFrames = 160;
+  Session session(Config(), NewMap(world_.camera), {}, false);
+  Walk(session, kFrames, kFrames, 1, kFrames);  // none comes on the way
+  EXPECT_EQ(states_[kFrames - 121], TrackingState::kTracking);
+  EXPECT_FALSE(session.AddDetections(kFrames - 121, Detect(kFrames - 121)));
+  EXPECT_TRUE(session.AddDetections(kFrames - 120, Detect(kFrames - 120)));
 }
 
 TEST_F(LateDetections, FindALostCameraByObjects) {
