@@ -135,7 +135,7 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
 void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title) {
   constexpr size_t kLeastFrames = 10;  // of a point: the share of fewer says little
   Chart chart(1, 100, title, curves.size());
-  chart.DrawGrid(fmt::format("confidence, and the share that is right (within {:g} m and {:.0f} degrees); numbers: frames, if 10 or more", kFalseDistance, kFalseRotationDeg), "%");
+  chart.DrawGrid(fmt::format("confidence, and the share that is right ({:g} m, {:.0f} degrees); numbers: frames, at least 10", kFalseDistance, kFalseRotationDeg), "%");
   chart.DrawLine({0, 0}, {1, 100}, kReferenceStyle);
   for (const auto& [name, reliability] : curves) {
     Points2 line;
