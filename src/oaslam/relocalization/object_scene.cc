@@ -59,7 +59,7 @@ bool MayOverlap(const SceneObject& object, const Eigen::Vector3d& center, const 
   const double near = center.z() - object.reach;
   if (near <= 0) return true;
   const Eigen::Vector2d slope = center.head<2>() / center.z();
-  const double x = scene.camera.fx * slope.x() + scene.camera.cx + 0.5, y = scene.camera.fy * slope.y() + scene.camera.cy + 0.5;
+  const double x = scene.camera.fx * slope.x() + scene.camera.cx + kBoxFromPixel, y = scene.camera.fy * slope.y() + scene.camera.cy + kBoxFromPixel;
   const double dx = scene.camera.fx * object.reach * (1 + std::abs(slope.x())) / near, dy = scene.camera.fy * object.reach * (1 + std::abs(slope.y())) / near;
   return std::ranges::any_of(object.detections, [&](int d) {
     const Box& box = scene.detections[d].box;
