@@ -40,6 +40,10 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
     map.objects.Insert(id, std::move(object));
   });
   other.merged_objects.ForEach([&](ObjectId id, ObjectId into) { map.merged_objects.Insert(id, into); });
+  for (auto [name, anchor] : other.anchors) {
+    anchor.Scale(scale);
+    map.anchors.emplace(name, std::move(anchor));
+  }
   map.loops_closed += other.loops_closed;
   if (!map.up && other.up) map.up = world_from_other.rotation * *other.up;
   map.next_landmark = std::max(map.next_landmark, other.next_landmark);

@@ -221,6 +221,7 @@ void Map::Scale(double factor) {
     object.covariance.leftCols<3>() *= factor;
     for (ObjectObservation& o : object.observations) o.cam_from_anchor.translation *= factor;
   }
+  for (auto& [name, anchor] : anchors) anchor.Scale(factor);
 }
 
 std::vector<std::string> Map::CheckInvariants() const {
@@ -266,6 +267,10 @@ std::vector<std::string> Map::CheckInvariants() const {
     for (const ObjectObservation& o : object.observations)
       if (!ResolvePose(o.anchor)) problems.push_back(fmt::format("object {}: anchor {} leads nowhere", id.value, o.anchor.value));
   });
+  for (const auto& [name, anchor] : anchors) {
+    if (!ResolvePose(anchor.keyframe)) problems.push_back(fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
+    if (!(anchor.size > 0)) problems.push_back(fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
+  }
   return problems;
 }
 

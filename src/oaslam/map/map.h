@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "oaslam/camera.h"
 #include "oaslam/class_relations.h"
 #include "oaslam/features/features.h"
+#include "oaslam/map/anchor.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/table.h"
 #include "oaslam/rigid3.h"
@@ -101,6 +103,7 @@ struct Map {
   int loops_closed = 0;                      // since the map was made or loaded
   bool is_metric = false;                    // the unit is the metre; else arbitrary
   ClassRelations classes;                    // what moves, and what is a part of what
+  std::map<std::string, Anchor> anchors;     // by name
 
   uint32_t next_landmark = 0;
 
