@@ -87,6 +87,10 @@ class Tracker {
  private:
   enum class Phase { kInitializing, kTracking, kLost };
 
+  // Of a pose, relative to a keyframe of the map.
+  static Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
+    return cam_from_world * map.keyframes.At(reference).cam_from_world.Inverse();
+  }
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;

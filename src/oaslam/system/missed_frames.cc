@@ -1,0 +1,71 @@
+#include <limits>
+#include <utility>
+
+#include "oaslam/system/tracker.h"
+
+// Poses of frames that had none when they came: between the first two keyframes, and before a lost camera was found.
+namespace oaslam {
+namespace {
+
+// From a neighbour in time to the local map.
+TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features, const std::vector<LandmarkId>& landmarks,
+                               const Rigid3& cam_from_world, int min_inliers) {
+  const TrackReport report = TrackFromLastFrame(frame, map, features, landmarks, cam_from_world);
+  return report.success ? TrackLocalMap(frame, map, report, min_inliers) : TrackReport{};
+}
+
+}  // namespace
+
+void Tracker::Miss(const Frame& frame, bool has_pose) {
+  constexpr size_t kMaxMissed = 30;  // frames, with their features
+  if (backfill_) EndBackfill();      // lost again: the camera's return has not proved itself
+  missed_.push_back({frame, has_pose});
+  if (missed_.size() > kMaxMissed) missed_.pop_front();
+}
+
+// Frames that passed before there was a map get their poses now.
+void Tracker::FillInBetween(const Map& map) {
+  const KeyframeId first = trajectory_.poses().front().reference;
+  const Keyframe& keyframe = map.keyframes.At(first);
+  std::shared_ptr<const Features> features = keyframe.features;
+  std::vector<LandmarkId> landmarks = keyframe.landmarks;
+  Rigid3 pose = keyframe.cam_from_world;
+  for (const Frame& frame : std::exchange(between_, {})) {
+    const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, config_.tracking.min_inliers);
+    if (!report.success) continue;
+    trajectory_.Add({frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking}, frame,
+                    report.landmarks);
+    features = frame.features;
+    landmarks = report.landmarks;
+    pose = report.cam_from_world;
+  }
+}
+
+// Follows the camera back in time, from where it was found to the frames that were lost before, at most `count` of them.
+void Tracker::FillInMissed(const Map& map, int count) {
+  for (; backfill_ && count > 0; --count) {
+    if (missed_.empty() || missed_.back().frame.index != backfill_->index - 1) return EndBackfill();
+    const Missed missed = std::move(missed_.back());
+    missed_.pop_back();
+    const Frame& frame = missed.frame;
+    TrackReport report = TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world,
+                                            config_.tracking.min_inliers);
+    if (!report.success) return EndBackfill();
+    const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
+    if (!missed.has_pose)
+      trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
+    backfill_ = Backfill{frame.features, std::move(report), frame.index, true};
+  }
+}
+
+void Tracker::EndBackfill() {
+  backfill_.reset();
+  missed_.clear();
+}
+
+void Tracker::SettleTrajectory(const Map& map) {
+  if (backfill_ && backfill_->proven) FillInMissed(map, static_cast<int>(missed_.size()) + 1);
+  trajectory_.Settle(map, std::numeric_limits<int>::max());
+}
+
+}  // namespace oaslam
