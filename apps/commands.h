@@ -12,6 +12,7 @@ void AddLocalizeCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddObjectsCommand(CLI::App& app);
+void AddAnchorsCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 

@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddEvaluateCommand(app);
   oaslam::apps::AddInfoCommand(app);
   oaslam::apps::AddObjectsCommand(app);
+  oaslam::apps::AddAnchorsCommand(app);
   oaslam::apps::AddExportCommand(app);
   oaslam::apps::AddViewCommand(app);
   try {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/anchors.h"
 #include "oaslam/camera.h"
 #include "oaslam/class_relations.h"
 #include "oaslam/config.h"
@@ -120,6 +121,14 @@ class Slam {
 
   // Gives up the pose it follows: the next image is looked for in the map by itself.
   void ForceRelocalization();
+
+  // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment, with loops, and with the object it stands on.
+  std::vector<AnchorPose> Anchors() const;
+  AnchorReport PlaceAnchor(const AnchorRequest& request);
+  // Returns why it cannot be changed, or an empty text.
+  std::string EditAnchor(const std::string& name, const AnchorEdit& edit);
+  // False where there is none.
+  bool RemoveAnchor(const std::string& name);
 
   MapSnapshot Snapshot() const;
   // Of the newest image, for display; shares what it can.

@@ -246,6 +246,21 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
   }
 }
 
+void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "anchors", "name");
+  while (rows.Next()) {
+    std::string name = rows.Text();
+    Anchor anchor;
+    anchor.model = rows.Text();
+    anchor.size = rows.Real();
+    anchor.keyframe = rows.RequiredId<KeyframeId>();
+    anchor.cam_from_anchor = rows.Pose();
+    anchor.object = rows.OptionalId<ObjectId>();
+    anchor.offset = rows.Vector();
+    map.anchors.emplace(std::move(name), std::move(anchor));
+  }
+}
+
 void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
   const auto states = TrackingStates();
   RowReader rows(database, checksum, "trajectory", "rank");
@@ -294,6 +309,7 @@ SavedMap LoadMap(const std::string& path) {
   ReadLandmarks(database, checksum, saved.map);
   ReadObjects(database, checksum, version, saved.map);
   ReadTrajectory(database, checksum, saved);
+  if (version >= 3) ReadAnchors(database, checksum, saved.map);
   if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex()) database.Refuse("is damaged: the checksum does not match");
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty()) database.Refuse("is damaged: " + problems.front());
   return saved;

@@ -114,6 +114,12 @@ void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
   map.merged_objects.ForEach([&](ObjectId id, const ObjectId& into) { merged.Write(id, into); });
 }
 
+void WriteAnchors(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter rows(database, checksum, "anchors", 15);
+  for (const auto& [name, a] : map.anchors)
+    rows.Write(std::string_view(name), std::string_view(a.model), a.size, a.keyframe, a.cam_from_anchor, a.object, a.offset);
+}
+
 void WriteTrajectory(Database& database, Checksum& checksum, const SavedMap& saved) {
   RowWriter rows(database, checksum, "trajectory", 12);
   int rank = 0;
@@ -137,6 +143,7 @@ void WriteDatabase(const std::string& path, const SavedMap& saved) {
   WriteLandmarks(database, checksum, saved.map);
   WriteObjects(database, checksum, saved.map);
   WriteTrajectory(database, checksum, saved);
+  WriteAnchors(database, checksum, saved.map);
   database.Execute(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
   database.Execute("COMMIT");
 }

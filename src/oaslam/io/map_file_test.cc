@@ -43,6 +43,30 @@ TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
 }
 
+TEST(MapFile, KeepsAnchors) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  const Rigid3 pose(Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5), {1, 2, 3});
+  saved.map.anchors["a flag"] = {"flag", 0.25, saved.map.keyframes.Ids().front(), pose, {}, Eigen::Vector3d::Zero()};
+  saved.map.anchors["on it"] = {"my lamp", 0.5, saved.map.keyframes.Ids().back(), pose, saved.map.objects.Ids().front(), {0, -1, 0}};
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  ASSERT_EQ(loaded.map.anchors.size(), 2u);
+  for (const auto& [name, anchor] : saved.map.anchors) {
+    const Anchor& l = loaded.map.anchors.at(name);
+    EXPECT_EQ(l.model, anchor.model);
+    EXPECT_EQ(l.size, anchor.size);
+    EXPECT_EQ(l.keyframe, anchor.keyframe);
+    EXPECT_EQ(l.object, anchor.object);
+    EXPECT_EQ(l.offset, anchor.offset);
+    ExpectEqual(l.cam_from_anchor, anchor.cam_from_anchor);
+  }
+  saved.map.anchors["a flag"].keyframe = KeyframeId(12345);
+  EXPECT_THAT(saved.map.CheckInvariants(), testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
+  Database(folder / "a.map", Database::Access::kCreate).Execute("UPDATE anchors SET size = 0.1");
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("damaged"));
+}
+
 TEST(MapFile, LoadsWhatWasSaved) {
   const TempFolder folder;
   const SavedMap saved = MakeMap();

@@ -5,7 +5,7 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-constexpr int32_t kMapFormatVersion = 2;           // PRAGMA user_version; 1 had no names of objects
+constexpr int32_t kMapFormatVersion = 3;           // PRAGMA user_version; 1 had no names of objects, 2 no anchors
 
 // Documented in docs/formats.md, which must change with it. Poses are quaternion x y z w and translation; blobs are little-endian.
 constexpr const char* kMapSchema = R"sql(
@@ -40,6 +40,10 @@ CREATE TABLE trajectory(rank INTEGER PRIMARY KEY, frame_index INTEGER, timestamp
   cam_from_reference_qx REAL, cam_from_reference_qy REAL, cam_from_reference_qz REAL, cam_from_reference_qw REAL,
   cam_from_reference_tx REAL, cam_from_reference_ty REAL, cam_from_reference_tz REAL, state TEXT);
 CREATE TABLE class_names(category_id INTEGER PRIMARY KEY, name TEXT);
+CREATE TABLE anchors(name TEXT PRIMARY KEY, model TEXT, size REAL, keyframe INTEGER,
+  cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,
+  cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL,
+  object INTEGER, offset_x REAL, offset_y REAL, offset_z REAL) WITHOUT ROWID;
 )sql";
 
 // Columns of a key point in features.keypoints.

@@ -18,6 +18,7 @@ namespace oaslam {
 void Mapper::Apply(const MapCommand& command) {
   if (command.reset) Reset();
   if (command.classes) SetClassRelations(*command.classes, map_);
+  if (command.anchors) map_.anchors = *command.anchors;
   AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");

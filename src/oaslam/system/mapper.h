@@ -26,6 +26,7 @@ struct MapCommand {
   bool reset = false;  // forget the map first
   bool settle = false;  // wait for what runs in the background: the map must not move later
   std::optional<ClassRelations> classes;
+  std::optional<std::map<std::string, Anchor>> anchors;  // from now on, all of them
   std::optional<InitialMap> initial;
   std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "oaslam/anchors/editing.h"
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/map_file.h"
@@ -88,6 +89,13 @@ class Slam::Impl {
   bool JoinMaps(int frame_index);
   bool IsInitializing() const { return session_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
+
+  void SetAnchors(std::map<std::string, Anchor> anchors) {
+    MapCommand command;
+    command.frame_index = next_index_;
+    command.anchors = std::move(anchors);
+    session_->SubmitAndWait(std::move(command));
+  }
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
     const cv::Mat grey = ToGrey(input.image, camera_);
@@ -290,6 +298,29 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
   command.classes = relations;
   if (impl_->resumption_) impl_->resumption_->session().SubmitAndWait(command);
   impl_->session_->SubmitAndWait(std::move(command));
+}
+
+std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session_->snapshot()); }
+
+AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
+  std::map<std::string, Anchor> anchors = impl_->session_->snapshot()->anchors;
+  AnchorReport report = oaslam::PlaceAnchor(*impl_->session_->snapshot(), request, anchors);
+  if (!report.name.empty()) impl_->SetAnchors(std::move(anchors));
+  return report;
+}
+
+std::string Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
+  std::map<std::string, Anchor> anchors = impl_->session_->snapshot()->anchors;
+  std::string problem = oaslam::EditAnchor(name, edit, anchors);
+  if (problem.empty()) impl_->SetAnchors(std::move(anchors));
+  return problem;
+}
+
+bool Slam::RemoveAnchor(const std::string& name) {
+  std::map<std::string, Anchor> anchors = impl_->session_->snapshot()->anchors;
+  if (anchors.erase(name) == 0) return false;
+  impl_->SetAnchors(std::move(anchors));
+  return true;
 }
 
 std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report(); }

@@ -1,0 +1,150 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "oaslam/anchors/editing.h"
+#include "oaslam/anchors/placement.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const Eigen::Vector3d kUp(0, -1, 0);  // of level cameras
+
+// Two cameras before a level table of landmarks 1 below them, with a cup on it.
+Map Table() {
+  Map map;
+  map.cameras.push_back({.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5});
+  Rng rng(7);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 200; ++i) points.emplace_back(rng.Uniform(-1, 1), 1 + rng.Gaussian(0.003), rng.Uniform(2, 4));
+  auto features = std::make_shared<Features>();
+  features->bounds = {0, 0, 640, 480};
+  features->keypoints.resize(points.size());
+  features->descriptors.resize(points.size());
+  features->BuildGrid();
+  for (uint32_t k = 0; k < 2; ++k) {
+    Keyframe keyframe;
+    keyframe.cam_from_world.translation = {-0.2 * k, 0, 0};
+    keyframe.features = features;
+    keyframe.landmarks.resize(points.size());
+    map.keyframes.Insert(KeyframeId(k), keyframe);
+  }
+  for (uint32_t i = 0; i < points.size(); ++i) {
+    const LandmarkId id = map.AddLandmark(points[i], KeyframeId(0));
+    for (uint32_t k = 0; k < 2; ++k) map.AddObservation(id, KeyframeId(k), i);
+  }
+  Object cup;
+  cup.state = ObjectState::kMapped;
+  cup.ellipsoid = {{0.3, 0.9, 3}, {0.05, 0.05, 0.1}, Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitX()))};
+  cup.observations.emplace_back().anchor = KeyframeId(1);
+  map.objects.Insert(ObjectId(4), cup);
+  return map;
+}
+
+AnchorRequest Click(const Eigen::Vector3d& at) {
+  AnchorRequest request;
+  request.model = "flag";
+  request.direction = 3 * at;
+  return request;
+}
+
+TEST(Anchors, StandOnThePlaneOfThePoints) {
+  const Map map = Table();
+  const Placement placement = FindPlace(map, Click({0.1, 1, 3}));
+  ASSERT_TRUE(placement.anchor) << placement.why_not;
+  const Rigid3 pose = *WorldFromAnchor(map, *placement.anchor);
+  EXPECT_LT((pose.translation - Eigen::Vector3d(0.1, 1, 3)).norm(), 0.03);
+  EXPECT_GT((pose.rotation * Eigen::Vector3d::UnitY()).dot(kUp), 0.995);
+  EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitZ()).z(), -0.99);  // faces who placed it
+  EXPECT_NEAR(placement.anchor->size, 0.12 * std::sqrt(10.01), 0.01);
+}
+
+TEST(Anchors, ALevelPlaneIsPreferredWhereUpIsKnown) {
+  Map map = Table();
+  map.up = Eigen::Vector3d(0.01, -1, 0).normalized();
+  const Placement placement = FindPlace(map, Click({0.1, 1, 3}));
+  ASSERT_TRUE(placement.anchor);
+  EXPECT_GT((WorldFromAnchor(map, *placement.anchor)->rotation * Eigen::Vector3d::UnitY()).dot(*map.up), 1 - 1e-9);
+}
+
+TEST(Anchors, StandOnTopOfAnObjectAndGoWithIt) {
+  Map map = Table();
+  AnchorRequest request = Click({0.3, 0.9, 3});
+  request.object = 4;
+  const Placement placement = FindPlace(map, request);
+  ASSERT_TRUE(placement.anchor) << placement.why_not;
+  const Eigen::Vector3d top(0.3, 0.8, 3);  // the longest axis stands upright
+  EXPECT_LT((WorldFromAnchor(map, *placement.anchor)->translation - top).norm(), 1e-9);
+  const Eigen::Vector3d moved(-0.5, 0, 1);
+  map.objects.MutableAt(ObjectId(4)).ellipsoid.center += moved;
+  EXPECT_LT((WorldFromAnchor(map, *placement.anchor)->translation - (top + moved)).norm(), 1e-9);
+  map.objects.Erase(ObjectId(4));  // stays where it was put
+  EXPECT_LT((WorldFromAnchor(map, *placement.anchor)->translation - top).norm(), 1e-9);
+}
+
+TEST(Anchors, GoWithTheirKeyframesAndTheUnit) {
+  Map map = Table();
+  const AnchorReport report = PlaceAnchor(map, Click({0, 1, 3}), map.anchors);
+  ASSERT_EQ(report.name, "flag 1") << report.why_not;
+  const Rigid3 before = PosesOf(map).at(0).world_from_anchor;
+  const Rigid3 correction(Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {1, 2, 3});
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
+    pose = pose * correction.Inverse();
+  }
+  const Rigid3 after = PosesOf(map).at(0).world_from_anchor;
+  EXPECT_LT((after.translation - correction * before.translation).norm(), 1e-9);
+  EXPECT_LT(after.rotation.angularDistance(correction.rotation * before.rotation), 1e-9);
+  const double size = map.anchors.at("flag 1").size;
+  map.Scale(2);
+  EXPECT_LT((PosesOf(map).at(0).world_from_anchor.translation - 2 * after.translation).norm(), 1e-9);
+  EXPECT_DOUBLE_EQ(map.anchors.at("flag 1").size, 2 * size);
+  map.RetireKeyframe(map.anchors.at("flag 1").keyframe);
+  EXPECT_LT((PosesOf(map).at(0).world_from_anchor.translation - 2 * after.translation).norm(), 1e-9);
+}
+
+TEST(Anchors, RefuseWhatIsNoPlace) {
+  const Map map = Table();
+  EXPECT_THAT(FindPlace(map, Click({0, 0, 0})).why_not, HasSubstr("no direction"));
+  EXPECT_THAT(FindPlace(map, Click({0, -1, 3})).why_not, HasSubstr("too few landmarks"));
+  EXPECT_THAT(FindPlace(map, Click({0, std::nan(""), 3})).why_not, HasSubstr("no direction"));
+  AnchorRequest request = Click({0, 1, 3});
+  request.size = -1;
+  EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("must be positive"));
+  request = Click({0.3, 0.9, 3});
+  request.object = 5;
+  EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("no object 5"));
+}
+
+TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
+  const Map map = Table();
+  Anchors anchors;
+  EXPECT_EQ(PlaceAnchor(map, Click({0, 1, 3}), anchors).name, "flag 1");
+  EXPECT_EQ(PlaceAnchor(map, Click({0, 1, 2.5}), anchors).name, "flag 2");
+  AnchorRequest named = Click({0, 1, 3});
+  named.name = "door";
+  EXPECT_EQ(PlaceAnchor(map, named, anchors).name, "door");
+  EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("already"));
+  named.name = "a\nb";
+  EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("control character"));
+
+  const Rigid3 before = anchors.at("door").cam_from_anchor;
+  EXPECT_THAT(EditAnchor("door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors), IsEmpty());
+  ASSERT_FALSE(anchors.contains("door"));
+  const Anchor& gate = anchors.at("gate");
+  EXPECT_EQ(gate.size, 0.5);
+  EXPECT_EQ(gate.cam_from_anchor.translation, before.translation);
+  const Eigen::Vector3d x = before.rotation.conjugate() * (gate.cam_from_anchor.rotation * Eigen::Vector3d::UnitZ());
+  EXPECT_LT((x - Eigen::Vector3d::UnitX()).norm(), 1e-9);
+
+  EXPECT_THAT(EditAnchor("gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors), HasSubstr("already"));
+  EXPECT_THAT(EditAnchor("gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors), HasSubstr("must be positive"));
+  EXPECT_THAT(EditAnchor("none", {}, anchors), HasSubstr("no anchor \"none\""));
+  EXPECT_EQ(anchors.at("gate").size, 0.5);
+}
+
+}  // namespace
+}  // namespace oaslam

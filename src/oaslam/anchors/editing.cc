@@ -1,0 +1,72 @@
+#include "oaslam/anchors/editing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "oaslam/anchors/placement.h"
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kMaxName = 64;       // bytes
+constexpr size_t kMaxAnchors = 1000;  // all are told to every viewer
+
+std::string ProblemOfName(const std::string& name, const Anchors& anchors) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (name.empty() || name.size() > kMaxName || std::ranges::any_of(name, is_control))
+    return fmt::format("the name of an anchor has 1 to {} bytes, none of them a control character", kMaxName);
+  if (anchors.contains(name)) return fmt::format("there is an anchor \"{}\" already", name);
+  return "";
+}
+
+std::string FreeName(const std::string& model, const Anchors& anchors) {
+  for (int number = 1;; ++number)
+    if (std::string name = fmt::format("{} {}", model, number); !anchors.contains(name)) return name;
+}
+
+}  // namespace
+
+AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& anchors) {
+  if (anchors.size() >= kMaxAnchors) return {"", fmt::format("a map holds at most {} anchors", kMaxAnchors)};
+  const std::string name = request.name.empty() ? FreeName(request.model, anchors) : request.name;
+  if (const std::string problem = ProblemOfName(name, anchors); !problem.empty()) return {"", problem};
+  Placement placement = FindPlace(map, request);
+  if (!placement.anchor) return {"", placement.why_not};
+  anchors.emplace(name, std::move(*placement.anchor));
+  return {name, ""};
+}
+
+std::string EditAnchor(const std::string& name, const AnchorEdit& edit, Anchors& anchors) {
+  const auto found = anchors.find(name);
+  if (found == anchors.end()) return fmt::format("there is no anchor \"{}\"", name);
+  if (edit.size && !(*edit.size > 0 && std::isfinite(*edit.size)))
+    return fmt::format("size {}, must be positive", *edit.size);
+  if (!std::isfinite(edit.turn_rad)) return "the angle is no number";
+  const bool is_renamed = edit.name && *edit.name != name;
+  if (is_renamed)
+    if (const std::string problem = ProblemOfName(*edit.name, anchors); !problem.empty()) return problem;
+  Anchor& anchor = found->second;
+  if (edit.size) anchor.size = *edit.size;
+  Eigen::Quaterniond& rotation = anchor.cam_from_anchor.rotation;
+  rotation = (rotation * Eigen::AngleAxisd(edit.turn_rad, Eigen::Vector3d::UnitY())).normalized();
+  if (!is_renamed) return "";
+  auto node = anchors.extract(found);
+  node.key() = *edit.name;
+  anchors.insert(std::move(node));
+  return "";
+}
+
+std::vector<AnchorPose> PosesOf(const Map& map) {
+  std::vector<AnchorPose> poses;
+  for (const auto& [name, anchor] : map.anchors) {
+    const std::optional<Rigid3> pose = WorldFromAnchor(map, anchor);
+    if (!pose) continue;
+    const std::optional<ObjectId> object = anchor.object.IsValid() ? map.ResolveObject(anchor.object) : std::nullopt;
+    poses.push_back({name, anchor.model, anchor.size, *pose, object ? std::optional(object->value) : std::nullopt});
+  }
+  return poses;
+}
+
+}  // namespace oaslam

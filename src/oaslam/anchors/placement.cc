@@ -1,0 +1,191 @@
+#include "oaslam/anchors/placement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "oaslam/estimation/plane_fit.h"
+#include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+// Against gravity, or as the cameras were held.
+Eigen::Vector3d UpOf(const Map& map) {
+  if (map.up) return map.up->normalized();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    sum -= k.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitY();
+  });
+  return sum.norm() > 0 ? sum.normalized() : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
+}
+
+// y along `up`, z as far as can be towards the viewer.
+Eigen::Quaterniond StandUp(const Eigen::Vector3d& up, const Eigen::Vector3d& to_viewer) {
+  constexpr double kMinLevel = 1e-3;  // seen from right above, any front will do
+  Eigen::Vector3d front = to_viewer - to_viewer.dot(up) * up;
+  if (front.norm() < kMinLevel * to_viewer.norm() || !(to_viewer.norm() > 0)) front = up.unitOrthogonal();
+  front.normalize();
+  Eigen::Matrix3d axes;
+  axes << up.cross(front), up, front;
+  return Eigen::Quaterniond(axes).normalized();
+}
+
+std::optional<Anchor> CarriedBy(const Map& map, KeyframeId keyframe, const Rigid3& world_from_anchor) {
+  const std::optional<Rigid3> cam_from_world = map.ResolvePose(keyframe);
+  if (!cam_from_world) return std::nullopt;
+  Anchor anchor;
+  anchor.keyframe = keyframe;
+  anchor.cam_from_anchor = *cam_from_world * world_from_anchor;
+  return anchor;
+}
+
+Placement OnObject(const Map& map, ObjectId id, const AnchorRequest& request) {
+  const std::optional<ObjectId> now = map.ResolveObject(id);
+  const Object* object = now ? map.objects.Find(*now) : nullptr;
+  if (!object || object->state != ObjectState::kMapped || object->observations.empty())
+    return {std::nullopt, fmt::format("the map has no object {}", id.value)};
+  const Ellipsoid& e = object->ellipsoid;
+  const Eigen::Vector3d up = UpOf(map);
+  const Eigen::Vector3d in_axes = (e.rotation.conjugate() * up).cwiseQuotient(e.half_axes);
+  const Eigen::Vector3d top = up / in_axes.norm();  // from the center
+  const Rigid3 world_from_anchor(StandUp(up, request.origin - e.center), e.center + top);
+  std::optional<Anchor> anchor = CarriedBy(map, object->observations.back().anchor, world_from_anchor);
+  if (!anchor) return {std::nullopt, fmt::format("object {} has no keyframe", id.value)};
+  anchor->object = *now;
+  anchor->offset = map.ResolvePose(anchor->keyframe)->rotation * top;
+  anchor->size = 2 * std::cbrt(e.half_axes.prod());
+  return {anchor, ""};
+}
+
+struct Surface {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  KeyframeId keyframe;  // that sees most of it
+};
+
+// The keyframe that sees most of the landmarks; of equals the first.
+KeyframeId SeesMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
+  std::map<KeyframeId, int> counts;
+  for (const LandmarkId id : landmarks)
+    for (const Observation& o : map.landmarks.At(id).observations) ++counts[o.keyframe];
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
+  return most == counts.end() ? KeyframeId() : most->first;
+}
+
+// Landmarks about a ray, but those of mapped objects: what is asked for is what these stand on, or what is behind them.
+struct Surroundings {
+  std::vector<LandmarkId> ids;
+  std::vector<Eigen::Vector3d> points;
+};
+
+Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                            double half_angle_rad) {
+  constexpr double kMargin = 1.25;  // landmarks on an edge lie outside of the ellipsoid that fits the box
+  std::vector<Ellipsoid> objects;
+  map.objects.ForEach([&](ObjectId, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    objects.push_back(object.ellipsoid);
+    objects.back().half_axes *= kMargin;
+  });
+  Surroundings found;
+  const double min_cosine = std::cos(half_angle_rad);
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    const Eigen::Vector3d x = landmark.position - origin;
+    if (x.dot(direction) < min_cosine * x.norm() || !(x.norm() > 0)) return;
+    if (std::ranges::any_of(objects, [&](const Ellipsoid& e) { return Contains(e, landmark.position); })) return;
+    found.ids.push_back(id);
+    found.points.push_back(landmark.position);
+  });
+  return found;
+}
+
+// The level plane that most points lie on, at their median height; most surfaces that things stand on are level.
+PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
+                  const Eigen::Vector3d& viewpoint, double tolerance) {
+  PlaneFit best;
+  for (const Eigen::Vector3d& at : points) {
+    std::vector<int> inliers;
+    for (size_t i = 0; i < points.size(); ++i)
+      if (std::abs(up.dot(points[i] - at)) <= tolerance * (points[i] - viewpoint).norm())
+        inliers.push_back(static_cast<int>(i));
+    if (inliers.size() > best.inliers.size()) best.inliers = std::move(inliers);
+  }
+  if (best.inliers.empty()) return best;
+  std::vector<double> heights;
+  for (const int i : best.inliers) heights.push_back(up.dot(points[i]));
+  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+  std::ranges::nth_element(heights, middle);
+  best.plane = {up, -*middle};
+  return best;
+}
+
+std::optional<PlaneFit> FitSurface(const std::vector<Eigen::Vector3d>& points, const std::optional<Eigen::Vector3d>& up,
+                                   const Eigen::Vector3d& viewpoint) {
+  constexpr double kTolerance = 0.006;  // of the distance
+  constexpr size_t kMinInliers = 8, kMinLevelInliers = 6;
+  constexpr double kLevelShare = 0.5;  // of the inliers of any other plane: two more parameters find more of them
+  Rng rng(0);
+  std::optional<PlaneFit> any = FitPlane(points, viewpoint, kTolerance, rng);
+  if (up) {
+    PlaneFit level = FitLevel(points, up->normalized(), viewpoint, kTolerance);
+    const double others = any ? static_cast<double>(any->inliers.size()) : 0;
+    if (level.inliers.size() >= kMinLevelInliers && static_cast<double>(level.inliers.size()) >= kLevelShare * others)
+      return level;
+  }
+  return any && any->inliers.size() >= kMinInliers ? any : std::nullopt;
+}
+
+std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                   double half_angle_rad) {
+  const auto [ids, points] = LandmarksAbout(map, origin, direction, half_angle_rad);
+  const std::optional<PlaneFit> fit = FitSurface(points, map.up, origin);
+  if (!fit) return std::nullopt;
+  const double distance = -fit->plane.signedDistance(origin) / fit->plane.normal().dot(direction);
+  // The ray meets it among the points, not far before or behind them.
+  const auto away = [&points = points, &origin](int i) { return (points[i] - origin).norm(); };
+  const auto [near, far] = std::ranges::minmax(fit->inliers, {}, away);
+  constexpr double kSlack = 1.3;
+  if (!(distance * kSlack > away(near) && distance < kSlack * away(far))) return std::nullopt;
+  std::vector<LandmarkId> seen;
+  for (const int i : fit->inliers) seen.push_back(ids[i]);
+  return Surface{origin + distance * direction, fit->plane.normal(), SeesMost(map, seen)};
+}
+
+Placement OnPoints(const Map& map, const AnchorRequest& request) {
+  const Eigen::Vector3d direction = request.direction.normalized();
+  for (const double half_angle_deg : {2., 4., 8., 16.}) {
+    const auto surface = FindSurface(map, request.origin, direction, half_angle_deg * kDegree);
+    if (!surface) continue;
+    const Eigen::Vector3d to_viewer = request.origin - surface->point;
+    const Rigid3 world_from_anchor(StandUp(surface->normal, to_viewer), surface->point);
+    std::optional<Anchor> anchor = CarriedBy(map, surface->keyframe, world_from_anchor);
+    if (!anchor) continue;
+    constexpr double kSize = 0.12;  // of the distance
+    anchor->size = kSize * to_viewer.norm();
+    return {anchor, ""};
+  }
+  return {std::nullopt, "too few landmarks there that lie in a plane"};
+}
+
+}  // namespace
+
+Placement FindPlace(const Map& map, const AnchorRequest& request) {
+  const double length = request.direction.norm();
+  if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
+    return {std::nullopt, "the ray has no direction"};
+  if (!(request.size >= 0) || !std::isfinite(request.size))
+    return {std::nullopt, fmt::format("size {}, must be positive", request.size)};
+  Placement placement = request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
+  if (!placement.anchor) return placement;
+  placement.anchor->model = request.model;
+  if (request.size > 0) placement.anchor->size = request.size;
+  return placement;
+}
+
+}  // namespace oaslam
