@@ -35,6 +35,7 @@ const Rooms& Architecture() {
       {"io", {"map"}},
       {"system", {"tracking", "mapping", "objects", "relocalization", "io"}},
       {"viewer", {"io"}},
+      {"content", {"io"}},
       {"detection", {"io"}},
       {"evaluation", {"geometry", "io"}},
   };
