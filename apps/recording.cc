@@ -25,9 +25,11 @@ std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
 }  // namespace
 
 void AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
-  app.add_option("--record", settings.path, "video (.mp4) of the images with virtual content and objects drawn into them")
+  app.add_option("--record", settings.path,
+                 "video (.mp4) of the images with virtual content and objects drawn into them")
       ->type_name("FILE");
-  app.add_option("--model", settings.models, "a model of virtual content (.glb, .gltf), named as its file; may be given again")
+  app.add_option("--model", settings.models,
+                 "a model of virtual content (.glb, .gltf), named as its file; may be given again")
       ->type_name("FILE");
 }
 

@@ -51,7 +51,7 @@ void DrawEllipse(const Ellipse& ellipse, const cv::Scalar& color, double scale, 
 void DrawText(const std::string& text, const cv::Point& baseline, double size, const cv::Scalar& color,
               cv::Mat& picture) {
   const int width = Thickness(size * 2);
-  cv::putText(picture, text, baseline, kFont, size, cv::Scalar::all(20), width + 2, cv::LINE_AA);
+  cv::putText(picture, text, baseline, kFont, size, cv::Scalar::all(20), width + 1, cv::LINE_AA);
   cv::putText(picture, text, baseline, kFont, size, color, width, cv::LINE_AA);
 }
 
