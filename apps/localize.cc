@@ -16,6 +16,7 @@
 #include "oaslam/io/map_results.h"
 #include "oaslam/io/text.h"
 #include "oaslam/io/trajectory_file.h"
+#include "recording.h"
 #include "timed_detections.h"
 
 namespace oaslam::apps {
@@ -24,6 +25,7 @@ namespace {
 struct LocalizeOptions {
   CommonOptions common;
   DetectorSettings detector;
+  RecordingSettings recording;
   std::string map, images, camera, detections, out, gravity, relocalization = "points+objects";
   bool every_frame = false;
 };
@@ -101,7 +103,7 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
 }
 
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector}, options.common);
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, false, options.recording.IsAskedFor()}, options.common);
   Slam slam(config, inputs.camera());
   slam.Load(options.map);
   slam.SetMapping(false);
@@ -109,17 +111,32 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
   const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
+  ModelLibrary models(options.recording.models);
+  Recording recording(options.recording, models, slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
-  while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
-    const RelocalizationResult result = options.every_frame
-                                            ? slam.Relocalize(frame->input, mode, gravity.At(frame->input.timestamp))
-                                            : FromTracking(slam.Process(frame->input));
-    results.Add(frame->index, frame->input.timestamp, result);
-    progress.Update(++done, ToString(result.evidence));
+  std::exception_ptr failure;
+  try {
+    while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
+      RelocalizationResult result;
+      if (options.every_frame) {
+        result = slam.Relocalize(frame->input, mode, gravity.At(frame->input.timestamp));
+        recording.Add(*frame, result);
+      } else {
+        const TrackingResult tracked = slam.Process(frame->input);
+        recording.Add(slam, *frame, tracked);
+        result = FromTracking(tracked);
+      }
+      results.Add(frame->index, frame->input.timestamp, result);
+      progress.Update(++done, ToString(result.evidence));
+    }
+  } catch (const std::exception&) {
+    failure = std::current_exception();
   }
   progress.Finish();
   results.SetPresence(slam.Presence());
+  if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
+  if (failure) std::rethrow_exception(failure);
 }
 
 void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
@@ -147,6 +164,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
 int Localize(const LocalizeOptions& options) {
   if (!options.gravity.empty() && !options.images.empty() && !options.every_frame)
     throw InputError("localize: --gravity needs --every-frame, or detections without --images");
+  if (options.recording.IsAskedFor() && options.images.empty()) throw InputError("localize: --record needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadMap(options.map);
   EnsureOutputFolder(options.out);
@@ -179,6 +197,7 @@ void AddLocalizeCommand(CLI::App& app) {
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
   command->add_flag("--every-frame", options->every_frame, "find each image by itself instead of following the camera");
   command->add_option("--gravity", options->gravity, "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
+  AddRecordingOptions(*command, options->recording);
   AddCommonOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] {

@@ -11,6 +11,7 @@
 #include "frame_inputs.h"
 #include "live_view.h"
 #include "metric_scale.h"
+#include "recording.h"
 #include "run_results.h"
 
 namespace oaslam::apps {
@@ -21,6 +22,7 @@ struct RunOptions {
   DetectorSettings detector;
   ScaleSettings scale;
   ViewerSettings viewer;
+  RecordingSettings recording;
   std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
 };
@@ -93,7 +95,7 @@ int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port.has_value()}, options.common);
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor()}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
@@ -115,6 +117,8 @@ int Run(const RunOptions& options) {
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   LiveView view(options.viewer, options.images, slam, groundtruth, options.common.quiet);
+  ModelLibrary models(options.recording.models);
+  Recording recording(options.recording, models, slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
   const double start_s = Seconds();
@@ -135,6 +139,7 @@ int Run(const RunOptions& options) {
       inputs.DetectLate(result.frame, frame->input.image);
       AddLateDetections(inputs, slam, results);
       view.Show(slam, *frame, result, dropped);
+      recording.Add(slam, *frame, result);
       progress.Update(++done, fmt::format("{}, {} points", ToString(result.state), result.inliers));
     }
     inputs.FinishLate();
@@ -153,6 +158,7 @@ int Run(const RunOptions& options) {
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
   const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, interrupted);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);
   if (!options.common.quiet)
@@ -180,6 +186,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   AddScaleOptions(*command, options->scale);
   AddViewerOptions(*command, options->viewer);
+  AddRecordingOptions(*command, options->recording);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
   AddFollowOption(*command, options->common);

@@ -36,6 +36,7 @@ const Rooms& Architecture() {
       {"io", {"map"}},
       {"system", {"tracking", "mapping", "objects", "relocalization", "anchors", "io"}},
       {"viewer", {"io"}},
+      {"content", {"io"}},
       {"detection", {"io"}},
       {"evaluation", {"geometry", "io"}},
   };

@@ -30,6 +30,7 @@ packages=(
   libeigen3-dev libopencv-dev libceres-dev libhwy-dev                       # linear algebra, images and networks, least squares, SIMD
   libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
+  libassimp-dev                                                             # models of virtual content
   libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks
   assimp-utils colmap                                                       # tests: readers of what is exported
 )

@@ -43,6 +43,15 @@ void AppendChunk(std::string& bytes, uint32_t kind, std::string content, char pa
   bytes += content;
 }
 
+// `inlined`: the bytes stand in the document itself.
+void AddBuffer(GltfBuffer::Json& document, const GltfBuffer& buffer, bool inlined) {
+  if (buffer.IsEmpty()) return;
+  document["buffers"] = {{{"byteLength", buffer.bytes().size()}}};
+  if (inlined) document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + Base64(buffer.bytes());
+  document["bufferViews"] = buffer.views();
+  document["accessors"] = buffer.accessors();
+}
+
 }  // namespace
 
 int GltfBuffer::AddView(const void* data, size_t size, int target, Json accessor) {
@@ -76,15 +85,8 @@ int GltfBuffer::AddIndices(const std::vector<uint32_t>& indices) {
                  {{"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}});
 }
 
-void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuffer& buffer) {
-  const bool binary = std::filesystem::path(path).extension() == ".glb";
-  if (!buffer.IsEmpty()) {
-    document["buffers"] = {{{"byteLength", buffer.bytes().size()}}};
-    if (!binary) document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + Base64(buffer.bytes());
-    document["bufferViews"] = buffer.views();
-    document["accessors"] = buffer.accessors();
-  }
-  if (!binary) return WriteTextFile(path, JsonText(document, 1) + "\n");
+std::string GlbBytes(GltfBuffer::Json document, const GltfBuffer& buffer) {
+  AddBuffer(document, buffer, false);
   std::string chunks;
   AppendChunk(chunks, kJsonChunk, JsonText(document), ' ');
   if (!buffer.IsEmpty()) AppendChunk(chunks, kBinChunk, buffer.bytes(), '\0');
@@ -92,7 +94,14 @@ void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuff
   AppendWord(bytes, kGlbMagic);
   AppendWord(bytes, kGlbVersion);
   AppendWord(bytes, 12 + chunks.size());
-  WriteTextFile(path, bytes + chunks);
+  return bytes + chunks;
+}
+
+void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuffer& buffer) {
+  if (std::filesystem::path(path).extension() == ".glb")
+    return WriteTextFile(path, GlbBytes(std::move(document), buffer));
+  AddBuffer(document, buffer, true);
+  WriteTextFile(path, JsonText(document, 1) + "\n");
 }
 
 }  // namespace oaslam

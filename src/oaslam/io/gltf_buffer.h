@@ -29,6 +29,9 @@ class GltfBuffer {
   Json views_ = Json::array(), accessors_ = Json::array();
 };
 
+// The document with its buffer as the bytes of a file of the binary form (.glb).
+std::string GlbBytes(GltfBuffer::Json document, const GltfBuffer& buffer);
+
 // Writes the document with its buffer in one file: binary where the path ends in .glb, else text.
 void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuffer& buffer);
 

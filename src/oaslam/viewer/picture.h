@@ -4,23 +4,22 @@
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/io/ideal_picture.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
 
-// Turns images into what the page shows: without distortion, so that points, boxes and ellipses of the ideal image lie
-// where they belong, and no larger than need be.
+// Turns images into what the page shows: ideal ones, no larger than need be.
 class PictureMaker {
  public:
   static constexpr int kMaxSide = 640;  // pixels
 
-  // Ideal image of the camera, BGR; `scale()` of its pixels are one of the camera's.
-  cv::Mat Make(const Camera& camera, const cv::Mat& image);
-  static double ScaleOf(const Camera& camera);
+  // Ideal image of the camera, BGR; `ScaleOf` of its pixels are one of the camera's.
+  cv::Mat Make(const Camera& camera, const cv::Mat& image) { return maker_.Make(camera, image); }
+  static double ScaleOf(const Camera& camera) { return IdealPictureMaker(kMaxSide).ScaleOf(camera); }
 
  private:
-  Camera camera_;  // of the tables
-  cv::Mat map_x_, map_y_;
+  IdealPictureMaker maker_{kMaxSide};
 };
 
 std::vector<uint8_t> EncodeJpeg(const cv::Mat& picture, int quality);

@@ -1,0 +1,89 @@
+#include "recording.h"
+
+#include "oaslam/io/image_files.h"
+#include "oaslam/io/map_file.h"
+#include "oaslam/map/frame_view.h"
+
+namespace oaslam::apps {
+namespace {
+
+// The same camera with other pixels: so many of them are one of the old.
+Camera Resized(Camera camera, const cv::Size& size, double scale) {
+  camera.width = size.width;
+  camera.height = size.height;
+  camera.fx *= scale;
+  camera.fy *= scale;
+  camera.cx = (camera.cx + 0.5) * scale - 0.5;
+  camera.cy = (camera.cy + 0.5) * scale - 0.5;
+  return camera;
+}
+
+std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
+  return pose ? std::optional(pose->Inverse()) : std::nullopt;
+}
+
+}  // namespace
+
+void AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
+  app.add_option("--record", settings.path,
+                 "video (.mp4) of the images with virtual content and objects drawn into them")
+      ->type_name("FILE");
+  app.add_option("--model", settings.models,
+                 "a model of virtual content (.glb, .gltf), named as its file; may be given again")
+      ->type_name("FILE");
+}
+
+Recording::Recording(const RecordingSettings& settings, ModelLibrary& models, const Slam& slam, const Camera& camera)
+    : models_(models), camera_(camera) {
+  if (!settings.IsAskedFor()) return;
+  models.LoadMeshes();
+  video_.emplace(settings.path);
+  SavedMap saved = slam.Export();
+  names_ = std::move(saved.class_names);
+  map_ = std::move(saved.map);
+}
+
+void Recording::Add(const FrameInput& frame, ArFrame shown) {
+  cv::Mat image = frame.input.image;
+  if (image.channels() == 1 && !frame.path.empty())
+    if (const cv::Mat color = ReadImage(frame.path, true); color.size() == image.size()) image = color;
+  cv::Mat picture = pictures_.Make(camera_, image);
+  shown.camera = Resized(camera_, picture.size(), pictures_.ScaleOf(camera_));
+  DrawArPicture(shown, models_, names_, picture);
+  video_->Add(picture, frame.input.timestamp);
+}
+
+void Recording::Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result) {
+  if (!video_) return;
+  const FrameView view = slam.View();
+  ArFrame shown;
+  shown.cam_from_world = InverseOf(result.world_from_cam);
+  shown.map = view.map.get();
+  shown.state = ToString(result.state);
+  shown.objects = result.objects;
+  shown.confidence = result.confidence;
+  Add(frame, shown);
+}
+
+void Recording::Add(const FrameInput& frame, const RelocalizationResult& result) {
+  if (!video_) return;
+  ArFrame shown;
+  shown.cam_from_world = InverseOf(result.world_from_cam);
+  shown.map = &map_;
+  shown.state = ToString(result.evidence);
+  shown.objects = result.matched_objects;
+  shown.confidence = result.confidence;
+  Add(frame, shown);
+}
+
+std::exception_ptr Recording::Finish() {
+  if (!video_) return nullptr;
+  try {
+    video_->Finish();
+    return nullptr;
+  } catch (const std::exception&) {
+    return std::current_exception();
+  }
+}
+
+}  // namespace oaslam::apps

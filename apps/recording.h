@@ -1,0 +1,54 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frame_inputs.h"
+#include "oaslam/content/ar_picture.h"
+#include "oaslam/content/model_library.h"
+#include "oaslam/io/ideal_picture.h"
+#include "oaslam/io/video_file.h"
+#include "oaslam/slam.h"
+
+namespace oaslam::apps {
+
+struct RecordingSettings {
+  std::string path;                 // --record, empty: no video is wanted
+  std::vector<std::string> models;  // --model
+
+  bool IsAskedFor() const { return !path.empty(); }
+};
+
+void AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
+
+// The video of a run: each image as the camera sees it without distortion, with the content of the map's anchors in it
+// (docs/recording.md). Without a path none of its functions does anything.
+class Recording {
+ public:
+  // `models` must outlive it; reads the user's. Throws InputError: a model or the video's file cannot be used.
+  Recording(const RecordingSettings& settings, ModelLibrary& models, const Slam& slam, const Camera& camera);
+
+  // An image just given to Process, with the map that the tracker saw.
+  void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);
+  // One that was found in the map by itself; the map is that of the beginning.
+  void Add(const FrameInput& frame, const RelocalizationResult& result);
+  // Makes the file whole; returns what went wrong.
+  std::exception_ptr Finish();
+
+ private:
+  void Add(const FrameInput& frame, ArFrame shown);
+
+  static constexpr int kMaxSide = 1920;  // of the video, pixels
+
+  const ModelLibrary& models_;
+  Camera camera_;
+  IdealPictureMaker pictures_{kMaxSide};
+  ClassNames names_;
+  Map map_;  // of the beginning; shares its content
+  std::optional<VideoFile> video_;
+};
+
+}  // namespace oaslam::apps

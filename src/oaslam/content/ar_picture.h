@@ -1,0 +1,33 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "oaslam/camera.h"
+#include "oaslam/content/model_library.h"
+#include "oaslam/io/class_names.h"
+#include "oaslam/map/map.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// What an image of augmented reality shows.
+struct ArFrame {
+  Camera camera;                         // of the picture; its distortion does not count
+  std::optional<Rigid3> cam_from_world;  // nothing: the camera is lost
+  const Map* map = nullptr;              // null: none yet
+  std::string state;                     // "tracking"...
+  int objects = 0;                       // seen in this image
+  double confidence = 0;                 // [0, 1], of the pose
+};
+
+// Draws into an ideal image of the camera (8-bit BGR) the outlines of mapped objects with their names, the content of
+// the map's anchors with a shadow where it stands, hidden where a mapped ellipsoid lies before it, and a line that says
+// what is known. Content is lit from above and ahead, whatever lights the scene.
+void DrawArPicture(const ArFrame& frame, const ModelLibrary& models, const ClassNames& names, cv::Mat& picture);
+
+// The content alone.
+void DrawContent(const ArFrame& frame, const ModelLibrary& models, cv::Mat& picture);
+
+}  // namespace oaslam

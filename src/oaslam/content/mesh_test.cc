@@ -1,0 +1,121 @@
+#include "oaslam/content/mesh.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <opencv2/imgcodecs.hpp>
+
+#include "expect_input_error.h"
+#include "oaslam/content/builtin_models.h"
+#include "oaslam/content/mesh_builder.h"
+#include "oaslam/content/mesh_file.h"
+#include "oaslam/io/gltf_buffer.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Whether normals point to where triangles are seen counter-clockwise.
+void ExpectNormalsOutwards(const Mesh& mesh) {
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3f face =
+        (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]);
+    ASSERT_GT(face.norm(), 0);
+    ASSERT_GT(face.dot(mesh.normals[a] + mesh.normals[b] + mesh.normals[c]), 0);
+  }
+}
+
+TEST(BuiltinModels, StandOnTheirPlaceAndHaveSizeOne) {
+  for (const auto& [name, mesh] : BuiltinModels()) {
+    SCOPED_TRACE(name);
+    const MeshBounds bounds = BoundsOf(mesh);
+    EXPECT_NEAR(bounds.LongestSide(), 1, 1e-5);
+    EXPECT_NEAR(bounds.min.y(), 0, 1e-6);
+    EXPECT_NEAR(bounds.min.x() + bounds.max.x(), 0, 0.01);
+    EXPECT_NEAR(bounds.min.z() + bounds.max.z(), 0, 0.01);
+    EXPECT_LT(mesh.triangles.size(), 2000U);
+    for (const Eigen::Vector3f& n : mesh.normals) ASSERT_NEAR(n.norm(), 1, 1e-4);
+    ExpectNormalsOutwards(mesh);
+  }
+}
+
+TEST(GlbOf, IsReadAsItWasWritten) {
+  const TempFolder folder;
+  for (const auto& [name, mesh] : BuiltinModels()) {
+    SCOPED_TRACE(name);
+    const Mesh read = LoadMesh(folder.Write(name + ".glb", GlbOf(mesh, name)));
+    ASSERT_EQ(read.triangles, mesh.triangles);
+    ASSERT_EQ(read.positions.size(), mesh.positions.size());
+    for (size_t i = 0; i < mesh.positions.size(); ++i) {
+      ASSERT_LT((read.positions[i] - mesh.positions[i]).norm(), 1e-6);
+      ASSERT_LT((read.normals[i] - mesh.normals[i]).norm(), 1e-5);
+      ASSERT_LT((read.colors[i] - mesh.colors[i]).norm(), 1e-5);
+    }
+  }
+}
+
+// One red triangle with its material's colour, under a node.
+std::string Triangle(const GltfBuffer::Json& node, int mode = 4) {
+  using Json = GltfBuffer::Json;
+  GltfBuffer buffer;
+  const int positions = buffer.AddVectors({{0, 0, 0}, {1, 0, 0}, {0, 2, 0}});
+  Json document = {{"asset", {{"version", "2.0"}}}, {"scene", 0}};
+  document["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
+  document["nodes"] = Json::array({node});
+  document["meshes"] = Json::array(
+      {{{"primitives", Json::array({{{"attributes", {{"POSITION", positions}}}, {"mode", mode}, {"material", 0}}})}}});
+  document["materials"] =
+      Json::array({{{"pbrMetallicRoughness", {{"baseColorFactor", Json::array({1, 0.25, 0, 1})}}}}});
+  return GlbBytes(document, buffer);
+}
+
+TEST(LoadMesh, PlacesMeshesByTheirNodes) {
+  const TempFolder folder;
+  const Mesh mesh = LoadMesh(
+      folder.Write("a.glb", Triangle({{"mesh", 0}, {"translation", {0, 0, 5}}, {"scale", {-2, 1, 1}}})));
+  ASSERT_EQ(mesh.triangles.size(), 1U);
+  const MeshBounds bounds = BoundsOf(mesh);
+  EXPECT_LT((bounds.min - Eigen::Vector3f(-2, 0, 5)).norm(), 1e-6);
+  EXPECT_LT((bounds.max - Eigen::Vector3f(0, 2, 5)).norm(), 1e-6);
+  EXPECT_LT((mesh.colors[0] - Eigen::Vector3f(1, 0.25F, 0)).norm(), 1e-5);
+  ExpectNormalsOutwards(mesh);  // mirrored: the side that was seen is seen still
+}
+
+TEST(LoadMesh, SamplesTexturesAtVertices) {
+  const TempFolder folder;
+  cv::Mat texture(2, 2, CV_8UC3);
+  texture.at<cv::Vec3b>(0, 0) = {0, 0, 255};  // top left: red
+  texture.at<cv::Vec3b>(0, 1) = {0, 255, 0};
+  texture.at<cv::Vec3b>(1, 0) = {255, 0, 0};
+  texture.at<cv::Vec3b>(1, 1) = {255, 255, 255};
+  ASSERT_TRUE(cv::imwrite(folder / "wood.png", texture));
+  folder.Write("box.mtl", "newmtl wood\nKd 1 1 1\nmap_Kd wood.png\n");
+  const Mesh mesh = LoadMesh(folder.Write("box.obj",
+                                          "mtllib box.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.2 0.2\nvt 0.8 0.2\n"
+                                          "vt 0.2 0.8\nusemtl wood\nf 1/1 2/2 3/3\n"));
+  ASSERT_EQ(mesh.positions.size(), 3U);
+  for (size_t i = 0; i < 3; ++i) {
+    const Eigen::Vector3f& p = mesh.positions[i];
+    const Eigen::Vector3f expected = p.x() > 0.5   ? Eigen::Vector3f(1, 1, 1)
+                                     : p.y() > 0.5 ? Eigen::Vector3f(1, 0, 0)
+                                                   : Eigen::Vector3f(0, 0, 1);
+    EXPECT_LT((mesh.colors[i] - expected).norm(), 0.01) << i;
+  }
+}
+
+TEST(LoadMesh, RefusesWhatIsNoModel) {
+  const TempFolder folder;
+  const auto refusal = [&](const std::string& path) { return InputErrorOf([&] { LoadMesh(path); }); };
+  EXPECT_THAT(refusal(folder / "nowhere.glb"), HasSubstr("nowhere.glb: there is no such file"));
+  EXPECT_THAT(refusal(folder.Write("noise.glb", "noise")), HasSubstr("noise.glb: cannot be read"));
+  EXPECT_THAT(refusal(folder.Write("noise.xyz", "noise")), HasSubstr("noise.xyz: cannot be read"));
+  EXPECT_THAT(refusal(folder.Write("points.glb", Triangle({{"mesh", 0}}, 0))), HasSubstr("without triangles"));
+  EXPECT_THAT(refusal(folder.Write("flat.glb", Triangle({{"mesh", 0}, {"scale", {0, 0, 0}}}))),
+              HasSubstr("without extent"));
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,136 @@
+#include "oaslam/content/model_library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "oaslam/content/builtin_models.h"
+#include "oaslam/content/mesh_file.h"
+#include "oaslam/content/uri.h"
+#include "oaslam/error.h"
+#include "oaslam/io/text.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+std::string ContentType(const std::string& path) {
+  static const std::map<std::string, std::string> kTypes = {
+      {".glb", "model/gltf-binary"}, {".gltf", "model/gltf+json"}, {".png", "image/png"}, {".jpg", "image/jpeg"},
+      {".jpeg", "image/jpeg"},       {".webp", "image/webp"},      {".ktx2", "image/ktx2"}};
+  const auto it = kTypes.find(LowerExtension(path));
+  return it == kTypes.end() ? "application/octet-stream" : it->second;
+}
+
+// Why a path from a .gltf is not one of a file in its folder or below, empty if it is.
+std::string Objection(const std::string& path) {
+  if (path.empty() || path.find('\0') != std::string::npos) return "no name of a file";
+  // A scheme ("http:", "C:") makes it absolute as a slash does.
+  if (path.front() == '/' || path.find_first_of(":\\") != std::string::npos)
+    return "an absolute address; allowed: files of its own folder and below";
+  for (const fs::path& part : fs::path(path))
+    if (part == "..") return "leads out of its folder; allowed: files of its own folder and below";
+  return "";
+}
+
+// The files that a .gltf refers to, relative to its folder. Throws InputError.
+std::vector<std::string> ReferencesOf(const std::string& file) {
+  const auto document = nlohmann::json::parse(ReadTextFile(file), nullptr, false);
+  if (!document.is_object()) throw InputError(fmt::format("{}: not a glTF file: not a JSON object", file));
+  std::vector<std::string> references;
+  for (const char* key : {"buffers", "images"}) {
+    const auto list = document.find(key);
+    if (list == document.end()) continue;
+    if (!list->is_array()) throw InputError(fmt::format("{}: {}: not a list", file, key));
+    for (const auto& item : *list) {
+      const auto uri = item.is_object() ? item.find("uri") : item.end();
+      if (uri == item.end()) continue;
+      if (!uri->is_string()) throw InputError(fmt::format("{}: {}: uri: not a text", file, key));
+      const auto& text = uri->get_ref<const std::string&>();
+      if (text.starts_with("data:")) continue;
+      const std::string path = DecodeUri(text);
+      if (const std::string objection = Objection(path); !objection.empty())
+        throw InputError(fmt::format("{}: {}: uri {}: {}", file, key, text, objection));
+      std::error_code error;
+      if (!fs::is_regular_file(fs::path(file).parent_path() / path, error))
+        throw InputError(fmt::format("{}: {}: uri {}: there is no such file", file, key, text));
+      references.push_back(path);
+    }
+  }
+  return references;
+}
+
+}  // namespace
+
+ModelLibrary::ModelLibrary(const std::vector<std::string>& files) {
+  for (const auto& [name, mesh] : BuiltinModels()) {
+    names_.push_back(name);
+    entries_[name] = name + "/" + name + ".glb";
+    glbs_[entries_[name]] = GlbOf(mesh, name);
+  }
+  for (const std::string& file : files) AddFile(file);
+}
+
+void ModelLibrary::AddFile(const std::string& file) {
+  const fs::path path = file;
+  const std::string extension = LowerExtension(path), name = path.stem().string();
+  if (extension != ".glb" && extension != ".gltf")
+    throw InputError(fmt::format("{}: not a model that can be shown; allowed: .glb, .gltf", file));
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) throw InputError(fmt::format("{}: there is no such file", file));
+  if (entries_.contains(name)) {
+    const auto other = user_models_.find(name);
+    throw InputError(fmt::format("{}: there is a model of the name {} already{}", file, name,
+                                 other == user_models_.end() ? ", a built-in one" : ": " + other->second));
+  }
+  const std::string main = path.filename().string();
+  if (extension == ".gltf")
+    for (const std::string& reference : ReferencesOf(file))
+      user_files_[name + "/" + fs::path(reference).lexically_normal().generic_string()] =
+          (path.parent_path() / reference).string();
+  user_files_[name + "/" + main] = file;
+  user_models_[name] = file;
+  names_.push_back(name);
+  entries_[name] = EncodeUriSegment(name) + "/" + EncodeUriSegment(main);
+}
+
+std::string ModelLibrary::entry(const std::string& name) const { return entries_.at(name); }
+
+std::optional<ModelLibrary::File> ModelLibrary::Read(std::string_view path) const {
+  for (const std::string& key : {std::string(path), DecodeUri(path)}) {
+    if (const auto glb = glbs_.find(key); glb != glbs_.end()) return File{ContentType(key), glb->second};
+    const auto file = user_files_.find(key);
+    if (file == user_files_.end()) continue;
+    try {
+      return File{ContentType(key), ReadTextFile(file->second)};
+    } catch (const InputError&) {  // it went away
+      return std::nullopt;
+    }
+  }
+  return std::nullopt;
+}
+
+void ModelLibrary::LoadMeshes() {
+  for (const auto& [name, file] : user_models_)
+    if (!meshes_.contains(name)) meshes_[name] = LoadMesh(file);
+}
+
+const Mesh* ModelLibrary::FindMesh(const std::string& name) const {
+  for (const auto& [builtin, mesh] : BuiltinModels())
+    if (builtin == name) return &mesh;
+  const auto it = meshes_.find(name);
+  return it == meshes_.end() ? nullptr : &it->second;
+}
+
+}  // namespace oaslam

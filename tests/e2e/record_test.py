@@ -1,0 +1,94 @@
+"""--record: a video with a picture an image, the same results with it and without, and what it refuses."""
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import harness
+from harness import oaslam
+
+COUNT = 120
+
+
+def frames_of(video, folder):
+    """Paths of a video's frames, as our own reader gives them."""
+    subprocess.run([harness.EXTRACT, video, folder, "0", "-1"], check=True)
+    return sorted(os.listdir(os.path.join(folder, "rgb")))
+
+
+def without_times(path):
+    """Rows of frames.csv, less what a clock measured."""
+    return [{k: v for k, v in row.items() if "ms" not in k} for row in harness.read_csv(path)]
+
+
+class Record(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_record_")
+        cls.map, cls.video = cls.path("desk.map"), cls.path("desk.mp4")
+        cls.clip = [*harness.clip("map_front"), "--to", COUNT]
+        cls.recorded = oaslam("run", *cls.clip, "--out", cls.path("recorded"), "--map-out", cls.map, "--record", cls.video)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def path(cls, name):
+        return os.path.join(cls.folder, name)
+
+    def setUp(self):
+        self.assertEqual(self.recorded.code, 0, self.recorded)
+
+    def test_a_frame_for_each_image(self):
+        self.assertEqual(len(frames_of(self.video, self.path("frames"))), COUNT)
+        self.assertNotIn("FFMPEG", self.recorded.err)
+        self.assertNotIn("[", self.recorded.err.replace("[info]", ""))  # nor other words of libraries
+
+    def test_the_results_are_the_same(self):
+        plain = oaslam("run", *self.clip, "--out", self.path("plain"), "--map-out", self.path("plain.map"))
+        self.assertEqual(plain.code, 0, plain)
+        self.assertEqual(harness.read_bytes(self.path("plain.map")), harness.read_bytes(self.map))
+        for name in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json"):
+            self.assertEqual(harness.read_bytes(self.path("plain/" + name)), harness.read_bytes(self.path("recorded/" + name)), name)
+        self.assertEqual(without_times(self.path("plain/frames.csv")), without_times(self.path("recorded/frames.csv")))
+
+    def test_localize(self):
+        for options in ((), ("--every-frame",)):
+            video = self.path("localized.mp4")
+            done = oaslam("localize", "--map", self.map, *harness.clip("map_front"), "--from", 40, "--to", 60, "--out", self.path("localized"),
+                          "--record", video, *options)
+            self.assertEqual(done.code, 0, done)
+            self.assertEqual(len(frames_of(video, self.path("localized" + "".join(options)))), 20)
+
+    def test_a_folder_of_grey_images(self):
+        frames = self.path("grey")
+        subprocess.run([harness.EXTRACT, harness.clip("map_front")[1], frames, "0", "20"], check=True)
+        done = oaslam("run", "--images", frames, "--camera", harness.clip("map_front")[3], "--out", self.path("grey_out"), "--record", self.path("grey.mp4"))
+        self.assertEqual(done.code, 0, done)
+        self.assertEqual(len(frames_of(self.path("grey.mp4"), self.path("grey_frames"))), 20)
+
+    def test_bad_input(self):
+        noise = self.path("noise.glb")
+        with open(noise, "w") as f:
+            f.write("noise")
+        for options, words in (
+                (("--record", "/nowhere/a.mp4"), "/nowhere"),
+                (("--record", "/proc/a.mp4"), "/proc/a.mp4"),
+                (("--record", self.path("a.avi")), ".mp4"),
+                (("--record", self.path("a.mp4"), "--model", "/nowhere.glb"), "/nowhere.glb"),
+                (("--record", self.path("a.mp4"), "--model", noise), "noise.glb"),
+                (("--model", self.video), ".glb")):
+            outcome = oaslam("run", *self.clip, "--out", self.path("bad"), *options)
+            self.assertEqual(outcome.code, 1, (options, outcome))
+            self.assertIn(words, outcome.err)
+            self.assertFalse(os.path.exists(self.path("a.mp4")))
+        outcome = oaslam("localize", "--map", self.map, *harness.clip("map_front")[2:], "--relocalization", "objects", "--out", self.path("bad"),
+                         "--record", self.path("a.mp4"))
+        self.assertEqual(outcome.code, 1, outcome)
+        self.assertIn("--record needs --images", outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
