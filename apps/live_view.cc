@@ -52,12 +52,14 @@ std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& ground
 }
 
 LiveView::LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
-                   const std::vector<StampedPose>& groundtruth, bool quiet)
+                   const std::vector<StampedPose>& groundtruth, std::shared_ptr<const ModelLibrary> models, bool quiet)
     : settings_(settings) {
   if (!settings.port) return;
   ViewerOptions options{.address = settings.bind,
                         .port = *settings.port,
                         .accepts_commands = true,
+                        .accepts_anchors = true,
+                        .models = std::move(models),
                         .names = slam.Export().class_names,
                         .align_groundtruth = {}};
   if (!groundtruth.empty())
@@ -99,7 +101,26 @@ void LiveView::CarryOut(const ViewerCommand& command, Slam& slam, const std::fun
       status_.mapping = command.on;
       slam.SetMapping(command.on);
       break;
+    case Kind::kPlaceAnchor: {
+      const AnchorReport report = slam.PlaceAnchor(command.place);
+      Tell(slam, report.name, report.why_not);
+      break;
+    }
+    case Kind::kEditAnchor:
+      Tell(slam, command.anchor, slam.EditAnchor(command.anchor, command.edit));
+      break;
+    case Kind::kRemoveAnchor:
+      Tell(slam, command.anchor, slam.RemoveAnchor(command.anchor) ? "" : "there is none of this name");
+      break;
   }
+}
+
+// What came of a wish for an anchor; also while the run is held.
+void LiveView::Tell(const Slam& slam, const std::string& anchor, const std::string& problem) {
+  if (problem.empty())
+    viewer_->UpdateMap(slam.View().map);
+  else
+    viewer_->ShowEvent(frame_, "anchor", anchor.empty() ? problem : fmt::format("{}: {}", anchor, problem));
 }
 
 double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {

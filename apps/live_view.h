@@ -32,8 +32,9 @@ std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& ground
 // A run's side of its viewer. Without a port none of its functions does anything.
 class LiveView {
  public:
+  // `models`: virtual content that viewers may place.
   LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
-           const std::vector<StampedPose>& groundtruth, bool quiet);
+           const std::vector<StampedPose>& groundtruth, std::shared_ptr<const ModelLibrary> models, bool quiet);
 
   bool IsOpen() const { return viewer_ != nullptr; }
   // Carries out what viewers asked for since the last image, `reset` where they want a new map; waits while they hold
@@ -45,6 +46,7 @@ class LiveView {
 
  private:
   void ShowStatus();
+  void Tell(const Slam& slam, const std::string& anchor, const std::string& problem);
   void CarryOut(const ViewerCommand& command, Slam& slam, const std::function<void()>& reset);
 
   ViewerSettings settings_;

@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "content_options.h"
 #include "frame_inputs.h"
 #include "gravity_file.h"
 #include "oaslam/io/camera_file.h"
@@ -26,6 +27,7 @@ struct LocalizeOptions {
   CommonOptions common;
   DetectorSettings detector;
   RecordingSettings recording;
+  std::vector<std::string> models;
   std::string map, images, camera, detections, out, gravity, relocalization = "points+objects";
   bool every_frame = false;
 };
@@ -111,8 +113,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
   const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
-  ModelLibrary models(options.recording.models);
-  Recording recording(options.recording, models, slam, inputs.camera());
+  Recording recording(options.recording, LoadModels(options.models, options.recording.IsAskedFor()), slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
   std::exception_ptr failure;
@@ -198,6 +199,7 @@ void AddLocalizeCommand(CLI::App& app) {
   command->add_flag("--every-frame", options->every_frame, "find each image by itself instead of following the camera");
   command->add_option("--gravity", options->gravity, "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   AddRecordingOptions(*command, options->recording);
+  AddModelOption(*command, options->models);
   AddCommonOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] {

@@ -1,5 +1,7 @@
 #include "recording.h"
 
+#include <utility>
+
 #include "oaslam/io/image_files.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/map/frame_view.h"
@@ -28,15 +30,12 @@ void AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
   app.add_option("--record", settings.path,
                  "video (.mp4) of the images with virtual content and objects drawn into them")
       ->type_name("FILE");
-  app.add_option("--model", settings.models,
-                 "a model of virtual content (.glb, .gltf), named as its file; may be given again")
-      ->type_name("FILE");
 }
 
-Recording::Recording(const RecordingSettings& settings, ModelLibrary& models, const Slam& slam, const Camera& camera)
-    : models_(models), camera_(camera) {
+Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models, const Slam& slam,
+                     const Camera& camera)
+    : models_(std::move(models)), camera_(camera) {
   if (!settings.IsAskedFor()) return;
-  models.LoadMeshes();
   video_.emplace(settings.path);
   SavedMap saved = slam.Export();
   names_ = std::move(saved.class_names);
@@ -49,7 +48,7 @@ void Recording::Add(const FrameInput& frame, ArFrame shown) {
     if (const cv::Mat color = ReadImage(frame.path, true); color.size() == image.size()) image = color;
   cv::Mat picture = pictures_.Make(camera_, image);
   shown.camera = Resized(camera_, picture.size(), pictures_.ScaleOf(camera_));
-  DrawArPicture(shown, models_, names_, picture);
+  DrawArPicture(shown, *models_, names_, picture);
   video_->Add(picture, frame.input.timestamp);
 }
 

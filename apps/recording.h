@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "frame_inputs.h"
 #include "oaslam/content/ar_picture.h"
@@ -16,8 +16,7 @@
 namespace oaslam::apps {
 
 struct RecordingSettings {
-  std::string path;                 // --record, empty: no video is wanted
-  std::vector<std::string> models;  // --model
+  std::string path;  // --record, empty: no video is wanted
 
   bool IsAskedFor() const { return !path.empty(); }
 };
@@ -28,8 +27,9 @@ void AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
 // (docs/recording.md). Without a path none of its functions does anything.
 class Recording {
  public:
-  // `models` must outlive it; reads the user's. Throws InputError: a model or the video's file cannot be used.
-  Recording(const RecordingSettings& settings, ModelLibrary& models, const Slam& slam, const Camera& camera);
+  // `models` have their meshes. Throws InputError where the video's file cannot be written.
+  Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models, const Slam& slam,
+            const Camera& camera);
 
   // An image just given to Process, with the map that the tracker saw.
   void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);
@@ -43,7 +43,7 @@ class Recording {
 
   static constexpr int kMaxSide = 1920;  // of the video, pixels
 
-  const ModelLibrary& models_;
+  std::shared_ptr<const ModelLibrary> models_;
   Camera camera_;
   IdealPictureMaker pictures_{kMaxSide};
   ClassNames names_;

@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "content_options.h"
 #include "frame_inputs.h"
 #include "live_view.h"
 #include "metric_scale.h"
@@ -23,6 +24,7 @@ struct RunOptions {
   ScaleSettings scale;
   ViewerSettings viewer;
   RecordingSettings recording;
+  std::vector<std::string> models;
   std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
 };
@@ -116,8 +118,8 @@ int Run(const RunOptions& options) {
   if (!options.map_in.empty()) slam.Load(options.map_in);
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
-  LiveView view(options.viewer, options.images, slam, groundtruth, options.common.quiet);
-  ModelLibrary models(options.recording.models);
+  const auto models = LoadModels(options.models, options.recording.IsAskedFor());
+  LiveView view(options.viewer, options.images, slam, groundtruth, models, options.common.quiet);
   Recording recording(options.recording, models, slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
@@ -187,6 +189,7 @@ void AddRunCommand(CLI::App& app) {
   AddScaleOptions(*command, options->scale);
   AddViewerOptions(*command, options->viewer);
   AddRecordingOptions(*command, options->recording);
+  AddModelOption(*command, options->models);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
   AddFollowOption(*command, options->common);

@@ -13,7 +13,9 @@
 
 #include "commands.h"
 #include "common.h"
+#include "content_options.h"
 #include "live_view.h"
+#include "oaslam/anchors/editing.h"
 #include "oaslam/io/image_source.h"
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
@@ -24,6 +26,7 @@ namespace {
 struct ViewOptions {
   CommonOptions common;
   std::string path, map, images, groundtruth, bind = "127.0.0.1";
+  std::vector<std::string> models;
   int port = kViewerPort;
 };
 
@@ -76,6 +79,50 @@ class EndSignal {
   sigset_t signals_{};
 };
 
+// Writes other anchors into the map file. What else is in it stays, whatever is shown here besides.
+void SaveAnchors(const std::string& path, const Map& shown, const Anchors& anchors) {
+  SavedMap saved = LoadMap(path);
+  if (saved.map.version != shown.version || saved.map.anchors.size() != shown.anchors.size())
+    throw InputError(fmt::format("{}: has changed since it was opened", path));
+  saved.map.anchors = anchors;
+  if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
+    throw InputError(fmt::format("{}: has changed since it was opened: {}", path, problems.front()));
+  SaveMap(path, saved);
+}
+
+// Carries out an edit of the anchors, also in the map file. Returns why it cannot be, or an empty text.
+std::string EditAnchors(const ViewerCommand& command, const std::string& path, Map& map) {
+  Anchors anchors = map.anchors;
+  std::string problem;
+  if (command.kind == ViewerCommand::Kind::kPlaceAnchor)
+    problem = PlaceAnchor(map, command.place, anchors).why_not;
+  else if (command.kind == ViewerCommand::Kind::kEditAnchor)
+    problem = EditAnchor(command.anchor, command.edit, anchors);
+  else if (anchors.erase(command.anchor) == 0)
+    problem = fmt::format("there is no anchor \"{}\"", command.anchor);
+  if (!problem.empty()) return problem;
+  try {
+    SaveAnchors(path, map, anchors);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  map.anchors = std::move(anchors);
+  return "";
+}
+
+// Does what viewers ask for, until it is stopped.
+void Obey(const std::string& map_file, Map map, Viewer& viewer, const std::stop_token& stop) {
+  constexpr int kWaitMs = 100;
+  while (!stop.stop_requested())
+    for (const ViewerCommand& command : viewer.TakeCommands(kWaitMs)) {
+      const std::string problem = EditAnchors(command, map_file, map);
+      if (problem.empty())
+        viewer.UpdateMap(std::make_shared<const Map>(map));
+      else
+        viewer.ShowEvent(0, "anchor", problem);
+    }
+}
+
 void View(const ViewOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(options.path, error))
@@ -92,6 +139,8 @@ void View(const ViewOptions& options) {
   ViewerOptions viewer_options{.address = options.bind,
                                .port = options.port,
                                .accepts_commands = false,
+                               .accepts_anchors = !run.map_file.empty(),
+                               .models = LoadModels(options.models, false),
                                .names = run.saved.class_names,
                                .align_groundtruth = {}};
   if (!groundtruth.empty())
@@ -102,16 +151,20 @@ void View(const ViewOptions& options) {
   viewer.ShowMap(std::make_shared<const Map>(run.saved.map), run.saved.trajectory);
   viewer.ShowNotes(run.notes);
   viewer.ShowStatus({.live = false, .paused = false, .mapping = false, .dropped = 0, .title = options.path});
-  if (!run.has_map_file) spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
+  if (run.map_file.empty()) spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
   std::jthread reader;
   if (images)
     reader = std::jthread(
         [&](const std::stop_token& stop) { ReadPictures(*images, FramesWithPictures(run.saved), viewer, stop); });
+  std::jthread editor;
+  if (!run.map_file.empty())
+    editor = std::jthread([&](const std::stop_token& stop) { Obey(run.map_file, run.saved.map, viewer, stop); });
   fmt::print("{}\n", viewer.url());
   std::fflush(stdout);
   spdlog::info("open it in a browser; Ctrl-C ends");
   end.Wait();
   reader.request_stop();
+  editor.request_stop();
   viewer.Shutdown();
 }
 
@@ -125,6 +178,7 @@ void AddViewCommand(CLI::App& app) {
   command->add_option("--images", options->images,
                       "images the map was made of: colours, pictures of keyframes and objects");
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  AddModelOption(*command, options->models);
   command->add_option("--port", options->port, fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
       ->check(CLI::Range(0, 65535));
   command->add_option("--bind", options->bind, "address to serve at; 0.0.0.0: open to other machines")

@@ -35,8 +35,8 @@ const Rooms& Architecture() {
       {"anchors", {"map", "estimation"}},
       {"io", {"map"}},
       {"system", {"tracking", "mapping", "objects", "relocalization", "anchors", "io"}},
-      {"viewer", {"io"}},
       {"content", {"io"}},
+      {"viewer", {"io", "anchors", "content"}},
       {"detection", {"io"}},
       {"evaluation", {"geometry", "io"}},
   };

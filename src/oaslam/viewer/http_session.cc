@@ -20,11 +20,13 @@ using asio::ip::tcp;
 using Response = http::response<http::string_body>;
 
 constexpr auto kTimeout = std::chrono::seconds(10);
+constexpr auto kModelTimeout = std::chrono::seconds(120);  // of some tens of megabytes
+constexpr std::string_view kModels = "/models/";
 
 // The page is its own: it loads nothing, and nothing may frame it.
 constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; connect-src "
-    "'self'; base-uri 'none'; "
+    "'self' blob: data:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'";
 
 // Adds one to a count for as long as it is held.
@@ -69,11 +71,22 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const bool keep = request.keep_alive();
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return Answer(Text(http::status::method_not_allowed, "only GET and HEAD\n", request.version(), false));
+    if (target.starts_with(kModels)) return AnswerModel(target.substr(kModels.size()), request);
     if (target != "/") return Answer(Text(http::status::not_found, "not found\n", request.version(), keep));
     Response response = Text(http::status::ok, std::string(ViewerPage()), request.version(), keep);
     response.set(http::field::content_type, "text/html; charset=utf-8");
     if (request.method() == http::verb::head) response.body().clear();  // its length stays
     Answer(std::move(response));
+  }
+
+  // A file of virtual content, or of what it refers to.
+  void AnswerModel(const std::string& path, const http::request<http::empty_body>& request) {
+    const auto file = server_->models ? server_->models->Read(path) : std::nullopt;
+    if (!file) return Answer(Text(http::status::not_found, "not found\n", request.version(), request.keep_alive()));
+    Response response = Text(http::status::ok, file->bytes, request.version(), request.keep_alive());
+    response.set(http::field::content_type, file->content_type);
+    if (request.method() == http::verb::head) response.body().clear();
+    Answer(std::move(response), kModelTimeout);
   }
 
   static Response Text(http::status status, std::string text, unsigned version, bool keep_alive) {
@@ -90,9 +103,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     return response;
   }
 
-  void Answer(Response response) {
+  void Answer(Response response, std::chrono::seconds timeout = kTimeout) {
     response_ = std::move(response);
-    stream_.expires_after(kTimeout);
+    stream_.expires_after(timeout);
     http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code error, size_t) {
       if (error || self->response_.need_eof() || !self->response_.keep_alive()) return self->End();
       self->Read();

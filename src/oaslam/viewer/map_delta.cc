@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "oaslam/anchors/editing.h"
+
 namespace oaslam {
 namespace {
 
@@ -66,6 +68,24 @@ void AddObjects(const Map* before, const Map& now, const ClassNames& names, Mess
   if (!gone.empty()) message.header["objects_gone"] = std::move(gone);
 }
 
+json DescribeAnchors(const Map& map) {
+  json list = json::array();
+  for (const AnchorPose& anchor : PosesOf(map)) {
+    list.push_back({{"name", anchor.name},
+                    {"model", anchor.model},
+                    {"size", anchor.size},
+                    {"pose", PoseNumbers(anchor.world_from_anchor)}});
+    if (anchor.object) list.back()["object"] = *anchor.object;
+  }
+  return list;
+}
+
+// All of them where one has changed: they are few.
+void AddAnchors(const Map* before, const Map& now, MessageBuilder& message) {
+  json anchors = DescribeAnchors(now);
+  if (anchors != (before ? DescribeAnchors(*before) : json::array())) message.header["anchors"] = std::move(anchors);
+}
+
 }  // namespace
 
 std::array<float, 7> PoseNumbers(const Rigid3& world_from_cam) {
@@ -98,6 +118,7 @@ void AddMapDelta(const Map* before, const Map& now, const ClassNames& names, Mes
   AddLandmarks(before, now, message);
   AddKeyframes(before, now, message);
   AddObjects(before, now, names, message);
+  AddAnchors(before, now, message);
   json& map = message.header["map"];
   map["landmarks"] = now.landmarks.size();  // in all: the page checks itself against these
   map["keyframes"] = now.keyframes.size();

@@ -18,6 +18,7 @@ using testing::IsEmpty;
 
 // What a page holds after a sequence of messages.
 struct Page {
+  json anchors = json::array();
   std::map<uint32_t, Eigen::Vector3f> landmarks;
   std::map<uint32_t, std::vector<uint32_t>> keyframes;  // edges
   std::map<uint32_t, json> objects;
@@ -40,6 +41,7 @@ struct Page {
     for (const uint32_t id : message.Array<uint32_t>("keyframes_gone")) EXPECT_EQ(keyframes.erase(id), 1U);
     for (const json& object : message.header.value("objects", json::array()))
       objects[object["id"].get<uint32_t>()] = object;
+    if (message.header.contains("anchors")) anchors = message.header["anchors"];
     for (const json& id : message.header.value("objects_gone", json::array()))
       EXPECT_EQ(objects.erase(id.get<uint32_t>()), 1U);
   }
@@ -88,6 +90,30 @@ TEST(MapDelta, ManySmallEditsLeadToTheSameMap) {
     page.ExpectShows(*next);
     snapshot = next;
   }
+}
+
+TEST(MapDelta, AnchorsAreToldWhenTheyChange) {
+  Rng rng(5);
+  Map map = RandomMap({}, rng).map;
+  Page page;
+  page.Take(nullptr, map);
+  EXPECT_THAT(page.anchors, IsEmpty());
+  const auto empty = std::make_shared<const Map>(map);
+  map.anchors["gate"] = {"flag", 0.5, map.keyframes.Ids().front(), {}, map.objects.Ids().back(), {0, 1, 0}};
+  map.objects.MutableAt(map.objects.Ids().back()).state = ObjectState::kMapped;
+  page.Take(empty.get(), map);
+  ASSERT_EQ(page.anchors.size(), 1U);
+  EXPECT_EQ(page.anchors[0]["name"], "gate");
+  EXPECT_EQ(page.anchors[0]["object"], map.objects.Ids().back().value);
+  const json before = page.anchors;
+  const auto placed = std::make_shared<const Map>(map);
+  map.objects.MutableAt(map.objects.Ids().back()).ellipsoid.center.x() += 1;
+  page.Take(placed.get(), map);
+  EXPECT_NEAR(page.anchors[0]["pose"][4].get<double>(), before[0]["pose"][4].get<double>() + 1, 1e-4);
+  const auto moved = std::make_shared<const Map>(map);
+  map.anchors.clear();
+  page.Take(moved.get(), map);
+  EXPECT_THAT(page.anchors, IsEmpty());
 }
 
 // What makes a map of 50 k landmarks smooth: cost follows the change, not the map.

@@ -175,8 +175,8 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path) {
   std::ranges::stable_sort(run.notes, {}, &FrameNote::timestamp);
   const std::string poses = in_folder("poses.txt");  // of localize: found in the map, no part of it
   const std::string trajectory = poses.empty() ? in_folder("trajectory.txt") : poses;
-  run.has_map_file = !file.empty();
-  if (run.has_map_file) {
+  run.map_file = file;
+  if (!file.empty()) {
     run.saved = LoadMap(file);
   } else {
     const std::string objects = in_folder("objects.json"), keyframes = in_folder("keyframes.txt");
@@ -189,7 +189,7 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path) {
     if (!objects.empty()) AddObjects(objects, run.saved);
     if (!keyframes.empty()) AddKeyframes(LoadTrajectory(keyframes), run.notes, run.saved.map);
   }
-  if (!poses.empty() || (!run.has_map_file && !trajectory.empty()))
+  if (!poses.empty() || (file.empty() && !trajectory.empty()))
     SetTrajectory(LoadTrajectory(trajectory), run.notes, run.saved);
   if (run.notes.empty())
     for (const FramePose& pose : run.saved.trajectory)

@@ -12,7 +12,7 @@ namespace oaslam {
 struct SavedRun {
   SavedMap saved;
   std::vector<FrameNote> notes;  // of frames.csv where there is one, else of the trajectory
-  bool has_map_file = false;     // else only what text files tell: objects, keyframes, trajectory
+  std::string map_file;          // empty: only what text files tell: objects, keyframes, trajectory
 };
 
 // A map file, or a folder that `oaslam run`, `localize` or `map-objects` wrote: its map file where one lies in it or is

@@ -36,7 +36,7 @@ TEST(SavedRun, AMapFile) {
   EXPECT_THAT(LoadSavedRun(folder.path(), "").notes, SizeIs(2));
   SaveMap(folder / "b.map", saved);
   EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.path(), ""); }), HasSubstr("2 map files"));
-  EXPECT_TRUE(LoadSavedRun(folder.path(), folder / "b.map").has_map_file);
+  EXPECT_EQ(LoadSavedRun(folder.path(), folder / "b.map").map_file, folder / "b.map");
 }
 
 TEST(SavedRun, AFolderOfTextFiles) {
@@ -46,7 +46,7 @@ TEST(SavedRun, AFolderOfTextFiles) {
   folder.Write("keyframes.txt", "0.033333 1 2 3 0 0 0 1\n");
   folder.Write("frames.csv", kFrames);
   const SavedRun run = LoadSavedRun(folder.path(), "");
-  EXPECT_FALSE(run.has_map_file);
+  EXPECT_EQ(run.map_file, "");
   EXPECT_EQ(run.saved.map.objects.At(ObjectId(3)).ellipsoid.center.y(), 2);
   EXPECT_EQ(run.saved.class_names.at(41), "mug");
   ASSERT_THAT(run.notes, SizeIs(2));

@@ -97,6 +97,11 @@ void Scene::SetMap(std::shared_ptr<const Map> map, const std::vector<FramePose>&
   path_.Replace(trajectory, *map_);
 }
 
+void Scene::UpdateMap(std::shared_ptr<const Map> map) {
+  map_ = std::move(map);
+  path_.Update(*map_);
+}
+
 void Scene::SetNotes(std::vector<FrameNote> notes) {
   notes_ = std::move(notes);
   ++generation_;

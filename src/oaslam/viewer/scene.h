@@ -43,6 +43,8 @@ class Scene {
   void Add(FrameRecord record);
   // The map with the trajectory of its frames, as loaded or as finished.
   void SetMap(std::shared_ptr<const Map> map, const std::vector<FramePose>& trajectory);
+  // The same map, edited.
+  void UpdateMap(std::shared_ptr<const Map> map);
   void SetNotes(std::vector<FrameNote> notes);
   void SetGroundtruth(std::vector<float> positions);  // x y z each, in the map's frame
   void SetStatus(const SceneStatus& status);

@@ -21,6 +21,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 using asio::ip::tcp;
+using testing::AllOf;
 using testing::HasSubstr;
 
 int PortOf(const Viewer& viewer) {
@@ -166,7 +167,13 @@ TEST(Viewer, ClosesOnWhatNoPageSends) {
   for (const std::string bad :
        {"", "{", "[]", "null", R"({"type":1})", R"({"type":"nonsense"})", R"({"type":"object"})",
         R"({"type":"object","id":-1})", R"({"type":"object","id":1e30})", R"({"type":"command","name":"format disk"})",
-        R"({"type":"command","name":"pause","on":"yes"})"}) {
+        R"({"type":"command","name":"pause","on":"yes"})", R"({"type":"place"})",
+        R"({"type":"place","model":"flag","origin":[0,0],"direction":[0,0,1]})",
+        R"({"type":"place","model":"","origin":[0,0,0],"direction":[0,0,1]})",
+        R"({"type":"place","model":"flag","origin":[0,0,0],"direction":[0,0,"1"]})",
+        R"({"type":"place","model":"flag","origin":[0,0,0],"direction":[0,0,1],"object":-3})",
+        R"({"type":"anchor","size":1})", R"({"type":"anchor","name":"a","size":"1"})",
+        R"({"type":"anchor","name":"a","remove":1})"}) {
     Client page(viewer);
     page.Send(bad);
     EXPECT_TRUE(page.IsClosed()) << bad;
@@ -191,6 +198,56 @@ TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
   reader.Send(R"({"type":"object","id":99999})");  // processed after the command
   reader.Acknowledge();
   EXPECT_TRUE(closed.TakeCommands(50).empty());
+}
+
+TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
+  Viewer editor(ViewerOptions{.accepts_anchors = true}), closed(ViewerOptions{.accepts_commands = true});
+  Client page(editor), reader(closed);
+  EXPECT_EQ(page.ReadUntil("hello").header["anchors"], true);
+  EXPECT_EQ(reader.ReadUntil("hello").header["anchors"], false);
+  for (Client* client : {&page, &reader}) {
+    client->Send(R"({"type":"place","model":"flag","origin":[0,1,2],"direction":[0,0,1.5],"object":7})");
+    client->Send(R"({"type":"anchor","name":"flag 1","rename":"gate","size":0.5,"turn":-0.25})");
+    client->Send(R"({"type":"anchor","name":"gate","remove":true})");
+  }
+  std::vector<ViewerCommand> commands;
+  while (commands.size() < 3) {
+    const std::vector<ViewerCommand> more = editor.TakeCommands(2000);
+    ASSERT_FALSE(more.empty());
+    commands.insert(commands.end(), more.begin(), more.end());
+  }
+  using Kind = ViewerCommand::Kind;
+  EXPECT_EQ(commands[0].kind, Kind::kPlaceAnchor);
+  EXPECT_EQ(commands[0].place.model, "flag");
+  EXPECT_EQ(commands[0].place.origin, Eigen::Vector3d(0, 1, 2));
+  EXPECT_EQ(commands[0].place.direction, Eigen::Vector3d(0, 0, 1.5));
+  EXPECT_EQ(commands[0].place.object, 7U);
+  EXPECT_EQ(commands[1].kind, Kind::kEditAnchor);
+  EXPECT_EQ(commands[1].anchor, "flag 1");
+  EXPECT_EQ(commands[1].edit.name, "gate");
+  EXPECT_EQ(commands[1].edit.size, 0.5);
+  EXPECT_EQ(commands[1].edit.turn_rad, -0.25);
+  EXPECT_EQ(commands[2].kind, Kind::kRemoveAnchor);
+  reader.Send(R"({"type":"command","name":"step"})");  // processed after the others
+  commands = closed.TakeCommands(2000);
+  ASSERT_EQ(commands.size(), 1U);
+  EXPECT_EQ(commands[0].kind, Kind::kStep);
+}
+
+TEST(Viewer, ServesModelsAndNothingElse) {
+  const Viewer viewer(ViewerOptions{.models = std::make_shared<const ModelLibrary>()});
+  Client page(viewer);
+  const nlohmann::json models = page.ReadUntil("hello").header["models"];
+  ASSERT_FALSE(models.empty());
+  for (const auto& model : models) {
+    const std::string answer = AnswerTo(viewer, Get(model["url"].get<std::string>(), "Host: localhost\r\n"));
+    EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("model/gltf-binary"), HasSubstr("glTF")));
+  }
+  for (const std::string path : {"/models/", "/models/none/none.glb", "/models/../CMakeLists.txt", "/models/flag/",
+                                 "/models/flag/../../etc/passwd", "/models/%2e%2e/%2e%2e/etc/passwd", "/models/%00"})
+    EXPECT_THAT(AnswerTo(viewer, Get(path, "Host: localhost\r\n")), HasSubstr("404 Not Found")) << path;
+  EXPECT_THAT(AnswerTo(viewer, Get(models[0]["url"].get<std::string>(), "Host: evil.example\r\n")),
+              HasSubstr("403 Forbidden"));
 }
 
 // One that stops reading holds a message or two, keeps nobody waiting, and is told the newest when it goes on.

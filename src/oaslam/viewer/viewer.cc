@@ -46,6 +46,8 @@ class Viewer::Impl {
     state_->scene = &scene_;
     state_->machine_name = boost::asio::ip::host_name(ignored);
     state_->accepts_commands = options_.accepts_commands;
+    state_->accepts_anchors = options_.accepts_anchors;
+    state_->models = options_.models;
     state_->on_command = [this](const ViewerCommand& command) { Receive(command); };
     port_ = server_.port();
     server_.Start();
@@ -220,6 +222,9 @@ void Viewer::Show(FrameRecord record) { impl_->Show(std::move(record)); }
 void Viewer::ShowMap(std::shared_ptr<const Map> map, std::vector<FramePose> trajectory) {
   impl_->Edit(
       [map = std::move(map), trajectory = std::move(trajectory)](Scene& scene) { scene.SetMap(map, trajectory); });
+}
+void Viewer::UpdateMap(std::shared_ptr<const Map> map) {
+  impl_->Edit([map = std::move(map)](Scene& scene) { scene.UpdateMap(map); });
 }
 void Viewer::ShowNotes(std::vector<FrameNote> notes) {
   impl_->Edit([notes = std::move(notes)](Scene& scene) { scene.SetNotes(notes); });

@@ -17,7 +17,8 @@ namespace oaslam {
 struct ViewerOptions {
   std::string address = "127.0.0.1";
   int port = 0;                   // 0: any that is free
-  bool accepts_commands = false;  // of pages on this machine
+  bool accepts_commands = false, accepts_anchors = false;  // of pages on this machine
+  std::shared_ptr<const ModelLibrary> models{};            // virtual content that may be placed; none without
   ClassNames names{};
   // Ground truth in the map's frame, from the trajectory so far; empty: none. Called on the viewer's thread.
   std::function<std::vector<StampedPose>(const std::vector<StampedPose>&)> align_groundtruth{};
@@ -37,6 +38,8 @@ class Viewer {
 
   void Show(FrameRecord record);
   void ShowMap(std::shared_ptr<const Map> map, std::vector<FramePose> trajectory);
+  // The same map, edited.
+  void UpdateMap(std::shared_ptr<const Map> map);
   void ShowNotes(std::vector<FrameNote> notes);
   void ShowPicture(int frame_index, cv::Mat image);  // waits while many are waiting
   void ShowStatus(const SceneStatus& status);

@@ -1,7 +1,6 @@
 #include "oaslam/viewer/viewer_session.h"
 
 #include <boost/asio/buffer.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -34,7 +33,9 @@ void ViewerSession::Run(Request request) {
   request_ = std::move(request);
   boost::system::error_code error;
   const auto peer = beast::get_lowest_layer(socket_).socket().remote_endpoint(error);
-  may_command_ = server_->accepts_commands && !error && peer.address().is_loopback();
+  const bool is_local = !error && peer.address().is_loopback();
+  may_command_ = server_->accepts_commands && is_local;
+  may_place_ = server_->accepts_anchors && is_local;
   beast::get_lowest_layer(socket_).expires_never();
   websocket::stream_base::timeout timeout{std::chrono::seconds(10), std::chrono::seconds(30), true};
   socket_.set_option(timeout);
@@ -44,12 +45,21 @@ void ViewerSession::Run(Request request) {
   socket_.async_accept(request_, [self = shared_from_this()](beast::error_code failure) {
     if (failure) return;
     self->is_open_ = true;
-    MessageBuilder hello("hello");
-    hello.header["protocol"] = 1;
-    hello.header["commands"] = self->may_command_;
-    self->Send(std::move(hello).Finish());
+    self->Send(self->Hello());
     self->Read();
   });
+}
+
+std::string ViewerSession::Hello() const {
+  MessageBuilder hello("hello");
+  hello.header["protocol"] = 1;
+  hello.header["commands"] = may_command_;
+  hello.header["anchors"] = may_place_;
+  json& models = hello.header["models"] = json::array();
+  if (server_->models)
+    for (const std::string& name : server_->models->names())
+      models.push_back({{"name", name}, {"url", "/models/" + server_->models->entry(name)}});
+  return std::move(hello).Finish();
 }
 
 void ViewerSession::Read() {
@@ -71,7 +81,7 @@ bool ViewerSession::Take(const std::string& text) {
   if (!message.is_object() || !message.contains("type") || !message["type"].is_string()) return false;
   const auto type = message["type"].get<std::string>();
   if (type == "ack") return --unacknowledged_ >= 0;
-  if (type == "command") return TakeCommand(message);
+  if (type == "command" || type == "place" || type == "anchor") return TakeCommand(message);
   const std::optional<uint32_t> id = IdOf(message);
   if (!id) return false;
   if (type == "object")
@@ -85,17 +95,9 @@ bool ViewerSession::Take(const std::string& text) {
 
 // A command of one who may not is no offence: the page may be older than the run.
 bool ViewerSession::TakeCommand(const json& message) {
-  using Kind = ViewerCommand::Kind;
-  static const std::map<std::string, Kind> kinds{{"pause", Kind::kPause},
-                                                 {"step", Kind::kStep},
-                                                 {"reset", Kind::kReset},
-                                                 {"relocalize", Kind::kRelocalize},
-                                                 {"mapping", Kind::kMapping}};
-  const auto name = message.find("name"), on = message.find("on");
-  if (name == message.end() || !name->is_string() || (on != message.end() && !on->is_boolean())) return false;
-  const auto kind = kinds.find(name->get<std::string>());
-  if (kind == kinds.end()) return false;
-  if (may_command_) server_->on_command({kind->second, on != message.end() && on->get<bool>()});
+  const std::optional<ViewerCommand> command = ParseCommand(message);
+  if (!command) return false;
+  if (command->IsOfAnchors() ? may_place_ : may_command_) server_->on_command(*command);
   return true;
 }
 

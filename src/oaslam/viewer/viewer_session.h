@@ -10,16 +10,11 @@
 #include <set>
 #include <string>
 
+#include "oaslam/content/model_library.h"
 #include "oaslam/viewer/scene.h"
+#include "oaslam/viewer/viewer_command.h"
 
 namespace oaslam {
-
-// What a viewer asks of a live run.
-struct ViewerCommand {
-  enum class Kind { kPause, kStep, kReset, kRelocalize, kMapping };
-  Kind kind = Kind::kStep;
-  bool on = false;  // of kPause and kMapping
-};
 
 class ViewerSession;
 
@@ -30,7 +25,8 @@ struct ServerState {
 
   Scene* scene = nullptr;
   std::string machine_name;
-  bool accepts_commands = false;
+  bool accepts_commands = false, accepts_anchors = false;  // of pages on this machine
+  std::shared_ptr<const ModelLibrary> models;              // may be none
   std::function<void(const ViewerCommand&)> on_command;
   std::set<ViewerSession*> viewers;
   int connections = 0, refusals = 0;
@@ -56,6 +52,7 @@ class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
   // False: not what a page of ours sends.
   bool Take(const std::string& text);
   bool TakeCommand(const nlohmann::json& message);
+  std::string Hello() const;
   void Send(std::string message);
   std::optional<std::string> Answer();
 
@@ -66,7 +63,7 @@ class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
   Request request_;
   std::string outgoing_;
   SceneCursor cursor_;
-  bool is_open_ = false, is_writing_ = false, may_command_ = false, was_answer_ = false;
+  bool is_open_ = false, is_writing_ = false, may_command_ = false, may_place_ = false, was_answer_ = false;
   int unacknowledged_ = 0;
   std::optional<ObjectId> asked_object_;  // newest question of its kind
   std::optional<KeyframeId> asked_keyframe_;

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "oaslam/content/model_library.h"
+
+namespace oaslam::apps {
+
+// --model, may be repeated.
+void AddModelOption(CLI::App& app, std::vector<std::string>& files);
+
+// The built-in models of virtual content and those of files; with their meshes where the program itself draws them.
+// Throws InputError.
+std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files, bool with_meshes);
+
+}  // namespace oaslam::apps
