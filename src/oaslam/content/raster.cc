@@ -129,7 +129,8 @@ void Raster::BlendInto(cv::Mat& picture) const {
       const size_t first = static_cast<size_t>(2 * y) * static_cast<size_t>(width_) + static_cast<size_t>(2 * x);
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       int covered = 0;
-      for (const size_t i : {first, first + 1, first + static_cast<size_t>(width_), first + static_cast<size_t>(width_) + 1}) {
+      const size_t below = first + static_cast<size_t>(width_);
+      for (const size_t i : {first, first + 1, below, below + 1}) {
         if (samples_[i].inverse_depth <= 0) continue;
         sum += samples_[i].color;
         ++covered;
