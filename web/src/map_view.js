@@ -6,6 +6,7 @@ import { KeyframesLayer } from "./keyframes_layer.js";
 import { LabelsLayer } from "./labels_layer.js";
 import { MeasureTool } from "./measure.js";
 import { ObjectsLayer } from "./objects_layer.js";
+import { onceAFrame } from "./once_a_frame.js";
 import { PathLayer } from "./path_layer.js";
 import { PointsLayer } from "./points_layer.js";
 import { short } from "./palette.js";
@@ -17,6 +18,7 @@ export class MapView {
     this.store = store;
     this.name = "Map";
     this.element = stage;
+    this.invalidate = onceAFrame(() => this.draw());
     this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     stage.prepend(this.renderer.domElement);
@@ -223,16 +225,10 @@ export class MapView {
     this.invalidate();
   }
 
-  // Draws once before the next repaint, however often it is called.
-  invalidate() {
-    if (this.isStale) return;
-    this.isStale = true;
-    requestAnimationFrame(() => {
-      this.isStale = false;
-      if (!this.element.offsetParent && this.element.clientWidth === 0) return;
-      this.renderer.render(this.scene, this.camera);
-      this.layers.labels.place();
-      this.measure.place();
-    });
+  draw() {
+    if (!this.element.offsetParent && this.element.clientWidth === 0) return;
+    this.renderer.render(this.scene, this.camera);
+    this.layers.labels.place();
+    this.measure.place();
   }
 }
