@@ -68,7 +68,7 @@ export class Lists {
     const { events } = this.store;
     const shown = events.slice(-200).reverse();
     this.pages.Events.replaceChildren(...shown.map((event) => {
-      const row = el("button", { className: "row event", onclick: () => this.onEvent(event.frame) }, el("span", { className: "muted frame" }, event.frame), el("i", {}), el("span", {}, el("b", {}, event.kind), ` ${event.text}`));
+      const row = el("button", { className: "row event", onclick: () => this.onEvent(event.frame) }, el("span", { className: "muted frame" }, event.frame ?? ""), el("i", {}), el("span", {}, el("b", {}, event.kind), ` ${event.text}`));
       row.style.setProperty("--color", EVENT_COLORS[event.kind] ?? "#8b96a3");
       return row;
     }));

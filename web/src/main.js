@@ -91,7 +91,7 @@ store.addEventListener("map", () => {
 
 // A moment of a saved run: the camera there, and the picture of the nearest keyframe.
 function goTo(frame) {
-  if (store.status.live) return;
+  if (store.status.live || frame === undefined) return;
   const { path } = store;
   let place = null;
   for (let i = 0; i < path.size; ++i)
@@ -278,7 +278,7 @@ store.addEventListener("events", () => {
   const event = store.events.findLast((e) => ["lost", "relocalized", "objects", "loop", "reset", "anchor"].includes(e.kind));
   if (!event || event === said || !(store.status.live || event.kind === "anchor")) return;
   said = event;
-  $("toast").textContent = `frame ${event.frame}: ${event.kind} ${event.text}`;
+  $("toast").textContent = event.kind === "anchor" ? event.text : `frame ${event.frame}: ${event.kind} ${event.text}`;
   $("toast").dataset.state = event.kind;
   $("toast").hidden = false;
   clearTimeout(saidUntil);

@@ -444,3 +444,50 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.deepEqual(page.errors, []);
   await page.close();
 });
+
+// A binary glTF of one triangle, which spans a box of 2 x 4 x 1 away from the origin.
+function triangle() {
+  const corners = Buffer.from(new Float32Array([5, 3, 2, 7, 7, 2.5, 6, 5, 3]).buffer);
+  const json = JSON.stringify({
+    asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }], meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }],
+    buffers: [{ byteLength: corners.length }], bufferViews: [{ buffer: 0, byteLength: corners.length }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: "VEC3", min: [5, 3, 2], max: [7, 7, 3] }],
+  });
+  const chunk = (type, data) => Buffer.concat([Buffer.from(new Uint32Array([data.length, type]).buffer), data]);
+  const chunks = Buffer.concat([chunk(0x4e4f534a, Buffer.from(json.padEnd(4 * Math.ceil(json.length / 4)))), chunk(0x004e4942, corners)]);
+  return Buffer.concat([Buffer.from(new Uint32Array([0x46546c67, 2, 12 + chunks.length]).buffer), chunks]);
+}
+
+test("models are made one unit long and put on their foot; one that does not load is a pin", async () => {
+  const { url } = await serve("view", map, "--port", "0");
+  const page = await open(url);
+  await page.route("**/models/**", (route) => (route.request().url().endsWith("good.glb") ? route.fulfill({ body: triangle(), contentType: "model/gltf-binary" }) : route.fulfill({ status: 404 })));
+  await page.waitForFunction(() => window.oaslam.mapView.layers.objects.count > 10);
+  await page.evaluate(() => (window.oaslam.store.models = ["good", "bad"].map((name) => ({ name, url: `/models/${name}/${name}.glb` }))));
+  await anchorsAt(page, [{ name: "a", model: "good", size: 0.5, at: [1, 2, 3] }, { name: "b", model: "bad", size: 0.5, at: [0, 0, 0] }, { name: "c", model: "good", size: 1, at: [0, 0, 0] }]);
+  const shapes = () => page.evaluate(() => [...window.oaslam.mapView.layers.anchors.shapes.values()].map(({ userData, children }) => {
+    const box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+    const stand = children[0].parent.matrixWorld.clone().invert();
+    children[0].updateWorldMatrix(true, true);
+    children[0].traverse(({ geometry, matrixWorld }) => {
+      for (let i = 0; geometry && i < geometry.attributes.position.count; ++i) {
+        const corner = window.oaslam.mapView.camera.position.clone().fromBufferAttribute(geometry.attributes.position, i).applyMatrix4(matrixWorld).applyMatrix4(stand).toArray();
+        corner.forEach((x, axis) => {
+          box.low[axis] = Math.min(box.low[axis], x);
+          box.high[axis] = Math.max(box.high[axis], x);
+        });
+      }
+    });
+    return { isPin: userData.isPin, sides: userData.sides.toArray(), ...box };
+  }));
+  await page.waitForFunction(() => [...window.oaslam.mapView.layers.anchors.shapes.values()].filter((shape) => !shape.userData.isPin).length === 2);
+  const [a, b, c] = await shapes();
+  assert.ok(b.isPin && !a.isPin && !c.isPin);
+  for (const { sides, low, high } of [a, c])
+    for (let i = 0; i < 3; ++i) {
+      assert.ok(Math.abs(sides[i] - [0.5, 1, 0.25][i]) < 1e-6);
+      assert.ok(Math.abs(low[i] - [-0.25, 0, -0.125][i]) < 1e-5 && Math.abs(high[i] - [0.25, 1, 0.125][i]) < 1e-5, `${low} to ${high}`);
+    }
+  assert.deepEqual(page.errors.filter((error) => !/404/.test(error)), []);
+  await page.close();
+});
