@@ -1,4 +1,6 @@
 // The camera's image with what the tracker sees in it: key points, boxes, projected ellipsoids. Drawn in the ideal image's pixels.
+import { objectAt, paintImage } from "./image_area.js";
+import { onceAFrame } from "./once_a_frame.js";
 import { classColor, labelOf } from "./palette.js";
 
 const TAU = 2 * Math.PI;
@@ -9,6 +11,7 @@ export class ImageView {
     this.element = element;
     this.store = store;
     this.layers = { keypoints: true, boxes: true, ellipses: true };
+    this.invalidate = onceAFrame(() => this.draw());
     this.canvas = document.createElement("canvas");
     this.caption = document.createElement("div");
     this.caption.className = "caption";
@@ -27,38 +30,15 @@ export class ImageView {
     this.invalidate();
   }
 
-  invalidate() {
-    if (this.isStale) return;
-    this.isStale = true;
-    requestAnimationFrame(() => {
-      this.isStale = false;
-      this.draw();
-    });
-  }
-
   draw() {
-    const { clientWidth: width, clientHeight: height } = this.element;
-    if (width === 0 || height === 0) return;
-    const dpr = Math.min(devicePixelRatio, 2);
-    this.canvas.width = width * dpr;
-    this.canvas.height = height * dpr;
-    const context = this.canvas.getContext("2d");
+    if (this.element.clientWidth === 0 || this.element.clientHeight === 0) return;
     const { frame } = this;
     this.element.classList.toggle("empty", !frame);
     this.caption.textContent = frame ? captionOf(frame) : this.store.status.live ? "waiting for the first image" : "choose a moment on the timeline";
+    const { context, area } = paintImage(this.canvas, this.element, frame);
     if (!frame) return;
-    const { camera } = frame;
-    // Of the area that is left over by the caption.
-    this.scale = Math.min(width / camera.width, height / camera.height);
-    this.offset = [(width - camera.width * this.scale) / 2, (height - camera.height * this.scale) / 2];
-    context.setTransform(dpr * this.scale, 0, 0, dpr * this.scale, dpr * this.offset[0], dpr * this.offset[1]);
-    context.beginPath();
-    context.rect(0, 0, camera.width, camera.height);
-    context.clip();
-    context.fillStyle = "#161b21";
-    context.fillRect(0, 0, camera.width, camera.height);
-    if (frame.bitmap) context.drawImage(frame.bitmap, 0, 0, camera.width, camera.height);
-    this.px = 1 / this.scale; // one pixel of the page
+    this.area = area;
+    this.px = 1 / area.scale; // one pixel of the page
     if (this.layers.keypoints) this.drawKeypoints(context, frame);
     if (this.layers.ellipses) this.drawEllipses(context, frame);
     if (this.layers.boxes) this.drawBoxes(context, frame);
@@ -128,17 +108,7 @@ export class ImageView {
 
   click(event) {
     const { frame } = this;
-    if (!frame) return;
-    const x = (event.offsetX - this.offset[0]) / this.scale;
-    const y = (event.offsetY - this.offset[1]) / this.scale;
-    const hits = frame.ellipses.filter((e) => {
-      const [dx, dy] = [x - e.center[0], y - e.center[1]];
-      const u = (dx * Math.cos(e.angle) + dy * Math.sin(e.angle)) / e.half_axes[0];
-      const v = (dy * Math.cos(e.angle) - dx * Math.sin(e.angle)) / e.half_axes[1];
-      return u * u + v * v <= 1;
-    });
-    hits.sort((a, b) => a.half_axes[0] * a.half_axes[1] - b.half_axes[0] * b.half_axes[1]);
-    this.onPick?.(hits[0]?.object ?? null);
+    if (frame) this.onPick?.(objectAt(frame, this.area.toPixel(event.offsetX, event.offsetY)));
   }
 }
 

@@ -1,5 +1,7 @@
 import { Vector3 } from "three";
+import { ArView } from "./ar_view.js";
 import { Connection } from "./connection.js";
+import { Content } from "./content.js";
 import { el } from "./dom.js";
 import { ImageView } from "./image_view.js";
 import { Lists } from "./lists.js";
@@ -12,14 +14,21 @@ import { Timeline } from "./timeline.js";
 const $ = (id) => document.getElementById(id);
 const store = new Store();
 
-// A view fills the stage; others of its kind (augmented reality) join here.
+// A view fills the stage; others of its kind join here.
 const mapElement = el("div", { className: "view" });
 const imageElement = el("div", { className: "view image" });
-$("stage").prepend(mapElement, imageElement);
-const mapView = new MapView(mapElement, store);
+const arElement = el("div", { className: "view image" });
+$("stage").prepend(mapElement, imageElement, arElement);
+const content = new Content(store);
+const mapView = new MapView(mapElement, store, content);
 const imageView = new ImageView(imageElement, store);
+const arView = new ArView(arElement, store, content, mapView.world.quaternion);
 const picture = new ImageView($("picture"), store);
-const views = { Map: { element: mapElement, view: mapView }, Image: { element: imageElement, view: imageView } };
+const views = {
+  Map: { element: mapElement, view: mapView },
+  Image: { element: imageElement, view: imageView },
+  AR: { element: arElement, view: arView },
+};
 for (const name of Object.keys(views)) {
   const button = el("button", { role: "tab", onclick: () => openView(name) }, name);
   button.dataset.view = name;
@@ -33,6 +42,8 @@ function openView(name) {
   }
   for (const button of $("views").children) button.setAttribute("aria-selected", button.dataset.view === name);
   document.body.dataset.view = name;
+  showPlace();
+  showHint();
 }
 
 const connection = new Connection({
@@ -55,7 +66,20 @@ function pick(id) {
   document.body.dataset.object = id ?? "";
   if (id !== null) connection.send({ type: "object", id });
 }
-mapView.onPick = imageView.onPick = picture.onPick = pick;
+mapView.onPick = imageView.onPick = arView.onPick = picture.onPick = pick;
+
+function pickAnchor(name) {
+  mapView.layers.anchors.select(name);
+  arView.anchors.select(name);
+  lists.anchors.select(name);
+  document.body.dataset.anchor = name ?? "";
+}
+mapView.onPickAnchor = arView.onPickAnchor = pickAnchor;
+store.addEventListener("anchors", () => {
+  const { selected } = lists.anchors;
+  const now = lists.anchors.follow(selected);
+  if (now !== selected) pickAnchor(now);
+});
 // What is open stays up to date.
 let asked = 0;
 store.addEventListener("map", () => {
@@ -67,7 +91,7 @@ store.addEventListener("map", () => {
 
 // A moment of a saved run: the camera there, and the picture of the nearest keyframe.
 function goTo(frame) {
-  if (store.status.live) return;
+  if (store.status.live || frame === undefined) return;
   const { path } = store;
   let place = null;
   for (let i = 0; i < path.size; ++i)
@@ -86,19 +110,21 @@ store.addEventListener("map", () => {
   if (store.status.live || store.keyframes.size === 0) return;
   const { chosen } = store;
   if (!chosen && !store.frame) goTo(store.notes[store.notes.length >> 1]?.frame ?? 0);
-  else if (chosen && !chosen.bitmap && performance.now() - askedPicture > 500) {
-    askedPicture = performance.now();
-    connection.send({ type: "keyframe", id: chosen.keyframe });
-  }
+  else if (chosen && !chosen.bitmap) askingPicture ??= setTimeout(askPicture, 500);
 });
-let askedPicture = 0;
+let askingPicture;
+function askPicture() {
+  askingPicture = undefined;
+  if (store.chosen && !store.chosen.bitmap) connection.send({ type: "keyframe", id: store.chosen.keyframe });
+}
 const timeline = new Timeline($("timeline"), store, { onChoose: goTo });
 
-// Layers: in space, then in the image.
+// Layers: in space, in the image, over it.
 const LAYERS = [
   { group: "Map", id: "landmarks", label: "Landmarks", color: "#8f9bab", on: true, set: (on) => mapView.show("landmarks", on) },
   { id: "objects", label: "Objects", color: "#d98cc4", on: true, set: (on) => { mapView.show("objects", on); mapView.layers.labels.setVisible(on && isOn("labels")); } },
   { id: "labels", label: "Object names", color: "#d98cc4", on: true, set: (on) => mapView.show("labels", on && isOn("objects")) },
+  { id: "anchors", label: "Anchors", color: COLORS.anchor, on: true, set: (on) => mapView.show("anchors", on) },
   { id: "candidates", label: "Candidate objects", color: "#6b5f78", on: false, set: (on) => { mapView.layers.objects.candidates.visible = on; mapView.invalidate(); } },
   { id: "keyframes", label: "Keyframes", color: COLORS.keyframe, on: true, set: (on) => mapView.show("keyframes", on) },
   { id: "covisibility", label: "Covisibility", color: COLORS.covisible, on: false, set: (on) => { mapView.layers.keyframes.edges.visible = on; mapView.invalidate(); } },
@@ -109,6 +135,10 @@ const LAYERS = [
   { group: "Image", id: "keypoints", label: "Key points", color: "#7ee0a8", on: true, set: (on) => showInImages("keypoints", on) },
   { id: "boxes", label: "Detections", color: "#c9b8ff", on: true, set: (on) => showInImages("boxes", on) },
   { id: "ellipses", label: "Projected objects", color: "#d98cc4", on: true, set: (on) => showInImages("ellipses", on) },
+  { group: "Augmented reality", id: "content", label: "Content", color: COLORS.anchor, on: true, set: (on) => inAr(() => arView.anchors.setVisible(on)) },
+  { id: "names", label: "Names", color: COLORS.anchor, on: true, set: (on) => inAr(() => (arView.anchors.named = on)) },
+  { id: "occlusion", label: "Occlusion", color: "#26303a", on: true, set: (on) => inAr(() => arView.occluders.setOccluding(on)) },
+  { id: "outlines", label: "Object outlines", color: "#d98cc4", on: false, set: (on) => inAr(() => (arView.occluders.outlines.visible = on)) },
 ];
 function isOn(id) {
   return document.querySelector(`[data-layer=${id}]`).checked;
@@ -117,11 +147,17 @@ function showInImages(layer, on) {
   imageView.show(layer, on);
   picture.show(layer, on);
 }
+function inAr(change) {
+  change();
+  arView.invalidate();
+}
 const lists = new Lists($("tabs"), $("tab-body"), store, {
   layers: LAYERS,
   onLayer: (id, on) => LAYERS.find((layer) => layer.id === id).set(on),
   onPick: pick,
+  onPickAnchor: pickAnchor,
   onEvent: goTo,
+  send: (message) => connection.send(message),
 });
 
 // Tools of the map view, and commands to a live run.
@@ -143,8 +179,34 @@ tool($("tools"), "Fit", "Show the whole map", () => { endFollow(); mapView.isMov
 tool($("tools"), "Top", "From above", () => { endFollow(); mapView.top(); }, "t");
 tool($("tools"), "Measure", "Distance between two points", (button) => toggle(button, (on) => {
   mapView.measure.set(on);
-  $("hint").textContent = on ? "click two landmarks or objects" : "";
+  showHint();
 }), "m");
+
+// Content is placed by a click into the AR view.
+const place = tool($("place"), "Place", "Put content into the scene", (button) => toggle(button, (on) => {
+  arView.setPlacing(on);
+  showHint();
+}), "p");
+const model = el("select", { title: "What to place" });
+$("place").append(model);
+arView.onPlace = (where) => {
+  connection.send({ type: "place", model: model.value, ...where });
+  place.click();
+};
+function showPlace() {
+  const { models, mayPlace } = store;
+  $("place").hidden = !(mayPlace && models.length > 0 && document.body.dataset.view === "AR");
+  if ($("place").hidden && arView.isPlacing) place.click();
+  const names = models.map((m) => m.name);
+  if (names.join("\n") !== [...model.options].map((o) => o.value).join("\n")) model.replaceChildren(...names.map((name) => el("option", { value: name }, name)));
+}
+function showHint() {
+  const hints = {
+    Map: mapView.measure.isOn && "click two landmarks or objects",
+    AR: arView.isPlacing && "click on an object, or on a surface; shift-click: never an object",
+  };
+  $("hint").textContent = hints[document.body.dataset.view] || "";
+}
 
 const command = (name, on) => connection.send({ type: "command", name, ...(on === undefined ? {} : { on }) });
 const pause = tool($("controls"), "Pause", "Hold the run", () => command("pause", !store.status.paused), " ");
@@ -152,9 +214,14 @@ const step = tool($("controls"), "Step", "One image", () => command("step"), "s"
 const relocalize = tool($("controls"), "Relocalize", "Give up the pose and look for the camera in the map", () => command("relocalize"));
 const mapping = tool($("controls"), "Localization only", "Follow the camera and leave the map as it is", () => command("mapping", !store.status.mapping));
 const reset = tool($("controls"), "Reset", "Forget the map", () => command("reset"));
+function escape() {
+  if (arView.isPlacing) return place.click();
+  pick(null);
+  pickAnchor(null);
+}
 addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === "INPUT") return;
-  if (event.key === "Escape") return pick(null);
+  if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT"].includes(event.target.tagName)) return;
+  if (event.key === "Escape") return escape();
   const button = keys.get(event.key);
   if (!button || button.closest("[hidden]") || button.disabled) return;
   event.preventDefault();
@@ -172,6 +239,7 @@ function showStatus() {
   mapping.setAttribute("aria-pressed", !status.mapping);
   mapping.disabled = relocalize.disabled = store.map.keyframes === 0;
   document.body.dataset.live = status.live;
+  showPlace();
   showStats();
 }
 
@@ -207,10 +275,10 @@ function showStats() {
 let said;
 let saidUntil;
 store.addEventListener("events", () => {
-  const event = store.events.findLast((e) => ["lost", "relocalized", "objects", "loop", "reset"].includes(e.kind));
-  if (!event || !store.status.live || event === said) return;
+  const event = store.events.findLast((e) => ["lost", "relocalized", "objects", "loop", "reset", "anchor"].includes(e.kind));
+  if (!event || event === said || !(store.status.live || event.kind === "anchor")) return;
   said = event;
-  $("toast").textContent = `frame ${event.frame}: ${event.kind} ${event.text}`;
+  $("toast").textContent = event.kind === "anchor" ? event.text : `frame ${event.frame}: ${event.kind} ${event.text}`;
   $("toast").dataset.state = event.kind;
   $("toast").hidden = false;
   clearTimeout(saidUntil);
@@ -223,4 +291,4 @@ store.addEventListener("restart", () => { pick(null); timeline.now = undefined; 
 
 openView("Map");
 showStatus();
-window.oaslam = { store, mapView, imageView, picture, lists, pick, };
+window.oaslam = { store, connection, mapView, imageView, arView, picture, lists, pick, pickAnchor };

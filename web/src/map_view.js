@@ -1,11 +1,14 @@
 // The map in space. Everything lies in `world`, which turns the map's up into that of the page.
-import { AmbientLight, Box3, Color, DirectionalLight, Group, GridHelper, PerspectiveCamera, Quaternion, Scene, Sphere, Vector3, WebGLRenderer } from "three";
+import { AmbientLight, Box3, Color, DirectionalLight, Group, GridHelper, PerspectiveCamera, Quaternion, Raycaster, Scene, Sphere, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { AnchorsLayer } from "./anchors_layer.js";
 import { CameraLayer } from "./camera_layer.js";
+import { lightAround } from "./content.js";
 import { KeyframesLayer } from "./keyframes_layer.js";
 import { LabelsLayer } from "./labels_layer.js";
 import { MeasureTool } from "./measure.js";
 import { ObjectsLayer } from "./objects_layer.js";
+import { onceAFrame } from "./once_a_frame.js";
 import { PathLayer } from "./path_layer.js";
 import { PointsLayer } from "./points_layer.js";
 import { short } from "./palette.js";
@@ -13,10 +16,11 @@ import { short } from "./palette.js";
 const DOWN_IN_CAMERA = new Vector3(0, 1, 0);
 
 export class MapView {
-  constructor(stage, store) {
+  constructor(stage, store, content) {
     this.store = store;
     this.name = "Map";
     this.element = stage;
+    this.invalidate = onceAFrame(() => this.draw());
     this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     stage.prepend(this.renderer.domElement);
@@ -36,17 +40,19 @@ export class MapView {
     this.radius = 1;
     this.center = new Vector3();
     this.follow = false;
+    this.raycaster = new Raycaster();
     this.layers = {
       landmarks: new PointsLayer(this),
       objects: new ObjectsLayer(this),
       labels: new LabelsLayer(this),
+      anchors: new AnchorsLayer(this, content),
       keyframes: new KeyframesLayer(this),
       path: new PathLayer(this),
       camera: new CameraLayer(this),
     };
     this.measure = new MeasureTool(this);
     this.grid = null;
-    for (const part of ["map", "path", "frame", "restart"]) store.addEventListener(part, () => this.update(part));
+    for (const part of ["map", "path", "frame", "anchors", "restart"]) store.addEventListener(part, () => this.update(part));
     new ResizeObserver(() => this.resize()).observe(stage);
     this.renderer.domElement.addEventListener("pointerdown", (event) => (this.pressed = [event.clientX, event.clientY]));
     this.renderer.domElement.addEventListener("pointerup", (event) => this.click(event));
@@ -59,6 +65,7 @@ export class MapView {
       this.turnUpright();
       this.measureExtent();
     }
+    if (this.store.anchors.length > 0 && !this.scene.environment) lightAround(this.scene, this.renderer, 0.2);
     for (const layer of Object.values(this.layers)) layer.update?.(part);
     if (!this.isMoved && part === "map" && this.grew()) this.fit();
     if (this.follow && part === "frame") this.followCamera();
@@ -201,8 +208,16 @@ export class MapView {
     if (!this.pressed || Math.hypot(event.clientX - this.pressed[0], event.clientY - this.pressed[1]) > 4) return;
     const at = this.pointer(event);
     if (this.measure.isOn) this.measure.pick(at);
-    else this.onPick?.(this.layers.objects.pick(at));
+    else this.pick(at);
     this.invalidate();
+  }
+
+  // Content before ellipsoids: one sees through these.
+  pick(at) {
+    this.raycaster.setFromCamera(at, this.camera);
+    const anchor = this.layers.anchors.pick(this.raycaster);
+    this.onPickAnchor?.(anchor);
+    if (anchor === null) this.onPick?.(this.layers.objects.pick(at));
   }
 
   // Where a point of the map is on the page; null behind the camera.
@@ -223,16 +238,10 @@ export class MapView {
     this.invalidate();
   }
 
-  // Draws once before the next repaint, however often it is called.
-  invalidate() {
-    if (this.isStale) return;
-    this.isStale = true;
-    requestAnimationFrame(() => {
-      this.isStale = false;
-      if (!this.element.offsetParent && this.element.clientWidth === 0) return;
-      this.renderer.render(this.scene, this.camera);
-      this.layers.labels.place();
-      this.measure.place();
-    });
+  draw() {
+    if (!this.element.offsetParent && this.element.clientWidth === 0) return;
+    this.renderer.render(this.scene, this.camera);
+    this.layers.labels.place(this.layers.anchors.placeLabels());
+    this.measure.place();
   }
 }

@@ -1,8 +1,8 @@
 import { BufferGeometry, Color, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Raycaster, SphereGeometry } from "three";
 import { classColor } from "./palette.js";
 
-const SPHERE = new SphereGeometry(1, 32, 20);
-const RINGS = rings();
+export const SPHERE = new SphereGeometry(1, 32, 20);
+export const RINGS = rings();
 
 // Three great circles: they show the axes where shading does not.
 function rings() {

@@ -1,5 +1,5 @@
 export const STATE_COLORS = { initializing: "#8b96a3", tracking: "#4cc38a", relocalized: "#5ab0f5", objects: "#e8b339", lost: "#e5585f" };
-export const COLORS = { path: "#5ab0f5", groundtruth: "#e6e9ed", keyframe: "#5d83ad", covisible: "#51657a", camera: "#ffd166", matched: "#ffd166", measure: "#ff8fa3" };
+export const COLORS = { path: "#5ab0f5", groundtruth: "#e6e9ed", keyframe: "#5d83ad", covisible: "#51657a", camera: "#ffd166", matched: "#ffd166", measure: "#ff8fa3", anchor: "#ffb454" };
 
 // A hue for each class, in the order in which they come; the first ones are the farthest apart.
 const HUES = [200, 28, 140, 330, 52, 268, 172, 4, 96, 232, 300, 76, 118, 316, 216, 40];

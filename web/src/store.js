@@ -74,6 +74,8 @@ export class Store extends EventTarget {
     super();
     this.status = { live: false, paused: false, mapping: true, dropped: 0, title: "" };
     this.mayCommand = false;
+    this.mayPlace = false; // anchors, and edit them
+    this.models = []; // of content: name, and url of its glTF
     this.events = [];
     this.clear();
   }
@@ -87,6 +89,7 @@ export class Store extends EventTarget {
     this.groundtruth = new Float32Array(0);
     this.map = { landmarks: 0, keyframes: 0, loops: 0, metric: false };
     this.frame = null;
+    this.anchors = []; // named places of content: model, size, pose (anchor to world), object
     this.chosen = null; // a keyframe that was asked for
     this.detail = null;
   }
@@ -107,7 +110,9 @@ export class Store extends EventTarget {
       this.clear();
       this.events = [];
       this.mayCommand = message.commands;
-      for (const part of ["restart", "map", "path", "frame", "notes", "events", "status"]) changed.add(part);
+      this.mayPlace = message.anchors ?? false;
+      this.models = message.models ?? [];
+      for (const part of ["restart", "map", "path", "frame", "notes", "events", "anchors", "status"]) changed.add(part);
     } else if (message.type === "update") {
       await this.update(message, changed);
     } else if (message.type === "object") {
@@ -125,7 +130,7 @@ export class Store extends EventTarget {
     const { arrays } = message;
     if (message.restart) {
       this.clear();
-      changed.add("restart").add("path").add("frame").add("notes");
+      changed.add("restart").add("path").add("frame").add("notes").add("anchors");
     }
     if (message.map) {
       this.updateMap(message);
@@ -151,6 +156,10 @@ export class Store extends EventTarget {
     if (arrays.groundtruth) {
       this.groundtruth = arrays.groundtruth;
       changed.add("path");
+    }
+    if (message.anchors) {
+      this.anchors = message.anchors;
+      changed.add("anchors");
     }
     if (message.status) {
       this.status = message.status;

@@ -1,4 +1,5 @@
 // States and times of all frames in a strip; a click goes there.
+import { onceAFrame } from "./once_a_frame.js";
 import { STATE_COLORS, short } from "./palette.js";
 import { STATES } from "./store.js";
 
@@ -9,6 +10,7 @@ export class Timeline {
     this.element = element;
     this.store = store;
     this.onChoose = onChoose;
+    this.invalidate = onceAFrame(() => this.draw());
     this.canvas = document.createElement("canvas");
     this.tip = document.createElement("div");
     this.tip.className = "tip";
@@ -21,15 +23,6 @@ export class Timeline {
     element.addEventListener("pointerdown", (event) => {
       element.setPointerCapture(event.pointerId);
       this.choose(event);
-    });
-  }
-
-  invalidate() {
-    if (this.isStale) return;
-    this.isStale = true;
-    requestAnimationFrame(() => {
-      this.isStale = false;
-      this.draw();
     });
   }
 

@@ -219,3 +219,275 @@ test("two viewers of a live run: it grows, is held, goes on, and is told to relo
   assert.equal(await stat(page, "landmarks"), summary.landmarks);
   assert.equal(await stat(other, "objects"), summary.objects);
 });
+
+// Anchors that stand upright, at points of the map.
+const anchorsAt = (page, anchors) => page.evaluate(async (list) => {
+  const { store, mapView } = window.oaslam;
+  const upright = mapView.world.quaternion.clone().invert().toArray();
+  await store.take({ type: "update", arrays: {}, anchors: list.map(({ at, ...anchor }) => ({ model: "no such model", pose: [...upright, ...at], ...anchor })) });
+}, anchors);
+// What the overlay of the AR view shows: pixels (not those of shadows), and the lowest of them, in the window.
+const overlay = async (page) => {
+  await settle(page);
+  return page.evaluate(() => {
+    const source = document.querySelector(".overlay");
+    const canvas = Object.assign(document.createElement("canvas"), { width: source.width, height: source.height });
+    const context = canvas.getContext("2d");
+    context.drawImage(source, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    const rect = source.getBoundingClientRect();
+    let count = 0;
+    let lowest = null;
+    for (let i = 0; i < canvas.width * canvas.height; ++i)
+      if (data[4 * i + 3] > 140) {
+        ++count;
+        lowest = { x: rect.left + (i % canvas.width) + 0.5, y: rect.top + Math.floor(i / canvas.width) + 0.5 };
+      }
+    return { count, lowest };
+  });
+};
+// Objects in the chosen frame, where the AR view's camera sees them, and where the program says.
+const outlines = (page) => page.evaluate(() => {
+  const { arView, store, mapView } = window.oaslam;
+  const point = mapView.camera.position.clone();
+  const view = arView.camera.matrixWorldInverse.clone().multiply(arView.world.matrixWorld);
+  const matrix = arView.camera.projectionMatrix.clone().multiply(view);
+  return store.chosen.ellipses.map(({ object, center, half_axes }) => {
+    const { center: at, rotation, half_axes: axes } = store.objects.get(object);
+    // The outline of an ellipsoid: its dual quadric, projected.
+    const quadric = matrix.clone().multiply(matrix.clone().compose(point.clone().fromArray(at), mapView.world.quaternion.clone().fromArray(rotation), point.clone().fromArray(axes))).elements;
+    const dual = (i, j) => [0, 1, 2].reduce((sum, k) => sum + quadric[4 * k + i] * quadric[4 * k + j], 0) - quadric[12 + i] * quadric[12 + j];
+    const [x, y] = [dual(0, 3) / dual(3, 3), dual(1, 3) / dual(3, 3)];
+    const outline = arView.area.toPixel(((x + 1) / 2) * arView.element.clientWidth, ((1 - y) / 2) * arView.element.clientHeight);
+    return { object, size: half_axes[0], center, outline, middle: arView.pixelIn(point.clone().fromArray(at)) };
+  });
+});
+const away = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+
+test("augmented reality: content stands where the map has it, behind what is before it, and is placed by a click", async () => {
+  const { url } = await serve("view", out, "--map", map, "--images", `${CLIP}/video.mp4`, "--port", "0");
+  const page = await open(url);
+  const timeline = await page.locator("#timeline").boundingBox();
+  await page.waitForFunction(() => window.oaslam.mapView.layers.objects.count > 10 && window.oaslam.store.landmarks.known.size > 500);
+  await page.mouse.click(timeline.x + 0.5 * timeline.width, timeline.y + 30);
+  await page.waitForFunction(() => window.oaslam.store.chosen?.bitmap && window.oaslam.store.chosen.ellipses.length > 10);
+  await page.locator("[data-view=AR]").click();
+  await page.waitForSelector("[data-showing=true]");
+  assert.equal(await page.evaluate(() => window.oaslam.arView.count), 0);
+  assert.equal((await overlay(page)).count, 0);
+
+  // The drawn camera is the one of the image, in a window of any shape.
+  const agrees = async () => {
+    const seen = await outlines(page);
+    for (const { object, center, outline } of seen) assert.ok(away(center, outline) < 0.1, `outline of object ${object}: ${outline}, not ${center}`);
+    const small = seen.filter(({ size }) => size < 30); // the outline's middle is that of the object
+    assert.ok(small.length > 2);
+    for (const { object, center, middle } of small) assert.ok(away(center, middle) < 1.5, `object ${object}: ${middle}, not ${center}`);
+  };
+  await agrees();
+  await page.setViewportSize({ width: 1000, height: 900 });
+  await settle(page);
+  await settle(page);
+  await agrees();
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await settle(page);
+
+  // The tip of the pin of what has no model is at the anchor's origin; one behind the camera is not drawn.
+  const scene = await page.evaluate(() => {
+    const { store, mapView } = window.oaslam;
+    const [eye, up] = [mapView.camera.position.clone().fromArray(store.chosen.pose, 4), mapView.camera.position.clone().set(0, 1, 0).applyQuaternion(mapView.world.quaternion.clone().invert())];
+    const bear = [...store.objects.values()].find((o) => o.mapped && o.category === "teddy bear");
+    const bottle = store.chosen.ellipses.filter((e) => e.label === "bottle" && e.center[0] > 200 && e.center[0] < 450)[0].object;
+    const along = (id, share, raise) => mapView.camera.position.clone().fromArray(store.objects.get(id).center).sub(eye).multiplyScalar(share).add(eye).addScaledVector(up, raise).toArray();
+    const size = 2 * Math.max(...bear.half_axes);
+    return { bear: bear.id, bottle, size, over: along(bear.id, 1, size), behind: along(bear.id, 1.5, -0.1 * size), before: along(bottle, 0.6, 0), back: along(bear.id, -1, 0), inside: along(bear.id, 1, -0.05 * size) };
+  });
+  await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over }, { name: "out of sight", size: scene.size, at: scene.back }]);
+  let shown = await overlay(page);
+  const tip = await page.evaluate(() => window.oaslam.arView.pixelOf("here"));
+  assert.ok(Math.hypot(shown.lowest.x - tip.x, shown.lowest.y - tip.y) < 8 && shown.count > 500, JSON.stringify({ shown, tip }));
+  assert.equal(await page.evaluate(() => window.oaslam.arView.count), 1);
+  assert.equal(await page.evaluate(() => window.oaslam.arView.pixelOf("out of sight")), null);
+  assert.equal(await page.locator(".labels [data-anchor=here]:visible").count(), 1);
+  await page.locator("[data-layer=content]").uncheck();
+  assert.equal((await overlay(page)).count, 0);
+  assert.equal(await page.evaluate(() => window.oaslam.arView.count), 0);
+  await page.locator("[data-layer=content]").check();
+
+  // An object hides what is behind it, and nothing that is before it or stands in its ellipsoid.
+  const occludes = async (at) => {
+    await anchorsAt(page, [{ name: "pin", size: 0.5 * scene.size, at }]);
+    await page.locator("[data-layer=occlusion]").uncheck();
+    const all = (await overlay(page)).count;
+    await page.locator("[data-layer=occlusion]").check();
+    return (await overlay(page)).count / all;
+  };
+  assert.ok((await occludes(scene.behind)) < 0.4);
+  assert.equal(await occludes(scene.before), 1);
+  assert.equal(await occludes(scene.inside), 1);
+  await page.locator("[data-layer=outlines]").check();
+  assert.ok((await overlay(page)).count > 1000);
+  await page.locator("[data-layer=outlines]").uncheck();
+
+  // A click on content selects it, a click elsewhere ends that.
+  await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "there", size: 0.1, at: scene.before }]);
+  await settle(page);
+  const there = await page.evaluate(() => window.oaslam.arView.pixelOf("there"));
+  const here = await page.evaluate(() => window.oaslam.arView.pixelOf("here"));
+  await page.locator("[data-layer=names]").uncheck();
+  await page.mouse.click(here.x, here.y - 30);
+  assert.equal(await page.evaluate(() => document.body.dataset.anchor), "here");
+  await page.locator("[data-tab=Anchors]").click();
+  assert.equal(await page.locator("[aria-selected=true][data-anchor]").getAttribute("data-anchor"), "here");
+  await page.mouse.click(here.x, here.y + 400);
+  assert.equal(await page.evaluate(() => document.body.dataset.anchor), "");
+
+  // What is asked of the program: by those who may.
+  assert.equal(await page.locator("[data-tab=Anchors]").textContent(), "Anchors 2");
+  await page.evaluate(() => {
+    const { store, connection } = window.oaslam;
+    window.sent = [];
+    connection.send = (message) => window.sent.push(message);
+    store.mayPlace = false;
+    store.dispatchEvent(new Event("status"));
+  });
+  assert.equal(await page.locator(".anchor button").count(), 0);
+  assert.ok(await page.locator("#place").isHidden());
+  await page.evaluate(() => {
+    const { store } = window.oaslam;
+    store.mayPlace = true;
+    store.models = [{ name: "flag", url: "/models/flag/flag.glb" }, { name: "arrow", url: "/models/arrow/arrow.glb" }];
+    store.dispatchEvent(new Event("status"));
+  });
+  const sent = () => page.evaluate(() => window.sent.splice(0).filter((message) => !["ack", "object", "keyframe"].includes(message.type)));
+  const row = page.locator(".anchor[data-anchor=there]");
+  for (const action of ["larger", "smaller", "left", "right", "remove"]) await row.locator(`[data-action=${action}]`).click();
+  const [larger, smaller, left, right, remove] = await sent();
+  assert.ok(Math.abs(larger.size - 0.115) < 1e-9 && Math.abs(smaller.size - 0.1 / 1.15) < 1e-9);
+  assert.ok(Math.abs(left.turn - Math.PI / 12) < 1e-9 && left.turn === -right.turn);
+  assert.deepEqual(remove, { type: "anchor", name: "there", remove: true });
+  await row.locator("input").fill("entrance");
+  await row.locator("input").press("Enter");
+  assert.deepEqual(await sent(), [{ type: "anchor", name: "there", rename: "entrance" }]);
+  await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "entrance", size: 0.1, at: scene.before }]);
+  assert.equal(await page.evaluate(() => document.body.dataset.anchor), "entrance"); // it was selected
+  assert.match(await page.locator(".anchor[data-anchor=here]").textContent(), new RegExp(`on teddy bear ${scene.bear}`));
+
+  const bottle = (await outlines(page)).find(({ object }) => object === scene.bottle);
+  const spot = await page.evaluate((pixel) => {
+    const { arView } = window.oaslam;
+    const { x, y } = arView.area.toElement(pixel);
+    const rect = arView.element.getBoundingClientRect();
+    return { x: rect.left + x, y: rect.top + y };
+  }, bottle.middle);
+  await anchorsAt(page, []);
+  for (const modifiers of [[], ["Shift"]]) {
+    await page.locator("#place select").selectOption("arrow");
+    await page.evaluate(() => document.activeElement.blur());
+    await page.keyboard.press("p");
+    assert.match(await page.locator("#hint").textContent(), /click on an object/);
+    for (const key of modifiers) await page.keyboard.down(key);
+    await page.mouse.click(spot.x, spot.y);
+    for (const key of modifiers) await page.keyboard.up(key);
+    const [message, ...others] = await sent();
+    assert.equal(others.length, 0);
+    assert.equal(message.type, "place");
+    assert.equal(message.model, "arrow");
+    assert.equal(message.object, modifiers.length === 0 ? scene.bottle : undefined);
+    // The ray meets the object's middle.
+    const miss = await page.evaluate(({ origin, direction, id }) => {
+      const { store, mapView } = window.oaslam;
+      const vector = (numbers) => mapView.camera.position.clone().fromArray(numbers);
+      const center = vector(store.objects.get(id).center).sub(vector(origin));
+      return center.cross(vector(direction)).length() / vector(direction).length() / Math.min(...store.objects.get(id).half_axes);
+    }, { ...message, id: scene.bottle });
+    assert.ok(miss < 0.1, String(miss));
+    assert.equal(await page.locator("#hint").textContent(), "");
+    await page.mouse.click(spot.x, spot.y);
+    assert.deepEqual(await sent(), []); // the mode is left
+  }
+  await page.keyboard.press("p");
+  await page.locator("[data-view=Map]").click();
+  assert.ok(await page.locator("#place").isHidden());
+  assert.equal(await page.evaluate(() => window.oaslam.arView.isPlacing), false);
+
+  // In space, too.
+  await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over }, { name: "there", size: scene.size, at: scene.before }]);
+  assert.equal(await drawn(page, "anchors"), 2);
+  const inSpace = await picture(page);
+  await page.locator("[data-tab=Layers]").click();
+  await page.locator("[data-layer=anchors]").uncheck();
+  assert.notDeepEqual(await picture(page), inSpace);
+  assert.equal(await drawn(page, "anchors"), 0);
+
+  // Lost: the image alone. Found again: so is the content.
+  await page.locator("[data-view=AR]").click();
+  await page.locator("[data-layer=names]").check();
+  assert.ok((await overlay(page)).count > 500);
+  await shoot(page, "ar");
+  const become = (state, hasPose) => page.evaluate(async ([state, hasPose]) => {
+    const { store } = window.oaslam;
+    const { bitmap, pose, ...frame } = (window.last ??= store.chosen);
+    store.chosen = null;
+    await store.take({ type: "update", arrays: {}, frame: { ...frame, state, ...(hasPose ? { pose } : { ellipses: [] }) } });
+  }, [state, hasPose]);
+  await become("lost", false);
+  assert.equal((await overlay(page)).count, 0);
+  assert.equal(await page.evaluate(() => window.oaslam.arView.count), 0);
+  assert.match(await page.locator(".note").textContent(), /lost: content comes back/);
+  assert.equal(await page.locator(".view.image .labels button:visible").count(), 0);
+  await become("relocalized", true);
+  shown = await overlay(page);
+  assert.ok(shown.count > 500 && (await page.locator(".note").isHidden()));
+  await page.evaluate(() => window.oaslam.store.take({ type: "hello", commands: false }));
+  assert.equal(await page.evaluate(() => window.oaslam.store.anchors.length + window.oaslam.arView.count), 0);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+// A binary glTF of one triangle, which spans a box of 2 x 4 x 1 away from the origin.
+function triangle() {
+  const corners = Buffer.from(new Float32Array([5, 3, 2, 7, 7, 2.5, 6, 5, 3]).buffer);
+  const json = JSON.stringify({
+    asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }], meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }],
+    buffers: [{ byteLength: corners.length }], bufferViews: [{ buffer: 0, byteLength: corners.length }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: "VEC3", min: [5, 3, 2], max: [7, 7, 3] }],
+  });
+  const chunk = (type, data) => Buffer.concat([Buffer.from(new Uint32Array([data.length, type]).buffer), data]);
+  const chunks = Buffer.concat([chunk(0x4e4f534a, Buffer.from(json.padEnd(4 * Math.ceil(json.length / 4)))), chunk(0x004e4942, corners)]);
+  return Buffer.concat([Buffer.from(new Uint32Array([0x46546c67, 2, 12 + chunks.length]).buffer), chunks]);
+}
+
+test("models are made one unit long and put on their foot; one that does not load is a pin", async () => {
+  const { url } = await serve("view", map, "--port", "0");
+  const page = await open(url);
+  await page.route("**/models/**", (route) => (route.request().url().endsWith("good.glb") ? route.fulfill({ body: triangle(), contentType: "model/gltf-binary" }) : route.fulfill({ status: 404 })));
+  await page.waitForFunction(() => window.oaslam.mapView.layers.objects.count > 10);
+  await page.evaluate(() => (window.oaslam.store.models = ["good", "bad"].map((name) => ({ name, url: `/models/${name}/${name}.glb` }))));
+  await anchorsAt(page, [{ name: "a", model: "good", size: 0.5, at: [1, 2, 3] }, { name: "b", model: "bad", size: 0.5, at: [0, 0, 0] }, { name: "c", model: "good", size: 1, at: [0, 0, 0] }]);
+  const shapes = () => page.evaluate(() => [...window.oaslam.mapView.layers.anchors.shapes.values()].map(({ userData, children }) => {
+    const box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+    const stand = children[0].parent.matrixWorld.clone().invert();
+    children[0].updateWorldMatrix(true, true);
+    children[0].traverse(({ geometry, matrixWorld }) => {
+      for (let i = 0; geometry && i < geometry.attributes.position.count; ++i) {
+        const corner = window.oaslam.mapView.camera.position.clone().fromBufferAttribute(geometry.attributes.position, i).applyMatrix4(matrixWorld).applyMatrix4(stand).toArray();
+        corner.forEach((x, axis) => {
+          box.low[axis] = Math.min(box.low[axis], x);
+          box.high[axis] = Math.max(box.high[axis], x);
+        });
+      }
+    });
+    return { isPin: userData.isPin, sides: userData.sides.toArray(), ...box };
+  }));
+  await page.waitForFunction(() => [...window.oaslam.mapView.layers.anchors.shapes.values()].filter((shape) => !shape.userData.isPin).length === 2);
+  const [a, b, c] = await shapes();
+  assert.ok(b.isPin && !a.isPin && !c.isPin);
+  for (const { sides, low, high } of [a, c])
+    for (let i = 0; i < 3; ++i) {
+      assert.ok(Math.abs(sides[i] - [0.5, 1, 0.25][i]) < 1e-6);
+      assert.ok(Math.abs(low[i] - [-0.25, 0, -0.125][i]) < 1e-5 && Math.abs(high[i] - [0.25, 1, 0.125][i]) < 1e-5, `${low} to ${high}`);
+    }
+  assert.deepEqual(page.errors.filter((error) => !/404/.test(error)), []);
+  await page.close();
+});

@@ -1,0 +1,99 @@
+// What stands on anchors: models from glTF files, made one unit long, standing on the origin, with y up.
+import { Box3, BufferAttribute, ConeGeometry, Group, Mesh, MeshBasicMaterial, PMREMGenerator, RingGeometry, Vector3 } from "three";
+import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { clone } from "three/examples/jsm/utils/SkeletonUtils.js";
+import { COLORS } from "./palette.js";
+
+const PIN = new ConeGeometry(0.22, 1, 24, 1, true).rotateX(Math.PI).translate(0, 0.5, 0);
+const PIN_MATERIAL = new MeshBasicMaterial({ color: COLORS.anchor, transparent: true, opacity: 0.6 });
+const PIN_SIDES = new Vector3(0.44, 1, 0.44);
+const SHADOW = fadingDisc(0.5);
+const SHADOW_MATERIAL = new MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false });
+
+// Dark up to half its radius, nothing at the rim.
+function fadingDisc(darkness) {
+  const disc = new RingGeometry(0, 1, 48, 2).rotateX(-Math.PI / 2);
+  const { position } = disc.attributes;
+  const colors = new Float32Array(4 * position.count);
+  for (let i = 0; i < position.count; ++i) colors[4 * i + 3] = darkness * Math.min(1, 2 - 2 * Math.hypot(position.getX(i), position.getZ(i)));
+  return disc.setAttribute("color", new BufferAttribute(colors, 4));
+}
+
+// Light from all around: without it metals are black.
+export function lightAround(scene, renderer, intensity) {
+  const generator = new PMREMGenerator(renderer);
+  scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+  scene.environmentIntensity = intensity;
+  generator.dispose();
+}
+
+export class Content extends EventTarget {
+  constructor(store) {
+    super();
+    this.store = store;
+    this.loader = new GLTFLoader();
+    this.models = new Map(); // by url: { template, sides }, empty until it is loaded; null where that failed
+  }
+
+  urlOf(model) {
+    return this.store.models.find((m) => m.name === model)?.url;
+  }
+
+  // A stand with the model on it; with a pin while there is none. `sides` in its user data: how far it reaches along x, y, z.
+  make(model, { shadow = false } = {}) {
+    const stand = new Group();
+    const url = this.urlOf(model);
+    const fill = () => {
+      const loaded = url && this.load(url);
+      const sides = loaded?.sides ?? PIN_SIDES;
+      stand.clear();
+      stand.add(loaded?.template ? clone(loaded.template) : new Mesh(PIN, PIN_MATERIAL));
+      if (shadow) stand.add(shadowUnder(sides));
+      Object.assign(stand.userData, { isPin: !loaded?.template, sides });
+    };
+    fill();
+    if (url && stand.userData.isPin) this.load(url)?.loading.then(fill);
+    return stand;
+  }
+
+  load(url) {
+    if (this.models.has(url)) return this.models.get(url);
+    const model = {};
+    this.models.set(url, model);
+    model.loading = this.loader.loadAsync(url)
+      .then(({ scene }) => Object.assign(model, normalized(scene)))
+      .catch((error) => {
+        console.warn(`${url}: ${error.message}`);
+        this.models.set(url, null);
+      });
+    // After those who wait for it have taken it.
+    model.loading.then(() => setTimeout(() => this.dispatchEvent(new Event("loaded"))));
+    return model;
+  }
+}
+
+// Lights and cameras of the file would change what is around.
+function normalized(scene) {
+  const extras = [];
+  scene.traverse((node) => (node.isLight || node.isCamera) && extras.push(node));
+  for (const node of extras) node.removeFromParent();
+  const box = new Box3().setFromObject(scene, true);
+  const sides = box.getSize(new Vector3());
+  const longest = Math.max(sides.x, sides.y, sides.z);
+  if (!(longest > 0 && longest < Infinity)) throw new Error("it has no size");
+  const middle = box.getCenter(new Vector3());
+  const template = new Group();
+  template.add(scene);
+  template.scale.setScalar(1 / longest);
+  template.position.set(-middle.x, -box.min.y, -middle.z).divideScalar(longest);
+  return { template, sides: sides.divideScalar(longest) };
+}
+
+function shadowUnder(sides) {
+  const shadow = new Mesh(SHADOW, SHADOW_MATERIAL);
+  shadow.scale.set(0.75 * sides.x + 0.05, 1, 0.75 * sides.z + 0.05);
+  shadow.position.y = 0.004;
+  shadow.userData.isShadow = true;
+  return shadow;
+}

@@ -1,0 +1,53 @@
+// A frame's image on an element: as large as fits, in the middle. Places in it are in pixels with integer centres: the middle of the first is (0, 0).
+export class ImageArea {
+  constructor(element, camera) {
+    const { clientWidth: width, clientHeight: height } = element;
+    this.camera = camera;
+    this.scale = Math.min(width / camera.width, height / camera.height);
+    this.offset = [(width - camera.width * this.scale) / 2, (height - camera.height * this.scale) / 2];
+  }
+
+  // From a place on the element.
+  toPixel(x, y) {
+    return [(x - this.offset[0]) / this.scale - 0.5, (y - this.offset[1]) / this.scale - 0.5];
+  }
+
+  toElement([u, v]) {
+    return { x: this.offset[0] + (u + 0.5) * this.scale, y: this.offset[1] + (v + 0.5) * this.scale };
+  }
+
+  contains([u, v]) {
+    return u >= -0.5 && v >= -0.5 && u <= this.camera.width - 0.5 && v <= this.camera.height - 0.5;
+  }
+}
+
+// Sizes the canvas to its element and draws the image; what is drawn after it is in the image's pixels, the corner of the first at (0, 0).
+export function paintImage(canvas, element, frame) {
+  const dpr = Math.min(devicePixelRatio, 2);
+  canvas.width = element.clientWidth * dpr;
+  canvas.height = element.clientHeight * dpr;
+  const context = canvas.getContext("2d");
+  if (!frame) return { context, area: null };
+  const { camera } = frame;
+  const area = new ImageArea(element, camera);
+  context.setTransform(dpr * area.scale, 0, 0, dpr * area.scale, dpr * area.offset[0], dpr * area.offset[1]);
+  context.beginPath();
+  context.rect(0, 0, camera.width, camera.height);
+  context.clip();
+  context.fillStyle = "#161b21";
+  context.fillRect(0, 0, camera.width, camera.height);
+  if (frame.bitmap) context.drawImage(frame.bitmap, 0, 0, camera.width, camera.height);
+  return { context, area };
+}
+
+// The object with the smallest outline around a pixel: a cup on a table is meant, not the table. Null where there is none.
+export function objectAt(frame, [u, v]) {
+  const hits = frame.ellipses.filter((e) => {
+    const [dx, dy] = [u - e.center[0], v - e.center[1]];
+    const along = (dx * Math.cos(e.angle) + dy * Math.sin(e.angle)) / e.half_axes[0];
+    const across = (dy * Math.cos(e.angle) - dx * Math.sin(e.angle)) / e.half_axes[1];
+    return along * along + across * across <= 1;
+  });
+  hits.sort((a, b) => a.half_axes[0] * a.half_axes[1] - b.half_axes[0] * b.half_axes[1]);
+  return hits[0]?.object ?? null;
+}

@@ -1,0 +1,75 @@
+import { Group, Mesh, MeshBasicMaterial, Quaternion, Vector3 } from "three";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { RINGS, SPHERE } from "./objects_layer.js";
+import { classColor } from "./palette.js";
+
+const DEPTH_ONLY = new MeshBasicMaterial({ colorWrite: false });
+const LINES = new LineSegmentsGeometry().setPositions(RINGS.attributes.position.array);
+
+// The mapped objects, to the eye as clear as air: what is behind them is not drawn.
+export class OccludersLayer {
+  constructor(view) {
+    this.view = view;
+    this.bodies = new Group();
+    this.outlines = new Group();
+    this.outlines.visible = false;
+    view.world.add(this.bodies, this.outlines);
+    this.shapes = new Map(); // by object: what it was made of, body, outline
+    this.occluding = true;
+  }
+
+  update(part) {
+    if (part === "map" || part === "restart") this.fit();
+    if (part === "map" || part === "restart" || part === "anchors") this.letStand();
+  }
+
+  // To the objects of the map: those that changed are made anew.
+  fit() {
+    const { objects } = this.view.store;
+    for (const [id, { object, body, outline }] of this.shapes)
+      if (objects.get(id) !== object) {
+        body.removeFromParent();
+        outline.removeFromParent();
+        outline.material.dispose();
+        this.shapes.delete(id);
+      }
+    for (const object of this.view.store.mappedObjects()) if (!this.shapes.has(object.id)) this.shapes.set(object.id, this.build(object));
+  }
+
+  build(object) {
+    const body = new Mesh(SPHERE, DEPTH_ONLY);
+    body.renderOrder = -1; // before all content
+    const outline = new LineSegments2(LINES, new LineMaterial({ color: classColor(object.category_id), linewidth: 1.5 }));
+    for (const shape of [body, outline]) {
+      shape.position.set(...object.center);
+      shape.quaternion.set(...object.rotation);
+      shape.scale.set(...object.half_axes);
+    }
+    this.bodies.add(body);
+    this.outlines.add(outline);
+    body.updateMatrixWorld(true);
+    return { object, body, outline };
+  }
+
+  // What stands inside an ellipsoid (on a table: its ellipsoid bulges over the board) is to be seen: that one hides nothing.
+  letStand() {
+    const feet = this.view.store.anchors.map(({ pose, size }) =>
+      new Vector3(0, 0.05 * size, 0).applyQuaternion(new Quaternion(...pose.slice(0, 4))).add(new Vector3(...pose.slice(4))));
+    for (const body of this.bodies.children) {
+      const inverse = body.matrix.clone().invert();
+      body.visible = this.occluding && !feet.some((foot) => foot.clone().applyMatrix4(inverse).lengthSq() < 1);
+    }
+  }
+
+  // Those that hide something, for a raycaster.
+  hiding() {
+    return this.bodies.children.filter((body) => body.visible);
+  }
+
+  setOccluding(on) {
+    this.occluding = on;
+    this.letStand();
+  }
+}
