@@ -2,7 +2,7 @@
 // Pictures go to OASLAM_SCREENSHOTS where that is set.
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -457,6 +457,94 @@ function triangle() {
   const chunks = Buffer.concat([chunk(0x4e4f534a, Buffer.from(json.padEnd(4 * Math.ceil(json.length / 4)))), chunk(0x004e4942, corners)]);
   return Buffer.concat([Buffer.from(new Uint32Array([0x46546c67, 2, 12 + chunks.length]).buffer), chunks]);
 }
+
+test("a placed anchor is kept in the map file, and comes back when the camera is found in it", async () => {
+  const copy = join(folder, "anchored.map");
+  copyFileSync(map, copy);
+  const anchors = () => spawnSync(BINARY, ["anchors", copy], { encoding: "utf8" }).stdout.split("\n").slice(1, -2);
+  const { url, child } = await serve("view", out, "--map", copy, "--images", `${CLIP}/video.mp4`, "--port", "0");
+  const page = await open(url);
+  await page.waitForFunction(() => window.oaslam.store.chosen?.bitmap && window.oaslam.store.chosen.ellipses.length > 10);
+  await page.locator("[data-view=AR]").click();
+  await page.waitForSelector("[data-showing=true]");
+  assert.deepEqual(await page.evaluate(() => window.oaslam.store.models.map(({ name }) => name)), ["flag", "arrow", "cube", "tree", "robot"]);
+
+  // On an object by a click on it, and on the bench between the objects.
+  const place = async (model, pixel, modifiers = []) => {
+    const before = await page.evaluate(() => window.oaslam.store.anchors.length);
+    await page.locator("#place select").selectOption(model);
+    await page.evaluate(() => document.activeElement.blur());
+    await page.keyboard.press("p");
+    const { x, y } = await page.evaluate((at) => {
+      const { arView } = window.oaslam;
+      const rect = arView.element.getBoundingClientRect();
+      const inside = arView.area.toElement(at);
+      return { x: rect.left + inside.x, y: rect.top + inside.y };
+    }, pixel);
+    for (const key of modifiers) await page.keyboard.down(key);
+    await page.mouse.click(x, y);
+    for (const key of modifiers) await page.keyboard.up(key);
+    await page.waitForFunction((count) => window.oaslam.store.anchors.length === count + 1, before);
+  };
+  const bear = await page.evaluate(() => window.oaslam.store.chosen.ellipses.find((e) => e.label === "teddy bear"));
+  await place("robot", bear.center);
+  const [bearRow] = anchors();
+  assert.match(bearRow, new RegExp(`^robot 1 .* object ${bear.object}$`));
+  await page.waitForFunction(() => window.oaslam.arView.count === 1);
+  const onBear = await page.evaluate(() => window.oaslam.arView.pixelIn(window.oaslam.arView.anchors.shapes.get("robot 1").position));
+  assert.ok(Math.abs(onBear[0] - bear.center[0]) < 0.2 * bear.half_axes[0] && onBear[1] < bear.center[1], `${onBear}`); // on its top
+  // In the middle of what lies between the bear and the bottles nothing stands: what is nearest to the camera there is the bench.
+  const free = await page.evaluate(() => {
+    const { ellipses } = window.oaslam.store.chosen;
+    const clear = ([x, y]) => Math.min(...ellipses.map((e) => Math.hypot(x - e.center[0], y - e.center[1]) / e.half_axes[0]));
+    const bench = [];
+    for (let x = 150; x < 500; x += 5) for (let y = 260; y < 320; y += 5) bench.push([x, y]);
+    return bench.sort((a, b) => clear(b) - clear(a))[0];
+  });
+  await place("tree", free, ["Shift"]);
+  assert.match(anchors()[1], /^tree 1 .* points$/);
+  await page.waitForFunction(() => window.oaslam.arView.count === 2);
+  const tree = await page.evaluate(() => window.oaslam.arView.pixelIn(window.oaslam.arView.anchors.shapes.get("tree 1").position));
+  assert.ok(Math.hypot(tree[0] - free[0], tree[1] - free[1]) < 2, `${tree}, not ${free}`);
+  // The models have come from the program, and cover part of the image.
+  await page.waitForFunction(() => [...window.oaslam.arView.anchors.shapes.values()].every((shape) => !shape.userData.isPin));
+  assert.ok((await overlay(page)).count > 500);
+
+  await page.locator("[data-tab=Anchors]").click();
+  await page.locator('.anchor[data-anchor="tree 1"] input').fill("oak");
+  await page.locator('.anchor[data-anchor="tree 1"] input').press("Enter");
+  await page.waitForSelector('.anchor[data-anchor="oak"]');
+  await page.locator('.anchor[data-anchor="oak"] [data-action=larger]').click();
+  await page.waitForFunction(() => window.oaslam.store.anchors.some((a) => a.name === "oak"));
+  // What cannot be is said, and changes nothing.
+  await page.evaluate(() => window.oaslam.connection.send({ type: "place", model: "flag", origin: [0, 0, 0], direction: [0, -1, 0] }));
+  await page.waitForFunction(() => /too few landmarks/.test(document.querySelector("#toast").textContent));
+  await shoot(page, "placed");
+  assert.deepEqual(page.errors, []);
+  const poses = await page.evaluate(() => window.oaslam.store.anchors);
+  await page.close();
+  child.kill("SIGINT");
+
+  // Opened again, by a camera that comes from elsewhere and has to be found first.
+  const around = join(process.env.OASLAM_SOURCE_DIR, "data", "sample", "query_around");
+  const input = ["--images", `${around}/video.mp4`, "--camera", `${around}/camera.yaml`, "--detections", `${around}/detections.json`, "--to", "60"];
+  const run = await serve("run", ...input, "--map-in", copy, "--out", join(folder, "again"), "--map-out", join(folder, "again.map"), "--viewer", "0", "--viewer-stay", "--viewer-paused");
+  const live = await open(run.url);
+  await live.locator("[data-view=AR]").click();
+  await live.locator("#controls button").first().click();
+  await live.waitForFunction(() => window.oaslam.store.events.some(({ kind }) => kind === "relocalized" || kind === "objects"), null, { timeout: 120000 });
+  await live.waitForFunction(() => window.oaslam.arView.isShowing && window.oaslam.store.anchors.length === 2, null, { timeout: 120000 });
+  await live.waitForFunction(() => document.body.dataset.live === "false", null, { timeout: 240000 });
+  const after = await live.evaluate(() => window.oaslam.store.anchors);
+  assert.deepEqual(after.map(({ name }) => name), ["oak", "robot 1"]);
+  for (const [i, { pose, size }] of after.entries()) {
+    const before = poses.find(({ name }) => name === after[i].name);
+    assert.ok(Math.hypot(...[4, 5, 6].map((k) => pose[k] - before.pose[k])) < 0.5 * size, JSON.stringify({ pose, before }));
+  }
+  await shoot(live, "found_again");
+  assert.deepEqual(live.errors, []);
+  await live.close();
+});
 
 test("models are made one unit long and put on their foot; one that does not load is a pin", async () => {
   const { url } = await serve("view", map, "--port", "0");

@@ -118,10 +118,17 @@ struct Occluder {
   Box outline;
 };
 
-std::vector<Occluder> OccludersIn(const ArFrame& frame) {
+// All mapped ones but those in which content stands: the ellipsoid of a table bulges over its board.
+std::vector<Occluder> OccludersIn(const ArFrame& frame, const std::vector<Placed>& content) {
+  constexpr double kRaised = 0.05;  // of the content's size: what stands on top of an ellipsoid is outside
+  std::vector<Eigen::Vector3d> feet;
+  const Rigid3 world_from_cam = frame.cam_from_world->Inverse();
+  for (const Placed& placed : content)
+    feet.push_back(world_from_cam * (placed.cam_from_anchor * Eigen::Vector3d(0, kRaised * placed.sides.maxCoeff(), 0)));
   std::vector<Occluder> occluders;
   frame.map->objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
+    if (std::ranges::any_of(feet, [&](const auto& foot) { return Contains(object.ellipsoid, foot); })) return;
     // One that the camera is in, or beside, hides nothing.
     if (const auto outline = ProjectToBox(object.ellipsoid, *frame.cam_from_world, frame.camera))
       occluders.push_back({object.ellipsoid, EllipsoidFront(object.ellipsoid, *frame.cam_from_world), *outline});
@@ -171,7 +178,7 @@ void DrawContent(const ArFrame& frame, const ModelLibrary& models, cv::Mat& pict
   cv::Rect area;
   for (const Placed& placed : content) area |= PixelsOf(placed, 0, false, near, frame.camera, picture.size());
   if (area.empty()) return;
-  const std::vector<Occluder> occluders = OccludersIn(frame);
+  const std::vector<Occluder> occluders = OccludersIn(frame, content);
   for (const Placed& placed : content) DrawShadow(placed, occluders, near, frame.camera, picture);
   Raster raster(frame.camera, area, near);
   for (const Placed& placed : content) DrawModel(placed, raster);

@@ -102,6 +102,13 @@ TEST(DrawContent, IsNotHiddenByAnEllipsoidBehindOrNotMapped) {
   EXPECT_EQ(cv::countNonZero(Drawn(map) != alone), 0);
 }
 
+TEST(DrawContent, IsNotHiddenByWhatItStandsIn) {
+  const cv::Mat alone = Drawn(MapWith("cube"));
+  Map map = MapWith("cube");
+  AddEllipsoid(map, {0, 1, kDistance}, 0.7);  // a table that bulges over its board
+  EXPECT_EQ(cv::countNonZero(Drawn(map) != alone), 0);
+}
+
 TEST(DrawContent, BehindTheCameraThereIsNothing) {
   const Rigid3 turned(Eigen::Quaterniond(0, 0, 1, 0), Eigen::Vector3d::Zero());
   EXPECT_EQ(cv::countNonZero(Drawn(MapWith("robot"), turned)), 0);
