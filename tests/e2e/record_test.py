@@ -62,6 +62,22 @@ class Record(unittest.TestCase):
             self.assertEqual(done.code, 0, done)
             self.assertEqual(len(frames_of(video, self.path("localized" + "".join(options)))), 20)
 
+    def test_content_is_drawn(self):
+        anchored = self.path("anchored.map")
+        an_object = max(harness.read_json(self.path("recorded/objects.json")), key=lambda o: o["observations"])["id"]
+        placed = oaslam("anchors", self.map, "--place", f"it=robot@object:{an_object}", "--out", anchored)
+        self.assertEqual(placed.code, 0, placed)
+        pictures = []
+        for map_file in (self.map, anchored):
+            name = os.path.basename(map_file)
+            done = oaslam("localize", "--map", map_file, *harness.clip("map_front"), "--from", 60, "--to", 70, "--out", self.path("content"), "--record", self.path(name + ".mp4"))
+            self.assertEqual(done.code, 0, done)
+            folder = self.path(name + ".frames")
+            pictures.append([harness.read_bytes(os.path.join(folder, "rgb", frame)) for frame in frames_of(self.path(name + ".mp4"), folder)])
+        plain, with_content = pictures
+        self.assertEqual(len(plain), 10)
+        self.assertTrue(all(a != b for a, b in zip(plain, with_content, strict=True)))
+
     def test_a_folder_of_grey_images(self):
         frames = self.path("grey")
         subprocess.run([harness.EXTRACT, harness.clip("map_front")[1], frames, "0", "20"], check=True)
