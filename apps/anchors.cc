@@ -45,9 +45,8 @@ void SetRay(const Map& map, const std::string& at, const std::string& whole, Anc
   if (!keyframe) throw InputError(fmt::format("{}: the map has no keyframe {}", whole, id));
   const Camera& camera = map.cameras[keyframe->camera];
   const Rigid3 world_from_cam = keyframe->cam_from_world.Inverse();
-  const Eigen::Vector2d ideal = Undistort(camera, {*px, *py});
   request.origin = world_from_cam.translation;
-  request.direction = world_from_cam.rotation * Eigen::Vector3d((ideal.x() - camera.cx) / camera.fx, (ideal.y() - camera.cy) / camera.fy, 1);
+  request.direction = world_from_cam.rotation * RayOf(camera, Undistort(camera, {*px, *py}));
 }
 
 // On an object, content faces the camera that saw it last.

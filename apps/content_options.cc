@@ -2,8 +2,8 @@
 
 namespace oaslam::apps {
 
-void AddModelOption(CLI::App& app, std::vector<std::string>& files) {
-  app.add_option("--model", files, "a model of virtual content (.glb, .gltf), named as its file; may be repeated")
+CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files) {
+  return app.add_option("--model", files, "a model of virtual content (.glb, .gltf), named as its file; may be repeated")
       ->type_name("FILE")
       ->expected(1)
       ->take_all();

@@ -9,8 +9,8 @@
 
 namespace oaslam::apps {
 
-// --model, may be repeated.
-void AddModelOption(CLI::App& app, std::vector<std::string>& files);
+// --model, may be repeated. Returns the option.
+CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files);
 
 // The built-in models of virtual content and those of files; with their meshes where the program itself draws them.
 // Throws InputError.

@@ -32,6 +32,7 @@ void PrintPoints(const Map& map) {
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { keypoints += keyframe.features->keypoints.size(); });
   fmt::print("keyframes    {} ({} key points), {} retired\n", map.keyframes.size(), keypoints, map.retired.size());
   fmt::print("landmarks    {}, {} observations\n", map.landmarks.size(), observations);
+  if (!map.anchors.empty()) fmt::print("anchors      {}\n", map.anchors.size());
 }
 
 void PrintTimes(const SavedMap& saved) {

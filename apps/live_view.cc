@@ -165,7 +165,9 @@ void LiveView::Finish(const SavedMap& saved, bool interrupted) {
   viewer_->ShowEvent(frame_, "map", interrupted ? "interrupted" : "finished");
   if (settings_.stay && !interrupted) {
     spdlog::info("finished; the viewer stays at {} until Ctrl-C", viewer_->url());
-    while (!Interrupted()) viewer_->TakeCommands(kWaitMs);
+    while (!Interrupted())
+      for (const ViewerCommand& command : viewer_->TakeCommands(kWaitMs))
+        if (command.IsOfAnchors()) viewer_->ShowEvent(frame_, "anchor", "the run is over: open its map with oaslam view");
   }
   viewer_->Shutdown();
 }

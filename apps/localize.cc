@@ -198,8 +198,8 @@ void AddLocalizeCommand(CLI::App& app) {
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
   command->add_flag("--every-frame", options->every_frame, "find each image by itself instead of following the camera");
   command->add_option("--gravity", options->gravity, "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
-  AddRecordingOptions(*command, options->recording);
-  AddModelOption(*command, options->models);
+  auto* record = AddRecordingOptions(*command, options->recording);
+  AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] {

@@ -26,8 +26,8 @@ std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
 
 }  // namespace
 
-void AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
-  app.add_option("--record", settings.path,
+CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
+  return app.add_option("--record", settings.path,
                  "video (.mp4) of the images with virtual content and objects drawn into them")
       ->type_name("FILE");
 }
@@ -43,10 +43,7 @@ Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const Mo
 }
 
 void Recording::Add(const FrameInput& frame, ArFrame shown) {
-  cv::Mat image = frame.input.image;
-  if (image.channels() == 1 && !frame.path.empty())
-    if (const cv::Mat color = ReadImage(frame.path, true); color.size() == image.size()) image = color;
-  cv::Mat picture = pictures_.Make(camera_, image);
+  cv::Mat picture = pictures_.Make(camera_, InColor(frame.input.image, frame.path));
   shown.camera = Resized(camera_, picture.size(), pictures_.ScaleOf(camera_));
   DrawArPicture(shown, *models_, names_, picture);
   video_->Add(picture, frame.input.timestamp);

@@ -21,7 +21,8 @@ struct RecordingSettings {
   bool IsAskedFor() const { return !path.empty(); }
 };
 
-void AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
+// Returns --record.
+CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
 
 // The video of a run: each image as the camera sees it without distortion, with the content of the map's anchors in it
 // (docs/recording.md). Without a path none of its functions does anything.

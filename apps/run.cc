@@ -95,6 +95,8 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std:
 
 int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
+  if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
+    throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
   FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor()}, options.common);

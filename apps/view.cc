@@ -82,7 +82,7 @@ class EndSignal {
 // Writes other anchors into the map file. What else is in it stays, whatever is shown here besides.
 void SaveAnchors(const std::string& path, const Map& shown, const Anchors& anchors) {
   SavedMap saved = LoadMap(path);
-  if (saved.map.version != shown.version || saved.map.anchors.size() != shown.anchors.size())
+  if (saved.map.version != shown.version || saved.map.anchors != shown.anchors)
     throw InputError(fmt::format("{}: has changed since it was opened", path));
   saved.map.anchors = anchors;
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
@@ -90,37 +90,31 @@ void SaveAnchors(const std::string& path, const Map& shown, const Anchors& ancho
   SaveMap(path, saved);
 }
 
-// Carries out an edit of the anchors, also in the map file. Returns why it cannot be, or an empty text.
-std::string EditAnchors(const ViewerCommand& command, const std::string& path, Map& map) {
-  Anchors anchors = map.anchors;
-  std::string problem;
-  if (command.kind == ViewerCommand::Kind::kPlaceAnchor)
-    problem = PlaceAnchor(map, command.place, anchors).why_not;
-  else if (command.kind == ViewerCommand::Kind::kEditAnchor)
-    problem = EditAnchor(command.anchor, command.edit, anchors);
-  else if (anchors.erase(command.anchor) == 0)
-    problem = fmt::format("there is no anchor \"{}\"", command.anchor);
-  if (!problem.empty()) return problem;
-  try {
-    SaveAnchors(path, map, anchors);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  map.anchors = std::move(anchors);
-  return "";
+// Returns why it cannot be, or an empty text.
+std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
+  using Kind = ViewerCommand::Kind;
+  if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
+  if (command.kind == Kind::kEditAnchor) return EditAnchor(command.anchor, command.edit, anchors);
+  return anchors.erase(command.anchor) > 0 ? "" : fmt::format("there is no anchor \"{}\"", command.anchor);
 }
 
-// Does what viewers ask for, until it is stopped.
+// Does what viewers ask for, until it is stopped: what was asked for meanwhile is written once.
 void Obey(const std::string& map_file, Map map, Viewer& viewer, const std::stop_token& stop) {
-  constexpr int kWaitMs = 100;
-  while (!stop.stop_requested())
-    for (const ViewerCommand& command : viewer.TakeCommands(kWaitMs)) {
-      const std::string problem = EditAnchors(command, map_file, map);
-      if (problem.empty())
-        viewer.UpdateMap(std::make_shared<const Map>(map));
-      else
-        viewer.ShowEvent(0, "anchor", problem);
+  constexpr int kWaitMs = 100, kNoFrame = -1;
+  while (!stop.stop_requested()) {
+    Anchors anchors = map.anchors;
+    for (const ViewerCommand& command : viewer.TakeCommands(kWaitMs))
+      if (const std::string problem = CarryOut(command, map, anchors); !problem.empty())
+        viewer.ShowEvent(kNoFrame, "anchor", problem);
+    if (anchors == map.anchors) continue;
+    try {
+      SaveAnchors(map_file, map, anchors);
+      map.anchors = std::move(anchors);
+      viewer.UpdateMap(std::make_shared<const Map>(map));
+    } catch (const std::exception& error) {
+      viewer.ShowEvent(kNoFrame, "anchor", error.what());
     }
+  }
 }
 
 void View(const ViewOptions& options) {

@@ -87,7 +87,7 @@ class Anchors(unittest.TestCase):
                 (("--place", "x=flag@table:0"), "is not of the form"),
                 (("--place", f"sign=flag@object:{self.teddy_id}"), 'there is an anchor "sign" already'),
                 (("--rename", "none=some"), 'there is no anchor "none"'),
-                (("--size", "sign=0"), "must be positive"),
+                (("--size", "sign=0"), "must be from 1e-06 to"),
                 (("--size", "sign=big"), '"big" is not a number'),
                 (("--delete", "none"), "there is no anchor of this name")):
             with self.subTest(arguments):

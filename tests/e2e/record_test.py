@@ -95,7 +95,8 @@ class Record(unittest.TestCase):
                 (("--record", self.path("a.avi")), ".mp4"),
                 (("--record", self.path("a.mp4"), "--model", "/nowhere.glb"), "/nowhere.glb"),
                 (("--record", self.path("a.mp4"), "--model", noise), "noise.glb"),
-                (("--model", self.video), ".glb")):
+                (("--record", self.path("a.mp4"), "--model", self.video), ".glb"),
+                (("--model", noise), "--model needs --viewer or --record")):
             outcome = oaslam("run", *self.clip, "--out", self.path("bad"), *options)
             self.assertEqual(outcome.code, 1, (options, outcome))
             self.assertIn(words, outcome.err)

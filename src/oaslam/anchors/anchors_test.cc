@@ -113,7 +113,7 @@ TEST(Anchors, RefuseWhatIsNoPlace) {
   EXPECT_THAT(FindPlace(map, Click({0, std::nan(""), 3})).why_not, HasSubstr("no direction"));
   AnchorRequest request = Click({0, 1, 3});
   request.size = -1;
-  EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("must be positive"));
+  EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("must be from"));
   request = Click({0.3, 0.9, 3});
   request.object = 5;
   EXPECT_THAT(FindPlace(map, request).why_not, HasSubstr("no object 5"));
@@ -128,8 +128,14 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
   named.name = "door";
   EXPECT_EQ(PlaceAnchor(map, named, anchors).name, "door");
   EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("already"));
+  named.name = "a=b";  // as the command line separates names
+  EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("control character or"));
   named.name = "a\nb";
   EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("control character"));
+
+  named.name = "one more";
+  named.model = std::string(65, 'x');
+  EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("name of a model"));
 
   const Rigid3 before = anchors.at("door").cam_from_anchor;
   EXPECT_THAT(EditAnchor("door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors), IsEmpty());
@@ -141,7 +147,7 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
   EXPECT_LT((x - Eigen::Vector3d::UnitX()).norm(), 1e-9);
 
   EXPECT_THAT(EditAnchor("gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors), HasSubstr("already"));
-  EXPECT_THAT(EditAnchor("gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors), HasSubstr("must be positive"));
+  EXPECT_THAT(EditAnchor("gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors), HasSubstr("must be from 1e-06 to"));
   EXPECT_THAT(EditAnchor("none", {}, anchors), HasSubstr("no anchor \"none\""));
   EXPECT_EQ(anchors.at("gate").size, 0.5);
 }

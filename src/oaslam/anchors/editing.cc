@@ -11,12 +11,16 @@ namespace oaslam {
 namespace {
 
 constexpr size_t kMaxName = 64;       // bytes
-constexpr size_t kMaxAnchors = 1000;  // all are told to every viewer
+constexpr size_t kMaxAnchors = 200;  // all are told to every viewer when one has moved
+
+bool IsName(const std::string& name) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  return !name.empty() && name.size() <= kMaxName && std::ranges::none_of(name, is_control);
+}
 
 std::string ProblemOfName(const std::string& name, const Anchors& anchors) {
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  if (name.empty() || name.size() > kMaxName || std::ranges::any_of(name, is_control))
-    return fmt::format("the name of an anchor has 1 to {} bytes, none of them a control character", kMaxName);
+  if (!IsName(name) || name.find('=') != std::string::npos)
+    return fmt::format("the name of an anchor has 1 to {} bytes, none of them a control character or \"=\"", kMaxName);
   if (anchors.contains(name)) return fmt::format("there is an anchor \"{}\" already", name);
   return "";
 }
@@ -30,6 +34,8 @@ std::string FreeName(const std::string& model, const Anchors& anchors) {
 
 AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& anchors) {
   if (anchors.size() >= kMaxAnchors) return {"", fmt::format("a map holds at most {} anchors", kMaxAnchors)};
+  if (!IsName(request.model))
+    return {"", fmt::format("the name of a model has 1 to {} bytes, none of them a control character", kMaxName)};
   const std::string name = request.name.empty() ? FreeName(request.model, anchors) : request.name;
   if (const std::string problem = ProblemOfName(name, anchors); !problem.empty()) return {"", problem};
   Placement placement = FindPlace(map, request);
@@ -41,8 +47,8 @@ AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& 
 std::string EditAnchor(const std::string& name, const AnchorEdit& edit, Anchors& anchors) {
   const auto found = anchors.find(name);
   if (found == anchors.end()) return fmt::format("there is no anchor \"{}\"", name);
-  if (edit.size && !(*edit.size > 0 && std::isfinite(*edit.size)))
-    return fmt::format("size {}, must be positive", *edit.size);
+  if (edit.size)
+    if (const std::string problem = ProblemOfSize(*edit.size); !problem.empty()) return problem;
   if (!std::isfinite(edit.turn_rad)) return "the angle is no number";
   const bool is_renamed = edit.name && *edit.name != name;
   if (is_renamed)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include "oaslam/estimation/plane_fit.h"
@@ -14,7 +15,7 @@
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 // Against gravity, or as the cameras were held.
 Eigen::Vector3d UpOf(const Map& map) {
@@ -108,17 +109,22 @@ Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin, const
 // The level plane that most points lie on, at their median height; most surfaces that things stand on are level.
 PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
                   const Eigen::Vector3d& viewpoint, double tolerance) {
+  constexpr size_t kMaxTried = 200;  // heights, of points at equal steps
+  std::vector<double> all, reach;
+  for (const Eigen::Vector3d& x : points) {
+    all.push_back(up.dot(x));
+    reach.push_back(tolerance * (x - viewpoint).norm());
+  }
   PlaneFit best;
-  for (const Eigen::Vector3d& at : points) {
+  for (size_t k = 0; k < points.size(); k += 1 + points.size() / kMaxTried) {
     std::vector<int> inliers;
     for (size_t i = 0; i < points.size(); ++i)
-      if (std::abs(up.dot(points[i] - at)) <= tolerance * (points[i] - viewpoint).norm())
-        inliers.push_back(static_cast<int>(i));
+      if (std::abs(all[i] - all[k]) <= reach[i]) inliers.push_back(static_cast<int>(i));
     if (inliers.size() > best.inliers.size()) best.inliers = std::move(inliers);
   }
   if (best.inliers.empty()) return best;
   std::vector<double> heights;
-  for (const int i : best.inliers) heights.push_back(up.dot(points[i]));
+  for (const int i : best.inliers) heights.push_back(all[i]);
   const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
   std::ranges::nth_element(heights, middle);
   best.plane = {up, -*middle};
@@ -175,12 +181,17 @@ Placement OnPoints(const Map& map, const AnchorRequest& request) {
 
 }  // namespace
 
+std::string ProblemOfSize(double size) {
+  constexpr double kMin = 1e-6, kMax = 1e6;  // any map's unit may be small or large, and be scaled again
+  return size >= kMin && size <= kMax ? "" : fmt::format("size {}, must be from {} to {}", size, kMin, kMax);
+}
+
 Placement FindPlace(const Map& map, const AnchorRequest& request) {
   const double length = request.direction.norm();
   if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
     return {std::nullopt, "the ray has no direction"};
-  if (!(request.size >= 0) || !std::isfinite(request.size))
-    return {std::nullopt, fmt::format("size {}, must be positive", request.size)};
+  if (request.size != 0)
+    if (const std::string problem = ProblemOfSize(request.size); !problem.empty()) return {std::nullopt, problem};
   Placement placement = request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
   if (!placement.anchor) return placement;
   placement.anchor->model = request.model;

@@ -18,6 +18,7 @@
 #include "oaslam/content/uri.h"
 #include "oaslam/error.h"
 #include "oaslam/io/image_files.h"
+#include "oaslam/io/text.h"
 
 namespace oaslam {
 namespace {
@@ -68,7 +69,7 @@ Mesh Loader::Load() {
   // Normals last: of a model that is too large, assimp would make them for minutes.
   scene_ = importer_.ApplyPostProcessing(aiProcess_GenSmoothNormals);
   if (!scene_) throw Error(fmt::format("cannot be read as a model: {}", importer_.GetErrorString()));
-  const std::string extension = fs::path(path_).extension().string();
+  const std::string extension = LowerExtension(path_);
   is_gltf_ = extension == ".glb" || extension == ".gltf";
   AddNode(*scene_->mRootNode, aiMatrix4x4());
   if (mesh_.triangles.empty()) throw Error("a model without triangles");
@@ -122,6 +123,7 @@ void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh)
       const auto& bgr = texture.at<cv::Vec3b>(TexelOf(1 - uv.y, texture.rows), TexelOf(uv.x, texture.cols));
       color = color.cwiseProduct(ToLinear(Eigen::Vector3f(bgr[2], bgr[1], bgr[0]) / 255.0F));
     }
+    if (!color.allFinite()) throw Error("a vertex whose color is not a number");
     mesh_.colors.emplace_back(color.cwiseMax(0).cwiseMin(1));
   }
   for (unsigned i = 0; i < mesh.mNumFaces; ++i) {

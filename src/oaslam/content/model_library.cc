@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -17,13 +16,6 @@ namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string LowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 std::string ContentType(const std::string& path) {
   static const std::map<std::string, std::string> kTypes = {
@@ -84,7 +76,7 @@ ModelLibrary::ModelLibrary(const std::vector<std::string>& files) {
 
 void ModelLibrary::AddFile(const std::string& file) {
   const fs::path path = file;
-  const std::string extension = LowerExtension(path), name = path.stem().string();
+  const std::string extension = LowerExtension(file), name = path.stem().string();
   if (extension != ".glb" && extension != ".gltf")
     throw InputError(fmt::format("{}: not a model that can be shown; allowed: .glb, .gltf", file));
   std::error_code error;
@@ -107,16 +99,11 @@ void ModelLibrary::AddFile(const std::string& file) {
 
 std::string ModelLibrary::entry(const std::string& name) const { return entries_.at(name); }
 
-std::optional<ModelLibrary::File> ModelLibrary::Read(std::string_view path) const {
+std::optional<ModelLibrary::File> ModelLibrary::Find(std::string_view path) const {
   for (const std::string& key : {std::string(path), DecodeUri(path)}) {
-    if (const auto glb = glbs_.find(key); glb != glbs_.end()) return File{ContentType(key), glb->second};
-    const auto file = user_files_.find(key);
-    if (file == user_files_.end()) continue;
-    try {
-      return File{ContentType(key), ReadTextFile(file->second)};
-    } catch (const InputError&) {  // it went away
-      return std::nullopt;
-    }
+    if (const auto glb = glbs_.find(key); glb != glbs_.end()) return File{ContentType(key), glb->second, ""};
+    if (const auto file = user_files_.find(key); file != user_files_.end())
+      return File{ContentType(key), "", file->second};
   }
   return std::nullopt;
 }

@@ -14,7 +14,9 @@ namespace oaslam {
 class ModelLibrary {
  public:
   struct File {
-    std::string content_type, bytes;
+    std::string content_type;
+    std::string_view bytes;  // of a built-in model, as long as the library
+    std::string path;        // else, in the file system
   };
 
   // `files` are .glb or .gltf, named by their stems. A .gltf may refer to files of its own folder and below. Throws
@@ -27,7 +29,7 @@ class ModelLibrary {
   std::string entry(const std::string& name) const;
   // What lies there, e.g. "lamp/lamp.bin", with or without the triplets of a URL: of the user's files, those that were
   // named and those that they refer to; nothing for anything else.
-  std::optional<File> Read(std::string_view path) const;
+  std::optional<File> Find(std::string_view path) const;
 
   // Reads the user's models for FindMesh. Throws InputError as LoadMesh does.
   void LoadMeshes();

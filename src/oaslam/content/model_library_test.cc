@@ -22,7 +22,7 @@ TEST(ModelLibrary, HasBuiltInModels) {
   const ModelLibrary library;
   EXPECT_THAT(library.names(), ElementsAre("flag", "arrow", "cube", "tree", "robot"));
   EXPECT_EQ(library.entry("flag"), "flag/flag.glb");
-  const auto file = library.Read("flag/flag.glb");
+  const auto file = library.Find("flag/flag.glb");
   ASSERT_TRUE(file);
   EXPECT_EQ(file->content_type, "model/gltf-binary");
   EXPECT_THAT(file->bytes.substr(0, 4), "glTF");
@@ -42,15 +42,15 @@ TEST(ModelLibrary, HandsOutWhatAModelRefersToAndNothingElse) {
   EXPECT_THAT(library.names(), ElementsAre("flag", "arrow", "cube", "tree", "robot", "lamp", "my chair"));
   EXPECT_EQ(library.entry("lamp"), "lamp/lamp.gltf");
   EXPECT_EQ(library.entry("my chair"), "my%20chair/my%20chair.glb");
-  EXPECT_EQ(library.Read("lamp/lamp.gltf").value().content_type, "model/gltf+json");
-  EXPECT_EQ(library.Read("lamp/my lamp.bin").value().bytes, "four");
-  EXPECT_EQ(library.Read("lamp/my%20lamp.bin").value().content_type, "application/octet-stream");
-  EXPECT_EQ(library.Read("lamp/maps/wood.png").value().content_type, "image/png");
-  EXPECT_TRUE(library.Read("my%20chair/my%20chair.glb"));
+  EXPECT_EQ(library.Find("lamp/lamp.gltf").value().content_type, "model/gltf+json");
+  EXPECT_EQ(library.Find("lamp/my lamp.bin").value().path, folder / "models/my lamp.bin");
+  EXPECT_EQ(library.Find("lamp/my%20lamp.bin").value().content_type, "application/octet-stream");
+  EXPECT_EQ(library.Find("lamp/maps/wood.png").value().content_type, "image/png");
+  EXPECT_TRUE(library.Find("my%20chair/my%20chair.glb"));
   for (const char* path : {"", "lamp", "lamp/", "lamp/secret.bin", "secret.bin", "lamp/../secret.txt",
                            "lamp/%2e%2e/secret.txt", "lamp/%2e%2e%2fsecret.txt", "/etc/passwd", "lamp//etc/passwd",
                            "lamp/maps", "lamp/maps/../my lamp.bin", "chair/my lamp.bin", "flag/lamp.gltf"})
-    EXPECT_FALSE(library.Read(path)) << path;
+    EXPECT_FALSE(library.Find(path)) << path;
 }
 
 TEST(ModelLibrary, RefusesWhatItCannotHandOut) {

@@ -22,7 +22,8 @@ struct Curves {
       to_srgb[i] = static_cast<unsigned char>(std::lround(255 * SrgbFromLinear(static_cast<float>(i) / kSteps)));
   }
   unsigned char ToSrgb(float linear) const {
-    return to_srgb[static_cast<int>(std::clamp(linear, 0.0F, 1.0F) * kSteps + 0.5F)];
+    const float within = linear > 0 ? std::min(linear, 1.0F) : 0.0F;  // also of what is not a number
+    return to_srgb[static_cast<int>(within * kSteps + 0.5F)];
   }
 };
 
@@ -82,7 +83,7 @@ void Raster::DrawClipped(const Vertex& a, const Vertex& b, const Vertex& c) {
                         pc = ProjectIdeal(camera_, c.in_cam);
   const Eigen::Vector2d ab = pb - pa, ac = pc - pa;
   const double area = ab.x() * ac.y() - ab.y() * ac.x();
-  if (!(std::abs(area) > 1e-9)) return;
+  if (!(std::abs(area) > 1e-9) || !std::isfinite(area)) return;
   const cv::Rect box = SamplesIn(std::min({pa.x(), pb.x(), pc.x()}), std::min({pa.y(), pb.y(), pc.y()}),
                                  std::max({pa.x(), pb.x(), pc.x()}), std::max({pa.y(), pb.y(), pc.y()}));
   const double inverse_area = 1 / area;
@@ -95,7 +96,7 @@ void Raster::DrawClipped(const Vertex& a, const Vertex& b, const Vertex& c) {
       const double share_b = (dx * ac.y() - dy * ac.x()) * inverse_area;
       const double share_c = (ab.x() * dy - ab.y() * dx) * inverse_area;
       const double share_a = 1 - share_b - share_c;
-      if (share_a < 0 || share_b < 0 || share_c < 0) continue;
+      if (!(share_a >= 0 && share_b >= 0 && share_c >= 0)) continue;
       const double wa = share_a * za, wb = share_b * zb, wc = share_c * zc, inverse_depth = wa + wb + wc;
       Sample& sample = samples_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
       if (inverse_depth <= sample.inverse_depth) continue;

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
 #include "oaslam/error.h"
+#include "oaslam/io/text.h"
 
 namespace oaslam {
 namespace {
@@ -30,6 +30,12 @@ cv::Mat ReadImage(const std::string& path, bool color) {
   } catch (const cv::Exception&) {
     return {};
   }
+}
+
+cv::Mat InColor(const cv::Mat& image, const std::string& path) {
+  if (image.channels() != 1 || path.empty()) return image;
+  const cv::Mat color = ReadImage(path, true);
+  return color.size() == image.size() ? color : image;
 }
 
 bool NaturalLess(const std::string& a, const std::string& b) {
@@ -55,10 +61,7 @@ bool NaturalLess(const std::string& a, const std::string& b) {
 bool HasImageExtension(const std::string& path) {
   static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pgm",
                                              ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
-  std::string extension = fs::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::ranges::find(kExtensions, extension) != kExtensions.end();
+  return std::ranges::find(kExtensions, LowerExtension(path)) != kExtensions.end();
 }
 
 std::vector<std::string> ImageNames(const std::string& folder) {

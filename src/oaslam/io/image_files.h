@@ -10,6 +10,9 @@ namespace oaslam {
 // since a calibration is of the stored pixels.
 cv::Mat ReadImage(const std::string& path, bool color);
 
+// An image in colour, where it is grey and a file may show it so; else as it is.
+cv::Mat InColor(const cv::Mat& image, const std::string& path);
+
 bool HasImageExtension(const std::string& path);
 
 // "2.png" before "10.png": runs of digits compare as numbers.

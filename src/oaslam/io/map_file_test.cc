@@ -43,6 +43,16 @@ TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
 }
 
+TEST(MapFile, ReadsFormat2WhichHadNoAnchors) {
+  const TempFolder folder;
+  const SavedMap saved = MakeMap();
+  SaveMap(folder / "a.map", saved);
+  Database(folder / "a.map", Database::Access::kCreate).Execute("DROP TABLE anchors; PRAGMA user_version=2");
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_THAT(loaded.map.anchors, IsEmpty());
+  EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+}
+
 TEST(MapFile, KeepsAnchors) {
   const TempFolder folder;
   SavedMap saved = MakeMap();

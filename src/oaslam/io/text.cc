@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -87,6 +88,12 @@ std::vector<std::string_view> SplitLines(std::string_view text) {
 }
 
 std::string BaseName(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+std::string LowerExtension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
 
 std::string WithoutExtension(const std::string& name) {
   const size_t dot = name.find_last_of('.');

@@ -23,6 +23,8 @@ std::vector<std::string_view> SplitLines(std::string_view text);
 
 // Base name of a path.
 std::string BaseName(const std::string& path);
+// The extension with its dot, in small letters.
+std::string LowerExtension(const std::string& path);
 // A name without its extension; ".363181" of a time stamp is none, since an extension starts with a letter.
 std::string WithoutExtension(const std::string& name);
 

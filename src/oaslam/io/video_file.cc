@@ -1,6 +1,7 @@
 #include "oaslam/io/video_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -42,6 +43,12 @@ cv::Mat WithEvenSides(const cv::Mat& picture) {
   return even;
 }
 
+int FramesIn(const std::string& path) {
+  const QuietOpenCv quiet;
+  const cv::VideoCapture video(path);
+  return video.isOpened() ? static_cast<int>(std::lround(video.get(cv::CAP_PROP_FRAME_COUNT))) : 0;
+}
+
 }  // namespace
 
 double FrameRateOf(const std::vector<double>& timestamps) {
@@ -56,7 +63,8 @@ double FrameRateOf(const std::vector<double>& timestamps) {
   return std::round(100 * std::clamp(1 / *middle, kLowest, kHighest)) / 100;
 }
 
-VideoFile::VideoFile(const std::string& path) : path_(path) {
+VideoFile::VideoFile(const std::string& path)
+    : path_(path), written_path_(fmt::format("{}.{}.tmp.mp4", path, getpid())) {
   if (fs::path(path).extension() != ".mp4")
     throw InputError(fmt::format("{}: not a video that can be written; allowed: .mp4", path));
   std::error_code error;
@@ -64,10 +72,8 @@ VideoFile::VideoFile(const std::string& path) : path_(path) {
   if (!folder.empty() && !fs::is_directory(folder, error))
     throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
   if (fs::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder", path));
-  const bool existed = fs::exists(path, error);
-  if (!std::ofstream(path, std::ios::binary | std::ios::app))
-    throw InputError(fmt::format("{}: cannot be written", path));
-  if (!existed) fs::remove(path, error);
+  if (!std::ofstream(written_path_, std::ios::binary)) throw InputError(fmt::format("{}: cannot be written", path));
+  fs::remove(written_path_, error);
 }
 
 VideoFile::~VideoFile() {
@@ -84,7 +90,7 @@ void VideoFile::Open() {
   auto writer = std::make_unique<cv::VideoWriter>();
   for (const char* code : {"avc1", "mp4v"}) {
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    if (!writer->open(path_, backend, fourcc, FrameRateOf(timestamps_), size))
+    if (!writer->open(written_path_, backend, fourcc, FrameRateOf(timestamps_), size))
       continue;
     writer_ = std::move(writer);
     for (const cv::Mat& picture : std::exchange(first_, {})) Write(picture);
@@ -93,7 +99,10 @@ void VideoFile::Open() {
   throw InputError(fmt::format("{}: cannot be written: OpenCV has no encoder for it", path_));
 }
 
-void VideoFile::Write(const cv::Mat& picture) { writer_->write(WithEvenSides(picture)); }
+void VideoFile::Write(const cv::Mat& picture) {
+  writer_->write(WithEvenSides(picture));
+  ++count_;
+}
 
 void VideoFile::Add(const cv::Mat& picture, double timestamp) {
   OASLAM_CHECK(!finished_ && picture.type() == CV_8UC3);
@@ -109,9 +118,13 @@ void VideoFile::Finish() {
   if (!writer_) return;
   writer_->release();
   writer_.reset();
+  // An encoder does not tell of a full disk.
+  const bool is_whole = FramesIn(written_path_) == count_;
   std::error_code error;
-  if (const auto bytes = fs::file_size(path_, error); error || bytes == 0)
-    throw InputError(fmt::format("{}: could not be written whole", path_));
+  if (is_whole) fs::rename(written_path_, path_, error);
+  if (is_whole && !error) return;
+  fs::remove(written_path_, error);
+  throw InputError(fmt::format("{}: could not be written whole", path_));
 }
 
 }  // namespace oaslam

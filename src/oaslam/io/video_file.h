@@ -24,17 +24,18 @@ class VideoFile {
 
   // A picture, 8-bit BGR, all of the same size. `timestamp`: seconds, ascending. Throws InputError as the constructor.
   void Add(const cv::Mat& picture, double timestamp);
-  // Makes the file whole; without a picture there is none. Throws InputError: it could not be written.
+  // Makes the file whole; without a picture an older one stays. Throws InputError: it could not be written.
   void Finish();
 
  private:
   void Open();
   void Write(const cv::Mat& picture);
 
-  std::string path_;
+  std::string path_, written_path_;  // it is written beside, and renamed when it is whole
   std::vector<cv::Mat> first_;  // until the rate is known
   std::vector<double> timestamps_;
   std::unique_ptr<cv::VideoWriter> writer_;
+  int count_ = 0;  // pictures written
   bool finished_ = false;
 };
 

@@ -4,6 +4,12 @@
 
 namespace oaslam {
 
+bool Anchor::operator==(const Anchor& other) const {
+  return model == other.model && size == other.size && keyframe == other.keyframe && object == other.object &&
+         offset == other.offset && cam_from_anchor.translation == other.cam_from_anchor.translation &&
+         cam_from_anchor.rotation.coeffs() == other.cam_from_anchor.rotation.coeffs();
+}
+
 std::optional<Rigid3> WorldFromAnchor(const Map& map, const Anchor& anchor) {
   const std::optional<Rigid3> cam_from_world = map.ResolvePose(anchor.keyframe);
   if (!cam_from_world) return std::nullopt;

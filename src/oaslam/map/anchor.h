@@ -22,6 +22,8 @@ struct Anchor {
   ObjectId object;          // invalid: on no object
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // from the object's center, in the keyframe's axes
 
+  bool operator==(const Anchor& other) const;
+
   void Scale(double factor) {
     size *= factor;
     cam_from_anchor.translation *= factor;

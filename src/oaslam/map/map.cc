@@ -269,7 +269,7 @@ std::vector<std::string> Map::CheckInvariants() const {
   });
   for (const auto& [name, anchor] : anchors) {
     if (!ResolvePose(anchor.keyframe)) problems.push_back(fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
-    if (!(anchor.size > 0)) problems.push_back(fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
+    if (!(anchor.size > 0) || !std::isfinite(anchor.size)) problems.push_back(fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
   }
   return problems;
 }

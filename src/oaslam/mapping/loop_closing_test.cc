@@ -87,6 +87,22 @@ TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
   EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() - d.truth.back().OriginInSource()).norm(), 0.02);
 }
 
+TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
+  Drifted d(0.06);
+  Rng rng(1);
+  const KeyframeId current(2 * kHalf - 1);
+  auto loop = LoopDetector().Detect(d.map, current, rng);
+  ASSERT_TRUE(loop);
+  loop->old_from_current.scale = 1.2;  // a camera that has lost its scale on the way
+  d.map.anchors["it"] = {"flag", 0.3, current, Rigid3(Eigen::Quaterniond::Identity(), {0.1, 0.2, 2}), {}, {0, 0, 1}};
+  const Eigen::Vector3d before = WorldFromAnchor(d.map, d.map.anchors.at("it"))->translation;
+  ASSERT_TRUE(CorrectLoop(*loop, 15, d.map));
+  const Anchor& anchor = d.map.anchors.at("it");
+  EXPECT_LT((WorldFromAnchor(d.map, anchor)->translation - loop->old_from_current * before).norm(), 1e-9);
+  EXPECT_NEAR(anchor.size, 0.36, 1e-9);
+  EXPECT_NEAR(anchor.offset.z(), 1.2, 1e-9);
+}
+
 // Too far away to be looked for by place: found by its looks.
 TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   constexpr double kDrift = 6;

@@ -51,6 +51,8 @@ void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
   for (const ObjectId id : map.objects.Ids())
     for (ObjectObservation& o : map.objects.MutableAt(id).observations)
       if (const auto carried = map.ResolveKeyframe(o.anchor)) o.cam_from_anchor.translation *= motions.Of(carried->by).scale;
+  for (auto& [name, anchor] : map.anchors)
+    if (const auto carried = map.ResolveKeyframe(anchor.keyframe)) anchor.Scale(motions.Of(carried->by).scale);
 }
 
 void MoveObjects(const NodeMotions& motions, Map& map) {

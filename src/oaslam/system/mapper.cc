@@ -18,7 +18,10 @@ namespace oaslam {
 void Mapper::Apply(const MapCommand& command) {
   if (command.reset) Reset();
   if (command.classes) SetClassRelations(*command.classes, map_);
-  if (command.anchors) map_.anchors = *command.anchors;
+  if (command.anchors) {
+    map_.anchors = *command.anchors;
+    std::erase_if(map_.anchors, [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
+  }
   AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");

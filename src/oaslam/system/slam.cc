@@ -302,22 +302,24 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session_->snapshot()); }
 
+// Of the newest map: one that the tracker saw before may be reset, or of another scale, by what is still queued.
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
-  std::map<std::string, Anchor> anchors = impl_->session_->snapshot()->anchors;
-  AnchorReport report = oaslam::PlaceAnchor(*impl_->session_->snapshot(), request, anchors);
+  const std::shared_ptr<const Map> map = impl_->session_->Newest();
+  std::map<std::string, Anchor> anchors = map->anchors;
+  AnchorReport report = oaslam::PlaceAnchor(*map, request, anchors);
   if (!report.name.empty()) impl_->SetAnchors(std::move(anchors));
   return report;
 }
 
 std::string Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
-  std::map<std::string, Anchor> anchors = impl_->session_->snapshot()->anchors;
+  std::map<std::string, Anchor> anchors = impl_->session_->Newest()->anchors;
   std::string problem = oaslam::EditAnchor(name, edit, anchors);
   if (problem.empty()) impl_->SetAnchors(std::move(anchors));
   return problem;
 }
 
 bool Slam::RemoveAnchor(const std::string& name) {
-  std::map<std::string, Anchor> anchors = impl_->session_->snapshot()->anchors;
+  std::map<std::string, Anchor> anchors = impl_->session_->Newest()->anchors;
   if (anchors.erase(name) == 0) return false;
   impl_->SetAnchors(std::move(anchors));
   return true;

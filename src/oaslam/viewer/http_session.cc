@@ -5,6 +5,7 @@
 #include <boost/asio/write.hpp>
 #include <chrono>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "oaslam/viewer/http_policy.h"
@@ -18,9 +19,10 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using asio::ip::tcp;
 using Response = http::response<http::string_body>;
+using FileResponse = http::response<http::file_body>;
 
 constexpr auto kTimeout = std::chrono::seconds(10);
-constexpr auto kModelTimeout = std::chrono::seconds(120);  // of some tens of megabytes
+constexpr auto kFileTimeout = std::chrono::seconds(120);  // of some tens of megabytes
 constexpr std::string_view kModels = "/models/";
 
 // The page is its own: it loads nothing, and nothing may frame it.
@@ -79,35 +81,63 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     Answer(std::move(response));
   }
 
-  // A file of virtual content, or of what it refers to.
+  // A file of virtual content, or of what it refers to; one of the user's goes from the disk, however large it is.
   void AnswerModel(const std::string& path, const http::request<http::empty_body>& request) {
-    const auto file = server_->models ? server_->models->Read(path) : std::nullopt;
-    if (!file) return Answer(Text(http::status::not_found, "not found\n", request.version(), request.keep_alive()));
-    Response response = Text(http::status::ok, file->bytes, request.version(), request.keep_alive());
-    response.set(http::field::content_type, file->content_type);
-    if (request.method() == http::verb::head) response.body().clear();
-    Answer(std::move(response), kModelTimeout);
+    const auto not_found = [&] {
+      Answer(Text(http::status::not_found, "not found\n", request.version(), request.keep_alive()));
+    };
+    const auto found = server_->models ? server_->models->Find(path) : std::nullopt;
+    if (!found) return not_found();
+    const bool is_head = request.method() == http::verb::head;
+    if (found->path.empty()) {
+      Response response = Text(http::status::ok, std::string(found->bytes), request.version(), request.keep_alive());
+      response.set(http::field::content_type, found->content_type);
+      if (is_head) response.body().clear();
+      return Answer(std::move(response));
+    }
+    http::file_body::value_type file;
+    beast::error_code error;
+    file.open(found->path.c_str(), beast::file_mode::scan, error);
+    if (error) return not_found();  // it went away
+    if (is_head) {
+      Response response = Text(http::status::ok, "", request.version(), request.keep_alive());
+      response.set(http::field::content_type, found->content_type);
+      response.content_length(file.size());
+      return Answer(std::move(response));
+    }
+    FileResponse response(http::status::ok, request.version());
+    SetFields(response, found->content_type, request.keep_alive());
+    response.body() = std::move(file);
+    response.prepare_payload();
+    Answer(std::move(response));
   }
 
-  static Response Text(http::status status, std::string text, unsigned version, bool keep_alive) {
-    Response response(status, version);
-    response.set(http::field::content_type, "text/plain; charset=utf-8");
+  template <typename Message>
+  static void SetFields(Message& response, const std::string& content_type, bool keep_alive) {
+    response.set(http::field::content_type, content_type);
     response.set(http::field::cache_control, "no-store");
     response.set(http::field::x_frame_options, "DENY");
     response.set("X-Content-Type-Options", "nosniff");
     response.set("Content-Security-Policy", kContentPolicy);
     response.set("Referrer-Policy", "no-referrer");
     response.keep_alive(keep_alive);
+  }
+
+  static Response Text(http::status status, std::string text, unsigned version, bool keep_alive) {
+    Response response(status, version);
+    SetFields(response, "text/plain; charset=utf-8", keep_alive);
     response.body() = std::move(text);
     response.prepare_payload();
     return response;
   }
 
-  void Answer(Response response, std::chrono::seconds timeout = kTimeout) {
-    response_ = std::move(response);
-    stream_.expires_after(timeout);
-    http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code error, size_t) {
-      if (error || self->response_.need_eof() || !self->response_.keep_alive()) return self->End();
+  template <typename Message>
+  void Answer(Message response) {
+    constexpr bool kIsFile = std::is_same_v<Message, FileResponse>;
+    const auto kept = std::make_shared<Message>(std::move(response));
+    stream_.expires_after(kIsFile ? kFileTimeout : kTimeout);
+    http::async_write(stream_, *kept, [self = shared_from_this(), kept](beast::error_code error, size_t) {
+      if (error || kept->need_eof() || !kept->keep_alive()) return self->End();
       self->Read();
     });
   }
@@ -122,7 +152,6 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::shared_ptr<void> token_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
-  Response response_;
 };
 
 // What the other side sends is read before the end, or the answer would be lost with it.

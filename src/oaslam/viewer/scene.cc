@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 
+#include "oaslam/io/image_files.h"
 #include "oaslam/viewer/frame_message.h"
 #include "oaslam/viewer/map_delta.h"
 
@@ -34,11 +34,9 @@ void Scene::Add(FrameRecord record) {
 // What the newest frame's image shows is kept as far as it is needed later; the image itself is let go.
 void Scene::TakePicture() {
   const FrameView& view = frame_->view;
-  cv::Mat image = std::exchange(frame_->image, {});
-  if (image.empty()) return;
-  if (image.channels() == 1 && !frame_->image_path.empty())
-    if (const cv::Mat color = cv::imread(frame_->image_path, cv::IMREAD_COLOR); color.size() == image.size())
-      image = color;
+  const cv::Mat grey = std::exchange(frame_->image, {});
+  if (grey.empty()) return;
+  const cv::Mat image = InColor(grey, frame_->image_path);
   const Camera& camera = map_->cameras[view.frame.camera];
   picture_ = picture_maker_.Make(camera, image);
   const double scale = PictureMaker::ScaleOf(camera);
@@ -98,6 +96,7 @@ void Scene::SetMap(std::shared_ptr<const Map> map, const std::vector<FramePose>&
 }
 
 void Scene::UpdateMap(std::shared_ptr<const Map> map) {
+  NoteMap(*map, notes_.empty() ? 0 : notes_.back().frame);
   map_ = std::move(map);
   path_.Update(*map_);
 }
@@ -120,7 +119,8 @@ void Scene::SetStatus(const SceneStatus& status) {
 }
 
 void Scene::AddEvent(int frame, const std::string& kind, const std::string& text) {
-  events_.push_back({{"frame", frame}, {"kind", kind}, {"text", text}});
+  events_.push_back({{"kind", kind}, {"text", text}});
+  if (frame >= 0) events_.back()["frame"] = frame;
 }
 
 void Scene::AddPicture(int frame_index, const cv::Mat& image) {

@@ -48,6 +48,7 @@ class Scene {
   void SetNotes(std::vector<FrameNote> notes);
   void SetGroundtruth(std::vector<float> positions);  // x y z each, in the map's frame
   void SetStatus(const SceneStatus& status);
+  // `frame` below 0: of none.
   void AddEvent(int frame, const std::string& kind, const std::string& text);
   // The image of a frame of a saved map.
   void AddPicture(int frame_index, const cv::Mat& image);

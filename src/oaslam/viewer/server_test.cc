@@ -6,13 +6,16 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <filesystem>
 #include <thread>
 
 #include "expect_input_error.h"
 #include "message_reader.h"
+#include "oaslam/io/text.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer.h"
 #include "random_map.h"
+#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
@@ -23,6 +26,7 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 int PortOf(const Viewer& viewer) {
   const std::string url = viewer.url();
@@ -246,6 +250,15 @@ TEST(Viewer, ServesModelsAndNothingElse) {
   for (const std::string path : {"/models/", "/models/none/none.glb", "/models/../CMakeLists.txt", "/models/flag/",
                                  "/models/flag/../../etc/passwd", "/models/%2e%2e/%2e%2e/etc/passwd", "/models/%00"})
     EXPECT_THAT(AnswerTo(viewer, Get(path, "Host: localhost\r\n")), HasSubstr("404 Not Found")) << path;
+  const TempFolder folder;
+  WriteTextFile(folder / "lamp.glb", std::string(3'000'000, 'x'));
+  const Viewer own(ViewerOptions{.models = std::make_shared<const ModelLibrary>(std::vector{folder / "lamp.glb"})});
+  const std::string answer = AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n"));
+  EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("Content-Length: 3000000"), HasSubstr(std::string(3'000'000, 'x'))));
+  EXPECT_THAT(AnswerTo(own, "HEAD /models/lamp/lamp.glb HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
+              AllOf(HasSubstr("Content-Length: 3000000"), Not(HasSubstr("xxx"))));
+  std::filesystem::remove(folder / "lamp.glb");
+  EXPECT_THAT(AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n")), HasSubstr("404 Not Found"));
   EXPECT_THAT(AnswerTo(viewer, Get(models[0]["url"].get<std::string>(), "Host: evil.example\r\n")),
               HasSubstr("403 Forbidden"));
 }

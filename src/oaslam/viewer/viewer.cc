@@ -14,6 +14,7 @@
 #include <sys/resource.h>
 #endif
 
+#include "oaslam/util/log.h"
 #include "oaslam/viewer/server.h"
 
 namespace oaslam {
@@ -53,7 +54,13 @@ class Viewer::Impl {
     server_.Start();
     thread_ = std::jthread([this] {
       LowerPriority();
-      io_.run();
+      while (!io_.stopped()) {
+        try {
+          io_.run();
+        } catch (const std::exception& error) {  // of one connection: without memory for it, the run goes on
+          Log(LogLevel::kWarning, std::string("viewer: ") + error.what());
+        }
+      }
     });
   }
 
