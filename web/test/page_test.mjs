@@ -31,10 +31,11 @@ function serve(...args) {
   processes.push(child);
   return new Promise((resolve, reject) => {
     let text = "";
+    const ended = new Promise((done) => child.on("exit", (code) => done({ code, text })));
     const look = (chunk) => {
       text += chunk;
       const url = text.match(/http:\/\/\S+\//)?.[0];
-      if (url) resolve({ url, child, ended: new Promise((done) => child.on("exit", (code) => done({ code, text }))) });
+      if (url) resolve({ url, child, ended });
     };
     child.stdout.on("data", look);
     child.stderr.on("data", look);
@@ -631,6 +632,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   const live = await open(run.url);
   await live.locator("[data-view=AR]").click();
   await live.locator("[data-tab=Anchors]").click();
+  await live.locator("#controls >> text=Step").click(); // the map comes with the first image
   await live.waitForSelector(".anchor [data-action=larger]");
   assert.ok(await live.locator("#place").isVisible());
   await live.locator("#controls button").first().click();
