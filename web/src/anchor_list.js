@@ -4,6 +4,8 @@ import { labelOf, short } from "./palette.js";
 
 const GROWTH = 1.15;
 const TURN = Math.PI / 12; // about the anchor's y axis
+const MAX_NAME = 64; // the program takes no longer one
+const PATIENCE_MS = 2000; // for what was asked for to come
 
 export class AnchorList {
   // `send` takes a message to the program, `onPick` the name of an anchor.
@@ -15,17 +17,32 @@ export class AnchorList {
     this.selected = null;
     for (const part of ["anchors", "map", "status", "restart"]) store.addEventListener(part, () => this.draw());
     element.addEventListener("focusout", () => setTimeout(() => this.draw()));
+    element.addEventListener("pointerdown", () => (this.isPressed = true));
+    // After the click that may come of it.
+    const release = () => setTimeout(() => {
+      this.isPressed = false;
+      this.draw();
+    });
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, release);
     this.draw();
   }
 
-  // Rows stay while what they say does, and while a name is being typed.
+  // Rows stay while what they say does, while a name is being typed, and while one is pressed.
   draw() {
-    const { anchors, mayPlace } = this.store;
-    const key = JSON.stringify([mayPlace, anchors.map((a) => [a.name, a.model, a.size, this.standsOn(a)])]);
-    if (key === this.key || this.element.querySelector("input:focus:not([readonly])")) return;
+    const { anchors, mayEdit } = this.store;
+    const key = JSON.stringify([mayEdit, anchors.map((a) => [a.name, a.model, a.size, this.standsOn(a)])]);
+    if (key === this.key || this.isPressed || this.element.querySelector("input:focus:not([readonly])")) return;
     this.key = key;
-    const empty = el("p", { className: "muted" }, mayPlace ? "none yet: Place (p) in the AR view" : "no anchors in the map");
+    const empty = el("p", { className: "muted" }, mayEdit ? "none yet: Place (p) in the AR view" : "no anchors in the map");
+    const held = this.element.contains(document.activeElement) ? document.activeElement : null;
+    const heldRow = held?.closest(".anchor")?.dataset.anchor ?? null;
     this.element.replaceChildren(...(anchors.length > 0 ? anchors.map((anchor) => this.row(anchor)) : [empty]));
+    // Who works with the keyboard stays where they are.
+    if (held) this.rowOf(this.follow(heldRow))?.querySelector(`[data-action=${held.dataset.action}]`)?.focus();
+  }
+
+  rowOf(name) {
+    return [...this.element.children].find((row) => row.dataset.anchor === name);
   }
 
   standsOn({ object }) {
@@ -36,8 +53,10 @@ export class AnchorList {
 
   row(anchor) {
     const { name, model, size } = anchor;
-    const { mayPlace, unit } = this.store;
-    const input = el("input", { value: name, readOnly: !mayPlace, title: mayPlace ? "Rename" : name, spellcheck: false });
+    const { mayEdit, unit } = this.store;
+    const input = el("input", { value: name, maxLength: MAX_NAME, readOnly: !mayEdit, title: mayEdit ? "Rename" : name, spellcheck: false });
+    input.dataset.action = "rename";
+    input.onfocus = () => this.onPick(name);
     input.onchange = () => this.rename(name, input.value.trim());
     input.onkeydown = (event) => {
       if (event.key === "Escape") input.value = name;
@@ -51,9 +70,9 @@ export class AnchorList {
       button.dataset.action = action;
       return button;
     };
-    if (mayPlace) row.append(edit("remove", "\u00d7", "Remove", () => ({ remove: true })));
+    if (mayEdit) row.append(edit("remove", "\u00d7", "Remove", () => ({ remove: true })));
     row.append(el("span", { className: "muted" }, `${model}${this.standsOn(anchor)} \u00b7 ${short(size)} ${unit}`));
-    if (mayPlace)
+    if (mayEdit)
       row.append(el("span", { className: "edits" },
         edit("smaller", "\u2212", "Smaller", (now) => ({ size: now.size / GROWTH })),
         edit("larger", "+", "Larger", (now) => ({ size: now.size * GROWTH })),
@@ -62,9 +81,20 @@ export class AnchorList {
     return row;
   }
 
+  // Name and size as they will be: one click follows another before what it asked for is told.
+  expected(name) {
+    const { asked } = this;
+    if (asked && performance.now() < asked.until && [asked.of, asked.name].includes(name)) return asked;
+    return this.store.anchors.find((anchor) => anchor.name === name);
+  }
+
   change(name, change) {
-    const now = this.store.anchors.find((anchor) => anchor.name === name);
-    if (now) this.send({ type: "anchor", name, ...change(now) });
+    const now = this.expected(name);
+    if (!now) return;
+    const edit = change(now);
+    this.send({ type: "anchor", name: now.name, ...edit });
+    const isTaken = this.exists(edit.rename); // that will be refused
+    this.asked = { of: name, name: (isTaken ? null : edit.rename) ?? now.name, size: edit.size ?? now.size, until: performance.now() + PATIENCE_MS };
   }
 
   rename(from, to) {
@@ -75,9 +105,12 @@ export class AnchorList {
 
   // The name of what is selected now: it may have been changed here; null where it is gone.
   follow(name) {
-    const exists = (wanted) => this.store.anchors.some((anchor) => anchor.name === wanted);
-    if (name === null || exists(name)) return name;
-    return this.renamed?.from === name && exists(this.renamed.to) ? this.renamed.to : null;
+    if (name === null || this.exists(name)) return name;
+    return this.renamed?.from === name && this.exists(this.renamed.to) ? this.renamed.to : null;
+  }
+
+  exists(name) {
+    return this.store.anchors.some((anchor) => anchor.name === name);
   }
 
   select(name) {

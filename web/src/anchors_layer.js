@@ -81,13 +81,15 @@ export class AnchorsLayer {
     return node?.userData.name ?? null;
   }
 
-  // Over the content; the places that they take. A pin is always named: it does not show what it stands for.
+  // Over the content, unless all of that is hidden; the places that they take. A pin is always named: it does not show what it stands for.
   placeLabels() {
-    const top = new Vector3();
+    const point = new Vector3();
+    const onAxis = (shape, share) => point.set(0, share * shape.userData.sides.y, 0).applyMatrix4(shape.matrix);
     return this.labels.place((name) => {
       const shape = this.shapes.get(name);
       if (!this.group.visible || !(this.named || shape.userData.isPin)) return null;
-      const at = this.view.toPage(top.set(0, shape.userData.sides.y, 0).applyMatrix4(shape.matrix));
+      if ([0.05, 0.5, 1].every((share) => this.view.isHidden?.(onAxis(shape, share)))) return null;
+      const at = this.view.toPage(onAxis(shape, 1));
       return at && { ...at, y: at.y - ABOVE_PX };
     }, this.selected);
   }

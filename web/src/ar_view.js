@@ -1,5 +1,5 @@
 // Augmented reality: content stands on the map's anchors in the camera's image, behind what the map knows to be before it.
-import { DirectionalLight, Group, PerspectiveCamera, Quaternion, Raycaster, Scene, Vector3, WebGLRenderer } from "three";
+import { DirectionalLight, Group, Matrix4, PerspectiveCamera, Quaternion, Raycaster, Scene, Vector3, WebGLRenderer } from "three";
 import { AnchorsLayer } from "./anchors_layer.js";
 import { lightAround } from "./content.js";
 import { objectAt, paintImage } from "./image_area.js";
@@ -40,6 +40,7 @@ export class ArView {
     this.isPlacing = false;
     this.area = null;
     this.size = ""; // that the overlay was made for
+    this.extent = null; // of all that is drawn
     for (const part of ["map", "frame", "anchors", "status", "restart"]) store.addEventListener(part, () => this.update(part));
     new ResizeObserver(() => this.invalidate()).observe(element);
     addEventListener("resize", () => this.invalidate()); // another screen: other pixels, the same size
@@ -59,6 +60,7 @@ export class ArView {
   update(part) {
     this.occluders.update(part);
     this.anchors.update(part);
+    if (part !== "frame" && part !== "status") this.extent = null;
     this.invalidate();
   }
 
@@ -94,18 +96,17 @@ export class ArView {
       this.size = size.join();
       renderer.setDrawingBufferSize(...size);
     }
-    this.world.visible = this.isShowing;
-    if (this.isShowing) {
-      this.world.quaternion.copy(this.upright);
-      this.aim(this.shown.pose, this.shown.camera, width, height);
-      renderer.setScissorTest(true);
-      renderer.setScissor(area.offset[0], area.offset[1], area.camera.width * area.scale, area.camera.height * area.scale);
-    } else {
-      renderer.setScissorTest(false);
-    }
+    // All of it: the image before may have been of another shape.
+    renderer.setScissorTest(false);
+    renderer.clear();
+    if (!this.isShowing) return this.anchors.labels.hide();
+    this.occluders.arrange();
+    this.world.quaternion.copy(this.upright);
+    this.aim(this.shown.pose, this.shown.camera, width, height);
+    renderer.setScissorTest(true);
+    renderer.setScissor(area.offset[0], area.offset[1], area.camera.width * area.scale, area.camera.height * area.scale);
     renderer.render(this.scene, this.camera);
-    if (this.isShowing) this.anchors.placeLabels();
-    else this.anchors.labels.hide();
+    this.anchors.placeLabels();
   }
 
   // The true camera, of the whole element: its image is the part that the area takes.
@@ -126,23 +127,32 @@ export class ArView {
 
   // Around all that is drawn, whatever a map's unit is.
   depthRange() {
-    const { store, camera } = this;
-    const away = (point, reach) => camera.position.distanceTo(point) + reach;
-    let far = 0;
-    for (const { pose, size } of store.anchors) far = Math.max(far, away(new Vector3().fromArray(pose, 4), 2 * size));
-    for (const object of store.mappedObjects()) far = Math.max(far, away(new Vector3(...object.center), Math.max(...object.half_axes)));
-    return [Math.max(far, 1e-6) / 5000, Math.max(far, 1e-6)];
+    this.extent ??= this.measureExtent();
+    const far = Math.max(this.camera.position.distanceTo(this.extent.middle) + this.extent.radius, 1e-6);
+    return [far / 5000, far];
+  }
+
+  measureExtent() {
+    const { store } = this;
+    const all = store.anchors.map(({ pose, size }) => ({ at: new Vector3().fromArray(pose, 4), reach: 2 * size }));
+    for (const { center, half_axes } of store.mappedObjects()) all.push({ at: new Vector3(...center), reach: Math.max(...half_axes) });
+    const middle = new Vector3();
+    for (const { at } of all) middle.addScaledVector(at, 1 / all.length);
+    return { middle, radius: Math.max(0, ...all.map(({ at, reach }) => at.distanceTo(middle) + reach)) };
   }
 
   // Without an image, what there is to go by.
   paintLandmarks(context) {
     const { landmarks } = this.store;
+    const { pose, camera: { fx, fy, cx, cy } } = this.shown;
+    const camFromMap = new Matrix4().makeRotationFromQuaternion(new Quaternion().fromArray(pose)).setPosition(pose[4], pose[5], pose[6]).invert();
     const point = new Vector3();
     const side = 1.6 / this.area.scale;
+    const corner = 0.5 - side / 2;
     context.fillStyle = "rgba(200, 210, 222, .5)";
     for (let i = 0; i < landmarks.count; ++i) {
-      const px = this.pixelIn(point.fromArray(landmarks.positions, 3 * i));
-      if (px) context.fillRect(px[0] + 0.5 - side / 2, px[1] + 0.5 - side / 2, side, side);
+      const { x, y, z } = point.fromArray(landmarks.positions, 3 * i).applyMatrix4(camFromMap);
+      if (z > 0) context.fillRect((fx * x) / z + cx + corner, (fy * y) / z + cy + corner, side, side);
     }
   }
 
@@ -150,6 +160,11 @@ export class ArView {
   project(point) {
     const p = point.clone().applyMatrix4(this.world.matrixWorld).applyMatrix4(this.camera.matrixWorldInverse);
     return p.z < 0 ? p.applyMatrix4(this.camera.projectionMatrix) : null;
+  }
+
+  // Whether the line of sight from the camera to a point of the map passes an object that hides it.
+  isHidden(point) {
+    return this.occluders.isBetween(this.camera.position, point);
   }
 
   // On the element, with its depth; null where it is not in the image.

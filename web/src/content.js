@@ -23,8 +23,10 @@ function fadingDisc(darkness) {
 // Light from all around: without it metals are black.
 export function lightAround(scene, renderer, intensity) {
   const generator = new PMREMGenerator(renderer);
-  scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+  const room = new RoomEnvironment();
+  scene.environment = generator.fromScene(room, 0.04).texture;
   scene.environmentIntensity = intensity;
+  room.dispose();
   generator.dispose();
 }
 
@@ -34,6 +36,12 @@ export class Content extends EventTarget {
     this.store = store;
     this.loader = new GLTFLoader();
     this.models = new Map(); // by url: { template, sides }, empty until it is loaded; null where that failed
+    store.addEventListener("hello", () => this.forget()); // the program may have been started anew, with other files
+  }
+
+  forget() {
+    for (const model of this.models.values()) if (model?.template) dispose(model.template);
+    this.models = new Map();
   }
 
   urlOf(model) {
@@ -58,19 +66,30 @@ export class Content extends EventTarget {
   }
 
   load(url) {
-    if (this.models.has(url)) return this.models.get(url);
+    const { models } = this;
+    if (models.has(url)) return models.get(url);
     const model = {};
-    this.models.set(url, model);
+    models.set(url, model);
     model.loading = this.loader.loadAsync(url)
       .then(({ scene }) => Object.assign(model, normalized(scene)))
       .catch((error) => {
         console.warn(`${url}: ${error.message}`);
-        this.models.set(url, null);
+        models.set(url, null);
       });
     // After those who wait for it have taken it.
     model.loading.then(() => setTimeout(() => this.dispatchEvent(new Event("loaded"))));
     return model;
   }
+}
+
+function dispose(template) {
+  template.traverse(({ geometry, material }) => {
+    geometry?.dispose();
+    for (const each of material ? [material].flat() : []) {
+      for (const value of Object.values(each)) if (value?.isTexture) value.dispose();
+      each.dispose();
+    }
+  });
 }
 
 // Lights and cameras of the file would change what is around.

@@ -75,9 +75,12 @@ function pickAnchor(name) {
   document.body.dataset.anchor = name ?? "";
 }
 mapView.onPickAnchor = arView.onPickAnchor = pickAnchor;
+let others = null; // the anchors that there were when content was placed
 store.addEventListener("anchors", () => {
   const { selected } = lists.anchors;
-  const now = lists.anchors.follow(selected);
+  const placed = others && store.anchors.find(({ name }) => !others.has(name));
+  if (placed) others = null;
+  const now = placed?.name ?? lists.anchors.follow(selected);
   if (now !== selected) pickAnchor(now);
 });
 // What is open stays up to date.
@@ -90,6 +93,7 @@ store.addEventListener("map", () => {
 });
 
 // A moment of a saved run: the camera there, and the picture of the nearest keyframe.
+let wanted = null; // the keyframe that was asked for last
 function goTo(frame) {
   if (store.status.live || frame === undefined) return;
   const { path } = store;
@@ -101,7 +105,10 @@ function goTo(frame) {
   for (const keyframe of store.keyframes.values()) if (!nearest || Math.abs(keyframe.frame - frame) < Math.abs(nearest.frame - frame)) nearest = keyframe;
   const isNear = nearest && Math.abs(nearest.frame - frame) <= 5;
   mapView.layers.camera.goTo(isNear ? null : place);
-  if (nearest && store.chosen?.keyframe !== nearest.id) connection.send({ type: "keyframe", id: nearest.id });
+  if (nearest && nearest.id !== wanted) {
+    wanted = nearest.id;
+    connection.send({ type: "keyframe", id: wanted });
+  }
   if (mapView.follow) mapView.followCamera();
   mapView.invalidate();
 }
@@ -115,7 +122,7 @@ store.addEventListener("map", () => {
 let askingPicture;
 function askPicture() {
   askingPicture = undefined;
-  if (store.chosen && !store.chosen.bitmap) connection.send({ type: "keyframe", id: store.chosen.keyframe });
+  if (store.chosen && !store.chosen.bitmap) connection.send({ type: "keyframe", id: wanted });
 }
 const timeline = new Timeline($("timeline"), store, { onChoose: goTo });
 
@@ -187,15 +194,16 @@ const place = tool($("place"), "Place", "Put content into the scene", (button) =
   arView.setPlacing(on);
   showHint();
 }), "p");
-const model = el("select", { title: "What to place" });
+const model = el("select", { title: "What to place", onchange: () => model.blur() }); // keys are for the page again
 $("place").append(model);
 arView.onPlace = (where) => {
+  others = new Set(store.anchors.map(({ name }) => name));
   connection.send({ type: "place", model: model.value, ...where });
   place.click();
 };
 function showPlace() {
-  const { models, mayPlace } = store;
-  $("place").hidden = !(mayPlace && models.length > 0 && document.body.dataset.view === "AR");
+  const { models, mayEdit } = store;
+  $("place").hidden = !(mayEdit && models.length > 0 && document.body.dataset.view === "AR");
   if ($("place").hidden && arView.isPlacing) place.click();
   const names = models.map((m) => m.name);
   if (names.join("\n") !== [...model.options].map((o) => o.value).join("\n")) model.replaceChildren(...names.map((name) => el("option", { value: name }, name)));
@@ -219,9 +227,14 @@ function escape() {
   pick(null);
   pickAnchor(null);
 }
+// Space is for a button that was reached by keyboard; one that was clicked leaves it to the page.
+let reached = null;
+addEventListener("focusin", ({ target }) => (reached = target.matches("button:focus-visible") ? target : null));
 addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT"].includes(event.target.tagName)) return;
+  const { tagName } = event.target;
+  if (event.ctrlKey || event.metaKey || event.altKey || tagName === "INPUT") return;
   if (event.key === "Escape") return escape();
+  if (tagName === "SELECT" || (event.target === reached && event.key === " ")) return;
   const button = keys.get(event.key);
   if (!button || button.closest("[hidden]") || button.disabled) return;
   event.preventDefault();
@@ -278,6 +291,8 @@ store.addEventListener("events", () => {
   const event = store.events.findLast((e) => ["lost", "relocalized", "objects", "loop", "reset", "anchor"].includes(e.kind));
   if (!event || event === said || !(store.status.live || event.kind === "anchor")) return;
   said = event;
+  if (store.updates === 1) return; // of before the page came
+  if (event.kind === "anchor") others = null; // there will be none
   $("toast").textContent = event.kind === "anchor" ? event.text : `frame ${event.frame}: ${event.kind} ${event.text}`;
   $("toast").dataset.state = event.kind;
   $("toast").hidden = false;
@@ -287,7 +302,7 @@ store.addEventListener("events", () => {
 for (const part of ["map", "frame", "notes", "restart"]) store.addEventListener(part, showStats);
 store.addEventListener("status", showStatus);
 store.addEventListener("map", () => (mapping.disabled = relocalize.disabled = store.map.keyframes === 0));
-store.addEventListener("restart", () => { pick(null); timeline.now = undefined; });
+store.addEventListener("restart", () => { pick(null); wanted = others = null; timeline.now = undefined; });
 
 openView("Map");
 showStatus();

@@ -65,7 +65,6 @@ export class MapView {
       this.turnUpright();
       this.measureExtent();
     }
-    if (this.store.anchors.length > 0 && !this.scene.environment) lightAround(this.scene, this.renderer, 0.2);
     for (const layer of Object.values(this.layers)) layer.update?.(part);
     if (!this.isMoved && part === "map" && this.grew()) this.fit();
     if (this.follow && part === "frame") this.followCamera();
@@ -240,6 +239,7 @@ export class MapView {
 
   draw() {
     if (!this.element.offsetParent && this.element.clientWidth === 0) return;
+    if (this.store.anchors.length > 0 && !this.scene.environment) lightAround(this.scene, this.renderer, 0.2);
     this.renderer.render(this.scene, this.camera);
     this.layers.labels.place(this.layers.anchors.placeLabels());
     this.measure.place();

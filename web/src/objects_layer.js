@@ -1,8 +1,9 @@
-import { BufferGeometry, Color, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Raycaster, SphereGeometry } from "three";
+import { BufferGeometry, Color, CubeTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Raycaster, SphereGeometry } from "three";
 import { classColor } from "./palette.js";
 
 export const SPHERE = new SphereGeometry(1, 32, 20);
 export const RINGS = rings();
+const UNLIT = { envMap: new CubeTexture(), reflectivity: 0 }; // by the light around content: they look the same without it
 
 // Three great circles: they show the axes where shading does not.
 function rings() {
@@ -53,7 +54,7 @@ export class ObjectsLayer {
     const color = new Color(classColor(object.category_id));
     const selected = object.id === this.selected;
     if (object.mapped) {
-      const body = new Mesh(SPHERE, new MeshLambertMaterial({ color, transparent: true, depthWrite: false }));
+      const body = new Mesh(SPHERE, new MeshLambertMaterial({ color, transparent: true, depthWrite: false, ...UNLIT }));
       body.userData.id = object.id;
       shape.add(body);
     }

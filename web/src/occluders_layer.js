@@ -18,11 +18,20 @@ export class OccludersLayer {
     view.world.add(this.bodies, this.outlines);
     this.shapes = new Map(); // by object: what it was made of, body, outline
     this.occluding = true;
+    this.isStale = false;
+    this.ray = { from: new Vector3(), to: new Vector3() };
   }
 
   update(part) {
-    if (part === "map" || part === "restart") this.fit();
-    if (part === "map" || part === "restart" || part === "anchors") this.letStand();
+    if (part === "map" || part === "restart" || part === "anchors") this.isStale = true;
+  }
+
+  // Before it is drawn: while nobody looks there is nothing to do.
+  arrange() {
+    if (!this.isStale) return;
+    this.isStale = false;
+    this.fit();
+    this.letStand();
   }
 
   // To the objects of the map: those that changed are made anew.
@@ -50,6 +59,7 @@ export class OccludersLayer {
     this.bodies.add(body);
     this.outlines.add(outline);
     body.updateMatrixWorld(true);
+    body.userData.inverse = body.matrix.clone().invert(); // to the unit sphere
     return { object, body, outline };
   }
 
@@ -57,10 +67,25 @@ export class OccludersLayer {
   letStand() {
     const feet = this.view.store.anchors.map(({ pose, size }) =>
       new Vector3(0, 0.05 * size, 0).applyQuaternion(new Quaternion(...pose.slice(0, 4))).add(new Vector3(...pose.slice(4))));
-    for (const body of this.bodies.children) {
-      const inverse = body.matrix.clone().invert();
-      body.visible = this.occluding && !feet.some((foot) => foot.clone().applyMatrix4(inverse).lengthSq() < 1);
-    }
+    const inside = new Vector3();
+    for (const body of this.bodies.children)
+      body.visible = this.occluding && !feet.some((foot) => inside.copy(foot).applyMatrix4(body.userData.inverse).lengthSq() < 1);
+  }
+
+  // Whether one that hides lies on the way from one point of the map to another.
+  isBetween(eye, point) {
+    const { from, to } = this.ray;
+    return this.bodies.children.some((body) => {
+      if (!body.visible) return false;
+      from.copy(eye).applyMatrix4(body.userData.inverse);
+      to.copy(point).applyMatrix4(body.userData.inverse).sub(from);
+      // |from + t to| = 1 at its first t
+      const [a, b, c] = [to.lengthSq(), from.dot(to), from.lengthSq() - 1];
+      const root = b * b - a * c;
+      if (root < 0) return false;
+      const t = (-b - Math.sqrt(root)) / a;
+      return t > 0 && t < 1;
+    });
   }
 
   // Those that hide something, for a raycaster.
@@ -70,6 +95,6 @@ export class OccludersLayer {
 
   setOccluding(on) {
     this.occluding = on;
-    this.letStand();
+    this.isStale = true;
   }
 }

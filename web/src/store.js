@@ -94,6 +94,11 @@ export class Store extends EventTarget {
     this.detail = null;
   }
 
+  // A run that has ended takes nothing any more; a saved map, which takes no commands, does.
+  get mayEdit() {
+    return this.mayPlace && (this.status.live || !this.mayCommand);
+  }
+
   get unit() {
     return this.map.metric ? "m" : "units";
   }
@@ -109,10 +114,11 @@ export class Store extends EventTarget {
       // A new connection is told everything anew.
       this.clear();
       this.events = [];
+      this.updates = 0; // since then; the first has all that was before
       this.mayCommand = message.commands;
       this.mayPlace = message.anchors ?? false;
       this.models = message.models ?? [];
-      for (const part of ["restart", "map", "path", "frame", "notes", "events", "anchors", "status"]) changed.add(part);
+      for (const part of ["hello", "restart", "map", "path", "frame", "notes", "events", "anchors", "status"]) changed.add(part);
     } else if (message.type === "update") {
       await this.update(message, changed);
     } else if (message.type === "object") {
@@ -128,6 +134,7 @@ export class Store extends EventTarget {
 
   async update(message, changed) {
     const { arrays } = message;
+    ++this.updates;
     if (message.restart) {
       this.clear();
       changed.add("restart").add("path").add("frame").add("notes").add("anchors");
