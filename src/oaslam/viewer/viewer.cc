@@ -23,7 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr auto kInterval = std::chrono::milliseconds(40);    // between two updates of a viewer
 constexpr auto kAlignInterval = std::chrono::seconds(1);     // between two alignments of the ground truth
-constexpr auto kFarewell = std::chrono::milliseconds(1500);  // for what is still under way at the end
+constexpr auto kFarewell = std::chrono::seconds(5);          // for what is still under way at the end
 
 // Tracking comes first where they share a processor.
 void LowerPriority() {
