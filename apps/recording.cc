@@ -27,8 +27,9 @@ std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
 }  // namespace
 
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
-  return app.add_option("--record", settings.path,
-                 "video (.mp4) of the images with virtual content and objects drawn into them")
+  return app
+      .add_option("--record", settings.path,
+                  "video (.mp4) of the images with virtual content and objects drawn into them")
       ->type_name("FILE");
 }
 
