@@ -51,8 +51,8 @@ void TrackAFrame(benchmark::State& state) {
   const Keyframe& last = c.mapped.map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2)));
   int inliers = 0;
   for (auto _ : state) {
-    const TrackReport first = TrackFromLastFrame(c.frame, c.mapped.map, *last.features, last.landmarks, PoseAt(c.here + 0.01));
-    inliers = TrackLocalMap(c.frame, c.mapped.map, first, 30).inliers;
+    const TrackReport first = TrackFromLastFrame(c.frame, c.mapped.map, *last.features, last.landmarks, PoseAt(c.here + 0.01), 15);
+    inliers = TrackLocalMap(c.frame, c.mapped.map, first, {}).inliers;
   }
   state.counters["landmarks"] = static_cast<double>(c.mapped.map.landmarks.size());
   state.counters["inliers"] = inliers;

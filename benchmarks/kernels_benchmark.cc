@@ -134,7 +134,7 @@ void FollowLastFrame(benchmark::State& state) {
   const Tracked t;
   const Keyframe& last = t.mapped.map.keyframes.At(KeyframeId(4));
   for (auto _ : state)
-    benchmark::DoNotOptimize(TrackFromLastFrame(t.frame, t.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5)));
+    benchmark::DoNotOptimize(TrackFromLastFrame(t.frame, t.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5), 15));
 }
 BENCHMARK(FollowLastFrame)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 

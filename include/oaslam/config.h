@@ -14,17 +14,18 @@ struct FeaturesConfig {
   int count = 1000;            // key points a frame (doubled until initialised)
   double scale_factor = 1.2;   // between pyramid levels
   int levels = 8;
+  int resolution = 640;        // images with many more pixels than this x 3/4 of this are scaled down to so many; results stay in pixels of the given image
   int fast_threshold = 20;     // grey levels
   int min_fast_threshold = 7;  // in cells where the first finds nothing
 };
 
 struct TrackingConfig {
   int min_init_matches = 100;        // between the two views of the initialisation
-  double min_init_parallax_deg = 1;  // median over the triangulated points
+  double min_init_parallax_deg = 2;  // that half of `min_init_matches` points have
   int min_inliers = 30;              // a pose with fewer map points is lost (15 in the first frames after initialisation)
   int min_relocalization_inliers = 50;
-  int min_frames_between_keyframes = 3;  // unless much of the view is new
-  int max_frames_between_keyframes = 30;
+  double min_keyframe_interval = 0.1;  // seconds, unless much of the view is new
+  double max_keyframe_interval = 1;    // seconds
   double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
   double max_object_sigma = 0.015;     // of the distance: an object-only pose less certain is no part of a trajectory
   int reset_below_keyframes = 6;       // lost with a smaller map: start anew
@@ -95,14 +96,15 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("features.count", c.features.count, 100, 20000);
   visit("features.scale_factor", c.features.scale_factor, 1.05, 2.0);
   visit("features.levels", c.features.levels, 1, 16);
+  visit("features.resolution", c.features.resolution, 80, 20000);
   visit("features.fast_threshold", c.features.fast_threshold, 1, 255);
   visit("features.min_fast_threshold", c.features.min_fast_threshold, 1, 255);
   visit("tracking.min_init_matches", c.tracking.min_init_matches, 20, 10000);
   visit("tracking.min_init_parallax_deg", c.tracking.min_init_parallax_deg, 0.1, 45.0);
   visit("tracking.min_inliers", c.tracking.min_inliers, 6, 1000);
   visit("tracking.min_relocalization_inliers", c.tracking.min_relocalization_inliers, 6, 1000);
-  visit("tracking.min_frames_between_keyframes", c.tracking.min_frames_between_keyframes, 1, 100000);
-  visit("tracking.max_frames_between_keyframes", c.tracking.max_frames_between_keyframes, 1, 100000);
+  visit("tracking.min_keyframe_interval", c.tracking.min_keyframe_interval, 0.0, 1000.0);
+  visit("tracking.max_keyframe_interval", c.tracking.max_keyframe_interval, 0.0, 1000.0);
   visit("tracking.keyframe_inlier_ratio", c.tracking.keyframe_inlier_ratio, 0.1, 1.0);
   visit("tracking.max_object_sigma", c.tracking.max_object_sigma, 0.0, 1.0);
   visit("tracking.reset_below_keyframes", c.tracking.reset_below_keyframes, 0, 1000);

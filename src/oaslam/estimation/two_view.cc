@@ -29,13 +29,15 @@ struct Structure {
   double score = 0; // sum over the points of 5.991 - chi^2
 };
 
-Structure Explain(const RayMatches& m, const Rigid3& motion, double sigma_px) {
+// `loose`: by how much the sigmas are taken larger.
+Structure Explain(const RayMatches& m, const Rigid3& motion, double loose) {
   const Eigen::Matrix3d essential = EssentialOf(motion);
   Structure s;
   s.points.resize(m.size());
-  const double max_error2 = 4 * sigma_px * sigma_px, min_cos = std::cos(kMinPointParallaxDeg * std::numbers::pi / 180);
+  const double min_cos = std::cos(kMinPointParallaxDeg * std::numbers::pi / 180);
   for (int i = 0; i < m.size(); ++i) {
-    const double chi2 = SquaredSampson(m, essential, i) / (sigma_px * sigma_px);
+    const double variance = std::pow(loose * m.sigma[i], 2), max_error2 = 4 * variance;
+    const double chi2 = SquaredSampson(m, essential, i) / variance;
     if (!(chi2 < 3.841)) continue;
     ++s.inliers;
     const double cos_rays = (motion.rotation * m.first[i]).normalized().dot(m.second[i].normalized());
@@ -70,15 +72,15 @@ bool SameMotion(const Rigid3& a, const Rigid3& b) {
 }
 
 // Refined candidates, best first, each motion once.
-std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<Rigid3>& motions, double sigma_px) {
+std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<Rigid3>& motions) {
   std::vector<double> rough;  // a loose look decides which are worth a refinement
-  for (const Rigid3& motion : motions) rough.push_back(Explain(matches, motion, 2 * sigma_px).score);
+  for (const Rigid3& motion : motions) rough.push_back(Explain(matches, motion, 2).score);
   const double best = rough.empty() ? 0 : *std::ranges::max_element(rough);
   std::vector<Candidate> ranked;
   for (size_t i = 0; i < motions.size(); ++i) {
     if (!(rough[i] > 0.3 * best)) continue;
-    const RefinedMotion refined = RefineMotion(matches, motions[i], sigma_px);
-    ranked.push_back({refined, Explain(matches, refined.second_from_first, sigma_px)});
+    const RefinedMotion refined = RefineMotion(matches, motions[i]);
+    ranked.push_back({refined, Explain(matches, refined.second_from_first, 1)});
   }
   std::ranges::stable_sort(ranked, std::ranges::greater{}, [](const Candidate& c) { return c.structure.score; });
   std::vector<Candidate> distinct;
@@ -90,11 +92,12 @@ std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<
   return distinct;
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+// That at least `count` of the values reach; 0 where they are fewer.
+double Reached(std::vector<double> values, int count) {
+  if (static_cast<int>(values.size()) < count) return 0;
+  const auto place = values.begin() + (count - 1);
+  std::ranges::nth_element(values, place, std::ranges::greater{});
+  return *place;
 }
 
 // Empty if the best candidate is to be believed.
@@ -113,8 +116,9 @@ std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ran
 }
 
 RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second, std::span<const Eigen::Vector2d> px_first,
-                    std::span<const Eigen::Vector2d> px_second) {
+                    std::span<const Eigen::Vector2d> px_second, std::span<const double> sigma_px) {
   RayMatches m;
+  m.sigma.assign(sigma_px.begin(), sigma_px.end());
   m.focal_first = (camera_first.fx + camera_first.fy) / 2;
   m.focal_second = (camera_second.fx + camera_second.fy) / 2;
   for (size_t i = 0; i < px_first.size(); ++i) {
@@ -128,17 +132,17 @@ RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second, std
 
 TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_second,
                               std::span<const Eigen::Vector2d> px_first, std::span<const Eigen::Vector2d> px_second,
-                              const TwoViewOptions& options, Rng& rng) {
-  OASLAM_CHECK(px_first.size() == px_second.size());
+                              std::span<const double> sigma_px, const TwoViewOptions& options, Rng& rng) {
+  OASLAM_CHECK(px_first.size() == px_second.size() && px_first.size() == sigma_px.size());
   TwoViewReport report;
   report.points.resize(px_first.size());
-  const RayMatches matches = MakeRays(camera_first, camera_second, px_first, px_second);
+  const RayMatches matches = MakeRays(camera_first, camera_second, px_first, px_second, sigma_px);
   if (matches.size() < std::max(8, options.min_points)) {
     report.why_not = fmt::format("{} matches", matches.size());
     return report;
   }
-  const TwoViewModel homography = FitHomography(matches, options.sigma_px, options.homography_iterations, rng);
-  const TwoViewModel essential = FitEssential(matches, options.sigma_px, options.essential_iterations, rng);
+  const TwoViewModel homography = FitHomography(matches, options.homography_iterations, rng);
+  const TwoViewModel essential = FitEssential(matches, options.essential_iterations, rng);
   report.planar = homography.score > kPlanarShare * (homography.score + essential.score);
 
   // Both models speak: an essential matrix of eight points is arbitrary on a plane, a homography's motion is rough off it; after the
@@ -146,7 +150,7 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   std::vector<Rigid3> motions;
   if (homography.score > 0) motions = MotionsOfHomography(homography.matrix, matches);
   if (essential.score > 0) std::ranges::copy(MotionsOfEssential(essential.matrix), std::back_inserter(motions));
-  std::vector<Candidate> ranked = RankMotions(matches, motions, options.sigma_px);
+  std::vector<Candidate> ranked = RankMotions(matches, motions);
   if (ranked.empty()) {
     report.why_not = "no motion has points in front of both cameras";
     return report;
@@ -156,7 +160,7 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   report.direction_sigma_deg = best.motion.direction_sigma_deg;
   report.inliers = best.structure.inliers;
   report.triangulated = static_cast<int>(best.structure.parallax_deg.size());
-  report.parallax_deg = Median(best.structure.parallax_deg);
+  report.parallax_deg = Reached(best.structure.parallax_deg, options.min_points);
   report.why_not = Doubt(report, ranked, matches.size(), options);
   report.success = report.why_not.empty();
   report.points = best.structure.points;

@@ -109,14 +109,12 @@ TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleR
 
 }  // namespace
 
-TwoViewModel FitHomography(const RayMatches& matches, double sigma_px, int iterations, Rng& rng) {
-  const double to_second = std::pow(matches.focal_second / sigma_px, 2);
-  const double to_first = std::pow(matches.focal_first / sigma_px, 2);
+TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng) {
   const auto make_credit = [&](const Eigen::Matrix3d& h) {
     const Eigen::Matrix3d inverse = h.inverse();
-    return [&matches, to_first, to_second, h, inverse](int i) {
-      return TransferCredit(h, matches.first[i], matches.second[i], to_second) +
-             TransferCredit(inverse, matches.second[i], matches.first[i], to_first);
+    return [&matches, h, inverse](int i) {
+      return TransferCredit(h, matches.first[i], matches.second[i], std::pow(matches.focal_second / matches.sigma[i], 2)) +
+             TransferCredit(inverse, matches.second[i], matches.first[i], std::pow(matches.focal_first / matches.sigma[i], 2));
     };
   };
   const auto rows = [&](int i) { return HomographyRows(matches.first[i], matches.second[i]); };
@@ -128,10 +126,9 @@ TwoViewModel FitHomography(const RayMatches& matches, double sigma_px, int itera
   return Ransac<4>(matches, iterations, rng, sample_rows, [](const Eigen::Matrix3d& h) { return h; }, make_credit, rows);
 }
 
-TwoViewModel FitEssential(const RayMatches& matches, double sigma_px, int iterations, Rng& rng) {
-  const double inverse_sigma2 = 1 / (sigma_px * sigma_px);
+TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng) {
   const auto make_credit = [&](const Eigen::Matrix3d& e) {
-    return [&matches, inverse_sigma2, e](int i) { return EssentialCredit(matches, e, i, inverse_sigma2); };
+    return [&matches, e](int i) { return EssentialCredit(matches, e, i, 1 / (matches.sigma[i] * matches.sigma[i])); };
   };
   const auto rows = [&](int i) { return EssentialRow(matches.first[i], matches.second[i]); };
   const auto sample_rows = [&](const std::array<int, 8>& sample) {

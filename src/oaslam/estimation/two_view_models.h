@@ -11,6 +11,7 @@ namespace oaslam {
 // Matches as rays (z = 1) of the two cameras; residuals are brought to pixels by the focal lengths.
 struct RayMatches {
   std::vector<Eigen::Vector3d> first, second;
+  std::vector<double> sigma;  // px, of each match, in either image
   double focal_first = 1, focal_second = 1;
   int size() const { return static_cast<int>(first.size()); }
 };
@@ -23,9 +24,9 @@ struct TwoViewModel {
 };
 
 // x_second ~ H x_first.
-TwoViewModel FitHomography(const RayMatches& matches, double sigma_px, int iterations, Rng& rng);
+TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng);
 // x_second^T E x_first = 0.
-TwoViewModel FitEssential(const RayMatches& matches, double sigma_px, int iterations, Rng& rng);
+TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng);
 
 // The candidate motions second_from_first, translations of length 1. Of a homography none if it is a rotation.
 std::vector<Rigid3> MotionsOfEssential(const Eigen::Matrix3d& essential);

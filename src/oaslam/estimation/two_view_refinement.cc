@@ -36,7 +36,7 @@ struct NormalEquations {
   double cost = 0;
 };
 
-NormalEquations Linearize(const RayMatches& m, const Rigid3& motion, double sigma_px) {
+NormalEquations Linearize(const RayMatches& m, const Rigid3& motion) {
   const Eigen::Matrix3d r = motion.rotation.toRotationMatrix(), t_hat = Skew(motion.translation), e = t_hat * r;
   const Eigen::Matrix<double, 3, 2> tangents = Tangents(motion.translation);
   std::array<Eigen::Matrix3d, 5> derivative;  // of E by the tangents of t and a left rotation
@@ -44,19 +44,20 @@ NormalEquations Linearize(const RayMatches& m, const Rigid3& motion, double sigm
   for (int k = 0; k < 3; ++k) derivative[2 + k] = t_hat * Skew(Eigen::Vector3d::Unit(k)) * r;
 
   const double w_first = 1 / (m.focal_first * m.focal_first), w_second = 1 / (m.focal_second * m.focal_second);
-  const double kernel2 = std::pow(2 * sigma_px, 2);  // Cauchy: full weight well within two sigma
+  constexpr double kernel2 = 4;  // Cauchy: full weight well within two sigma
   NormalEquations n;
   for (int i = 0; i < m.size(); ++i) {
     const Eigen::Vector3d &x = m.first[i], &y = m.second[i];
     const Eigen::Vector3d ex = e * x, ey = e.transpose() * y;
     const double variance = w_second * ex.head<2>().squaredNorm() + w_first * ey.head<2>().squaredNorm();
     if (!(variance > 1e-18)) continue;
-    const double inverse_sigma = 1 / std::sqrt(variance), residual = y.dot(ex) * inverse_sigma;
+    const double inverse_norm = 1 / std::sqrt(variance), inverse_sigma = inverse_norm / m.sigma[i];
+    const double residual = y.dot(ex) * inverse_sigma;
     Vector5d j;
     for (int k = 0; k < 5; ++k) {
       const Eigen::Vector3d dx = derivative[k] * x, dy = derivative[k].transpose() * y;
       const double half_dvariance = w_second * ex.head<2>().dot(dx.head<2>()) + w_first * ey.head<2>().dot(dy.head<2>());
-      j(k) = inverse_sigma * (y.dot(dx) - residual * inverse_sigma * half_dvariance);
+      j(k) = inverse_sigma * y.dot(dx) - residual * inverse_norm * inverse_norm * half_dvariance;
     }
     const double weight = 1 / (1 + residual * residual / kernel2);
     n.cost += kernel2 * std::log1p(residual * residual / kernel2);
@@ -79,9 +80,9 @@ double SquaredSampson(const RayMatches& m, const Eigen::Matrix3d& essential, int
                                   ey.head<2>().squaredNorm() / (m.focal_first * m.focal_first));
 }
 
-RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start, double sigma_px) {
+RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start) {
   RefinedMotion result{start, 0};
-  NormalEquations here = Linearize(matches, start, sigma_px);
+  NormalEquations here = Linearize(matches, start);
   double damping = 1e-4;
   for (int i = 0; i < 20; ++i) {
     Matrix5d damped = here.hessian;
@@ -90,7 +91,7 @@ RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start, doubl
     const Vector5d step = damped.ldlt().solve(-here.gradient);
     if (!step.allFinite()) break;
     const Rigid3 moved = Moved(result.second_from_first, step);
-    const NormalEquations there = Linearize(matches, moved, sigma_px);
+    const NormalEquations there = Linearize(matches, moved);
     if (there.cost > here.cost) {
       damping *= 10;
       if (damping > 1e6) break;
@@ -102,7 +103,7 @@ RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start, doubl
     damping *= 0.1;
     if (converged) break;
   }
-  const Matrix5d covariance = (here.hessian / (sigma_px * sigma_px)).ldlt().solve(Matrix5d::Identity());
+  const Matrix5d covariance = here.hessian.ldlt().solve(Matrix5d::Identity());
   const Eigen::Matrix2d direction = covariance.topLeftCorner<2, 2>();
   const double variance = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(direction).eigenvalues()(1);
   const double sigma_deg = std::sqrt(variance) * 180 / std::numbers::pi;

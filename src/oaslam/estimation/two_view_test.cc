@@ -48,7 +48,7 @@ Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, d
 
 TwoViewReport Estimate(const Scene& scene, uint64_t seed) {
   Rng rng(seed);
-  return EstimateTwoView(kCamera, kCamera, scene.first, scene.second, TwoViewOptions{}, rng);
+  return EstimateTwoView(kCamera, kCamera, scene.first, scene.second, std::vector<double>(scene.first.size(), 1), TwoViewOptions{}, rng);
 }
 
 double RotationErrorDeg(const TwoViewReport& report, const Scene& scene) {

@@ -7,9 +7,9 @@
 
 namespace oaslam {
 
-PyramidScales::PyramidScales(int level_count, double scale_factor)
+PyramidScales::PyramidScales(int level_count, double scale_factor, double lowest)
     : levels(std::min(level_count, kMaxLevels)), factor(static_cast<float>(scale_factor)) {
-  double s = 1;
+  double s = lowest;
   for (int i = 0; i < levels; ++i, s *= scale_factor) scale[i] = static_cast<float>(s);
 }
 

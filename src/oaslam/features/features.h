@@ -30,10 +30,18 @@ struct PyramidScales {
   static constexpr int kMaxLevels = 16;
   int levels = 8;
   float factor = 1.2F;
-  std::array<float, kMaxLevels> scale{};  // factor^level
+  // Size of a pixel of each level in pixels of the given image: that of the lowest level, which is
+  // another image than the given one where features are taken at a working resolution, times
+  // factor^level. It is also the standard deviation of a key point's position.
+  std::array<float, kMaxLevels> scale{};
 
   PyramidScales() : PyramidScales(8, 1.2) {}
-  PyramidScales(int level_count, double scale_factor);
+  PyramidScales(int level_count, double scale_factor, double lowest = 1);
+
+  // In pixels of the given image: the unit of all distances that follow from the features' precision.
+  double working_pixel() const { return scale[0]; }
+  // Of a level, relative to the lowest.
+  double Relative(int level) const { return scale[level] / scale[0]; }
   // The level at which something first fully visible at `max_distance` appears at `distance`, within [0, levels).
   int PredictLevel(double distance, double max_distance) const;
 };

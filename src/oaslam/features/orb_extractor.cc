@@ -26,8 +26,24 @@ float AngleOf(const Moments& moments) {
 
 }  // namespace
 
+cv::Size WorkingSize(const Camera& camera, int resolution) {
+  // The number of pixels counts, whatever the image's shape. A resize that saves or gains little is
+  // not worth its blur.
+  constexpr double kWorthwhile = 1.2, kSmall = 0.5, kMaxEnlargement = 2;
+  const double area = static_cast<double>(camera.width) * camera.height;
+  double shrink = std::sqrt(area / (0.75 * resolution * resolution));
+  if (shrink < kSmall / kWorthwhile) shrink = std::max(shrink / kSmall, 1 / kMaxEnlargement);
+  else if (shrink < kWorthwhile) shrink = 1;
+  return {std::max(1, cvRound(camera.width / shrink)), std::max(1, cvRound(camera.height / shrink))};
+}
+
 OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
-    : config_(config), camera_(camera), pyramid_(config.levels, config.scale_factor), bounds_(IdealImageBounds(camera)) {}
+    : config_(config),
+      camera_(camera),
+      working_size_(WorkingSize(camera, config.resolution)),
+      pyramid_(config.levels, config.scale_factor,
+               std::sqrt(static_cast<double>(camera.width) * camera.height / working_size_.area())),
+      bounds_(IdealImageBounds(camera)) {}
 
 std::vector<int> OrbExtractor::CountPerLevel(int count) const {
   // A geometric series: as many per area on each level.
@@ -60,6 +76,12 @@ std::vector<Corner> OrbExtractor::DetectCorners(const cv::Mat& image) {
   return corners;
 }
 
+cv::Mat OrbExtractor::AtWorkingResolution(const cv::Mat& grey) {
+  if (grey.size() == working_size_) return grey;
+  cv::resize(grey, working_, working_size_, 0, 0, working_size_.width < grey.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return working_;
+}
+
 Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
   OASLAM_CHECK(grey.type() == CV_8UC1 && grey.cols == camera_.width && grey.rows == camera_.height);
   constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
@@ -68,12 +90,13 @@ Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
   features.bounds = bounds_;
   const std::vector<int> counts = CountPerLevel(count);
   level_images_.resize(pyramid_.levels);
-  level_images_[0] = grey;
+  level_images_[0] = AtWorkingResolution(grey);
+  const cv::Size lowest = level_images_[0].size();
   for (int level = 0; level < pyramid_.levels; ++level) {
     cv::Mat& image = level_images_[level];
     if (level > 0) {
-      const float scale = pyramid_.scale[level];
-      const cv::Size size(cvRound(static_cast<float>(grey.cols) / scale), cvRound(static_cast<float>(grey.rows) / scale));
+      const auto scale = static_cast<float>(pyramid_.Relative(level));
+      const cv::Size size(cvRound(static_cast<float>(lowest.width) / scale), cvRound(static_cast<float>(lowest.height) / scale));
       if (size.empty()) break;
       cv::resize(level_images_[level - 1], image, size, 0, 0, cv::INTER_LINEAR);
     }

@@ -10,6 +10,10 @@
 
 namespace oaslam {
 
+// The size at which key points are looked for: the given image's, or, where that has many more pixels
+// than `resolution` x 3/4 `resolution`, of this number of pixels; a very small image is enlarged.
+cv::Size WorkingSize(const Camera& camera, int resolution);
+
 // ORB key points (Rublee et al. 2011) over an image pyramid, evenly spread over each level, and brought into the ideal image of
 // the camera.
 class OrbExtractor {
@@ -20,14 +24,17 @@ class OrbExtractor {
   Features Extract(const cv::Mat& grey, int count);
 
  private:
+  cv::Mat AtWorkingResolution(const cv::Mat& grey);
   std::vector<int> CountPerLevel(int count) const;
   std::vector<Corner> DetectCorners(const cv::Mat& image);
 
   FeaturesConfig config_;
   Camera camera_;
+  cv::Size working_size_;
   PyramidScales pyramid_;
   Box bounds_;
-  std::vector<cv::Mat> level_images_;  // of the pyramid; the first is that of the caller
+  std::vector<cv::Mat> level_images_;  // of the pyramid; the first may be that of the caller
+  cv::Mat working_;
   cv::Mat blurred_;
   std::vector<uint8_t> scores_;
 };

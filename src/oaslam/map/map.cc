@@ -111,9 +111,9 @@ void Map::UpdateLandmarkGeometry(LandmarkId id) {
   const Keyframe& keyframe = keyframes.At(reference.keyframe);
   const PyramidScales& pyramid = keyframe.features->pyramid;
   const double distance = (landmark.position - keyframe.cam_from_world.OriginInSource()).norm();
-  const double scale = pyramid.scale[keyframe.features->keypoints[reference.keypoint].octave];
+  const double scale = pyramid.Relative(keyframe.features->keypoints[reference.keypoint].octave);
   landmark.max_distance = static_cast<float>(distance * scale);
-  landmark.min_distance = landmark.max_distance / pyramid.scale[pyramid.levels - 1];
+  landmark.min_distance = landmark.max_distance / static_cast<float>(pyramid.Relative(pyramid.levels - 1));
 }
 
 void Map::UpdateLandmark(LandmarkId id) {

@@ -19,7 +19,7 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
 
 }  // namespace
 
-bool InsertInitialMap(const InitialMap& initial, const TrackingConfig& config, Map& map) {
+bool InsertInitialMap(const InitialMap& initial, Map& map) {
   constexpr int kIterations = 20;
   Map fresh;
   fresh.cameras = map.cameras;
@@ -36,7 +36,7 @@ bool InsertInitialMap(const InitialMap& initial, const TrackingConfig& config, M
   fresh.UpdateCovisibility(initial.second_id, 1);
   ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   const double depth = fresh.MedianDepth(initial.first_id);
-  if (depth <= 0 || static_cast<int>(fresh.landmarks.size()) < config.min_init_matches / 2) return false;
+  if (depth <= 0 || 2 * fresh.landmarks.size() < initial.points.size()) return false;
   for (const KeyframeId id : fresh.keyframes.Ids()) fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.landmarks.MutableAt(id).position /= depth;
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.UpdateLandmark(id);

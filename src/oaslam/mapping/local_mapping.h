@@ -13,7 +13,7 @@ namespace oaslam {
 
 // A new map from two views: both keyframes, their landmarks, all refined together, scaled so that the median depth is 1.
 // False (and the map untouched) when too little of it survives refinement.
-bool InsertInitialMap(const InitialMap& initial, const TrackingConfig& config, Map& map);
+bool InsertInitialMap(const InitialMap& initial, Map& map);
 
 // Adds the keyframe with the landmarks it tracked (those that still exist), and its covisibility.
 void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map);

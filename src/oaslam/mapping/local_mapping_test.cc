@@ -34,7 +34,7 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
         initial.points.push_back({i, j, world.cam_from_world[2] * world.points[first.point_of_keypoint[i]] / motion.translation.norm()});
   Map map;
   map.cameras.push_back(world.camera);
-  ASSERT_TRUE(InsertInitialMap(initial, {}, map));
+  ASSERT_TRUE(InsertInitialMap(initial, map));
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   EXPECT_NEAR(map.MedianDepth(KeyframeId(4)), 1, 0.05);
   EXPECT_GT(map.landmarks.size(), 250U);
@@ -42,7 +42,7 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
   initial.points.resize(20);
   Map refused;
   refused.cameras.push_back(world.camera);
-  EXPECT_FALSE(InsertInitialMap(initial, {}, refused));
+  EXPECT_FALSE(InsertInitialMap(initial, refused));
   EXPECT_TRUE(refused.keyframes.empty());
 }
 

@@ -99,6 +99,29 @@ int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d
   }));
 }
 
+// The way of the camera between two keyframes, as mapped.
+double PathLength(const Map& map, KeyframeId from, KeyframeId to) {
+  double length = 0;
+  std::optional<Eigen::Vector3d> before;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    if (id < from || to < id) return;
+    const Eigen::Vector3d center = keyframe.cam_from_world.OriginInSource();
+    if (before) length += (center - *before).norm();
+    before = center;
+  });
+  return length;
+}
+
+// Two windows may look the same. What a loop corrects is the drift since, which is a share of the way.
+bool IsDrift(const Map& map, const LoopClosure& loop) {
+  constexpr double kMaxShare = 0.25, kMaxAngle = 0.6, kMaxScale = 2.5;
+  const Eigen::Vector3d center = map.keyframes.At(loop.current).cam_from_world.OriginInSource();
+  const Similarity& correction = loop.old_from_current;
+  const double angle = correction.rotation.angularDistance(Eigen::Quaterniond::Identity());
+  return (correction * center - center).norm() < kMaxShare * PathLength(map, loop.old, loop.current) && angle < kMaxAngle &&
+         std::abs(std::log(correction.scale)) < std::log(kMaxScale);
+}
+
 std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, bool is_near, Rng& rng) {
   const Keyframe& here = map.keyframes.At(current);
   const Camera& camera = map.cameras[here.camera];
@@ -133,7 +156,7 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
                           Similarity(here.cam_from_world);
   if (!is_near && CountConsistent(shared, loop.old_from_current, pose.cam_from_world) < std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
     return std::nullopt;
-  return loop;
+  return IsDrift(map, loop) ? std::optional(loop) : std::nullopt;
 }
 
 }  // namespace

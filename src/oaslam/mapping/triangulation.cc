@@ -18,13 +18,15 @@ struct View {
 
   const Keypoint& point() const { return keyframe.features->keypoints[keypoint]; }
   Eigen::Vector3d Ray() const { return RayOf(camera, point().px.cast<double>()); }
-  double Scale() const { return keyframe.features->pyramid.scale[point().octave]; }
+  double Sigma() const { return keyframe.features->pyramid.scale[point().octave]; }
+  // The angle that the key point's patch subtends, up to a factor.
+  double Scale() const { return Sigma() / camera.fx; }
 };
 
 bool Reprojects(const View& view, const Eigen::Vector3d& x) {
   const Eigen::Vector3d x_in_cam = view.keyframe.cam_from_world * x;
   if (x_in_cam.z() <= 0) return false;
-  const double sigma = view.Scale();
+  const double sigma = view.Sigma();
   return (ProjectIdeal(view.camera, x_in_cam) - view.point().px.cast<double>()).squaredNorm() <= 5.991 * sigma * sigma;
 }
 
@@ -43,10 +45,25 @@ std::optional<Eigen::Vector3d> Triangulated(const View& a, const View& b, double
 
 }  // namespace
 
+namespace {
+
+// Covisible keyframes, and those just before: a camera that turns fast shares few landmarks with them, but much of the view.
+std::vector<KeyframeId> TriangulationPartners(const Map& map, KeyframeId id, int count) {
+  constexpr uint32_t kJustBefore = 3;
+  std::vector<KeyframeId> partners = map.CovisibleKeyframes(id, count);
+  for (uint32_t back = 1; back <= std::min(kJustBefore, id.value); ++back) {
+    const KeyframeId before(id.value - back);
+    if (map.keyframes.Contains(before) && std::ranges::find(partners, before) == partners.end()) partners.push_back(before);
+  }
+  return partners;
+}
+
+}  // namespace
+
 std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConfig& config, Map& map) {
   constexpr double kMinBaselineToDepth = 0.01;
   std::vector<LandmarkId> created;
-  for (const KeyframeId neighbour : map.CovisibleKeyframes(id, config.covisible_neighbors)) {
+  for (const KeyframeId neighbour : TriangulationPartners(map, id, config.covisible_neighbors)) {
     const Keyframe& here = map.keyframes.At(id);
     const Keyframe& there = map.keyframes.At(neighbour);
     const double baseline = (here.cam_from_world.OriginInSource() - there.cam_from_world.OriginInSource()).norm();
@@ -57,6 +74,7 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConf
       const View a{map.cameras[here.camera], here, pair.first}, b{map.cameras[there.camera], there, pair.second};
       if (const auto x = Triangulated(a, b, config.min_parallax_cos)) found.emplace_back(pair, *x);
     }
+    if (getenv("DBG")) { fprintf(stderr, "kf %u (frame %d) with %u (frame %d): points %zu, baseline/depth %.3f\n", id.value, here.frame_index, neighbour.value, there.frame_index, found.size(), baseline / depth); }
     for (const auto& [pair, x] : found) {
       const LandmarkId landmark = map.AddLandmark(x, id);
       map.AddObservation(landmark, neighbour, pair.second);

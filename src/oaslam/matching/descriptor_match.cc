@@ -40,12 +40,13 @@ Eigen::Matrix3d Calibration(const Camera& camera) {
 
 }  // namespace
 
-LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map, const Keyframe& keyframe, double ratio) {
+LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, const Features& from,
+                                   std::span<const LandmarkId> seen, double ratio) {
   KeypointPairs pairs;
   std::vector<int> distances;
-  for (int i = 0; i < keyframe.features->size(); ++i) {
-    if (!keyframe.landmarks[i].IsValid() || !map.landmarks.Contains(keyframe.landmarks[i])) continue;
-    const Descriptor& descriptor = keyframe.features->descriptors[i];
+  for (int i = 0; i < from.size(); ++i) {
+    if (!seen[i].IsValid() || !map.landmarks.Contains(seen[i])) continue;
+    const Descriptor& descriptor = from.descriptors[i];
     int best = 256, second = 256, best_keypoint = -1;
     for (int k = 0; k < features.size(); ++k) {
       const int distance = HammingDistance(descriptor, features.descriptors[k]);
@@ -62,11 +63,15 @@ LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
     distances.push_back(best);
   }
   LandmarkMatches matches{std::vector<LandmarkId>(features.keypoints.size()), 0};
-  for (const auto& [from, to] : Filter(pairs, distances, *keyframe.features, features)) {
-    matches.landmarks[to] = keyframe.landmarks[from];
+  for (const auto& [a, b] : Filter(pairs, distances, from, features)) {
+    matches.landmarks[b] = seen[a];
     ++matches.count;
   }
   return matches;
+}
+
+LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map, const Keyframe& keyframe, double ratio) {
+  return MatchSeenLandmarks(features, map, *keyframe.features, keyframe.landmarks, ratio);
 }
 
 KeypointPairs MatchWithinWindow(const Features& first, const Features& second, std::span<const Eigen::Vector2d> expected,
@@ -74,20 +79,25 @@ KeypointPairs MatchWithinWindow(const Features& first, const Features& second, s
   KeypointPairs pairs;
   std::vector<int> distances;
   for (int i = 0; i < first.size(); ++i) {
-    if (first.keypoints[i].octave > 0) continue;
-    int best = 256, next = 256, best_keypoint = -1;
+    const int level = first.keypoints[i].octave;
+    int best = 256, next = 256, best_level = -1, next_level = -1, best_keypoint = -1;
     second.VisitNear(expected[i], window_px, [&](int k) {
-      if (second.keypoints[k].octave > 0) return;
+      const int other_level = second.keypoints[k].octave;
+      if (std::abs(other_level - level) > 1) return;
       const int distance = HammingDistance(first.descriptors[i], second.descriptors[k]);
       if (distance < best) {
         next = best;
+        next_level = best_level;
         best = distance;
+        best_level = other_level;
         best_keypoint = k;
       } else if (distance < next) {
         next = distance;
+        next_level = other_level;
       }
     });
-    if (best > kTightHamming || best >= ratio * next) continue;
+    // The next best on another level is mostly the same corner.
+    if (best > kTightHamming || (best_level == next_level && best >= ratio * next)) continue;
     pairs.emplace_back(i, best_keypoint);
     distances.push_back(best);
   }
@@ -115,7 +125,7 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first, con
     const Keypoint& keypoint = b.keypoints[k];
     const float sigma = b.pyramid.scale[keypoint.octave];
     // Near the epipole the depth is anybody's guess.
-    if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() < 100 * sigma) continue;
+    if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() < 100 * sigma * b.pyramid.working_pixel()) continue;
     free_second.push_back(k);
     place.Add(keypoint.px, static_cast<float>(std::sqrt(kChi2OneDof)) * sigma);
   }

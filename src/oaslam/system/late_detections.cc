@@ -41,6 +41,7 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return outcome;
   relocalized_frame_ = newest_frame_;  // probation begins now
+  relocalized_time_ = newest_.timestamp;
   std::erase_if(missed_, [&](const Missed& missed) { return missed.frame.index >= frame.index; });
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   Remember(frame, map, tracked, TrackingState::kRelocalized);

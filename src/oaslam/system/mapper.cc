@@ -23,7 +23,7 @@ void Mapper::Apply(const MapCommand& command) {
     std::erase_if(map_.anchors, [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
   }
   AdoptBackgroundBundle(command);
-  if (command.initial && !InsertInitialMap(*command.initial, config_.tracking, map_))
+  if (command.initial && !InsertInitialMap(*command.initial, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
   if (command.joining) Join(*command.joining);
   CountLandmarkUse(command.uses, map_);

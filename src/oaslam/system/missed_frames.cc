@@ -7,11 +7,13 @@
 namespace oaslam {
 namespace {
 
+constexpr double kWindow = 30;  // pixels of the lowest level: of a neighbour in time only the pose is known
+
 // From a neighbour in time to the local map.
 TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features, const std::vector<LandmarkId>& landmarks,
-                               const Rigid3& cam_from_world, int min_inliers) {
-  const TrackReport report = TrackFromLastFrame(frame, map, features, landmarks, cam_from_world);
-  return report.success ? TrackLocalMap(frame, map, report, min_inliers) : TrackReport{};
+                               const Rigid3& cam_from_world, const TrackDemands& demands) {
+  const TrackReport report = TrackFromLastFrame(frame, map, features, landmarks, cam_from_world, kWindow);
+  return report.success ? TrackLocalMap(frame, map, report, demands) : TrackReport{};
 }
 
 }  // namespace
@@ -31,7 +33,7 @@ void Tracker::FillInBetween(const Map& map) {
   std::vector<LandmarkId> landmarks = keyframe.landmarks;
   Rigid3 pose = keyframe.cam_from_world;
   for (const Frame& frame : std::exchange(between_, {})) {
-    const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, config_.tracking.min_inliers);
+    const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, {.inliers = config_.tracking.min_inliers});
     if (!report.success) continue;
     trajectory_.Add({frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking}, frame,
                     report.landmarks);
@@ -49,7 +51,7 @@ void Tracker::FillInMissed(const Map& map, int count) {
     missed_.pop_back();
     const Frame& frame = missed.frame;
     TrackReport report = TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world,
-                                            config_.tracking.min_inliers);
+                                            {.inliers = config_.tracking.min_inliers});
     if (!report.success) return EndBackfill();
     const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
     if (!missed.has_pose)

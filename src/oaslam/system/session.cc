@@ -10,7 +10,7 @@ Session::Session(const SlamConfig& config, Map map, const FirstIds& ids, bool ma
 Tracker::Outcome Session::Process(const Frame& frame) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
   Tracker::Outcome outcome = tracker_.Track(frame, *snapshot_);
-  if (outcome.command) pipeline_.Submit(std::move(*outcome.command), outcome.map_required);
+  if (outcome.command) pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
   if (!outcome.map_required) return outcome;
   return tracker_.AdoptInitialMap(frame, *Newest());
 }

@@ -1,9 +1,11 @@
 #include "oaslam/system/tracker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/relocalization/confidence.h"
 #include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/util/log.h"
@@ -15,7 +17,32 @@ namespace {
 // A bound that holds where points are seen from about where they were mapped.
 double PositionSigma(const Map& map, const TrackReport& tracked) { return 0.005 * map.MedianDepth(tracked.reference); }
 
-constexpr int kProbation = 15;  // frames
+// A motion for a part, or a multiple, of the time that it took.
+Rigid3 Fraction(const Rigid3& motion, double share) {
+  if (std::abs(share - 1) < 1e-3) return motion;
+  const Eigen::AngleAxisd turn(motion.rotation);
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(share * turn.angle(), turn.axis())), share * motion.translation};
+}
+
+// How far, in pixels of the lowest level, landmarks were from where a prediction put them, in the median.
+double PredictionError(const Frame& frame, const Map& map, const TrackReport& tracked, const Rigid3& predicted) {
+  const Camera& camera = map.cameras[frame.camera];
+  std::vector<double> errors;
+  for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
+    if (!tracked.landmarks[i].IsValid()) continue;
+    const Eigen::Vector3d p = predicted * map.landmarks.At(tracked.landmarks[i]).position;
+    if (p.z() > 0) errors.push_back((ProjectIdeal(camera, p) - frame.features->keypoints[i].px.cast<double>()).norm());
+  }
+  if (errors.empty()) return 0;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::ranges::nth_element(errors, middle);
+  return *middle / frame.features->pyramid.working_pixel();
+}
+
+constexpr double kProbation = 0.5;  // seconds
+constexpr double kMotionWindow = 15;  // pixels of the lowest level, at least
+constexpr double kErrorsSearched = 4;
+constexpr int kThin = 200;  // landmarks: with fewer in view the matches of all key points with the last image are worth their time
 constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
 
 }  // namespace
@@ -49,8 +76,7 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   relocalization_.reset();
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
-  const TrackReport followed = FollowMotion(frame, map);
-  const TrackReport tracked = followed.success ? TrackLocalMap(frame, map, followed, MinInliers(frame)) : TrackReport{};
+  const TrackReport tracked = Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
   if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes) return StartAnew(frame);
@@ -72,7 +98,7 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
     FillInMissed(map, kBackfillPerFrame);
   }
   if (IsOnProbation(frame)) outcome.anchor = PoseAnchor{tracked.cam_from_world, PositionSigma(map, tracked), true};
-  if (mapping_) outcome.command = MakeKeyframe(frame, map, tracked);
+  if (mapping_) MakeKeyframe(frame, map, tracked, outcome);
   else TakeRest();
   return outcome;
 }
@@ -91,6 +117,7 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
     trajectory_.Add({pose_frame.index, pose_frame.timestamp, id, {}, TrackingState::kTracking}, pose_frame, {});
   newest_keyframe_ = initial->second_id;
   newest_keyframe_frame_ = frame.index;
+  newest_keyframe_time_ = frame.timestamp;
   outcome.command.emplace();
   outcome.command->frame_index = frame.index;
   outcome.command->initial = std::move(initial);
@@ -107,39 +134,87 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
     return refused;
   }
   phase_ = Phase::kTracking;
-  velocity_.reset();
+  motion_.reset();
+  landmarks_time_ = frame.timestamp;
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
   FillInBetween(map);
   const int points = static_cast<int>(map.landmarks.size());
+  newest_keyframe_inliers_ = points;
   return Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
 }
 
 // A pose found anew has to prove itself before it may be followed on thin evidence.
-int Tracker::MinInliers(const Frame& frame) const {
-  return IsOnProbation(frame) ? config_.tracking.min_relocalization_inliers : config_.tracking.min_inliers;
+TrackDemands Tracker::Demands(const Frame& frame) const {
+  TrackDemands demands;
+  demands.inliers = config_.tracking.min_inliers;
+  if (IsOnProbation(frame)) demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
+  return demands;
 }
 
-bool Tracker::IsOnProbation(const Frame& frame) const { return relocalized_frame_ && frame.index - *relocalized_frame_ <= kProbation; }
+bool Tracker::IsOnProbation(const Frame& frame) const {
+  return relocalized_frame_ && frame.timestamp - relocalized_time_ <= kProbation;
+}
 
-TrackReport Tracker::FollowMotion(const Frame& frame, const Map& map) const {
+Rigid3 Tracker::Predict(const Rigid3& last_pose, double timestamp) const {
+  if (!motion_) return last_pose;
+  constexpr double kMaxSteps = 3;
+  const double steps = std::min((timestamp - last_->frame.timestamp) / motion_->seconds, kMaxSteps);
+  return Fraction(motion_->cam_from_before, steps) * last_pose;
+}
+
+// As a keyframe the last frame has landmarks by now that it did not have when it came.
+const Keyframe* Tracker::LastAsKeyframe(const Map& map) const {
+  return last_->frame.index == newest_keyframe_frame_ ? map.keyframes.Find(newest_keyframe_) : nullptr;
+}
+
+TrackReport Tracker::Follow(const Frame& frame, const Map& map) {
   const std::optional<Rigid3> reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference) return {};
   const Rigid3 last_pose = last_->cam_from_reference * *reference;
-  if (velocity_) {
-    const int frames = std::max(1, frame.index - last_->frame.index);
-    Rigid3 predicted = last_pose;
-    for (int i = 0; i < std::min(frames, 3); ++i) predicted = *velocity_ * predicted;
-    TrackReport report = TrackFromLastFrame(frame, map, *last_->frame.features, last_->landmarks, predicted);
-    if (report.success) return report;
-  }
-  const TrackReport still = TrackFromLastFrame(frame, map, *last_->frame.features, last_->landmarks, last_pose);
-  return still.success ? still : TrackFromKeyframe(frame, map, last_->reference, last_pose);
+  if (const Keyframe* keyframe = LastAsKeyframe(map)) last_->landmarks = keyframe->landmarks;
+  const TrackDemands demands = Demands(frame);
+  const Features& before = *last_->frame.features;
+  const auto in_local_map = [&](const TrackReport& first) {
+    TrackReport r = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
+    if (r.success && r.inliers < kThin) r = StrengthenByMatches(frame, map, {before, last_->landmarks, last_pose}, r, demands);
+    if (getenv("DBG") && !r.success) fprintf(stderr, "frame %d rung fails: first %d/%d -> %d/%d sigma %.3f; demands %d %d, window err %.1f\n", frame.index, first.inliers, first.matched, r.inliers, r.matched, r.relative_sigma, demands.inliers, demands.least_inliers, motion_ ? motion_->error : -1.0);
+    return r;
+  };
+  const double window = motion_ ? std::max(kMotionWindow, kErrorsSearched * motion_->error) : kMotionWindow;
+  const Rigid3 predicted = Predict(last_pose, frame.timestamp);
+  for (const double radius : {window, 2 * window, 4 * window})
+    if (const TrackReport found = in_local_map(TrackFromLastFrame(frame, map, before, last_->landmarks, predicted, radius));
+        found.success)
+      return found;
+  if (motion_)
+    if (const TrackReport found = in_local_map(TrackFromLastFrame(frame, map, before, last_->landmarks, last_pose, 2 * window));
+        found.success)
+      return found;
+  if (const TrackReport found = in_local_map(TrackByDescriptors(frame, map, before, last_->landmarks, rng_)); found.success)
+    return found;
+  const Keyframe* keyframe = map.keyframes.Find(last_->reference);
+  if (keyframe)
+    if (const TrackReport found = in_local_map(TrackByDescriptors(frame, map, *keyframe->features, keyframe->landmarks, rng_)); found.success)
+      return found;
+  return FollowByMatches(frame, map, last_pose, 4 * window);
+}
+
+// For a moment only: without landmarks the position, and with it the scale of what is mapped next, is a guess.
+TrackReport Tracker::FollowByMatches(const Frame& frame, const Map& map, const Rigid3& last_pose, double radius) const {
+  constexpr double kMoment = 0.5;            // seconds
+  constexpr double kRelativeSigma = 0.2;     // of a predicted step, over its length
+  const auto carried = map.ResolveKeyframe(last_->reference);
+  if (!mapping_ || !motion_ || IsOnProbation(frame) || frame.timestamp - landmarks_time_ > kMoment || !carried) return {};
+  TrackReport report = TrackByMatches(frame, map, {*last_->frame.features, last_->landmarks, last_pose},
+                                      Predict(last_pose, frame.timestamp), radius, kRelativeSigma);
+  report.reference = carried->by;
+  return report;
 }
 
 Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
-  velocity_.reset();
+  motion_.reset();
   last_.reset();
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
   relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects, found.why_not};
@@ -154,6 +229,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
+  relocalized_time_ = frame.timestamp;
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
@@ -166,7 +242,8 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map, const Reloca
   first.cam_from_world = found.cam_from_world;
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
-  return TrackLocalMap(frame, map, first, config_.tracking.min_relocalization_inliers, kWiderSearch);
+  const int inliers = config_.tracking.min_relocalization_inliers;
+  return TrackLocalMap(frame, map, first, {.inliers = inliers, .least_inliers = inliers, .radius_scale = kWiderSearch});
 }
 
 // A pose for this frame only: tracking needs points to go on from.
@@ -192,7 +269,7 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
 Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
   Log(LogLevel::kInfo, "lost with a small map: starting anew");
   phase_ = Phase::kInitializing;
-  velocity_.reset();
+  motion_.reset();
   last_.reset();
   uses_.clear();
   trajectory_.Clear();
@@ -215,11 +292,15 @@ void Tracker::GoOnAs(Tracker other, double scale, const FirstIds& fork) {
   phase_ = other.phase_;
   last_ = std::move(other.last_);
   if (last_) last_->cam_from_reference.translation *= scale;
-  velocity_ = other.velocity_;
-  if (velocity_) velocity_->translation *= scale;
+  motion_ = other.motion_;
+  if (motion_) motion_->cam_from_before.translation *= scale;
   newest_keyframe_ = other.newest_keyframe_;
   newest_keyframe_frame_ = other.newest_keyframe_frame_;
+  newest_keyframe_time_ = other.newest_keyframe_time_;
+  newest_keyframe_inliers_ = other.newest_keyframe_inliers_;
   relocalized_frame_ = other.relocalized_frame_;
+  relocalized_time_ = other.relocalized_time_;
+  landmarks_time_ = other.landmarks_time_;
   uses_ = std::move(other.uses_);
   EndBackfill();
   next_keyframe_ = other.next_keyframe_;
@@ -253,7 +334,7 @@ FrameView Tracker::View() const {
 void Tracker::ForceRelocalization() {
   if (phase_ != Phase::kTracking) return;
   phase_ = Phase::kLost;
-  velocity_.reset();
+  motion_.reset();
   last_.reset();
 }
 
@@ -266,37 +347,50 @@ Tracker::Outcome Tracker::Present(const Map& map) const {
 
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
   const Rigid3 cam_from_reference = RelativeTo(map, tracked.reference, tracked.cam_from_world);
-  velocity_.reset();
-  if (last_ && frame.index == last_->frame.index + 1)
-    if (const auto reference = map.ResolvePose(last_->reference))
-      velocity_ = tracked.cam_from_world * (last_->cam_from_reference * *reference).Inverse();
+  const auto before = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
+  if (before && frame.timestamp > last_->frame.timestamp) {
+    const Rigid3 last_pose = last_->cam_from_reference * *before;
+    const double error = PredictionError(frame, map, tracked, Predict(last_pose, frame.timestamp));
+    motion_ = Motion{tracked.cam_from_world * last_pose.Inverse(), frame.timestamp - last_->frame.timestamp, error};
+  } else {
+    motion_.reset();
+  }
   last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
   trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state}, frame, tracked.landmarks);
   trajectory_.Settle(map, frame.index - kSettleAfter);
   phase_ = Phase::kTracking;
+  if (!tracked.by_matches) landmarks_time_ = frame.timestamp;
   for (const LandmarkId id : tracked.visible) uses_.push_back({id, 1, 0});
   for (const LandmarkId id : tracked.landmarks)
     if (id.IsValid()) uses_.push_back({id, 0, 1});
 }
 
-std::optional<MapCommand> Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked) {
-  if (IsOnProbation(frame)) return std::nullopt;  // on probation the map is only read
+void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome) {
+  if (IsOnProbation(frame)) return;  // on probation the map is only read
   const KeyframeEvidence evidence{
-      .frames_since_keyframe = frame.index - newest_keyframe_frame_,
+      .seconds_since_keyframe = frame.timestamp - newest_keyframe_time_,
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),
       .matched = tracked.matched,
       .inliers = tracked.inliers,
-      .reference_landmarks = map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2)};
-  if (!NeedsKeyframe(evidence, config_.tracking)) return std::nullopt;
+      .reference_landmarks = map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
+      .inliers_at_keyframe = newest_keyframe_inliers_};
+  KeyframeNeed need = NeedsKeyframe(evidence, config_.tracking);
+  // Its landmarks come from the baseline to the newest keyframe, which takes a moment.
+  if (tracked.by_matches)
+    need = evidence.seconds_since_keyframe > config_.tracking.min_keyframe_interval - 1e-3 ? KeyframeNeed::kUrgent : KeyframeNeed::kNone;
+  if (need == KeyframeNeed::kNone) return;
   newest_keyframe_ = KeyframeId(next_keyframe_++);
   newest_keyframe_frame_ = frame.index;
+  newest_keyframe_time_ = frame.timestamp;
+  newest_keyframe_inliers_ = tracked.inliers;
   trajectory_.NewestIsKeyframe(newest_keyframe_);
   MapCommand command;
   command.frame_index = frame.index;
   command.keyframe = KeyframeInsertion{newest_keyframe_, {frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers}};
   command.uses = TakeUses();
   command.sightings = std::exchange(sightings_, {});
-  return command;
+  outcome.command = std::move(command);
+  outcome.is_urgent = need == KeyframeNeed::kUrgent;
 }
 
 MapCommand Tracker::TakeRest() {

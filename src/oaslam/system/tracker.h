@@ -44,6 +44,7 @@ class Tracker {
     std::optional<PoseAnchor> anchor;  // of a lost camera, or one that has just come back
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
+    bool is_urgent = false;     // the next frame needs the map that holds the command
 
     static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers);
   };
@@ -99,15 +100,19 @@ class Tracker {
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome StartAnew(const Frame& frame);
   bool IsOnProbation(const Frame& frame) const;  // found by points a moment ago
-  int MinInliers(const Frame& frame) const;
-  TrackReport FollowMotion(const Frame& frame, const Map& map) const;
+  TrackDemands Demands(const Frame& frame) const;
+  // From the last frame to this one, by the surest way that works.
+  TrackReport Follow(const Frame& frame, const Map& map);
+  const Keyframe* LastAsKeyframe(const Map& map) const;
+  TrackReport FollowByMatches(const Frame& frame, const Map& map, const Rigid3& last_pose, double radius) const;
+  Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
   void FillInBetween(const Map& map);
   Outcome Lose(const Frame& frame);
   void Miss(const Frame& frame, bool has_pose);
   void FillInMissed(const Map& map, int count);
   void EndBackfill();
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
-  std::optional<MapCommand> MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked);
+  void MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome);
   std::vector<LandmarkUse> TakeUses();
   void ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome);
   int Associate(const TrackedFrame& seen, const Map& map);
@@ -117,6 +122,13 @@ class Tracker {
     std::vector<LandmarkId> landmarks;
     KeyframeId reference;
     Rigid3 cam_from_reference;
+  };
+
+  // Of the camera between the last two frames.
+  struct Motion {
+    Rigid3 cam_from_before;
+    double seconds = 0;
+    double error = 0;  // how far from where it led to landmarks were found, median; pixels of the lowest level
   };
 
   struct Missed {
@@ -151,11 +163,15 @@ class Tracker {
   std::vector<Frame> between_;  // the two frames of the initial map
   std::deque<Missed> missed_;   // the newest frames without points to track
   std::optional<Backfill> backfill_;  // since the camera was found
-  std::optional<Rigid3> velocity_;  // cam_from_last_cam, a frame
+  std::optional<Motion> motion_;
+  double landmarks_time_ = 0;  // of the newest frame whose pose landmarks stood for
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
+  double newest_keyframe_time_ = 0;
+  int newest_keyframe_inliers_ = 0;
   int newest_frame_ = 0;
   std::optional<int> relocalized_frame_;  // the newest when the camera was last found
+  double relocalized_time_ = 0;
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe

@@ -1,53 +1,104 @@
 #include "oaslam/tracking/initializer.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "oaslam/estimation/two_view.h"
-#include "oaslam/matching/descriptor_match.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kWindowPx = 100;
+// Of the focal length: how far key points may go between two images, some eleven degrees of turning.
+constexpr double kWindow = 0.2;
 constexpr double kRatio = 0.9;
+constexpr size_t kMaxReferences = 4;
+constexpr double kLostShare = 0.7;   // a new reference once the newest keeps less than this of its matches
+constexpr size_t kMaxRecent = 150;   // frames, some 50 KB each
+constexpr double kStillPixels = 3;   // of the lowest level: less motion than this is none
 
 }  // namespace
 
-void Initializer::Start(const Frame& frame) {
-  first_.reset();
-  between_.clear();
-  if (frame.features->size() < config_.min_init_matches) return;
-  first_ = frame;
-  last_seen_.clear();
-  for (const Keypoint& k : frame.features->keypoints) last_seen_.push_back(k.px.cast<double>());
+void Initializer::Reset() {
+  references_.clear();
+  recent_.clear();
 }
 
-std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera& camera, Rng& rng) {
-  if (!first_) {
-    Start(frame);
-    return std::nullopt;
-  }
-  const KeypointPairs pairs = MatchWithinWindow(*first_->features, *frame.features, last_seen_, kWindowPx, kRatio);
-  if (static_cast<int>(pairs.size()) < config_.min_init_matches) {
-    Start(frame);
-    return std::nullopt;
-  }
+int Initializer::NeededMatches(const Frame& frame) const {
+  constexpr int kFewest = 40, kShare = 8;
+  return std::clamp(frame.features->size() / kShare, std::min(kFewest, config_.min_init_matches), config_.min_init_matches);
+}
+
+KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame, const Camera& camera) const {
+  KeypointPairs pairs = MatchWithinWindow(*reference.frame.features, *frame.features, reference.last_seen, kWindow * camera.fx, kRatio);
+  for (const auto& [a, b] : pairs) reference.last_seen[a] = frame.features->keypoints[b].px.cast<double>();
+  reference.matches = static_cast<int>(pairs.size());
+  reference.first_matches = std::max(reference.first_matches, reference.matches);
+  return pairs;
+}
+
+std::optional<InitialMap> Initializer::Try(const Reference& reference, const Frame& frame, const Camera& camera,
+                                           const KeypointPairs& pairs, Rng& rng) {
+  const Features &first = *reference.frame.features, &second = *frame.features;
   std::vector<Eigen::Vector2d> in_first, in_second;
+  std::vector<double> sigma, motion;
   for (const auto& [a, b] : pairs) {
-    in_first.push_back(first_->features->keypoints[a].px.cast<double>());
-    in_second.push_back(frame.features->keypoints[b].px.cast<double>());
-    last_seen_[a] = in_second.back();
+    in_first.push_back(first.keypoints[a].px.cast<double>());
+    in_second.push_back(second.keypoints[b].px.cast<double>());
+    sigma.push_back(std::hypot(first.pyramid.scale[first.keypoints[a].octave], second.pyramid.scale[second.keypoints[b].octave]) / std::sqrt(2));
+    motion.push_back((in_first.back() - in_second.back()).norm());
+  }
+  std::ranges::nth_element(motion, motion.begin() + static_cast<std::ptrdiff_t>(motion.size() / 2));
+  if (motion[motion.size() / 2] < kStillPixels * second.pyramid.working_pixel()) {
+    why_not_ = "the camera has not moved";
+    return std::nullopt;
   }
   TwoViewOptions options;
   options.min_parallax_deg = config_.min_init_parallax_deg;
-  const TwoViewReport report = EstimateTwoView(camera, camera, in_first, in_second, options, rng);
+  options.min_points = NeededMatches(frame) / 2;
+  const TwoViewReport report = EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
+  if (getenv("DBG"))
+    fprintf(stderr, "init frame %d from %d: %zu matches, parallax %.2f sigma %.2f tri %d: %s\n", frame.index, reference.frame.index, pairs.size(), report.parallax_deg, report.direction_sigma_deg, report.triangulated, report.why_not.c_str());
   if (!report.success) {
-    constexpr size_t kMaxBetween = 60;
-    if (between_.size() < kMaxBetween) between_.push_back(frame);
+    why_not_ = report.parallax_deg < options.min_parallax_deg ? "the camera only turned, or all it sees is far away" : report.why_not;
     return std::nullopt;
   }
-  InitialMap map{*first_, frame, {}, {}, report.second_from_first, {}};
+  InitialMap map{reference.frame, frame, {}, {}, report.second_from_first, {}};
   for (size_t i = 0; i < pairs.size(); ++i)
     if (report.points[i]) map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});
   return map;
+}
+
+std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera& camera, Rng& rng) {
+  const int needed = NeededMatches(frame);
+  if (frame.features->size() < needed) why_not_ = "too few corners in the image";
+  std::optional<InitialMap> map;
+  for (Reference& reference : references_) {
+    const KeypointPairs pairs = Follow(reference, frame, camera);
+    if (!map && reference.matches >= needed) map = Try(reference, frame, camera, pairs, rng);
+  }
+  if (map) {
+    first_index_ = map->first.index;
+    return map;
+  }
+  std::erase_if(references_, [&](const Reference& r) { return r.matches < needed; });
+  const bool begins = references_.empty() || references_.back().matches < kLostShare * references_.back().first_matches;
+  if (begins && frame.features->size() >= needed) {
+    if (references_.size() == kMaxReferences) references_.pop_front();
+    Reference reference{frame, {}, 0, 0};
+    for (const Keypoint& k : frame.features->keypoints) reference.last_seen.push_back(k.px.cast<double>());
+    references_.push_back(std::move(reference));
+  }
+  recent_.push_back(frame);
+  if (recent_.size() > kMaxRecent) recent_.pop_front();
+  return std::nullopt;
+}
+
+std::vector<Frame> Initializer::TakeBetween() {
+  std::vector<Frame> between;
+  for (Frame& frame : recent_)
+    if (frame.index > first_index_) between.push_back(std::move(frame));
+  recent_.clear();
+  return between;
 }
 
 }  // namespace oaslam

@@ -1,7 +1,11 @@
 #include "oaslam/tracking/pose_tracking.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "oaslam/estimation/absolute_pose.h"
+#include "oaslam/estimation/pose_by_matches.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
@@ -10,53 +14,82 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMinMatches = 20, kMinKeyframeMatches = 15, kMinFirstInliers = 10;
-constexpr double kMotionRadiusPx = 15, kLocalRadiusPx = 4;
+constexpr int kMinMatches = 20, kMinFirstInliers = 10;
+constexpr double kLocalRadius = 4;  // pixels of the lowest level
 constexpr int kMaxLocalKeyframes = 40;
+
+struct Matched {
+  std::vector<PointObservation> observations;
+  std::vector<int> keypoints;  // parallel
+};
+
+Matched Observe(const Frame& frame, const Map& map, const std::vector<LandmarkId>& matches) {
+  Matched matched;
+  for (int i = 0; i < static_cast<int>(matches.size()); ++i) {
+    if (!matches[i].IsValid()) continue;
+    matched.observations.push_back(ObservationOf(*frame.features, i, map.landmarks.At(matches[i])));
+    matched.keypoints.push_back(i);
+  }
+  return matched;
+}
+
+double MedianDepth(const PoseReport& pose, const Matched& matched) {
+  std::vector<double> depths;
+  for (size_t i = 0; i < matched.observations.size(); ++i)
+    if (pose.inlier[i]) depths.push_back((pose.cam_from_world * matched.observations[i].point).z());
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::ranges::nth_element(depths, middle);
+  return *middle;
+}
+
+TrackReport Report(const PoseReport& pose, const Matched& matched, const std::vector<LandmarkId>& matches, int min_inliers) {
+  TrackReport report;
+  report.landmarks.resize(matches.size());
+  report.matched = static_cast<int>(matched.keypoints.size());
+  if (!pose.success) return report;
+  report.cam_from_world = pose.cam_from_world;
+  for (size_t i = 0; i < matched.keypoints.size(); ++i)
+    if (pose.inlier[i]) report.landmarks[matched.keypoints[i]] = matches[matched.keypoints[i]];
+  report.inliers = pose.inliers;
+  const double depth = MedianDepth(pose, matched);
+  report.relative_sigma = depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / depth : 1;
+  report.success = pose.inliers >= min_inliers;
+  return report;
+}
 
 // Refines the pose on the matches and keeps the inliers.
 TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial, const std::vector<LandmarkId>& matches, int min_inliers) {
-  std::vector<PointObservation> observations;
-  std::vector<int> keypoints;
-  for (int i = 0; i < static_cast<int>(matches.size()); ++i) {
-    if (!matches[i].IsValid()) continue;
-    observations.push_back(ObservationOf(*frame.features, i, map.landmarks.At(matches[i])));
-    keypoints.push_back(i);
-  }
-  const PoseReport pose = RefinePose(map.cameras[frame.camera], initial, observations);
-  TrackReport report;
-  report.landmarks.resize(matches.size());
-  report.matched = static_cast<int>(keypoints.size());
-  if (!pose.success) return report;
-  report.cam_from_world = pose.cam_from_world;
-  for (size_t i = 0; i < keypoints.size(); ++i)
-    if (pose.inlier[i]) report.landmarks[keypoints[i]] = matches[keypoints[i]];
-  report.inliers = pose.inliers;
-  report.success = pose.inliers >= min_inliers;
-  return report;
+  const Matched matched = Observe(frame, map, matches);
+  return Report(RefinePose(map.cameras[frame.camera], initial, matched.observations), matched, matches, min_inliers);
+}
+
+bool Meets(const TrackReport& report, const TrackDemands& demands) {
+  constexpr double kMostOfMatched = 0.5;
+  if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma)) return false;
+  return report.inliers >= demands.inliers || report.inliers > kMostOfMatched * report.matched;
 }
 
 }  // namespace
 
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
-                               const std::vector<LandmarkId>& last_landmarks, const Rigid3& predicted) {
-  const Camera& camera = map.cameras[frame.camera];
-  LandmarkMatches matches = SearchFromLastFrame(*frame.features, camera, predicted, map, last_features, last_landmarks, kMotionRadiusPx);
-  if (matches.count < kMinMatches)
-    matches = SearchFromLastFrame(*frame.features, camera, predicted, map, last_features, last_landmarks, 2 * kMotionRadiusPx);
+                               const std::vector<LandmarkId>& last_landmarks, const Rigid3& predicted, double radius) {
+  const LandmarkMatches matches =
+      SearchFromLastFrame(*frame.features, map.cameras[frame.camera], predicted, map, last_features, last_landmarks, radius);
   if (matches.count < kMinMatches) return {};
   return Refine(frame, map, predicted, matches.landmarks, kMinFirstInliers);
 }
 
-TrackReport TrackFromKeyframe(const Frame& frame, const Map& map, KeyframeId keyframe, const Rigid3& initial) {
-  const Keyframe* from = map.keyframes.Find(keyframe);
-  if (!from) return {};
-  const LandmarkMatches matches = MatchKeyframeLandmarks(*frame.features, map, *from, 0.75);
-  if (matches.count < kMinKeyframeMatches) return {};
-  return Refine(frame, map, initial, matches.landmarks, kMinFirstInliers);
+TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from, const std::vector<LandmarkId>& seen, Rng& rng) {
+  constexpr double kRatio = 0.85;  // geometry verifies
+  const LandmarkMatches matches = MatchSeenLandmarks(*frame.features, map, from, seen, kRatio);
+  if (matches.count < kMinFirstInliers) return {};
+  const AbsolutePoseReport rough =
+      EstimateAbsolutePose(map.cameras[frame.camera], Observe(frame, map, matches.landmarks).observations, {}, rng);
+  return rough.success ? Refine(frame, map, rough.cam_from_world, matches.landmarks, kMinFirstInliers) : TrackReport{};
 }
 
-TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial, int min_inliers, double radius_scale) {
+TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial, const TrackDemands& demands) {
   const LocalMap local = CollectLocalMap(map, initial.landmarks, kMaxLocalKeyframes);
   TrackReport report = initial;
   report.success = false;
@@ -74,14 +107,107 @@ TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport&
       projected.push_back(*p);
   }
   ProjectionSearchOptions options;
-  options.radius_px = kLocalRadiusPx * radius_scale;
+  options.radius_px = kLocalRadius * demands.radius_scale;
   const LandmarkMatches matches = SearchByProjection(*frame.features, map, projected, initial.landmarks, options);
   for (const ProjectedLandmark& p : projected) report.visible.push_back(p.id);
 
   std::vector<LandmarkId> visible = std::move(report.visible);
-  report = Refine(frame, map, initial.cam_from_world, matches.landmarks, min_inliers);
+  report = Refine(frame, map, initial.cam_from_world, matches.landmarks, 0);
   report.visible = std::move(visible);
+  report.success = Meets(report, demands);
   if (report.success) report.reference = local.keyframes.front();
+  return report;
+}
+
+namespace {
+
+double MedianDepth(const Map& map, const std::vector<LandmarkId>& landmarks, const Rigid3& cam_from_world) {
+  std::vector<double> depths;
+  for (const LandmarkId id : landmarks)
+    if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
+      depths.push_back((cam_from_world * landmark->position).z());
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::ranges::nth_element(depths, middle);
+  return *middle;
+}
+
+// Key points of the image before found in this one, around where they should be if all were at this depth.
+KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before, const Rigid3& cam_from_before, double depth,
+                           double radius) {
+  constexpr double kRatio = 0.9;
+  const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(-1e6);
+  std::vector<Eigen::Vector2d> expected;
+  for (const Keypoint& k : before.keypoints) {
+    const Eigen::Vector3d p = cam_from_before * (depth * RayOf(camera, k.px.cast<double>()));
+    expected.push_back(p.z() > 0 ? ProjectIdeal(camera, p) : nowhere);
+  }
+  return MatchWithinWindow(before, *frame.features, expected, radius * frame.features->pyramid.working_pixel(), kRatio);
+}
+
+EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Features& now, const std::pair<int, int>& pair) {
+  const Keypoint &first = before.keypoints[pair.first], &second = now.keypoints[pair.second];
+  const double sigma = std::hypot(before.pyramid.scale[first.octave], now.pyramid.scale[second.octave]) / std::sqrt(2);
+  return {RayOf(camera, first.px.cast<double>()), RayOf(camera, second.px.cast<double>()), sigma};
+}
+
+}  // namespace
+
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const TrackReport& tracked,
+                                const TrackDemands& demands) {
+  constexpr double kRadius = 40;  // pixels of the lowest level: what the depth of a point may move it between two images
+  const Camera& camera = map.cameras[frame.camera];
+  const double depth = MedianDepth(map, tracked.landmarks, tracked.cam_from_world);
+  if (!(depth > 0)) return tracked;
+  const Rigid3 cam_from_before = tracked.cam_from_world * before.cam_from_world.Inverse();
+  std::vector<EpipolarMatch> matches;
+  for (const auto& pair : MatchAtDepth(frame, camera, before.features, cam_from_before, depth, kRadius))
+    if (!tracked.landmarks[pair.second].IsValid())  // a landmark says more
+      matches.push_back(ToMatch(camera, before.features, *frame.features, pair));
+  const Matched matched = Observe(frame, map, tracked.landmarks);
+  const PoseReport pose =
+      RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations, before.cam_from_world, matches);
+  TrackReport report = Report(pose, matched, tracked.landmarks, 0);
+  report.matched = tracked.matched;
+  report.reference = tracked.reference;
+  report.visible = tracked.visible;
+  report.success = Meets(report, demands);
+  return report;
+}
+
+TrackReport TrackByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const Rigid3& predicted, double radius,
+                           double relative_sigma) {
+  constexpr int kFewest = 50;
+  constexpr double kMost = 0.6;
+  constexpr double kRough = 6;  // sigmas are so much larger at first: a prediction may be off by many pixels
+  const Camera& camera = map.cameras[frame.camera];
+  const double depth = MedianDepth(map, before.landmarks, before.cam_from_world);
+  if (!(depth > 0)) return {};
+  const Rigid3 world_from_before = before.cam_from_world.Inverse();
+  const KeypointPairs pairs = MatchAtDepth(frame, camera, before.features, predicted * world_from_before, depth, radius);
+  if (static_cast<int>(pairs.size()) < kFewest) return {};
+  std::vector<EpipolarMatch> matches, rough;
+  std::vector<LandmarkId> landmarks(frame.features->keypoints.size());
+  for (const auto& pair : pairs) {
+    matches.push_back(ToMatch(camera, before.features, *frame.features, pair));
+    rough.push_back(matches.back());
+    rough.back().sigma_px *= kRough;
+    const LandmarkId seen = before.landmarks[pair.first];
+    if (seen.IsValid() && map.landmarks.Contains(seen)) landmarks[pair.second] = seen;
+  }
+  constexpr double kLeastStep = 1e-3;  // of the depth
+  const double step = (predicted.OriginInSource() - before.cam_from_world.OriginInSource()).norm();
+  const PositionPrior prior{predicted.OriginInSource(), relative_sigma * std::max(step, kLeastStep * depth)};
+  const Matched matched = Observe(frame, map, landmarks);
+  const PoseReport start = RefinePoseByMatches(camera, predicted, matched.observations, before.cam_from_world, rough, prior);
+  const PoseReport pose = RefinePoseByMatches(camera, start.cam_from_world, matched.observations, before.cam_from_world, matches, prior);
+  TrackReport report = Report(pose, matched, landmarks, 0);
+  const int agreeing = CountAgreeing(camera, report.cam_from_world * world_from_before, matches);
+  report.success = report.success && agreeing >= kFewest && agreeing > kMost * static_cast<double>(matches.size());
+  report.by_matches = true;
+  if (getenv("DBG")) fprintf(stderr, "frame %d by matches: %d of %zu agree, landmarks %d/%d rel %.3f moved %.4f of depth rot from predicted %.2f\n", frame.index, agreeing, matches.size(), report.inliers, report.matched, report.relative_sigma, (report.cam_from_world.OriginInSource() - before.cam_from_world.OriginInSource()).norm() / depth, 57.3 * report.cam_from_world.rotation.angularDistance(predicted.rotation));
+  for (const LandmarkId id : report.landmarks)
+    if (id.IsValid()) report.visible.push_back(id);
   return report;
 }
 

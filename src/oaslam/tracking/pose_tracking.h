@@ -6,6 +6,7 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
+#include "oaslam/util/rng.h"
 
 namespace oaslam {
 
@@ -15,19 +16,48 @@ struct TrackReport {
   Rigid3 cam_from_world;
   std::vector<LandmarkId> landmarks;  // per key point: inliers only
   int matched = 0, inliers = 0;       // key points with a landmark before, and after, refinement
+  double relative_sigma = 0;          // standard deviation of the position over the median depth of the points
   KeyframeId reference;               // keyframe that shares most landmarks; invalid on failure
+  bool by_matches = false;            // hardly any landmark stands for it (TrackByMatches)
   std::vector<LandmarkId> visible;    // landmarks that the frame should show (TrackLocalMap)
 };
 
-// From the frame before and a predicted pose (constant velocity).
+// From the frame before and a predicted pose. Landmarks are searched within `radius` of where they should be, in pixels of the lowest
+// pyramid level, larger on the others.
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
-                               const std::vector<LandmarkId>& last_landmarks, const Rigid3& predicted_cam_from_world);
+                               const std::vector<LandmarkId>& last_landmarks, const Rigid3& predicted_cam_from_world, double radius);
 
-// From a keyframe, by descriptors alone, starting at `initial_cam_from_world`.
-TrackReport TrackFromKeyframe(const Frame& frame, const Map& map, KeyframeId keyframe, const Rigid3& initial_cam_from_world);
+// From another image whose landmarks are known, by descriptors alone: P3P in RANSAC. However far the camera has moved since.
+TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from, const std::vector<LandmarkId>& seen, Rng& rng);
 
-// Takes a first pose and its matches, looks for all landmarks of the keyframes around, and refines the pose on all of them. Succeeds with
-// at least `min_inliers`. `radius_scale` widens the search after a relocalization.
-TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial, int min_inliers, double radius_scale = 1);
+// What a pose needs to be followed.
+struct TrackDemands {
+  int inliers = 30;             // enough of them, wherever they are; fewer must be most of what was found
+  int least_inliers = 15;
+  double relative_sigma = 0.02;  // of the position at most (TrackReport)
+  double radius_scale = 1;      // widens the search, after a relocalization
+};
+
+// Takes a first pose and its matches, looks for all landmarks of the keyframes around, and refines the pose on all of them. Succeeds where it
+// meets the demands.
+TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial, const TrackDemands& demands);
+
+// An image before whose pose is known.
+struct PosedFeatures {
+  const Features& features;
+  const std::vector<LandmarkId>& landmarks;  // per key point; invalid where none
+  Rigid3 cam_from_world;
+};
+
+// Corrects a pose that stands on few landmarks, or on those of one corner of the image, by the matches of all key points with the
+// image before (RefinePoseByMatches); landmarks that no longer agree are dropped.
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const TrackReport& tracked,
+                                const TrackDemands& demands);
+
+// For a camera that turns to where the map has no landmarks yet: its rotation by the matches of all key points with the image before, its
+// position by prediction and by what landmarks are left. `radius`: of the search around where a prediction puts the key points, pixels of
+// the lowest level. `relative_sigma`: of the predicted step of the camera, over its length. Fails unless most matches agree.
+TrackReport TrackByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const Rigid3& predicted_cam_from_world,
+                           double radius, double relative_sigma);
 
 }  // namespace oaslam

@@ -25,9 +25,9 @@ struct Scene {
 TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
   const Scene s;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5));
+  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
   ASSERT_TRUE(first.success);
-  const TrackReport tracked = TrackLocalMap(s.frame, s.mapped.map, first, 30);
+  const TrackReport tracked = TrackLocalMap(s.frame, s.mapped.map, first, {});
   ASSERT_TRUE(tracked.success);
   EXPECT_GT(tracked.inliers, first.inliers);
   EXPECT_LT(s.Error(tracked.cam_from_world), 0.01);
@@ -35,9 +35,11 @@ TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
   EXPECT_GE(tracked.visible.size(), static_cast<size_t>(tracked.inliers));
 }
 
-TEST(PoseTracking, FindsTheKeyframeFromAPoorGuess) {
+TEST(PoseTracking, FindsItselfByDescriptorsAlone) {
   const Scene s;
-  const TrackReport report = TrackFromKeyframe(s.frame, s.mapped.map, KeyframeId(4), synthetic::PoseOnArc({}, -5));
+  const Keyframe& keyframe = s.mapped.map.keyframes.At(KeyframeId(4));
+  Rng rng(2);
+  const TrackReport report = TrackByDescriptors(s.frame, s.mapped.map, *keyframe.features, keyframe.landmarks, rng);
   ASSERT_TRUE(report.success);
   EXPECT_LT(s.Error(report.cam_from_world), 0.02);
 }
@@ -48,9 +50,9 @@ TEST(PoseTracking, AnImageOfNothingFails) {
   Frame clutter;
   clutter.features = synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng).features;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const TrackReport first = TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth);
-  EXPECT_FALSE(first.success && TrackLocalMap(clutter, s.mapped.map, first, 30).success);
-  EXPECT_FALSE(TrackFromKeyframe(clutter, s.mapped.map, KeyframeId(4), s.truth).success);
+  const TrackReport first = TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth, 15);
+  EXPECT_FALSE(first.success && TrackLocalMap(clutter, s.mapped.map, first, {}).success);
+  EXPECT_FALSE(TrackByDescriptors(clutter, s.mapped.map, *last.features, last.landmarks, rng).success);
 }
 
 TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {

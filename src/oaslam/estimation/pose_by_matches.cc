@@ -1,0 +1,163 @@
+#include "oaslam/estimation/pose_by_matches.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "oaslam/geometry/skew.h"
+
+namespace oaslam {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+struct NormalEquations {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double cost = 0;
+};
+
+Rigid3 Moved(const Rigid3& pose, const Vector6d& step) {
+  const Eigen::Vector3d w = step.tail<3>();
+  const double angle = w.norm();
+  const Eigen::Quaterniond rotation =
+      angle < 1e-12 ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+  return Rigid3(rotation, step.head<3>()) * pose;
+}
+
+void AddLandmarks(const Camera& camera, const Rigid3& pose, std::span<const PointObservation> landmarks, const std::vector<uint8_t>& use,
+                  NormalEquations& n) {
+  const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
+  const double threshold = std::sqrt(kChi2TwoDof);
+  for (size_t i = 0; i < landmarks.size(); ++i) {
+    if (!use[i]) continue;
+    const PointObservation& o = landmarks[i];
+    const Eigen::Vector3d p = r * o.point + pose.translation;
+    if (!(p.z() > 0)) {
+      n.cost += 4 * kChi2TwoDof;
+      continue;
+    }
+    const double x = p.x() / p.z(), y = p.y() / p.z();
+    const Eigen::Vector2d e(camera.fx * x + camera.cx - o.px.x(), camera.fy * y + camera.cy - o.px.y());
+    const double chi = std::sqrt(e.squaredNorm() * o.inverse_variance);
+    const double weight = o.inverse_variance * (chi > threshold ? threshold / chi : 1);
+    n.cost += chi > threshold ? 2 * threshold * chi - kChi2TwoDof : chi * chi;
+    Eigen::Matrix<double, 2, 6> j;
+    j << 1 / p.z(), 0, -x / p.z(), -x * y, 1 + x * x, -y, 0, 1 / p.z(), -y / p.z(), -1 - y * y, x * y, x;
+    j.row(0) *= camera.fx;
+    j.row(1) *= camera.fy;
+    n.hessian.noalias() += weight * j.transpose() * j;
+    n.gradient.noalias() += weight * j.transpose() * e;
+  }
+}
+
+void AddMatches(const Camera& camera, const Rigid3& relative, std::span<const EpipolarMatch> matches, NormalEquations& n) {
+  constexpr double kKernel2 = 4;  // full weight well within two sigma
+  if (relative.translation.norm() < 1e-9) return;
+  const Eigen::Matrix3d r = relative.rotation.toRotationMatrix(), t_hat = Skew(relative.translation), e = t_hat * r;
+  std::array<Eigen::Matrix3d, 6> derivative;  // of E: a motion (v, w) takes t to t + v + w x t, and R to exp(w) R
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d unit = Eigen::Vector3d::Unit(k);
+    derivative[k] = Skew(unit) * r;
+    derivative[3 + k] = (Skew(unit.cross(relative.translation)) + t_hat * Skew(unit)) * r;
+  }
+  const double w2 = 1 / (camera.fx * camera.fy);
+  for (const EpipolarMatch& m : matches) {
+    const Eigen::Vector3d ex = e * m.ray_before, ey = e.transpose() * m.ray;
+    const double variance = w2 * (ex.head<2>().squaredNorm() + ey.head<2>().squaredNorm());
+    if (!(variance > 1e-24)) continue;
+    const double inverse_norm = 1 / std::sqrt(variance), inverse_sigma = inverse_norm / m.sigma_px;
+    const double residual = m.ray.dot(ex) * inverse_sigma;
+    Vector6d j;
+    for (int k = 0; k < 6; ++k) {
+      const Eigen::Vector3d dx = derivative[k] * m.ray_before, dy = derivative[k].transpose() * m.ray;
+      const double half_dvariance = w2 * (ex.head<2>().dot(dx.head<2>()) + ey.head<2>().dot(dy.head<2>()));
+      j(k) = inverse_sigma * m.ray.dot(dx) - residual * inverse_norm * inverse_norm * half_dvariance;
+    }
+    const double weight = 1 / (1 + residual * residual / kKernel2);
+    n.cost += kKernel2 * std::log1p(residual * residual / kKernel2);
+    n.hessian.noalias() += weight * j * j.transpose();
+    n.gradient.noalias() += weight * residual * j;
+  }
+}
+
+// The error in the camera's frame: a motion v of the camera takes it away.
+void AddPrior(const PositionPrior& prior, const Rigid3& pose, NormalEquations& n) {
+  const double weight = 1 / (prior.sigma * prior.sigma);
+  const Eigen::Vector3d error = pose * prior.position;
+  n.cost += weight * error.squaredNorm();
+  n.hessian.topLeftCorner<3, 3>().diagonal().array() += weight;
+  n.gradient.head<3>() += weight * error;
+}
+
+}  // namespace
+
+int CountAgreeing(const Camera& camera, const Rigid3& cam_from_before, std::span<const EpipolarMatch> matches) {
+  constexpr double kChi2OneDof = 3.841;
+  const Eigen::Matrix3d e = Skew(cam_from_before.translation) * cam_from_before.rotation.toRotationMatrix();
+  int count = 0;
+  for (const EpipolarMatch& m : matches) {
+    const Eigen::Vector3d ex = e * m.ray_before, ey = e.transpose() * m.ray;
+    const double algebraic = m.ray.dot(ex) * std::sqrt(camera.fx * camera.fy) / m.sigma_px;
+    count += algebraic * algebraic <= kChi2OneDof * (ex.head<2>().squaredNorm() + ey.head<2>().squaredNorm());
+  }
+  return count;
+}
+
+PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial, std::span<const PointObservation> landmarks,
+                               const Rigid3& before_from_world, std::span<const EpipolarMatch> matches,
+                               const std::optional<PositionPrior>& prior) {
+  constexpr int kRounds = 3, kIterations = 8, kMinInliers = 6;
+  const Rigid3 world_from_before = before_from_world.Inverse();
+  PoseReport report;
+  report.cam_from_world = initial;
+  report.inlier.assign(landmarks.size(), 1);
+  NormalEquations here;
+  const auto linearize = [&](const Rigid3& pose) {
+    NormalEquations n;
+    AddLandmarks(camera, pose, landmarks, report.inlier, n);
+    AddMatches(camera, pose * world_from_before, matches, n);
+    if (prior) AddPrior(*prior, pose, n);
+    return n;
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    here = linearize(report.cam_from_world);
+    double damping = 1e-4;
+    for (int i = 0; i < kIterations; ++i) {
+      Matrix6d damped = here.hessian;
+      damped.diagonal() *= 1 + damping;
+      damped.diagonal().array() += 1e-12;
+      const Vector6d step = damped.ldlt().solve(-here.gradient);
+      if (!step.allFinite()) break;
+      const Rigid3 moved = Moved(report.cam_from_world, step);
+      const NormalEquations there = linearize(moved);
+      if (there.cost > here.cost) {
+        damping *= 10;
+        if (damping > 1e6) break;
+        continue;
+      }
+      const bool converged = here.cost - there.cost < 1e-4 * here.cost;
+      report.cam_from_world = moved;
+      here = there;
+      damping *= 0.1;
+      if (converged) break;
+    }
+    report.inliers = 0;
+    for (size_t i = 0; i < landmarks.size(); ++i) {
+      const PointObservation& o = landmarks[i];
+      const Eigen::Vector3d p = report.cam_from_world * o.point;
+      const Eigen::Vector2d px(camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy);
+      report.inlier[i] = p.z() > 0 && (px - o.px).squaredNorm() * o.inverse_variance <= kChi2TwoDof;
+      report.inliers += report.inlier[i];
+    }
+    if (report.inliers < kMinInliers && !prior) return report;
+  }
+  const Eigen::LDLT<Matrix6d> factor(here.hessian);
+  report.success = factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
+  if (report.success) report.covariance = factor.solve(Matrix6d::Identity());
+  return report;
+}
+
+}  // namespace oaslam
