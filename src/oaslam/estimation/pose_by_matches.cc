@@ -83,32 +83,10 @@ void AddMatches(const Camera& camera, const Rigid3& relative, std::span<const Ep
   }
 }
 
-// The error in the camera's frame: a motion v of the camera takes it away.
-void AddPrior(const PositionPrior& prior, const Rigid3& pose, NormalEquations& n) {
-  const double weight = 1 / (prior.sigma * prior.sigma);
-  const Eigen::Vector3d error = pose * prior.position;
-  n.cost += weight * error.squaredNorm();
-  n.hessian.topLeftCorner<3, 3>().diagonal().array() += weight;
-  n.gradient.head<3>() += weight * error;
-}
-
 }  // namespace
 
-int CountAgreeing(const Camera& camera, const Rigid3& cam_from_before, std::span<const EpipolarMatch> matches) {
-  constexpr double kChi2OneDof = 3.841;
-  const Eigen::Matrix3d e = Skew(cam_from_before.translation) * cam_from_before.rotation.toRotationMatrix();
-  int count = 0;
-  for (const EpipolarMatch& m : matches) {
-    const Eigen::Vector3d ex = e * m.ray_before, ey = e.transpose() * m.ray;
-    const double algebraic = m.ray.dot(ex) * std::sqrt(camera.fx * camera.fy) / m.sigma_px;
-    count += algebraic * algebraic <= kChi2OneDof * (ex.head<2>().squaredNorm() + ey.head<2>().squaredNorm());
-  }
-  return count;
-}
-
 PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial, std::span<const PointObservation> landmarks,
-                               const Rigid3& before_from_world, std::span<const EpipolarMatch> matches,
-                               const std::optional<PositionPrior>& prior) {
+                               const Rigid3& before_from_world, std::span<const EpipolarMatch> matches) {
   constexpr int kRounds = 3, kIterations = 8, kMinInliers = 6;
   const Rigid3 world_from_before = before_from_world.Inverse();
   PoseReport report;
@@ -119,7 +97,6 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial, std:
     NormalEquations n;
     AddLandmarks(camera, pose, landmarks, report.inlier, n);
     AddMatches(camera, pose * world_from_before, matches, n);
-    if (prior) AddPrior(*prior, pose, n);
     return n;
   };
   for (int round = 0; round < kRounds; ++round) {
@@ -152,7 +129,7 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial, std:
       report.inlier[i] = p.z() > 0 && (px - o.px).squaredNorm() * o.inverse_variance <= kChi2TwoDof;
       report.inliers += report.inlier[i];
     }
-    if (report.inliers < kMinInliers && !prior) return report;
+    if (report.inliers < kMinInliers) return report;
   }
   const Eigen::LDLT<Matrix6d> factor(here.hessian);
   report.success = factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();

@@ -74,7 +74,6 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConf
       const View a{map.cameras[here.camera], here, pair.first}, b{map.cameras[there.camera], there, pair.second};
       if (const auto x = Triangulated(a, b, config.min_parallax_cos)) found.emplace_back(pair, *x);
     }
-    if (getenv("DBG")) { fprintf(stderr, "kf %u (frame %d) with %u (frame %d): points %zu, baseline/depth %.3f\n", id.value, here.frame_index, neighbour.value, there.frame_index, found.size(), baseline / depth); }
     for (const auto& [pair, x] : found) {
       const LandmarkId landmark = map.AddLandmark(x, id);
       map.AddObservation(landmark, neighbour, pair.second);

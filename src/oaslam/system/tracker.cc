@@ -135,7 +135,6 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   }
   phase_ = Phase::kTracking;
   motion_.reset();
-  landmarks_time_ = frame.timestamp;
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
   FillInBetween(map);
@@ -176,10 +175,9 @@ TrackReport Tracker::Follow(const Frame& frame, const Map& map) {
   const TrackDemands demands = Demands(frame);
   const Features& before = *last_->frame.features;
   const auto in_local_map = [&](const TrackReport& first) {
-    TrackReport r = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
-    if (r.success && r.inliers < kThin) r = StrengthenByMatches(frame, map, {before, last_->landmarks, last_pose}, r, demands);
-    if (getenv("DBG") && !r.success) fprintf(stderr, "frame %d rung fails: first %d/%d -> %d/%d sigma %.3f; demands %d %d, window err %.1f\n", frame.index, first.inliers, first.matched, r.inliers, r.matched, r.relative_sigma, demands.inliers, demands.least_inliers, motion_ ? motion_->error : -1.0);
-    return r;
+    TrackReport report = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
+    if (report.success && report.inliers < kThin) report = StrengthenByMatches(frame, map, before, last_pose, report, demands);
+    return report;
   };
   const double window = motion_ ? std::max(kMotionWindow, kErrorsSearched * motion_->error) : kMotionWindow;
   const Rigid3 predicted = Predict(last_pose, frame.timestamp);
@@ -197,19 +195,7 @@ TrackReport Tracker::Follow(const Frame& frame, const Map& map) {
   if (keyframe)
     if (const TrackReport found = in_local_map(TrackByDescriptors(frame, map, *keyframe->features, keyframe->landmarks, rng_)); found.success)
       return found;
-  return FollowByMatches(frame, map, last_pose, 4 * window);
-}
-
-// For a moment only: without landmarks the position, and with it the scale of what is mapped next, is a guess.
-TrackReport Tracker::FollowByMatches(const Frame& frame, const Map& map, const Rigid3& last_pose, double radius) const {
-  constexpr double kMoment = 0.5;            // seconds
-  constexpr double kRelativeSigma = 0.2;     // of a predicted step, over its length
-  const auto carried = map.ResolveKeyframe(last_->reference);
-  if (!mapping_ || !motion_ || IsOnProbation(frame) || frame.timestamp - landmarks_time_ > kMoment || !carried) return {};
-  TrackReport report = TrackByMatches(frame, map, {*last_->frame.features, last_->landmarks, last_pose},
-                                      Predict(last_pose, frame.timestamp), radius, kRelativeSigma);
-  report.reference = carried->by;
-  return report;
+  return {};
 }
 
 Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
@@ -300,7 +286,6 @@ void Tracker::GoOnAs(Tracker other, double scale, const FirstIds& fork) {
   newest_keyframe_inliers_ = other.newest_keyframe_inliers_;
   relocalized_frame_ = other.relocalized_frame_;
   relocalized_time_ = other.relocalized_time_;
-  landmarks_time_ = other.landmarks_time_;
   uses_ = std::move(other.uses_);
   EndBackfill();
   next_keyframe_ = other.next_keyframe_;
@@ -359,7 +344,6 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
   trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state}, frame, tracked.landmarks);
   trajectory_.Settle(map, frame.index - kSettleAfter);
   phase_ = Phase::kTracking;
-  if (!tracked.by_matches) landmarks_time_ = frame.timestamp;
   for (const LandmarkId id : tracked.visible) uses_.push_back({id, 1, 0});
   for (const LandmarkId id : tracked.landmarks)
     if (id.IsValid()) uses_.push_back({id, 0, 1});
@@ -374,10 +358,7 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       .inliers = tracked.inliers,
       .reference_landmarks = map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
       .inliers_at_keyframe = newest_keyframe_inliers_};
-  KeyframeNeed need = NeedsKeyframe(evidence, config_.tracking);
-  // Its landmarks come from the baseline to the newest keyframe, which takes a moment.
-  if (tracked.by_matches)
-    need = evidence.seconds_since_keyframe > config_.tracking.min_keyframe_interval - 1e-3 ? KeyframeNeed::kUrgent : KeyframeNeed::kNone;
+  const KeyframeNeed need = NeedsKeyframe(evidence, config_.tracking);
   if (need == KeyframeNeed::kNone) return;
   newest_keyframe_ = KeyframeId(next_keyframe_++);
   newest_keyframe_frame_ = frame.index;

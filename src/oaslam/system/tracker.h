@@ -104,7 +104,6 @@ class Tracker {
   // From the last frame to this one, by the surest way that works.
   TrackReport Follow(const Frame& frame, const Map& map);
   const Keyframe* LastAsKeyframe(const Map& map) const;
-  TrackReport FollowByMatches(const Frame& frame, const Map& map, const Rigid3& last_pose, double radius) const;
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
   void FillInBetween(const Map& map);
   Outcome Lose(const Frame& frame);
@@ -164,7 +163,6 @@ class Tracker {
   std::deque<Missed> missed_;   // the newest frames without points to track
   std::optional<Backfill> backfill_;  // since the camera was found
   std::optional<Motion> motion_;
-  double landmarks_time_ = 0;  // of the newest frame whose pose landmarks stood for
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
   double newest_keyframe_time_ = 0;

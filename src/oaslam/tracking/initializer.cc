@@ -56,8 +56,6 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   options.min_parallax_deg = config_.min_init_parallax_deg;
   options.min_points = NeededMatches(frame) / 2;
   const TwoViewReport report = EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
-  if (getenv("DBG"))
-    fprintf(stderr, "init frame %d from %d: %zu matches, parallax %.2f sigma %.2f tri %d: %s\n", frame.index, reference.frame.index, pairs.size(), report.parallax_deg, report.direction_sigma_deg, report.triangulated, report.why_not.c_str());
   if (!report.success) {
     why_not_ = report.parallax_deg < options.min_parallax_deg ? "the camera only turned, or all it sees is far away" : report.why_not;
     return std::nullopt;

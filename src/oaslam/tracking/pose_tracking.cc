@@ -153,61 +153,24 @@ EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Featur
 
 }  // namespace
 
-TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const TrackReport& tracked,
-                                const TrackDemands& demands) {
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before, const Rigid3& before_from_world,
+                                const TrackReport& tracked, const TrackDemands& demands) {
   constexpr double kRadius = 40;  // pixels of the lowest level: what the depth of a point may move it between two images
   const Camera& camera = map.cameras[frame.camera];
   const double depth = MedianDepth(map, tracked.landmarks, tracked.cam_from_world);
   if (!(depth > 0)) return tracked;
-  const Rigid3 cam_from_before = tracked.cam_from_world * before.cam_from_world.Inverse();
+  const Rigid3 cam_from_before = tracked.cam_from_world * before_from_world.Inverse();
   std::vector<EpipolarMatch> matches;
-  for (const auto& pair : MatchAtDepth(frame, camera, before.features, cam_from_before, depth, kRadius))
+  for (const auto& pair : MatchAtDepth(frame, camera, before, cam_from_before, depth, kRadius))
     if (!tracked.landmarks[pair.second].IsValid())  // a landmark says more
-      matches.push_back(ToMatch(camera, before.features, *frame.features, pair));
+      matches.push_back(ToMatch(camera, before, *frame.features, pair));
   const Matched matched = Observe(frame, map, tracked.landmarks);
-  const PoseReport pose =
-      RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations, before.cam_from_world, matches);
+  const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations, before_from_world, matches);
   TrackReport report = Report(pose, matched, tracked.landmarks, 0);
   report.matched = tracked.matched;
   report.reference = tracked.reference;
   report.visible = tracked.visible;
   report.success = Meets(report, demands);
-  return report;
-}
-
-TrackReport TrackByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const Rigid3& predicted, double radius,
-                           double relative_sigma) {
-  constexpr int kFewest = 50;
-  constexpr double kMost = 0.6;
-  constexpr double kRough = 6;  // sigmas are so much larger at first: a prediction may be off by many pixels
-  const Camera& camera = map.cameras[frame.camera];
-  const double depth = MedianDepth(map, before.landmarks, before.cam_from_world);
-  if (!(depth > 0)) return {};
-  const Rigid3 world_from_before = before.cam_from_world.Inverse();
-  const KeypointPairs pairs = MatchAtDepth(frame, camera, before.features, predicted * world_from_before, depth, radius);
-  if (static_cast<int>(pairs.size()) < kFewest) return {};
-  std::vector<EpipolarMatch> matches, rough;
-  std::vector<LandmarkId> landmarks(frame.features->keypoints.size());
-  for (const auto& pair : pairs) {
-    matches.push_back(ToMatch(camera, before.features, *frame.features, pair));
-    rough.push_back(matches.back());
-    rough.back().sigma_px *= kRough;
-    const LandmarkId seen = before.landmarks[pair.first];
-    if (seen.IsValid() && map.landmarks.Contains(seen)) landmarks[pair.second] = seen;
-  }
-  constexpr double kLeastStep = 1e-3;  // of the depth
-  const double step = (predicted.OriginInSource() - before.cam_from_world.OriginInSource()).norm();
-  const PositionPrior prior{predicted.OriginInSource(), relative_sigma * std::max(step, kLeastStep * depth)};
-  const Matched matched = Observe(frame, map, landmarks);
-  const PoseReport start = RefinePoseByMatches(camera, predicted, matched.observations, before.cam_from_world, rough, prior);
-  const PoseReport pose = RefinePoseByMatches(camera, start.cam_from_world, matched.observations, before.cam_from_world, matches, prior);
-  TrackReport report = Report(pose, matched, landmarks, 0);
-  const int agreeing = CountAgreeing(camera, report.cam_from_world * world_from_before, matches);
-  report.success = report.success && agreeing >= kFewest && agreeing > kMost * static_cast<double>(matches.size());
-  report.by_matches = true;
-  if (getenv("DBG")) fprintf(stderr, "frame %d by matches: %d of %zu agree, landmarks %d/%d rel %.3f moved %.4f of depth rot from predicted %.2f\n", frame.index, agreeing, matches.size(), report.inliers, report.matched, report.relative_sigma, (report.cam_from_world.OriginInSource() - before.cam_from_world.OriginInSource()).norm() / depth, 57.3 * report.cam_from_world.rotation.angularDistance(predicted.rotation));
-  for (const LandmarkId id : report.landmarks)
-    if (id.IsValid()) report.visible.push_back(id);
   return report;
 }
 

@@ -18,7 +18,6 @@ struct TrackReport {
   int matched = 0, inliers = 0;       // key points with a landmark before, and after, refinement
   double relative_sigma = 0;          // standard deviation of the position over the median depth of the points
   KeyframeId reference;               // keyframe that shares most landmarks; invalid on failure
-  bool by_matches = false;            // hardly any landmark stands for it (TrackByMatches)
   std::vector<LandmarkId> visible;    // landmarks that the frame should show (TrackLocalMap)
 };
 
@@ -42,22 +41,9 @@ struct TrackDemands {
 // meets the demands.
 TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial, const TrackDemands& demands);
 
-// An image before whose pose is known.
-struct PosedFeatures {
-  const Features& features;
-  const std::vector<LandmarkId>& landmarks;  // per key point; invalid where none
-  Rigid3 cam_from_world;
-};
-
 // Corrects a pose that stands on few landmarks, or on those of one corner of the image, by the matches of all key points with the
 // image before (RefinePoseByMatches); landmarks that no longer agree are dropped.
-TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const TrackReport& tracked,
-                                const TrackDemands& demands);
-
-// For a camera that turns to where the map has no landmarks yet: its rotation by the matches of all key points with the image before, its
-// position by prediction and by what landmarks are left. `radius`: of the search around where a prediction puts the key points, pixels of
-// the lowest level. `relative_sigma`: of the predicted step of the camera, over its length. Fails unless most matches agree.
-TrackReport TrackByMatches(const Frame& frame, const Map& map, const PosedFeatures& before, const Rigid3& predicted_cam_from_world,
-                           double radius, double relative_sigma);
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before, const Rigid3& before_from_world,
+                                const TrackReport& tracked, const TrackDemands& demands);
 
 }  // namespace oaslam
