@@ -49,7 +49,7 @@ TEST(FocalLength35mm, NothingWhereNothingIsStated) {
   EXPECT_FALSE(FocalLength35mm(folder.Write("unknown.jpg", JpegWithExif(kImage, {.focal_length_35mm = 0}))));
   const std::string whole = JpegWithExif(kImage, {.focal_length_35mm = 26});
   for (size_t length = 0; length < 90; ++length)  // ends within the metadata
-    EXPECT_FALSE(FocalLength35mm(folder.Write("cut.jpg", whole.substr(0, length))).value_or(26) != 26) << length;
+    EXPECT_EQ(FocalLength35mm(folder.Write("cut.jpg", whole.substr(0, length))).value_or(26), 26) << length;
   EXPECT_FALSE(FocalLength35mm(folder.Write("plain.pgm", "P5\n1 1\n255\n1")));
   EXPECT_FALSE(FocalLength35mm(folder.Write("noise.mp4", std::string("\0\1\2\3", 4))));
   std::filesystem::create_directory(folder / "empty");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -107,19 +108,21 @@ int TurnOf(const AVStream& stream) {
 }
 
 std::mutex quiet_mutex;
-int quiet_count = 0, loud_level = 0;  // guarded
+int quiet_count = 0;  // guarded
+
+void SayNothing(void*, int, const char*, va_list) {}
 
 }  // namespace
 
 QuietFfmpeg::QuietFfmpeg() {
   const std::lock_guard lock(quiet_mutex);
-  if (quiet_count++ == 0) loud_level = av_log_get_level();
-  av_log_set_level(AV_LOG_QUIET);
+  // Not by the level, which OpenCV sets anew whenever it opens a video.
+  if (quiet_count++ == 0) av_log_set_callback(SayNothing);
 }
 
 QuietFfmpeg::~QuietFfmpeg() {
   const std::lock_guard lock(quiet_mutex);
-  if (--quiet_count == 0) av_log_set_level(loud_level);
+  if (--quiet_count == 0) av_log_set_callback(av_log_default_callback);
 }
 
 int SpreadEqualTimes(std::vector<double>& ascending) {

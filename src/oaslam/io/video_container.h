@@ -38,7 +38,8 @@ int SpreadEqualTimes(std::vector<double>& ascending);
 // The value of a tag of the file or of its first video stream whose name ends so; nothing where there is none or no video.
 std::optional<std::string> ReadVideoTag(const std::string& path, std::string_view name_end);
 
-// While one lives, FFmpeg's libraries say nothing on stderr: who asked them says what matters. From any thread.
+// While one lives, FFmpeg's libraries say nothing on stderr: who asked them says what matters. From any thread. An
+// application's own callback for FFmpeg's messages is lost.
 class QuietFfmpeg {
  public:
   QuietFfmpeg();

@@ -20,12 +20,6 @@ namespace {
 // Not whatever backend comes first: they disagree on the images of a file.
 int Backend() { return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY; }
 
-// OpenCV makes FFmpeg talk when it opens its first video, whatever was asked of FFmpeg before.
-void LetOpenCvBegin() {
-  static const bool has_begun = (cv::VideoCapture().open("", Backend()), true);
-  static_cast<void>(has_begun);
-}
-
 // Always a copy: an image of cv::VideoCapture may be written again.
 cv::Mat Turned(const cv::Mat& image, int clockwise_deg) {
   if (clockwise_deg == 0) return image.clone();
@@ -128,7 +122,6 @@ class VideoSource : public ImageSource {
 }  // namespace
 
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options) {
-  LetOpenCvBegin();
   return std::make_unique<VideoSource>(path, options);
 }
 
