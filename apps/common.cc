@@ -57,12 +57,14 @@ void AddConfigOptions(CLI::App& app, CommonOptions& options) {
 void AddFrameOptions(CLI::App& app, CommonOptions& options) {
   app.add_option("--from", options.from, "First frame, counted from 0")->check(CLI::NonNegativeNumber);
   app.add_option("--to", options.to, "One past the last frame")->check(CLI::NonNegativeNumber);
-  app.add_option("--fps", options.fps, "Frames a second, for images without time stamps, and in place of a video's own");
+  app.add_option("--fps", options.fps,
+                 "Frames a second, for images without time stamps, and in place of a video's own");
 }
 
 void AddExifOption(CLI::App& app, CommonOptions& options) {
   app.add_flag("--exif-rotation", options.exif_rotation,
-               "Turn image files as their EXIF orientation says; calibration and boxes are of the turned images then");
+               "Turn image files as their EXIF orientation says; calibration and boxes are of the "
+               "turned images then");
 }
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {

@@ -14,7 +14,8 @@ inline bool HasFfmpegEncoder(const std::string& name) {
   std::FILE* pipe = popen("ffmpeg -hide_banner -encoders 2>/dev/null", "r");
   std::string text;
   std::array<char, 4096> part{};
-  while (const size_t count = pipe ? std::fread(part.data(), 1, part.size(), pipe) : 0) text.append(part.data(), count);
+  while (const size_t count = pipe ? std::fread(part.data(), 1, part.size(), pipe) : 0)
+    text.append(part.data(), count);
   if (pipe) pclose(pipe);
   return text.find(" " + name + " ") != std::string::npos;
 }
@@ -26,6 +27,6 @@ inline bool RunFfmpeg(const std::string& arguments) {
 
 }  // namespace oaslam::testing
 
-#define OASLAM_SKIP_WITHOUT_ENCODER(name)            \
+#define OASLAM_SKIP_WITHOUT_ENCODER(name)         \
   if (!::oaslam::testing::HasFfmpegEncoder(name)) \
   GTEST_SKIP() << "needs the program ffmpeg with the encoder " << (name)

@@ -66,7 +66,8 @@ KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource
   while (const std::optional<InputImage> frame = images.size() < times.size() ? video.Next() : std::nullopt) {
     const auto id = KeyframeAt(times, frame->timestamp);
     if (!id || frame->image.empty()) continue;
-    const std::string name = fmt::format("{:06}.png", frame->index), path = folder + "/images/" + name;
+    const std::string name = fmt::format("{:06}.png", frame->index);
+    const std::string path = folder + "/images/" + name;
     std::error_code error;
     fs::create_directories(folder + "/images", error);
     if (!cv::imwrite(path, frame->image)) throw InputError(fmt::format("{}: cannot be written", path));

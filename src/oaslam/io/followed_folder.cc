@@ -84,7 +84,8 @@ class FollowedFolder : public ImageSource {
           continue;
         }
         const std::string path = (fs::path(folder_) / name).string();
-        InputImage image{index_, index_ / fps_, name, ReadImage(path, options_.color, options_.orientation)};
+        InputImage image{index_, index_ / fps_, name,
+                         ReadImage(path, options_.color, options_.orientation)};
         if (!image.image.empty()) {  // else it comes again, with its index, once its writer has closed it
           taken_.insert(name);
           ++index_;

@@ -8,13 +8,16 @@ namespace oaslam {
 
 enum class Orientation {
   kStored,   // the pixels as they are in the file
-  kUpright,  // turned (and mirrored) as the file's EXIF orientation says, where it has one and OpenCV knows it
+  kUpright,  // turned (and mirrored) as its EXIF orientation says, where it has one OpenCV knows
 };
 
-// 8-bit, grey or BGR; empty where the file is missing or no image. A calibration and boxes are mostly of the stored pixels.
-cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation = Orientation::kStored);
+// 8-bit, grey or BGR; empty where the file is missing or no image. A calibration and boxes are
+// mostly of the stored pixels.
+cv::Mat ReadImage(const std::string& path, bool color,
+                  Orientation orientation = Orientation::kStored);
 
-// An image in colour, where it is grey and the file that it was read from so may show it; else as it is.
+// An image in colour, where it is grey and the file that it was read from, in this orientation, may
+// show it; else as it is.
 cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation);
 
 bool HasImageExtension(const std::string& path);

@@ -28,13 +28,16 @@ constexpr double kDefaultFps = 30;
 class ListSource : public ImageSource {
  public:
   // `images` begin with the image of index `from`.
-  ListSource(std::vector<ListedImage> images, const ImageSourceOptions& options) : images_(std::move(images)), options_(options) {}
+  ListSource(std::vector<ListedImage> images, const ImageSourceOptions& options)
+      : images_(std::move(images)), options_(options) {}
 
   std::optional<InputImage> Next() override {
     if (next_ >= size()) return std::nullopt;
     const ListedImage& listed = images_[next_];
     const cv::Mat image = ReadImage(listed.path, options_.color, options_.orientation);
-    return InputImage{options_.from + next_++, listed.timestamp, BaseName(listed.path), image, listed.path, options_.orientation};
+    const int index = options_.from + next_++;
+    return InputImage{index, listed.timestamp, BaseName(listed.path),
+                      image, listed.path,      options_.orientation};
   }
   int size() const override { return static_cast<int>(images_.size()); }
 
@@ -154,7 +157,8 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSo
     throw InputError(fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
   if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
   if (options.follow) return FollowFolder(source, options, options.fps.value_or(kDefaultFps));
-  if (auto images = ListImages(source, options)) return std::make_unique<ListSource>(std::move(*images), options);
+  if (auto images = ListImages(source, options))
+    return std::make_unique<ListSource>(std::move(*images), options);
   return OpenVideo(source, options);
 }
 

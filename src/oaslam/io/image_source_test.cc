@@ -75,10 +75,12 @@ TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
   const TempFolder folder;
   cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(20));
   image.colRange(0, 32).setTo(240);
-  const std::string path = folder.Write("a.jpg", testing::JpegWithExif(image, {.orientation = 6}));  // as phones write portraits
+  // As phones write portraits.
+  const std::string path = folder.Write("a.jpg", testing::JpegWithExif(image, {.orientation = 6}));
   for (const bool color : {false, true}) {
     EXPECT_EQ(ReadAll(path, {.color = color})[0].image.size(), cv::Size(64, 48));
-    const InputImage turned = ReadAll(path, {.color = color, .orientation = Orientation::kUpright})[0];
+    const InputImage turned =
+        ReadAll(path, {.color = color, .orientation = Orientation::kUpright})[0];
     ASSERT_EQ(turned.image.size(), cv::Size(48, 64));
     EXPECT_GT(cv::mean(turned.image.rowRange(0, 30))[0], 230);  // its left is the top
     EXPECT_LT(cv::mean(turned.image.rowRange(34, 64))[0], 30);

@@ -49,8 +49,9 @@ AVStream* VideoStream(const AVFormatContext& input) {
 }
 
 struct Packets {
-  int shown = 0, hidden = 0;   // by an edit list
-  std::vector<int64_t> times;  // of those shown, in units of the stream, ascending; empty where they are of no use
+  int shown = 0, hidden = 0;  // by an edit list
+  std::vector<int64_t>
+      times;  // of those shown, in units of the stream, ascending; empty where they are of no use
 };
 
 Packets ReadPackets(AVFormatContext& input, int stream) {
@@ -62,8 +63,10 @@ Packets ReadPackets(AVFormatContext& input, int stream) {
   bool have_times = true;
   for (; av_read_frame(&input, packet.get()) >= 0; av_packet_unref(packet.get())) {
     if (packet->stream_index != stream) continue;
-    // Times of decoding ascend, unless the stream was put together from several whose times begin anew.
-    if (packet->pts == AV_NOPTS_VALUE || (packet->dts != AV_NOPTS_VALUE && packet->dts < last_decoded))
+    // Times of decoding ascend, unless the stream was put together from several whose times begin
+    // anew.
+    if (packet->pts == AV_NOPTS_VALUE ||
+        (packet->dts != AV_NOPTS_VALUE && packet->dts < last_decoded))
       have_times = false;
     if (packet->dts != AV_NOPTS_VALUE) last_decoded = packet->dts;
     const bool is_hidden = packet->flags & AV_PKT_FLAG_DISCARD;
@@ -82,7 +85,8 @@ VideoTimes TimesOf(const std::vector<int64_t>& stored, const AVStream& stream) {
   const auto seconds = [&](int64_t units) { return static_cast<double>(units) * num / den; };
   VideoTimes times;
   for (const int64_t time : stored) times.seconds.push_back(seconds(time - stored.front()));
-  if (stream.start_time != AV_NOPTS_VALUE) times.start = seconds(stored.front() - stream.start_time);
+  if (stream.start_time != AV_NOPTS_VALUE)
+    times.start = seconds(stored.front() - stream.start_time);
   times.repaired = SpreadEqualTimes(times.seconds);
   return times;
 }
@@ -90,11 +94,12 @@ VideoTimes TimesOf(const std::vector<int64_t>& stored, const AVStream& stream) {
 const int32_t* DisplayMatrix(const AVStream& stream) {
 #if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
   const AVCodecParameters& codec = *stream.codecpar;
-  const AVPacketSideData* data =
-      av_packet_side_data_get(codec.coded_side_data, codec.nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+  const AVPacketSideData* data = av_packet_side_data_get(
+      codec.coded_side_data, codec.nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
   return data ? reinterpret_cast<const int32_t*>(data->data) : nullptr;
 #else
-  return reinterpret_cast<const int32_t*>(av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr));
+  return reinterpret_cast<const int32_t*>(
+      av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr));
 #endif
 }
 
@@ -134,7 +139,8 @@ int SpreadEqualTimes(std::vector<double>& ascending) {
     const auto above = std::upper_bound(first, ascending.end(), time);
     const auto count = above - first;
     if (above != ascending.end()) step = (*above - time) / static_cast<double>(count);
-    for (std::ptrdiff_t i = 1; i < count; ++i, ++moved) first[i] = time + step * static_cast<double>(i);
+    for (std::ptrdiff_t i = 1; i < count; ++i, ++moved)
+      first[i] = time + step * static_cast<double>(i);
     begin += static_cast<size_t>(count);
   }
   return moved;
@@ -144,14 +150,18 @@ VideoContainer ReadVideoContainer(const std::string& path) {
   const QuietFfmpeg quiet;
   const Input input = Open(path);
   AVStream* stream = input ? VideoStream(*input) : nullptr;
-  if (!stream) throw InputError(fmt::format("{}: neither a list of images nor a video that can be opened", path));
+  if (!stream)
+    throw InputError(
+        fmt::format("{}: neither a list of images nor a video that can be opened", path));
   VideoContainer container;
   container.codec = avcodec_get_name(stream->codecpar->codec_id);
   if (!avcodec_find_decoder(stream->codecpar->codec_id))
-    throw InputError(fmt::format("{}: there is no decoder for its video ({})", path, container.codec));
+    throw InputError(
+        fmt::format("{}: there is no decoder for its video ({})", path, container.codec));
   const Packets packets = ReadPackets(*input, stream->index);
   container.images = packets.shown;
-  if (stream->nb_frames > packets.hidden) container.announced = static_cast<int>(stream->nb_frames) - packets.hidden;
+  if (stream->nb_frames > packets.hidden)
+    container.announced = static_cast<int>(stream->nb_frames) - packets.hidden;
   container.times = TimesOf(packets.times, *stream);
   container.turn_deg = TurnOf(*stream);
   return container;
@@ -160,7 +170,8 @@ VideoContainer ReadVideoContainer(const std::string& path) {
 size_t TimeIndexOf(const VideoTimes& times, size_t next, double reported) {
   constexpr double kSame_s = 1e-6;  // below the finest unit in use
   const double time = reported - times.start;
-  const auto begin = times.seconds.begin() + static_cast<std::ptrdiff_t>(std::min(next, times.seconds.size()));
+  const auto begin =
+      times.seconds.begin() + static_cast<std::ptrdiff_t>(std::min(next, times.seconds.size()));
   const auto found = std::lower_bound(begin, times.seconds.end(), time - kSame_s);
   if (found == times.seconds.end() || *found > time + kSame_s) return next;
   return static_cast<size_t>(found - times.seconds.begin());

@@ -18,7 +18,9 @@ namespace oaslam {
 namespace {
 
 // Not whatever backend comes first: they disagree on the images of a file.
-int Backend() { return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY; }
+int Backend() {
+  return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
+}
 
 // Always a copy: an image of cv::VideoCapture may be written again.
 cv::Mat Turned(const cv::Mat& image, int clockwise_deg) {
@@ -37,7 +39,8 @@ class VideoSource : public ImageSource {
       : path_(path), options_(options), container_(ReadVideoContainer(path)) {
     const int images = container_.images;
     if (images == 0) throw InputError(fmt::format("{}: no image in it, damaged?", path));
-    if (options.from >= images) throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, images));
+    if (options.from >= images)
+      throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, images));
     if (!capture_.open(path, Backend()))
       throw InputError(fmt::format("{}: cannot be decoded ({})", path, container_.codec));
     // The container's word is kept here: OpenCV 4.6 turns by 90 degrees the wrong way.
@@ -58,24 +61,33 @@ class VideoSource : public ImageSource {
       if (!options_.color && !options_.color_if_free && image.channels() == 3)
         cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
       const int index = index_++;
-      return InputImage{index, timestamp, fmt::format("{:06}", index), Turned(image, container_.turn_deg)};
+      return InputImage{index, timestamp, fmt::format("{:06}", index),
+                        Turned(image, container_.turn_deg)};
     }
     return std::nullopt;
   }
   int size() const override {
-    return (options_.to < 0 ? container_.images : std::min(options_.to, container_.images)) - options_.from;
+    return (options_.to < 0 ? container_.images : std::min(options_.to, container_.images)) -
+           options_.from;
   }
 
  private:
   void Warn() const {
-    const auto warn = [this](const std::string& what) { Log(LogLevel::kWarning, path_ + ": " + what); };
+    const auto warn = [this](const std::string& what) {
+      Log(LogLevel::kWarning, path_ + ": " + what);
+    };
     const int images = container_.images, announced = container_.announced;
-    if (images < announced) warn(fmt::format("ends after {} of {} images, damaged?", images, announced));
+    if (images < announced)
+      warn(fmt::format("ends after {} of {} images, damaged?", images, announced));
     if (options_.fps) return;
     if (container_.times.seconds.empty())
-      warn(fmt::format("no time stamps that can be used; taken as {:g} images a second (--fps: another rate)", rate_));
+      warn(fmt::format(
+          "no time stamps that can be used; taken as {:g} images a second (--fps: another rate)",
+          rate_));
     if (const int repaired = container_.times.repaired; repaired > 0)
-      warn(fmt::format("{} of {} time stamps are those of the image before; spread up to the next one", repaired, images));
+      warn(fmt::format(
+          "{} of {} time stamps are those of the image before; spread up to the next one", repaired,
+          images));
   }
 
   // Passes over what is damaged, which OpenCV takes for the end.
@@ -87,10 +99,12 @@ class VideoSource : public ImageSource {
 
   std::optional<InputImage> End() {
     if (index_ == 0)
-      throw InputError(fmt::format("{}: not one of its images can be decoded ({})", path_, container_.codec));
+      throw InputError(
+          fmt::format("{}: not one of its images can be decoded ({})", path_, container_.codec));
     const int missing = container_.images - index_;
     if (missing > 0)
-      Log(LogLevel::kWarning, fmt::format("{}: {} of {} images could not be decoded", path_, missing, container_.images));
+      Log(LogLevel::kWarning, fmt::format("{}: {} of {} images could not be decoded", path_,
+                                          missing, container_.images));
     options_.to = index_;
     return std::nullopt;
   }
@@ -99,10 +113,13 @@ class VideoSource : public ImageSource {
   double Timestamp() {
     const std::vector<double>& times = container_.times.seconds;
     if (options_.fps || times.empty()) return index_ / rate_;
-    const size_t i = TimeIndexOf(container_.times, next_time_, capture_.get(cv::CAP_PROP_POS_MSEC) / 1000);
+    const size_t i =
+        TimeIndexOf(container_.times, next_time_, capture_.get(cv::CAP_PROP_POS_MSEC) / 1000);
     next_time_ = i + 1;
     // More than the container told of.
-    const double time = i < times.size() ? times[i] : times.back() + static_cast<double>(i + 1 - times.size()) / rate_;
+    const double time = i < times.size()
+                            ? times[i]
+                            : times.back() + static_cast<double>(i + 1 - times.size()) / rate_;
     if (index_ == 0) first_s_ = time;
     return time - first_s_;
   }

@@ -17,13 +17,13 @@
 namespace oaslam {
 namespace {
 
-using testing::RunFfmpeg;
 using ::testing::AllOf;
 using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Pointwise;
+using testing::RunFfmpeg;
 
 constexpr double kMillisecond = 1e-3;  // Matroska holds no finer times
 
@@ -55,7 +55,8 @@ std::string Picture(const std::string& size, double seconds = 2) {
 
 // Of images that come every 1/30 s, and are left out here and there.
 bool IsKept(int n) { return n < 12 || n % 3 == 0 || n % 7 == 1; }
-const std::string kIrregular = "-vf \"select='lt(n,12)+not(mod(n,3))+eq(mod(n,7),1)'\" -fps_mode passthrough ";
+const std::string kIrregular =
+    "-vf \"select='lt(n,12)+not(mod(n,3))+eq(mod(n,7),1)'\" -fps_mode passthrough ";
 std::vector<double> IrregularTimes() {
   std::vector<double> times;
   for (int n = 0; n < 60; ++n)
@@ -69,7 +70,9 @@ std::vector<double> RegularTimes(int count, double rate = 30) {
   return times;
 }
 
-void Overwrite(std::string& bytes, size_t at, const std::string& by) { std::copy(by.begin(), by.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at)); }
+void Overwrite(std::string& bytes, size_t at, const std::string& by) {
+  std::copy(by.begin(), by.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+}
 
 TEST(VideoSource, TimesAreThoseStored) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
@@ -77,7 +80,8 @@ TEST(VideoSource, TimesAreThoseStored) {
   const std::string make = Picture("160x120") + kIrregular + "-c:v libx264 -bf 3 ";
   // In MP4 an edit list moves them to 0, in the others they begin elsewhere.
   for (const std::string name : {"a.mp4", "a.mkv", "a.ts", "late.mp4", "late.mkv"}) {
-    ASSERT_TRUE(RunFfmpeg(make + (name.starts_with("late") ? "-output_ts_offset 5.5 " : "") + folder / name));
+    ASSERT_TRUE(RunFfmpeg(make + (name.starts_with("late") ? "-output_ts_offset 5.5 " : "") +
+                          folder / name));
     const Film film = Watch(folder / name);
     EXPECT_THAT(film.times, Pointwise(DoubleNear(kMillisecond), IrregularTimes())) << name;
     EXPECT_EQ(film.announced, static_cast<int>(film.times.size())) << name;
@@ -85,16 +89,19 @@ TEST(VideoSource, TimesAreThoseStored) {
   }
   const Film part = Watch(folder / "a.mp4", {.from = 10, .to = 20});
   const std::vector<double> times = IrregularTimes();
-  EXPECT_THAT(part.times, Pointwise(DoubleNear(kMillisecond), std::vector(times.begin() + 10, times.begin() + 20)));
+  EXPECT_THAT(part.times, Pointwise(DoubleNear(kMillisecond),
+                                    std::vector(times.begin() + 10, times.begin() + 20)));
   EXPECT_EQ(part.names.front(), "000010");
   EXPECT_EQ(part.announced, 10);
-  EXPECT_THAT(Watch(folder / "a.mp4", {.fps = 10}).times, Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
+  EXPECT_THAT(Watch(folder / "a.mp4", {.fps = 10}).times,
+              Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
 }
 
 TEST(VideoSource, WhatAnEditListLeavesOutIsNotCounted) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
   const TempFolder folder;
-  ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx264 -g 20 -keyint_min 20 -sc_threshold 0 " + folder / "whole.mp4"));
+  ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx264 -g 20 -keyint_min 20 -sc_threshold 0 " +
+                        folder / "whole.mp4"));
   ASSERT_TRUE(RunFfmpeg("-ss 0.9 -i " + folder / "whole.mp4" + " -c copy " + folder / "cut.mp4"));
   const Film film = Watch(folder / "cut.mp4");
   EXPECT_THAT(film.times, Pointwise(DoubleNear(kMillisecond), RegularTimes(33)));
@@ -105,11 +112,15 @@ TEST(VideoSource, ImagesThatCannotBeDecodedTakeTheirTimesWithThem) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx265");
   const TempFolder folder;
   // Begins with images that lean on others before the cut.
-  ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx265 -x265-params log-level=none:keyint=20:min-keyint=20:scenecut=0:open-gop=1 " + folder / "whole.ts"));
+  ASSERT_TRUE(RunFfmpeg(
+      Picture("160x120") +
+      "-c:v libx265 -x265-params log-level=none:keyint=20:min-keyint=20:scenecut=0:open-gop=1 " +
+      folder / "whole.ts"));
   ASSERT_TRUE(RunFfmpeg("-ss 0.9 -i " + folder / "whole.ts" + " -c copy " + folder / "cut.mkv"));
   const Film film = Watch(folder / "cut.mkv");
   ASSERT_LT(static_cast<int>(film.times.size()), film.announced);
-  EXPECT_THAT(film.times, Pointwise(DoubleNear(2 * kMillisecond), RegularTimes(static_cast<int>(film.times.size()))));
+  EXPECT_THAT(film.times, Pointwise(DoubleNear(2 * kMillisecond),
+                                    RegularTimes(static_cast<int>(film.times.size()))));
   EXPECT_THAT(film.warnings, ElementsAre(HasSubstr("images could not be decoded")));
 }
 
@@ -133,11 +144,15 @@ TEST(VideoSource, WithoutTimesItTakesTheRateAndSaysSo) {
   const TempFolder folder;
   ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 -f h264 " + folder / "raw.264"));
   ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 " + folder / "once.ts"));
-  folder.Write("twice.ts", folder.Read("once.ts") + folder.Read("once.ts"));  // whose times begin anew
+  folder.Write("twice.ts",
+               folder.Read("once.ts") + folder.Read("once.ts"));  // whose times begin anew
   for (const auto& [name, count] : {std::pair("raw.264", 15), std::pair("twice.ts", 30)}) {
     const Film film = Watch(folder / name);
-    EXPECT_EQ(film.times, RegularTimes(count, film.times.size() > 1 ? 1 / film.times[1] : 0)) << name;
-    EXPECT_THAT(film.warnings, ElementsAre(AllOf(HasSubstr(name), HasSubstr("no time stamps"), HasSubstr("--fps")))) << name;
+    EXPECT_EQ(film.times, RegularTimes(count, film.times.size() > 1 ? 1 / film.times[1] : 0))
+        << name;
+    EXPECT_THAT(film.warnings, ElementsAre(AllOf(HasSubstr(name), HasSubstr("no time stamps"),
+                                                 HasSubstr("--fps"))))
+        << name;
     EXPECT_THAT(Watch(folder / name, {.fps = 30}).warnings, IsEmpty());
   }
 }
@@ -150,13 +165,16 @@ TEST(VideoSource, IsUprightAsPhonesTurnIt) {
   for (int i = 0; i < 5; ++i) video.Add(picture, i / 30.0);
   video.Finish();
   struct Turn {
-    std::string a, b, c, d;  // of the display matrix of the track's header (ISO/IEC 14496-12, 6.2.2), (x, y) -> (ax + cy, bx + dy)
+    std::string a, b, c, d;  // of the display matrix of the track's header (ISO/IEC
+                             // 14496-12, 6.2.2), (x, y) -> (ax + cy, bx + dy)
     bool left, top;          // where it is bright then
     cv::Size size;
   };
   const std::string zero(4, '\0'), one("\0\1\0\0", 4), minus_one("\xff\xff\0\0", 4);
-  for (const Turn& turn : {Turn{one, zero, zero, one, true, true, {160, 120}}, Turn{zero, one, minus_one, zero, false, true, {120, 160}},
-                           Turn{minus_one, zero, zero, minus_one, false, false, {160, 120}}, Turn{zero, minus_one, one, zero, true, false, {120, 160}}}) {
+  for (const Turn& turn : {Turn{one, zero, zero, one, true, true, {160, 120}},
+                           Turn{zero, one, minus_one, zero, false, true, {120, 160}},
+                           Turn{minus_one, zero, zero, minus_one, false, false, {160, 120}},
+                           Turn{zero, minus_one, one, zero, true, false, {120, 160}}}) {
     std::string bytes = folder.Read("a.mp4");
     const size_t header = bytes.find("tkhd");
     ASSERT_NE(header, std::string::npos);
@@ -169,7 +187,8 @@ TEST(VideoSource, IsUprightAsPhonesTurnIt) {
       const cv::Size half = turn.size / 2;
       for (const bool left : {false, true})
         for (const bool top : {false, true}) {
-          const cv::Rect quarter(left ? 0 : half.width, top ? 0 : half.height, half.width, half.height);
+          const cv::Rect quarter(left ? 0 : half.width, top ? 0 : half.height, half.width,
+                                 half.height);
           EXPECT_EQ(cv::mean(image->image(quarter))[0] > 128, left == turn.left && top == turn.top);
         }
     }
@@ -181,19 +200,27 @@ TEST(VideoSource, SizesAndDepths) {
   struct Case {
     std::string encoder, options, size;
   };
-  for (const Case& c : {Case{"libx265", "-x265-params log-level=none -pix_fmt yuv420p10le -tag:v hvc1", "160x120"},
-                        Case{"libx265", "-x265-params log-level=none -preset ultrafast -pix_fmt yuv420p10le -tag:v hvc1", "3840x2160"},
-                        Case{"libx264", "-pix_fmt yuv420p", "1080x1920"}, Case{"libx264", "-pix_fmt yuv444p", "161x121"}}) {
-    if (!testing::HasFfmpegEncoder(c.encoder)) GTEST_SKIP() << "needs the program ffmpeg with the encoder " << c.encoder;
-    ASSERT_TRUE(RunFfmpeg(Picture(c.size, 0.1) + "-c:v " + c.encoder + " " + c.options + " " + folder / "a.mp4"));
+  for (const Case& c :
+       {Case{"libx265", "-x265-params log-level=none -pix_fmt yuv420p10le -tag:v hvc1", "160x120"},
+        Case{"libx265",
+             "-x265-params log-level=none -preset ultrafast -pix_fmt yuv420p10le -tag:v hvc1",
+             "3840x2160"},
+        Case{"libx264", "-pix_fmt yuv420p", "1080x1920"},
+        Case{"libx264", "-pix_fmt yuv444p", "161x121"}}) {
+    if (!testing::HasFfmpegEncoder(c.encoder))
+      GTEST_SKIP() << "needs the program ffmpeg with the encoder " << c.encoder;
+    ASSERT_TRUE(RunFfmpeg(Picture(c.size, 0.1) + "-c:v " + c.encoder + " " + c.options + " " +
+                          folder / "a.mp4"));
     const auto source = OpenImages(folder / "a.mp4", {.color = true});
     for (int i = 0; i < 3; ++i) {
       const auto image = source->Next();
       ASSERT_TRUE(image) << c.size;
-      EXPECT_EQ(std::to_string(image->image.cols) + "x" + std::to_string(image->image.rows), c.size);
+      EXPECT_EQ(std::to_string(image->image.cols) + "x" + std::to_string(image->image.rows),
+                c.size);
       EXPECT_EQ(image->image.type(), CV_8UC3);
       EXPECT_NEAR(image->timestamp, i / 30.0, kMillisecond);
-      // The test picture's bars are of all colours, as they would not be if ten bits were taken for eight.
+      // The test picture's bars are of all colours, as they would not be if ten bits were taken for
+      // eight.
       cv::Mat channels[3];
       cv::split(image->image, channels);
       for (const cv::Mat& channel : channels) {
@@ -230,12 +257,15 @@ TEST(VideoSource, WhatCannotBeDecodedIsSaidInOneLine) {
   std::string noise = bytes;
   const size_t data = noise.find("mdat");
   Overwrite(noise, data + 4, std::string(noise.find("moov") - 4 - data - 4, '\x55'));
-  EXPECT_THAT(refusal(noise), AllOf(HasSubstr("b.mp4: not one of its images can be decoded"), Not(HasSubstr("\n"))));
+  EXPECT_THAT(refusal(noise), AllOf(HasSubstr("b.mp4: not one of its images can be decoded"),
+                                    Not(HasSubstr("\n"))));
   std::string unknown = bytes;
   for (const char* code : {"avc1", "mp4v"})
-    if (const size_t at = unknown.find(code, unknown.find("stsd")); at != std::string::npos) Overwrite(unknown, at, "zzz1");
+    if (const size_t at = unknown.find(code, unknown.find("stsd")); at != std::string::npos)
+      Overwrite(unknown, at, "zzz1");
   EXPECT_THAT(refusal(unknown), HasSubstr("b.mp4: there is no decoder for its video"));
-  EXPECT_THAT(refusal(bytes.substr(0, data + 200)), HasSubstr("b.mp4: neither a list of images nor a video"));
+  EXPECT_THAT(refusal(bytes.substr(0, data + 200)),
+              HasSubstr("b.mp4: neither a list of images nor a video"));
 }
 
 }  // namespace
