@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace oaslam::testing {
+namespace oaslam {
 
 struct ExifOptions {
   uint16_t orientation =
@@ -41,4 +41,4 @@ inline std::string JpegWithExif(const cv::Mat& image, const ExifOptions& options
   return plain.substr(0, 2) + segment + plain.substr(2);
 }
 
-}  // namespace oaslam::testing
+}  // namespace oaslam

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace oaslam::testing {
+namespace oaslam {
 
 // Whether there is the program ffmpeg, and in it this encoder.
 inline bool HasFfmpegEncoder(const std::string& name) {
@@ -25,8 +25,8 @@ inline bool RunFfmpeg(const std::string& arguments) {
   return std::system(("ffmpeg -nostdin -hide_banner -loglevel error -y " + arguments).c_str()) == 0;
 }
 
-}  // namespace oaslam::testing
+}  // namespace oaslam
 
-#define OASLAM_SKIP_WITHOUT_ENCODER(name)         \
-  if (!::oaslam::testing::HasFfmpegEncoder(name)) \
+#define OASLAM_SKIP_WITHOUT_ENCODER(name) \
+  if (!::oaslam::HasFfmpegEncoder(name))  \
   GTEST_SKIP() << "needs the program ffmpeg with the encoder " << (name)

@@ -12,9 +12,6 @@
 namespace oaslam {
 namespace {
 
-using testing::JpegWithExif;
-using testing::RunFfmpeg;
-
 const cv::Mat kImage(48, 64, CV_8UC3, cv::Scalar::all(90));
 
 TEST(FocalLength35mm, OfAnImageInEitherByteOrder) {

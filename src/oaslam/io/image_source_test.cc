@@ -12,9 +12,9 @@
 namespace oaslam {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
 
 // A binary PGM of one grey level.
 std::string Pgm(int width, int height, char level) {
@@ -76,7 +76,7 @@ TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
   cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(20));
   image.colRange(0, 32).setTo(240);
   // As phones write portraits.
-  const std::string path = folder.Write("a.jpg", testing::JpegWithExif(image, {.orientation = 6}));
+  const std::string path = folder.Write("a.jpg", JpegWithExif(image, {.orientation = 6}));
   for (const bool color : {false, true}) {
     EXPECT_EQ(ReadAll(path, {.color = color})[0].image.size(), cv::Size(64, 48));
     const InputImage turned =

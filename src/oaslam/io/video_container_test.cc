@@ -8,8 +8,8 @@
 namespace oaslam {
 namespace {
 
-using ::testing::DoubleNear;
-using ::testing::Pointwise;
+using testing::DoubleNear;
+using testing::Pointwise;
 
 TEST(SpreadEqualTimes, UpToTheNextOne) {
   std::vector<double> times{0, 1, 1, 1, 4, 5, 5};

@@ -17,13 +17,12 @@
 namespace oaslam {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::DoubleNear;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Pointwise;
-using testing::RunFfmpeg;
+using testing::AllOf;
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pointwise;
 
 constexpr double kMillisecond = 1e-3;  // Matroska holds no finer times
 
@@ -207,7 +206,7 @@ TEST(VideoSource, SizesAndDepths) {
              "3840x2160"},
         Case{"libx264", "-pix_fmt yuv420p", "1080x1920"},
         Case{"libx264", "-pix_fmt yuv444p", "161x121"}}) {
-    if (!testing::HasFfmpegEncoder(c.encoder))
+    if (!HasFfmpegEncoder(c.encoder))
       GTEST_SKIP() << "needs the program ffmpeg with the encoder " << c.encoder;
     ASSERT_TRUE(RunFfmpeg(Picture(c.size, 0.1) + "-c:v " + c.encoder + " " + c.options + " " +
                           folder / "a.mp4"));
@@ -248,9 +247,9 @@ TEST(VideoSource, WhatCannotBeDecodedIsSaidInOneLine) {
   const std::string bytes = folder.Read("a.mp4");
   const auto refusal = [&](const std::string& content, const ImageSourceOptions& options = {}) {
     const std::string path = folder.Write("b.mp4", content);
-    ::testing::internal::CaptureStderr();
+    testing::internal::CaptureStderr();
     const std::string error = InputErrorOf([&] { OpenImages(path, options)->Next(); });
-    EXPECT_THAT(::testing::internal::GetCapturedStderr(), IsEmpty());
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), IsEmpty());
     return error;
   };
   EXPECT_THAT(refusal(bytes, {.from = 5}), HasSubstr("has 5 frames"));
