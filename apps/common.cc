@@ -57,7 +57,14 @@ void AddConfigOptions(CLI::App& app, CommonOptions& options) {
 void AddFrameOptions(CLI::App& app, CommonOptions& options) {
   app.add_option("--from", options.from, "First frame, counted from 0")->check(CLI::NonNegativeNumber);
   app.add_option("--to", options.to, "One past the last frame")->check(CLI::NonNegativeNumber);
-  app.add_option("--fps", options.fps, "Frames a second, for images without time stamps and videos");
+  app.add_option("--fps", options.fps,
+                 "Frames a second, for images without time stamps, and in place of a video's own");
+}
+
+void AddExifOption(CLI::App& app, CommonOptions& options) {
+  app.add_flag("--exif-rotation", options.exif_rotation,
+               "Turn image files as their EXIF orientation says; calibration and boxes are of the "
+               "turned images then");
 }
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {
@@ -99,6 +106,7 @@ Classes LoadClasses(const CommonOptions& options) {
 
 ImageSourceOptions FrameRange(const CommonOptions& options) {
   ImageSourceOptions range{.fps = options.fps, .from = options.from, .to = options.to};
+  if (options.exif_rotation) range.orientation = Orientation::kUpright;
   if (options.follow_s) range.follow = FollowOptions{*options.follow_s, Interrupted};
   return range;
 }

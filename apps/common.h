@@ -20,12 +20,14 @@ struct CommonOptions {
   int from = 0, to = -1;          // frames [from, to); -1: to the end
   std::string classes;            // path, empty: COCO
   std::optional<double> fps;
+  bool exif_rotation = false;  // images in files of their own are turned as their metadata says
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);   // --config, --set
 void AddFrameOptions(CLI::App& app, CommonOptions& options);    // --from, --to, --fps
+void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotation
 void AddFollowOption(CLI::App& app, CommonOptions& options);    // --follow
 void AddClassesOption(CLI::App& app, CommonOptions& options);
 // All of them. `options` must outlive the parsing.

@@ -98,6 +98,7 @@ void AddDetectCommand(CLI::App& app) {
   command->add_option("--out", options->out, "Where to write the detections (JSON)")->required()->type_name("FILE");
   command->add_flag("--resume", options->resume, "Go on with the file of an interrupted run: its images are not done again");
   AddFrameOptions(*command, options->common);
+  AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] {

@@ -77,6 +77,7 @@ void AddExportCommand(CLI::App& app) {
                       "to images/. Without: names are time stamps");
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);
+  AddExifOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { Export(*options); });
 }

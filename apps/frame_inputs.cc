@@ -51,7 +51,11 @@ std::optional<InputImage> FrameInputs::NextReadable() {
 std::optional<FrameInput> FrameInputs::Next() {
   std::optional<InputImage> image = ahead_ ? std::exchange(ahead_, std::nullopt) : NextReadable();
   if (!image) return std::nullopt;
-  FrameInput frame{image->index, image->name, {image->image, image->timestamp, {}, false}, image->path};
+  FrameInput frame{image->index,
+                   image->name,
+                   {image->image, image->timestamp, {}, false},
+                   image->path,
+                   image->orientation};
   if (background_) {
     frame.input.detections_follow = true;
   } else if (detector_) {

@@ -19,6 +19,7 @@ struct FrameInput {
   std::string name;
   ImageInput input;
   std::string path;  // of the image's own file, if it has one
+  Orientation orientation = Orientation::kStored;  // as which that file is read
 };
 
 // How fast a detector was.

@@ -153,6 +153,7 @@ void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingRes
   record.view = slam.View();
   record.image = frame.input.image;
   record.image_path = frame.path;
+  record.image_orientation = frame.orientation;
   viewer_->Show(std::move(record));
   status_.dropped = dropped;
 }

@@ -201,6 +201,7 @@ void AddLocalizeCommand(CLI::App& app) {
   auto* record = AddRecordingOptions(*command, options->recording);
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);
+  AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] {
     if (const int code = Localize(*options)) throw CLI::RuntimeError(code);

@@ -44,7 +44,8 @@ Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const Mo
 }
 
 void Recording::Add(const FrameInput& frame, ArFrame shown) {
-  cv::Mat picture = pictures_.Make(camera_, InColor(frame.input.image, frame.path));
+  const cv::Mat image = InColor(frame.input.image, frame.path, frame.orientation);
+  cv::Mat picture = pictures_.Make(camera_, image);
   shown.camera = Resized(camera_, picture.size(), pictures_.ScaleOf(camera_));
   DrawArPicture(shown, *models_, names_, picture);
   video_->Add(picture, frame.input.timestamp);

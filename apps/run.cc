@@ -194,6 +194,7 @@ void AddRunCommand(CLI::App& app) {
   AddModelOption(*command, options->models);
   command->add_option("--seed", options->seed, "of the random numbers");
   AddCommonOptions(*command, options->common);
+  AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);
   command->callback([options] {
     if (const int code = Run(*options)) throw CLI::RuntimeError(code);

@@ -178,6 +178,7 @@ void AddViewCommand(CLI::App& app) {
   command->add_option("--bind", options->bind, "address to serve at; 0.0.0.0: open to other machines")
       ->type_name("ADDR");
   AddFrameOptions(*command, options->common);
+  AddExifOption(*command, options->common);
   AddQuietOption(*command, options->common);
   command->callback([options] { View(*options); });
 }

@@ -30,9 +30,10 @@ packages=(
   libeigen3-dev libopencv-dev libceres-dev libhwy-dev                       # linear algebra, images and networks, least squares, SIMD
   libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
+  pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content
   libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks
-  assimp-utils colmap                                                       # tests: readers of what is exported
+  assimp-utils colmap ffmpeg                                                # tests: readers of what is exported, writer of videos
 )
 
 if ! command -v dpkg-query >/dev/null; then

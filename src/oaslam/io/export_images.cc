@@ -66,7 +66,8 @@ KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource
   while (const std::optional<InputImage> frame = images.size() < times.size() ? video.Next() : std::nullopt) {
     const auto id = KeyframeAt(times, frame->timestamp);
     if (!id || frame->image.empty()) continue;
-    const std::string name = frame->name + ".png", path = folder + "/images/" + name;
+    const std::string name = fmt::format("{:06}.png", frame->index);
+    const std::string path = folder + "/images/" + name;
     std::error_code error;
     fs::create_directories(folder + "/images", error);
     if (!cv::imwrite(path, frame->image)) throw InputError(fmt::format("{}: cannot be written", path));
@@ -135,7 +136,9 @@ KeyframeImages FindImages(const Map& map, const std::string& source, const Image
                       "images cannot be told apart",
                       source, times[i - 1].id.value, times[i].id.value, times[i].timestamp));
   KeyframeImages images;
-  if (const auto listed = ListImages(source, options))
+  // Other tools take the pixels as they are stored: turned images are written, as a video's are.
+  const bool are_files_right = options.orientation == Orientation::kStored;
+  if (const auto listed = ListImages(source, options); listed && are_files_right)
     images = FindListed(times, *listed, source, folder);
   else if (source.starts_with("webcam:"))
     throw InputError(fmt::format("--images {}: a camera does not keep its images", source));

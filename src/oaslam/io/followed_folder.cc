@@ -83,7 +83,9 @@ class FollowedFolder : public ImageSource {
           ++index_;
           continue;
         }
-        InputImage image{index_, index_ / fps_, name, ReadImage((fs::path(folder_) / name).string(), options_.color)};
+        const std::string path = (fs::path(folder_) / name).string();
+        InputImage image{index_, index_ / fps_, name,
+                         ReadImage(path, options_.color, options_.orientation)};
         if (!image.image.empty()) {  // else it comes again, with its index, once its writer has closed it
           taken_.insert(name);
           ++index_;

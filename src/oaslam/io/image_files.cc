@@ -21,20 +21,21 @@ bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
 }  // namespace
 
-cv::Mat ReadImage(const std::string& path, bool color) {
+cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation) {
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
   if (bytes.empty()) return {};
   try {
-    return cv::imdecode(bytes, (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | cv::IMREAD_IGNORE_ORIENTATION);
+    const int as_stored = orientation == Orientation::kStored ? cv::IMREAD_IGNORE_ORIENTATION : 0;
+    return cv::imdecode(bytes, (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | as_stored);
   } catch (const cv::Exception&) {
     return {};
   }
 }
 
-cv::Mat InColor(const cv::Mat& image, const std::string& path) {
+cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation) {
   if (image.channels() != 1 || path.empty()) return image;
-  const cv::Mat color = ReadImage(path, true);
+  const cv::Mat color = ReadImage(path, true, orientation);
   return color.size() == image.size() ? color : image;
 }
 

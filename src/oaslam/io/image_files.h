@@ -6,12 +6,19 @@
 
 namespace oaslam {
 
-// 8-bit, grey or BGR; empty where the file is missing or no image. The orientation in its metadata is not applied,
-// since a calibration is of the stored pixels.
-cv::Mat ReadImage(const std::string& path, bool color);
+enum class Orientation {
+  kStored,   // the pixels as they are in the file
+  kUpright,  // turned (and mirrored) as its EXIF orientation says, where it has one OpenCV knows
+};
 
-// An image in colour, where it is grey and a file may show it so; else as it is.
-cv::Mat InColor(const cv::Mat& image, const std::string& path);
+// 8-bit, grey or BGR; empty where the file is missing or no image. A calibration and boxes are
+// mostly of the stored pixels.
+cv::Mat ReadImage(const std::string& path, bool color,
+                  Orientation orientation = Orientation::kStored);
+
+// An image in colour, where it is grey and the file that it was read from, in this orientation, may
+// show it; else as it is.
+cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation);
 
 bool HasImageExtension(const std::string& path);
 

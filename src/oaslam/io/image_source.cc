@@ -10,14 +10,13 @@
 #include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
-#include <opencv2/videoio/registry.hpp>
 #include <vector>
 
 #include "oaslam/error.h"
 #include "oaslam/io/followed_folder.h"
 #include "oaslam/io/image_files.h"
 #include "oaslam/io/text.h"
-#include "oaslam/util/log.h"
+#include "oaslam/io/video_source.h"
 
 namespace oaslam {
 namespace {
@@ -29,59 +28,23 @@ constexpr double kDefaultFps = 30;
 class ListSource : public ImageSource {
  public:
   // `images` begin with the image of index `from`.
-  ListSource(std::vector<ListedImage> images, bool color, int from) : images_(std::move(images)), color_(color), from_(from) {}
+  ListSource(std::vector<ListedImage> images, const ImageSourceOptions& options)
+      : images_(std::move(images)), options_(options) {}
 
   std::optional<InputImage> Next() override {
     if (next_ >= size()) return std::nullopt;
     const ListedImage& listed = images_[next_];
-    return InputImage{from_ + next_++, listed.timestamp, BaseName(listed.path), ReadImage(listed.path, color_), listed.path};
+    const cv::Mat image = ReadImage(listed.path, options_.color, options_.orientation);
+    const int index = options_.from + next_++;
+    return InputImage{index, listed.timestamp, BaseName(listed.path),
+                      image, listed.path,      options_.orientation};
   }
   int size() const override { return static_cast<int>(images_.size()); }
 
  private:
   std::vector<ListedImage> images_;
-  bool color_;
-  int from_, next_ = 0;
-};
-
-class VideoSource : public ImageSource {
- public:
-  VideoSource(const std::string& path, const ImageSourceOptions& options) : path_(path), options_(options) {
-    // Not whatever backend comes first: they disagree on the number of frames.
-    const int backend = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
-    if (!capture_.open(path, backend)) throw InputError(fmt::format("{}: neither a list of images nor a video that can be opened", path));
-    const double own_fps = capture_.get(cv::CAP_PROP_FPS);
-    fps_ = options.fps ? *options.fps : std::isfinite(own_fps) && own_fps > 0.1 && own_fps < 10000 ? own_fps : kDefaultFps;
-    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-    const int frames = count > 0 && count < 1e9 ? static_cast<int>(count) : -1;
-    const int end = options.to < 0 ? frames : frames < 0 ? options.to : std::min(options.to, frames);
-    size_ = end < 0 ? -1 : std::max(end - options.from, 0);
-    if (frames >= 0 && options.from >= frames) throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, frames));
-  }
-
-  std::optional<InputImage> Next() override {
-    for (; index_ < options_.from; ++index_)
-      if (!capture_.grab()) return std::nullopt;
-    cv::Mat image;
-    if (options_.to >= 0 && index_ >= options_.to) return std::nullopt;
-    if (!capture_.read(image)) {
-      if (index_ < options_.from + size_)
-        Log(LogLevel::kWarning, fmt::format("{}: ends after {} frames, damaged? {} were announced", path_, index_, options_.from + size_));
-      return std::nullopt;
-    }
-    if (!options_.color && !options_.color_if_free && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
-    InputImage result{index_, index_ / fps_, fmt::format("{:06}", index_), image.clone()};
-    ++index_;
-    return result;
-  }
-  int size() const override { return size_; }
-
- private:
-  std::string path_;
   ImageSourceOptions options_;
-  cv::VideoCapture capture_;
-  double fps_ = kDefaultFps;
-  int index_ = 0, size_ = -1;
+  int next_ = 0;
 };
 
 // Live: time stamps are the seconds since the first image.
@@ -194,8 +157,9 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSo
     throw InputError(fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
   if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
   if (options.follow) return FollowFolder(source, options, options.fps.value_or(kDefaultFps));
-  if (auto images = ListImages(source, options)) return std::make_unique<ListSource>(std::move(*images), options.color, options.from);
-  return std::make_unique<VideoSource>(source, options);
+  if (auto images = ListImages(source, options))
+    return std::make_unique<ListSource>(std::move(*images), options);
+  return OpenVideo(source, options);
 }
 
 }  // namespace oaslam

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/io/image_files.h"
+
 namespace oaslam {
 
 struct InputImage {
@@ -15,6 +17,7 @@ struct InputImage {
   std::string name;      // base name without directory, e.g. "000123.png"; of a video "%06d"
   cv::Mat image;         // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable
   std::string path{};    // of its own file; empty for videos and cameras
+  Orientation orientation = Orientation::kStored;  // as which that file is read
 };
 
 // A folder of images that grows while it is read.
@@ -24,10 +27,11 @@ struct FollowOptions {
 };
 
 struct ImageSourceOptions {
-  std::optional<double> fps{};  // folders of images (30 otherwise) and videos (their own otherwise)
+  std::optional<double> fps{};  // folders of images (30 else) and videos (the times they hold else)
   int from = 0;               // first index
   int to = -1;                // one past the last; -1: all
   bool color = false;         // BGR rather than grey
+  Orientation orientation = Orientation::kStored;  // of image files; videos are always upright
   std::optional<FollowOptions> follow{};
   bool color_if_free = false;  // BGR from videos and cameras, whose grey image is made of it anyhow
 };
@@ -45,9 +49,10 @@ class ImageSource {
   virtual void Stop() {}
 };
 
-// Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" a line), a folder of images, a video file or
-// "webcam:N" (docs/formats.md). With options.follow, a folder of images alone: it may be empty yet. Throws InputError: nothing there, empty list, a line
-// that is neither.
+// Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" a line), a folder of
+// images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow, a folder of
+// images alone: it may be empty yet. Throws InputError: nothing there, empty list, a line that is
+// neither.
 std::unique_ptr<ImageSource> OpenImages(const std::string& source, const ImageSourceOptions& options);
 
 // One image of a source, not read.

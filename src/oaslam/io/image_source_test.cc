@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "exif_jpeg.h"
 #include "expect_input_error.h"
 #include "temp_folder.h"
 
@@ -68,6 +69,24 @@ TEST(ImageSource, ListOfPathsAndRange) {
   EXPECT_DOUBLE_EQ(images[0].timestamp, 1.0 / 30);
   EXPECT_FALSE(images[1].image.empty());
   EXPECT_THAT(Names(ReadAll(list, {.to = 1})), ElementsAre("x.pgm"));
+}
+
+TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
+  const TempFolder folder;
+  cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(20));
+  image.colRange(0, 32).setTo(240);
+  // As phones write portraits.
+  const std::string path = folder.Write("a.jpg", JpegWithExif(image, {.orientation = 6}));
+  for (const bool color : {false, true}) {
+    EXPECT_EQ(ReadAll(path, {.color = color})[0].image.size(), cv::Size(64, 48));
+    const InputImage turned =
+        ReadAll(path, {.color = color, .orientation = Orientation::kUpright})[0];
+    ASSERT_EQ(turned.image.size(), cv::Size(48, 64));
+    EXPECT_GT(cv::mean(turned.image.rowRange(0, 30))[0], 230);  // its left is the top
+    EXPECT_LT(cv::mean(turned.image.rowRange(34, 64))[0], 30);
+    EXPECT_EQ(InColor(turned.image, turned.path, turned.orientation).size(), turned.image.size());
+    EXPECT_EQ(InColor(turned.image, turned.path, turned.orientation).channels(), 3);
+  }
 }
 
 TEST(ImageSource, BadInputIsNamed) {

@@ -36,9 +36,9 @@ using KeyframeImages = std::map<KeyframeId, KeyframeImage>;
 
 // Without the images: named by their time stamp, 1341847980.722988.png, in images/ of the exported folder.
 KeyframeImages ImagesByTime(const Map& map);
-// The images of `source` (OpenImages) whose time stamps are the keyframes'; those of a video are written to images/ of
-// `folder`. Keyframes without an image stay out, with a warning. Throws InputError when none has one, or two keyframes
-// have one time.
+// The images of `source` (OpenImages) whose time stamps are the keyframes'; those of a video, and
+// all where they are to be upright, are written to images/ of `folder`. Keyframes without an image
+// stay out, with a warning. Throws InputError when none has one, or two keyframes have one time.
 KeyframeImages FindImages(const Map& map, const std::string& source, const ImageSourceOptions& options,
                           const std::string& folder);
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "exif_jpeg.h"
 #include "expect_input_error.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/camera_file.h"
@@ -213,6 +214,20 @@ TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
   const KeyframeImage image = FindImages(saved.map, relative_list, {}, folder / "link").at(KeyframeId(4));
   EXPECT_EQ(image.name, "rgb/c.png");
   EXPECT_EQ(folder.Read("link/" + image.path), "c");  // leads to the image
+}
+
+TEST(MapExport, TurnedImagesAreWritten) {
+  const SavedMap saved = ExactMap(
+      {Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  const cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(90));
+  folder.Write("seq/a.jpg", JpegWithExif(image, {.orientation = 6}));
+  const std::string list = folder.Write("seq/rgb.txt", "0.0 no.jpg\n0.5 a.jpg\n");
+  const KeyframeImages images =
+      FindImages(saved.map, list, {.orientation = Orientation::kUpright}, folder / "out");
+  ASSERT_EQ(images.size(), 1U);
+  EXPECT_EQ(images.at(KeyframeId(4)).path, "images/000001.png");
+  EXPECT_EQ(ReadImage(folder / "out/images/000001.png", true).size(), cv::Size(48, 64));
 }
 
 TEST(MapExport, ColmapHasNoNamesWithBlanks) {

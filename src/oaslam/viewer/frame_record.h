@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "oaslam/io/image_files.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
@@ -29,6 +30,7 @@ struct FrameRecord {
   FrameView view;
   cv::Mat image;           // 8-bit, as the camera gave it; not written later
   std::string image_path;  // of a file that may show it in colour; may be empty
+  Orientation image_orientation = Orientation::kStored;  // as which that file is read
 };
 
 }  // namespace oaslam

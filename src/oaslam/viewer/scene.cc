@@ -36,7 +36,7 @@ void Scene::TakePicture() {
   const FrameView& view = frame_->view;
   const cv::Mat grey = std::exchange(frame_->image, {});
   if (grey.empty()) return;
-  const cv::Mat image = InColor(grey, frame_->image_path);
+  const cv::Mat image = InColor(grey, frame_->image_path, frame_->image_orientation);
   const Camera& camera = map_->cameras[view.frame.camera];
   picture_ = picture_maker_.Make(camera, image);
   const double scale = PictureMaker::ScaleOf(camera);
