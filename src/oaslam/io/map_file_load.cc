@@ -83,6 +83,8 @@ void ReadMeta(Database& database, Checksum& checksum, Map& map) {
     else if (key == "up_x" || key == "up_y" || key == "up_z") {
       if (!map.up) map.up = Eigen::Vector3d::Zero();
       (*map.up)[key[3] - 'x'] = rows.Real();
+    } else if (key == "up_keyframes") {
+      map.up_keyframes = static_cast<int>(rows.Integer(1, INT32_MAX));
     } else if (key == "unit") {
       if (const std::string unit = rows.Text(); unit != "metre") rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
       map.is_metric = true;

@@ -33,6 +33,7 @@ struct Keyframe {
   std::shared_ptr<const Features> features;
   std::vector<LandmarkId> landmarks;  // per key point; invalid where none
   std::vector<Covisible> covisible;   // most shared landmarks first, then by id
+  std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
 };
 
 // A keyframe that was culled: what depends on its pose finds it through a keyframe that stayed.
@@ -99,6 +100,7 @@ struct Map {
   Table<ObjectId, Object> objects;
   Table<ObjectId, ObjectId> merged_objects;  // from an erased duplicate to the object that took its observations
   std::optional<Eigen::Vector3d> up;         // world direction against gravity, once known
+  int up_keyframes = 0;                      // whose measured gravity it is from; 0: from how the cameras were held
   uint64_t version = 0;                      // of the snapshot
   int loops_closed = 0;                      // since the map was made or loaded
   bool is_metric = false;                    // the unit is the metre; else arbitrary

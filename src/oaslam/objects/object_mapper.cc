@@ -122,7 +122,7 @@ void DropUnseen(int current_frame, const ObjectsConfig& config, Map& map) {
 
 void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int current_frame,
                    const ObjectsConfig& config) {
-  map.up = EstimateUp(map);  // none again where later views contradict it
+  UpdateUp(map);
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);

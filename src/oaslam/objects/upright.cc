@@ -167,16 +167,61 @@ std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras) {
   return y.coverage > x.coverage ? y.upright : x.upright;
 }
 
-std::optional<Eigen::Vector3d> EstimateUp(const Map& map) {
+std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
+  constexpr size_t kMinViews = 3;
+  constexpr int kIterations = 10;
+  constexpr double kSteadyLength = 0.03;           // relative: what a hand's own motion adds to gravity
+  constexpr double kLeastSpread = 1 * kDegree;     // of a good sensor in a hand, and its mounting
+  constexpr double kMaxSpread = 25 * kDegree;      // beyond, these are not directions of one vertical
+  if (views.size() < kMinViews) return std::nullopt;
+  std::vector<double> lengths;
+  for (const GravityView& view : views) lengths.push_back(view.gravity_in_cam.norm());
+  const double length = Median(lengths);
+  std::vector<Eigen::Vector3d> ups;
+  std::vector<double> steadiness;
+  for (const GravityView& view : views) {
+    const double shaken = (view.gravity_in_cam.norm() / length - 1) / kSteadyLength;
+    ups.push_back(-(view.cam_from_world.transpose() * view.gravity_in_cam).normalized());
+    steadiness.push_back(1 / (1 + shaken * shaken));
+  }
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < ups.size(); ++i) up += steadiness[i] * ups[i];
+  double spread = 0;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    up.normalize();
+    std::vector<double> angles;
+    for (const Eigen::Vector3d& u : ups) angles.push_back(std::acos(std::clamp(u.dot(up), -1.0, 1.0)));
+    spread = std::max(Median(angles), kLeastSpread);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (size_t i = 0; i < ups.size(); ++i) sum += steadiness[i] / (1 + angles[i] * angles[i] / (spread * spread)) * ups[i];
+    up = sum;
+  }
+  if (!(up.norm() > 0) || spread > kMaxSpread) return std::nullopt;
+  return Upright{up.normalized(), spread / std::sqrt(static_cast<double>(views.size()))};
+}
+
+void UpdateUp(Map& map) {
   constexpr size_t kEnough = 200;  // keyframes that are looked at, evenly
+  constexpr int kEnoughMeasured = 20;
   const size_t stride = map.keyframes.size() / kEnough + 1;
   std::vector<Eigen::Matrix3d> cameras;
+  std::vector<GravityView> measured;
   size_t index = 0;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    if (index++ % stride == 0) cameras.push_back(keyframe.cam_from_world.rotation.toRotationMatrix());
+    const Eigen::Matrix3d cam_from_world = keyframe.cam_from_world.rotation.toRotationMatrix();
+    if (keyframe.gravity_in_cam) measured.push_back({cam_from_world, *keyframe.gravity_in_cam});
+    if (index++ % stride == 0) cameras.push_back(cam_from_world);
   });
-  const std::optional<Upright> upright = UprightOf(cameras);
-  return upright ? std::optional(upright->up) : std::nullopt;
+  const auto count = static_cast<int>(measured.size());
+  if (count >= std::min(map.up_keyframes, kEnoughMeasured))
+    if (const auto upright = UprightFromGravity(measured)) {
+      map.up = upright->up;
+      map.up_keyframes = count;
+      return;
+    }
+  if (map.up_keyframes > 0) return;
+  const auto upright = UprightOf(cameras);
+  map.up = upright ? std::optional(upright->up) : std::nullopt;  // none again where later views contradict it
 }
 
 }  // namespace oaslam

@@ -23,7 +23,18 @@ struct Upright {
 // be rolling as well as looking down.
 std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras);
 
-// The same from the keyframes of a map.
-std::optional<Eigen::Vector3d> EstimateUp(const Map& map);
+// What a sensor says of gravity from a camera.
+struct GravityView {
+  Eigen::Matrix3d cam_from_world;
+  Eigen::Vector3d gravity_in_cam;  // any length, not zero
+};
+
+// Up as the gravity of several views tells it, three at least. Views whose length differs from the others' were shaken,
+// and count less; so do those that disagree in direction. Nothing where they do not agree at all.
+std::optional<Upright> UprightFromGravity(std::span<const GravityView> views);
+
+// Brings Map::up up to date: from the keyframes with measured gravity, else as its keyframes were held. A vertical that
+// was measured before, in the file of a loaded map, stays until as many keyframes (20 suffice) tell it anew.
+void UpdateUp(Map& map);
 
 }  // namespace oaslam

@@ -107,6 +107,92 @@ TEST(Upright, StraightDownOnlyAWideTurnTells) {
   EXPECT_LT(ErrorDeg(*upright), 3);
 }
 
+std::vector<GravityView> Measured(int views, const std::function<Eigen::Vector3d(int)>& disturbance) {
+  std::vector<GravityView> measured;
+  for (int i = 0; i < views; ++i) {
+    const Eigen::Matrix3d cam_from_world = CamFromWorld({3.0 * i, 17 + 40 * std::sin(0.3 * i), 60 * std::sin(0.7 * i)});
+    measured.push_back({cam_from_world, cam_from_world * (Eigen::Vector3d(0, 0, -9.81) + disturbance(i))});
+  }
+  return measured;
+}
+
+TEST(Gravity, IsTheMeanOfTheViews) {
+  const auto upright = UprightFromGravity(Measured(20, [](int i) { return Eigen::Vector3d(0.4 * std::sin(2.0 * i), 0.4 * std::cos(2.9 * i), 0); }));
+  ASSERT_TRUE(upright);
+  EXPECT_LT(ErrorDeg(*upright), 0.5);
+  EXPECT_LT(upright->sigma_rad, 1 * kDegree);
+}
+
+TEST(Gravity, ShakesAreOutvoted) {
+  // A third of the views is shaken, always to the same side.
+  const auto upright = UprightFromGravity(Measured(30, [](int i) { return i % 3 == 0 ? Eigen::Vector3d(6, 0, 0) : Eigen::Vector3d(0, 0, 0); }));
+  ASSERT_TRUE(upright);
+  EXPECT_LT(ErrorDeg(*upright), 1);
+}
+
+TEST(Gravity, AnyLengthWillDo) {
+  auto views = Measured(10, [](int) { return Eigen::Vector3d(0, 0, 0); });
+  for (size_t i = 0; i < views.size(); ++i) views[i].gravity_in_cam *= 1.0 + static_cast<double>(i);
+  const auto upright = UprightFromGravity(views);
+  ASSERT_TRUE(upright);
+  EXPECT_LT(ErrorDeg(*upright), 0.1);
+}
+
+TEST(Gravity, NothingWhereSamplesContradictEachOther) {
+  EXPECT_FALSE(UprightFromGravity(Measured(12, [](int i) {
+    return Eigen::Vector3d(20 * std::cos(2.0 * i), 20 * std::sin(2.0 * i), 20 * std::sin(1.1 * i));
+  })));
+  EXPECT_FALSE(UprightFromGravity(Measured(2, [](int) { return Eigen::Vector3d(0, 0, 0); })));
+}
+
+Map MapOf(const std::vector<Eigen::Matrix3d>& cameras) {
+  Map map;
+  for (uint32_t i = 0; i < cameras.size(); ++i) {
+    Keyframe keyframe;
+    keyframe.cam_from_world.rotation = Eigen::Quaterniond(cameras[i]);
+    map.keyframes.Insert(KeyframeId(i), keyframe);
+  }
+  return map;
+}
+
+TEST(Gravity, GoesBeforeTheGuess) {
+  // The camera turns about an axis that is tilted by 30 degrees: the guess is wrong, and cannot know.
+  const Eigen::Matrix3d tilt = Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  std::vector<Eigen::Matrix3d> cameras = Film(20, [](double t) { return Held{6 * t, 10 + Unrest(t), Unrest(t + 9)}; });
+  for (Eigen::Matrix3d& camera : cameras) camera = camera * tilt;
+  Map map = MapOf(cameras);
+  UpdateUp(map);
+  ASSERT_TRUE(map.up);
+  EXPECT_GT(std::acos(map.up->z()), 25 * kDegree);
+  EXPECT_EQ(map.up_keyframes, 0);
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    if (id.value % 6 != 0) continue;
+    Keyframe& keyframe = map.keyframes.MutableAt(id);
+    keyframe.gravity_in_cam = keyframe.cam_from_world.rotation * Eigen::Vector3d(0, 0, -9.81);
+  }
+  UpdateUp(map);
+  EXPECT_GT(map.up->z(), std::cos(0.1 * kDegree));
+  EXPECT_EQ(map.up_keyframes, 10);
+}
+
+TEST(Gravity, ThatALoadedMapKnowsStaysUntilAsMuchIsMeasuredAnew) {
+  Map map = MapOf(Film(20, [](double t) { return Held{6 * t, 10 + Unrest(t), Unrest(t + 9)}; }));
+  const Eigen::Vector3d stored = Eigen::Vector3d(0.3, 0, 1).normalized();
+  map.up = stored;
+  map.up_keyframes = 12;
+  const auto measure = [&](uint32_t first, uint32_t last) {
+    for (uint32_t i = first; i < last; ++i) {
+      Keyframe& keyframe = map.keyframes.MutableAt(KeyframeId(i));
+      keyframe.gravity_in_cam = keyframe.cam_from_world.rotation * Eigen::Vector3d(0, 0, -9.81);
+    }
+    UpdateUp(map);
+  };
+  measure(0, 5);
+  EXPECT_EQ(*map.up, stored);
+  measure(5, 12);
+  EXPECT_GT(map.up->z(), std::cos(0.1 * kDegree));
+}
+
 TEST(Upright, FewViewsTellNothing) {
   EXPECT_FALSE(UprightOf({}));
   EXPECT_FALSE(UprightOf(Film(1, [](double t) { return Held{60 * t, 17, 0}; })));
