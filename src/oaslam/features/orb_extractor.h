@@ -7,6 +7,7 @@
 #include "oaslam/config.h"
 #include "oaslam/features/features.h"
 #include "oaslam/features/orb_kernels.h"
+#include "oaslam/geometry/ideal_image.h"
 
 namespace oaslam {
 
@@ -26,7 +27,7 @@ class OrbExtractor {
   FeaturesConfig config_;
   Camera camera_;
   PyramidScales pyramid_;
-  Box bounds_;
+  IdealImage ideal_image_;
   std::vector<cv::Mat> level_images_;  // of the pyramid; the first is that of the caller
   cv::Mat blurred_;
   std::vector<uint8_t> scores_;

@@ -11,8 +11,15 @@ namespace oaslam {
 // Everything behind feature extraction lives in the ideal pinhole image of a camera: the same focal lengths and principal
 // point, no distortion. Points and boxes enter it once, exactly, by these functions.
 
-// A pixel of the original image, in the ideal pinhole image (which is unbounded).
+// A pixel of the original image, in the ideal pinhole image (which is unbounded). Where the lens model has no inverse
+// (IdealImage::Undistort tells) the result is only finite.
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel);
+// The same, for many: with what MaxLensAngle says of the camera.
+Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle, const Eigen::Vector2d& pixel);
+
+// The angle from the optical axis up to which the lens model is one to one (its radius grows) and a point has a place in
+// a pinhole image, rad.
+double MaxLensAngle(const Camera& camera);
 
 // The inverse of Undistort.
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal);

@@ -7,6 +7,7 @@
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ideal_image.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/map/parts.h"
 
@@ -79,7 +80,7 @@ void SynchronizeWith(const Map& snapshot, int frame, const ObjectsConfig& config
 }
 
 std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot, const ObjectTracks& tracks,
-                                      const Box& bounds) {
+                                      const IdealImage& image) {
   std::vector<Candidate> candidates;
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
@@ -88,7 +89,7 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
     c.object = snapshot.objects.Find(tracks.open[i].object);
     if (c.object && c.object->state != ObjectState::kTentative) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
-      if (c.projection) c.share_inside = ShareInside(*c.projection, bounds);
+      if (c.projection) c.share_inside = image.ShareShown(*c.projection);
       c.depth = (tracked.cam_from_world * c.object->ellipsoid.center).z();
       c.radius = std::cbrt(c.object->ellipsoid.half_axes.prod());
       if (c.share_inside < kMinVisibleShare) c.projection.reset();
@@ -225,7 +226,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   const Frame& frame = tracked.frame;
   const Camera& camera = snapshot.cameras[frame.camera];
   SynchronizeWith(snapshot, frame.index, config, tracks);
-  const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, IdealImageBounds(camera));
+  const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, IdealImage(camera));
 
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {

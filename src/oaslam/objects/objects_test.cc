@@ -197,12 +197,13 @@ TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
     keyframe.cam_from_world = film[i].cam_from_world;
     map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(i)), keyframe);
     if (i == 8) {
-      EXPECT_FALSE(EstimateUp(map));  // hardly turned
+      UpdateUp(map);
+      EXPECT_FALSE(map.up);  // hardly turned
     }
   }
-  const auto up = EstimateUp(map);
-  ASSERT_TRUE(up);
-  EXPECT_GT(up->dot(kUp), std::cos(0.03));
+  UpdateUp(map);
+  ASSERT_TRUE(map.up);
+  EXPECT_GT(map.up->dot(kUp), std::cos(0.03));
 }
 
 // ---- association
@@ -279,6 +280,23 @@ TEST(Association, MapObjectsAreFoundByTheirProjection) {
   EXPECT_EQ(miss.sightings[0].object, ObjectId(8));  // ids go on after those of the map
   EXPECT_FALSE(miss.sightings[1].detected);
   EXPECT_EQ(miss.sightings[1].object, ObjectId(7));
+}
+
+TEST(Association, OnlyWhatTheLensShowsIsMissed) {
+  // Barrel distortion: what is above the middle of the image's upper border is within the bounding rectangle of the ideal image.
+  Camera camera = kCamera;
+  camera.fx = camera.fy = 400;
+  camera.distortion = {-0.3, 0.08, 0, 0, 0};
+  const double top = IdealImageBounds(camera).y1;
+  for (const double y : {top + 40, 60.0}) {
+    Map map;
+    map.cameras = {camera};
+    const Eigen::Vector3d ray = RayOf(camera, {camera.cx, y});
+    map.objects.Insert(ObjectId(7), MappedCup(4 * ray));
+    const auto found = AssociateObjects(FrameWith(0, {{1, 0.9, {10, 10, 60, 60}, 0}}), map, ObjectTracks::ContinueFrom(map), {});
+    const auto missed = std::ranges::count(found.sightings, false, &ObjectSighting::detected);
+    EXPECT_EQ(missed, y > 0 ? 1 : 0) << y;
+  }
 }
 
 TEST(Association, SharedLandmarksOutweighOverlap) {
