@@ -30,13 +30,17 @@ GravityTrack GravityTrack::Load(const std::string& path) {
       if (const auto value = ParseNumber(field)) values.push_back(*value);
     const bool valid = values.size() == 4 && SplitFields(content).size() == 4;
     if (!valid || Eigen::Vector3d(values[1], values[2], values[3]).norm() == 0)
-      throw InputError(fmt::format("{}:{}: expected \"timestamp gx gy gz\", not all zero", path, number));
+      throw InputError(
+          fmt::format("{}:{}: expected \"timestamp gx gy gz\", not all zero", path, number));
     track.samples_.push_back({values[0], {values[1], values[2], values[3]}});
   }
-  if (track.samples_.empty()) throw InputError(fmt::format("{}: no line \"timestamp gx gy gz\"", path));
+  if (track.samples_.empty())
+    throw InputError(fmt::format("{}: no line \"timestamp gx gy gz\"", path));
   std::ranges::stable_sort(track.samples_, {}, &Sample::timestamp);
   std::vector<double> gaps;
-  for (size_t i = 1; i < track.samples_.size(); ++i) gaps.push_back(track.samples_[i].timestamp - track.samples_[i - 1].timestamp);
+  for (size_t i = 1; i < track.samples_.size(); ++i)
+    if (const double gap = track.samples_[i].timestamp - track.samples_[i - 1].timestamp; gap > 0)
+      gaps.push_back(gap);
   constexpr double kIntervalOfOne = 0.02;  // a single sample has no rate: it holds for its own time
   std::ranges::sort(gaps);
   track.interval_ = gaps.empty() ? kIntervalOfOne : gaps[gaps.size() / 2];
@@ -49,7 +53,8 @@ std::optional<Eigen::Vector3d> GravityTrack::At(double timestamp) {
   last_asked_ = timestamp;
   const auto after = std::ranges::lower_bound(samples_, timestamp, {}, &Sample::timestamp);
   const auto before = after == samples_.begin() ? after : after - 1;
-  if (after != samples_.end() && after->timestamp - before->timestamp <= kWidestGap * interval_ && before->timestamp <= timestamp) {
+  if (after != samples_.end() && after->timestamp - before->timestamp <= kWidestGap * interval_ &&
+      before->timestamp <= timestamp) {
     const double gap = after->timestamp - before->timestamp;
     const double share = gap > 0 ? (timestamp - before->timestamp) / gap : 0;
     const Eigen::Vector3d between = (1 - share) * before->in_cam + share * after->in_cam;
@@ -58,7 +63,8 @@ std::optional<Eigen::Vector3d> GravityTrack::At(double timestamp) {
       return between;
     }
   }
-  const bool is_before = after == samples_.end() || timestamp - before->timestamp < after->timestamp - timestamp;
+  const bool is_before =
+      after == samples_.end() || timestamp - before->timestamp < after->timestamp - timestamp;
   const Sample& nearest = is_before ? *before : *after;
   if (std::abs(nearest.timestamp - timestamp) > kFarthest * interval_) return std::nullopt;
   is_used_ = true;
@@ -67,8 +73,9 @@ std::optional<Eigen::Vector3d> GravityTrack::At(double timestamp) {
 
 void GravityTrack::WarnIfUnused() const {
   if (is_used_ || !first_asked_) return;
-  spdlog::warn("{}: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to {:.3f} s", path_, samples_.front().timestamp,
-               samples_.back().timestamp, *first_asked_, *last_asked_);
+  spdlog::warn(
+      "{}: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to {:.3f} s",
+      path_, samples_.front().timestamp, samples_.back().timestamp, *first_asked_, *last_asked_);
 }
 
 }  // namespace oaslam::apps

@@ -14,11 +14,13 @@ class GravityTrack {
   // "timestamp gx gy gz" a line, any length. Throws InputError.
   static GravityTrack Load(const std::string& path);
 
-  // At the time of an image: between the samples before and after it where these are at most three sample intervals (the
-  // median of all) apart, else the nearest if that is at most one and a half away. Nothing where there is none.
+  // At the time of an image: between the samples before and after it where these are at most three
+  // sample intervals (the median of all) apart, else the nearest if that is at most one and a half
+  // away. Nothing where there is none.
   std::optional<Eigen::Vector3d> At(double timestamp);
 
-  // Where there were samples and images, but no sample near any image: says so, with the times of both.
+  // Where there were samples and images, but no sample near any image: says so, with the times of
+  // both.
   void WarnIfUnused() const;
 
  private:

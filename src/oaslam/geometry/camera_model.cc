@@ -140,7 +140,8 @@ Box IdealImageBounds(const Camera& camera) {
   return {bounds.x1 - 0.5, bounds.y1 - 0.5, bounds.x2 + 0.5, bounds.y2 + 0.5};
 }
 
-unsigned char TruncatedEdges(const Camera& camera, const Box& box, double margin_px) {
+unsigned char TruncatedEdges(const Camera& camera, const Box& box) {
+  const double margin_px = 3 * DetectorPixel(camera);
   unsigned char edges = 0;
   if (box.x1 <= margin_px) edges |= kLeft;
   if (box.y1 <= margin_px) edges |= kTop;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <algorithm>
 
 #include "oaslam/camera.h"
 #include "oaslam/types.h"
@@ -31,9 +31,13 @@ Box UndistortBox(const Camera& camera, const Box& box);
 // The box around the ideal image of all pixels of the camera.
 Box IdealImageBounds(const Camera& camera);
 
-// Edges of a box within `margin_px` of the border of the original image: bits of kLeft..kBottom.
+// Detectors work on images whose longer side is scaled to a length of theirs, so that the errors of boxes grow with it.
+// They are said in detector pixels, as of an image of 640 px; this is one of them in px of the camera's image.
+inline double DetectorPixel(const Camera& camera) { return std::max(camera.width, camera.height) / 640.0; }
+
+// Edges of a box within 3 detector pixels of the border of the original image: bits of kLeft..kBottom.
 enum EdgeBit : unsigned char { kLeft = 1, kTop = 2, kRight = 4, kBottom = 8 };
-unsigned char TruncatedEdges(const Camera& camera, const Box& box, double margin_px = 3);
+unsigned char TruncatedEdges(const Camera& camera, const Box& box);
 
 // Ideal pinhole projection; z must not be zero.
 inline Eigen::Vector2d ProjectIdeal(const Camera& camera, const Eigen::Vector3d& x_in_cam) {

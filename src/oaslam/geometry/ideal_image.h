@@ -8,9 +8,9 @@
 
 namespace oaslam {
 
-// What a camera shows of its ideal image, in which a lens with distortion sees no rectangle. Points beyond the angle up
-// to which the lens model is one to one (MaxLensAngle) are none of it: some pixels have no ideal point, and points
-// outside of the view may seem to be inside.
+// What a camera shows of its ideal image, in which a lens with distortion sees no rectangle. Points
+// beyond the angle up to which the lens model is one to one (MaxLensAngle) are none of it: some
+// pixels have no ideal point, and points outside of the view may seem to be inside.
 class IdealImage {
  public:
   explicit IdealImage(const Camera& camera);

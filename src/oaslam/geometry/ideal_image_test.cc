@@ -12,7 +12,13 @@ namespace {
 
 // A wide lens whose image has black corners: 190 degrees across its width.
 Camera Fisheye() {
-  Camera c{.model = LensModel::kFisheye, .width = 800, .height = 800, .fx = 250, .fy = 250, .cx = 400, .cy = 400};
+  Camera c{.model = LensModel::kFisheye,
+           .width = 800,
+           .height = 800,
+           .fx = 250,
+           .fy = 250,
+           .cx = 400,
+           .cy = 400};
   c.distortion = {-0.02, 0.01, -0.004, 0, 0};
   return c;
 }
@@ -26,7 +32,13 @@ Camera FoldingPinhole() {
 
 // Folds at 50 degrees: d theta_d / d theta = 1 + 3 k1 theta^2.
 Camera FoldingFisheye() {
-  Camera c{.model = LensModel::kFisheye, .width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240};
+  Camera c{.model = LensModel::kFisheye,
+           .width = 640,
+           .height = 480,
+           .fx = 500,
+           .fy = 500,
+           .cx = 320,
+           .cy = 240};
   const double theta = 50 * M_PI / 180;
   c.distortion = {-1 / (3 * theta * theta), 0, 0, 0, 0};
   return c;
@@ -35,7 +47,8 @@ Camera FoldingFisheye() {
 TEST(IdealImage, TheLensModelEndsWhereItsRadiusStopsGrowing) {
   EXPECT_NEAR(MaxLensAngle(FoldingPinhole()), 60 * M_PI / 180, 1e-3);
   EXPECT_NEAR(MaxLensAngle(FoldingFisheye()), 50 * M_PI / 180, 1e-3);
-  EXPECT_GT(MaxLensAngle({.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240}), 1.5);
+  EXPECT_GT(MaxLensAngle({.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240}),
+            1.5);
 }
 
 TEST(IdealImage, PixelsWithinTheModelHaveOneIdealPoint) {
@@ -59,8 +72,9 @@ TEST(IdealImage, PixelsWithinTheModelHaveOneIdealPoint) {
 }
 
 TEST(IdealImage, APixelBeyondTheModelHasNoIdealPoint) {
-  EXPECT_FALSE(IdealImage(Fisheye()).Undistort({3, 3}));              // 130 degrees from the axis
-  EXPECT_FALSE(IdealImage(FoldingFisheye()).Undistort({320 + 305, 240}));  // the radius ends at 291 px
+  EXPECT_FALSE(IdealImage(Fisheye()).Undistort({3, 3}));  // 130 degrees from the axis
+  EXPECT_FALSE(
+      IdealImage(FoldingFisheye()).Undistort({320 + 305, 240}));  // the radius ends at 291 px
   EXPECT_TRUE(IdealImage(FoldingFisheye()).Undistort({320 + 285, 240}));
 }
 
@@ -75,11 +89,19 @@ TEST(IdealImage, ThePointsOutsideThatFoldBackAreNotShown) {
 }
 
 TEST(IdealImage, ABoxInACornerOfTheBoundingRectangleIsNotShown) {
-  // Barrel distortion: the ideal image of the border bulges out towards the corners, its bounding rectangle more.
-  const Camera camera{.width = 640, .height = 480, .fx = 400, .fy = 400, .cx = 320, .cy = 240, .distortion = {-0.3, 0.08, 0, 0, 0}};
+  // Barrel distortion: the ideal image of the border bulges out towards the corners, its bounding
+  // rectangle more.
+  const Camera camera{.width = 640,
+                      .height = 480,
+                      .fx = 400,
+                      .fy = 400,
+                      .cx = 320,
+                      .cy = 240,
+                      .distortion = {-0.3, 0.08, 0, 0, 0}};
   const IdealImage image(camera);
   const Box& bounds = image.bounds();
-  const Box beside{camera.cx - 30, bounds.y1 + 1, camera.cx + 30, bounds.y1 + 40};  // above the middle of the upper border
+  const Box beside{camera.cx - 30, bounds.y1 + 1, camera.cx + 30,
+                   bounds.y1 + 40};  // above the middle of the upper border
   EXPECT_EQ(ShareInside(beside, bounds), 1);
   EXPECT_LT(image.ShareShown(beside), 0.1);
   const Box middle{300, 200, 360, 280};

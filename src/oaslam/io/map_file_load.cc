@@ -212,6 +212,7 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     object.detection_rate = rows.Real();
     object.mean_iou = rows.Real();
     object.total_observations = rows.Int(0);
+    object.evidence = object.total_observations;
     object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
     if (version >= 2) object.name = rows.Text();
     map.objects.Insert(id, std::move(object));

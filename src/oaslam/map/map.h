@@ -69,6 +69,7 @@ struct ObjectObservation {
   Box box;                    // ideal image
   double score = 0;
   unsigned char truncated = 0;  // EdgeBits
+  double weight = 1;            // as how many detections of a video of 30 Hz it counts; not saved
 };
 
 struct Object {
@@ -80,7 +81,9 @@ struct Object {
   double detection_rate = 0.9;                      // P_D: share of frames in view that detected it
   double mean_iou = 0;                              // of projection and box over its own untruncated observations
   int total_observations = 0;                       // also those not kept
+  double evidence = 0;                              // the sum of their weights; not saved
   int last_seen_frame = 0;
+  std::optional<double> last_seen_time{};           // seconds; none: not since the map was loaded
   double absence = 0;                               // nats of evidence that it is no longer in its place (objects/presence.h); not saved
   int misses = 0;                                   // frames in a row that should have shown it; not saved
   bool was_mapped = false;                          // before it was contradicted; not saved

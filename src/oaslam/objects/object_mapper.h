@@ -5,6 +5,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
+#include "oaslam/objects/life_cycle.h"
 
 namespace oaslam {
 
@@ -12,6 +13,6 @@ namespace oaslam {
 // since the last call (in the order of their frames; their anchors must be resolvable), refits the objects that were
 // seen or whose keyframes have moved, decides over their life (life_cycle.h), and merges duplicates. Sets Map::up
 // where the cameras tell it (upright.h).
-void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int current_frame, const ObjectsConfig& config);
+void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now, const ObjectsConfig& config);
 
 }  // namespace oaslam

@@ -12,16 +12,19 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNewView = 15 * kDegree;    // a hand's roll is about the same until the view has changed so far
-constexpr double kLeastRoll = 3 * kDegree;   // what no hand does better than over a few views
-constexpr double kMaxRoll = 20 * kDegree;    // held otherwise, beyond
-constexpr double kMinLevelShare = 0.8;       // of the views, for the rest to be exceptions
+constexpr double kNewView =
+    15 * kDegree;  // a hand's roll is about the same until the view has changed so far
+constexpr double kLeastRoll = 3 * kDegree;  // what no hand does better than over a few views
+constexpr double kMaxRoll = 20 * kDegree;   // held otherwise, beyond
+constexpr double kMinLevelShare = 0.8;      // of the views, for the rest to be exceptions
 constexpr double kMaxSigma = 6 * kDegree;
 constexpr double kMinRatio = 8;              // of the variance by turning to that by rolling
 constexpr double kWideTurn = 150 * kDegree;  // that the level axes cover: no wrist turns so far
-// The optical axis against the horizon, in the median: steeper, a narrow turn may as well be a roll.
+// The optical axis against the horizon, in the median: steeper, a narrow turn may as well be a
+// roll.
 constexpr double kMaxPitch = 50 * kDegree, kMaxPitchOfWideTurn = 75 * kDegree;
-constexpr double kMinDownPitch = 10 * kDegree;  // in the median, to tell which side of a turned image is up
+constexpr double kMinDownPitch =
+    10 * kDegree;  // in the median, to tell which side of a turned image is up
 
 struct LevelFit {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  // sign not yet known
@@ -104,10 +107,12 @@ LevelFit FitLevel(std::span<const Eigen::Vector3d> axes) {
     if (std::abs(roll) > std::sin(kMaxRoll)) continue;
     ++level;
     squares += roll * roll;
-    const double turn = (std::atan2(axis.dot(north), axis.dot(east)) + std::numbers::pi) / (2 * std::numbers::pi);
+    const double turn =
+        (std::atan2(axis.dot(north), axis.dot(east)) + std::numbers::pi) / (2 * std::numbers::pi);
     seen[std::min(static_cast<int>(turn * kSectors), kSectors - 1)] = true;
   }
-  fit.coverage = 2 * std::numbers::pi / kSectors * static_cast<double>(std::ranges::count(seen, true));
+  fit.coverage =
+      2 * std::numbers::pi / kSectors * static_cast<double>(std::ranges::count(seen, true));
   fit.level_share = level / static_cast<double>(axes.size());
   fit.roll = level > 0 ? std::sqrt(squares / level) : 1;
   return fit;
@@ -129,13 +134,15 @@ int CountViews(std::span<const Eigen::Matrix3d> cameras) {
   return views;
 }
 
-std::vector<double> Sines(std::span<const Eigen::Matrix3d> cameras, int row, const Eigen::Vector3d& up) {
+std::vector<double> Sines(std::span<const Eigen::Matrix3d> cameras, int row,
+                          const Eigen::Vector3d& up) {
   std::vector<double> sines;
   for (const Eigen::Matrix3d& camera : cameras) sines.push_back(camera.row(row).dot(up));
   return sines;
 }
 
-// Up, if the axes `row` of the cameras are level and tell it, and what they cover of the circle about it.
+// Up, if the axes `row` of the cameras are level and tell it, and what they cover of the circle
+// about it.
 struct LevelAxes {
   std::optional<Upright> upright;
   double coverage = 0;
@@ -150,10 +157,12 @@ LevelAxes FromLevelAxes(std::span<const Eigen::Matrix3d> cameras, int row) {
   std::vector<double> forward = Sines(cameras, 2, fit.up);
   const double down = -Median(forward);
   for (double& sine : forward) sine = std::abs(sine);
-  if (Median(forward) > std::sin(fit.coverage < kWideTurn ? kMaxPitch : kMaxPitchOfWideTurn)) return {};
+  if (Median(forward) > std::sin(fit.coverage < kWideTurn ? kMaxPitch : kMaxPitchOfWideTurn))
+    return {};
   // Of an image that is turned only the habit to look down tells which side is up.
   const bool is_turned = row == 1;
-  if (is_turned && (fit.coverage < kWideTurn || std::abs(down) < std::sin(kMinDownPitch))) return {};
+  if (is_turned && (fit.coverage < kWideTurn || std::abs(down) < std::sin(kMinDownPitch)))
+    return {};
   const double side = is_turned ? down : -Median(Sines(cameras, 1, fit.up));
   return {Upright{side < 0 ? Eigen::Vector3d(-fit.up) : fit.up, sigma}, fit.coverage};
 }
@@ -170,9 +179,9 @@ std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras) {
 std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
   constexpr size_t kMinViews = 3;
   constexpr int kIterations = 10;
-  constexpr double kSteadyLength = 0.03;           // relative: what a hand's own motion adds to gravity
-  constexpr double kLeastSpread = 1 * kDegree;     // of a good sensor in a hand, and its mounting
-  constexpr double kMaxSpread = 25 * kDegree;      // beyond, these are not directions of one vertical
+  constexpr double kSteadyLength = 0.03;  // relative: what a hand's own motion adds to gravity
+  constexpr double kLeastSpread = 1 * kDegree;  // of a good sensor in a hand, and its mounting
+  constexpr double kMaxSpread = 25 * kDegree;   // beyond, these are not directions of one vertical
   if (views.size() < kMinViews) return std::nullopt;
   std::vector<double> lengths;
   for (const GravityView& view : views) lengths.push_back(view.gravity_in_cam.norm());
@@ -190,10 +199,12 @@ std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     up.normalize();
     std::vector<double> angles;
-    for (const Eigen::Vector3d& u : ups) angles.push_back(std::acos(std::clamp(u.dot(up), -1.0, 1.0)));
+    for (const Eigen::Vector3d& u : ups)
+      angles.push_back(std::acos(std::clamp(u.dot(up), -1.0, 1.0)));
     spread = std::max(Median(angles), kLeastSpread);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (size_t i = 0; i < ups.size(); ++i) sum += steadiness[i] / (1 + angles[i] * angles[i] / (spread * spread)) * ups[i];
+    for (size_t i = 0; i < ups.size(); ++i)
+      sum += steadiness[i] / (1 + angles[i] * angles[i] / (spread * spread)) * ups[i];
     up = sum;
   }
   if (!(up.norm() > 0) || spread > kMaxSpread) return std::nullopt;
@@ -221,7 +232,8 @@ void UpdateUp(Map& map) {
     }
   if (map.up_keyframes > 0) return;
   const auto upright = UprightOf(cameras);
-  map.up = upright ? std::optional(upright->up) : std::nullopt;  // none again where later views contradict it
+  map.up = upright ? std::optional(upright->up)
+                   : std::nullopt;  // none again where later views contradict it
 }
 
 }  // namespace oaslam

@@ -86,7 +86,7 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
       is_expected[o] = 1;
     if (object.detections.empty()) continue;
     variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
-    hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen));
+    hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
     for (const int d : object.detections)
       scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box, variances[o]);
   }

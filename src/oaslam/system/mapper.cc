@@ -29,7 +29,7 @@ void Mapper::Apply(const MapCommand& command) {
   if (command.joining) Join(*command.joining);
   CountLandmarkUse(command.uses, map_);
   if (command.keyframe) MapKeyframe(*command.keyframe);
-  if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, command.frame_index, config_.objects);
+  if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, {command.frame_index, command.sightings.back().timestamp}, config_.objects);
   else if (command.keyframe) UpdateUp(map_);
 }
 
