@@ -47,10 +47,37 @@ GravityTrack GravityTrack::Load(const std::string& path) {
   return track;
 }
 
+std::optional<Eigen::Vector3d> GravityTrack::Smoothed(double timestamp) const {
+  constexpr double kReach = 0.1;  // seconds
+  constexpr int kEnough = 4;
+  const auto begin = std::ranges::lower_bound(samples_, timestamp - kReach, {}, &Sample::timestamp);
+  const auto end = std::ranges::upper_bound(samples_, timestamp + kReach, {}, &Sample::timestamp);
+  if (end - begin < kEnough || begin->timestamp > timestamp || (end - 1)->timestamp < timestamp)
+    return std::nullopt;
+  double n = 0, dt = 0, dt_squared = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
+  for (auto sample = begin; sample != end; ++sample) {
+    const double t = sample->timestamp - timestamp;
+    ++n;
+    dt += t;
+    dt_squared += t * t;
+    sum += sample->in_cam;
+    moment += t * sample->in_cam;
+  }
+  const double determinant = n * dt_squared - dt * dt;
+  if (!(determinant > 0)) return std::nullopt;
+  const Eigen::Vector3d value = (dt_squared * sum - dt * moment) / determinant;
+  return value.norm() > 0 ? std::optional(value) : std::nullopt;
+}
+
 std::optional<Eigen::Vector3d> GravityTrack::At(double timestamp) {
   if (samples_.empty()) return std::nullopt;
   if (!first_asked_) first_asked_ = timestamp;
   last_asked_ = timestamp;
+  if (const auto smoothed = Smoothed(timestamp)) {
+    is_used_ = true;
+    return smoothed;
+  }
   const auto after = std::ranges::lower_bound(samples_, timestamp, {}, &Sample::timestamp);
   const auto before = after == samples_.begin() ? after : after - 1;
   if (after != samples_.end() && after->timestamp - before->timestamp <= kWidestGap * interval_ &&
