@@ -12,6 +12,7 @@ namespace oaslam::apps {
 
 FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
+  if (!sources.gravity.empty()) gravity_ = GravityTrack::Load(sources.gravity);
   detector_ = LoadDetector(sources.detector);
   // Only a network gains from OpenCV's threads: to hand out the small images of a pyramid costs more than to scale them.
   if (!detector_) cv::setNumThreads(1);
@@ -53,7 +54,7 @@ std::optional<FrameInput> FrameInputs::Next() {
   if (!image) return std::nullopt;
   FrameInput frame{image->index,
                    image->name,
-                   {image->image, image->timestamp, {}, false},
+                   {image->image, image->timestamp, {}, false, gravity_.At(image->timestamp)},
                    image->path,
                    image->orientation};
   if (background_) {

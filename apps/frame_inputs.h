@@ -6,6 +6,7 @@
 
 #include "common.h"
 #include "detector_options.h"
+#include "gravity_file.h"
 #include "oaslam/detection/background_detector.h"
 #include "oaslam/io/detection_file.h"
 #include "oaslam/io/image_source.h"
@@ -37,6 +38,7 @@ class FrameInputs {
     DetectorSettings detector;
     bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for a detector
     bool for_display = false;  // in colour where that costs nothing
+    std::string gravity;       // file; empty: none
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);
@@ -59,6 +61,8 @@ class FrameInputs {
   void FinishLate() {
     if (background_) background_->Wait();
   }
+  // Once all images are read: says it where no gravity sample was near any.
+  void CheckGravity() const { gravity_.WarnIfUnused(); }
   DetectorPace pace() const { return background_ ? DetectorPace{background_->images(), background_->busy_ms()} : pace_; }
 
  private:
@@ -69,6 +73,7 @@ class FrameInputs {
   std::optional<InputImage> ahead_;  // read for its size
   Camera camera_;
   DetectionTable detections_;
+  GravityTrack gravity_;
   std::unique_ptr<Detector> detector_;
   std::optional<double> last_timestamp_;
   DetectorPace pace_;                               // of detections that were waited for

@@ -82,7 +82,9 @@ void PrintInfo(const std::string& path) {
   PrintTimes(saved);
   PrintObjects(saved);
   fmt::print("unit         {}\n", saved.map.is_metric ? "metre" : "arbitrary");
-  if (saved.map.up) fmt::print("up           {:.4f} {:.4f} {:.4f}\n", saved.map.up->x(), saved.map.up->y(), saved.map.up->z());
+  if (const auto& up = saved.map.up)
+    fmt::print("up           {:.4f} {:.4f} {:.4f} ({})\n", up->x(), up->y(), up->z(),
+               saved.map.up_keyframes > 0 ? fmt::format("gravity measured in {} keyframes", saved.map.up_keyframes) : "from how the cameras were held");
 }
 
 }  // namespace

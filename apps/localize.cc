@@ -105,14 +105,13 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
 }
 
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, false, options.recording.IsAskedFor()}, options.common);
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, false, options.recording.IsAskedFor(), options.gravity}, options.common);
   Slam slam(config, inputs.camera());
   slam.Load(options.map);
   slam.SetMapping(false);
   UseClassFile(options.common, slam);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
-  const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Recording recording(options.recording, LoadModels(options.models, options.recording.IsAskedFor()), slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
@@ -121,7 +120,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
     while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
       RelocalizationResult result;
       if (options.every_frame) {
-        result = slam.Relocalize(frame->input, mode, gravity.At(frame->input.timestamp));
+        result = slam.Relocalize(frame->input, mode);
         recording.Add(*frame, result);
       } else {
         const TrackingResult tracked = slam.Process(frame->input);
@@ -135,6 +134,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
     failure = std::current_exception();
   }
   progress.Finish();
+  inputs.CheckGravity();
   results.SetPresence(slam.Presence());
   if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (failure) std::rethrow_exception(failure);
@@ -146,7 +146,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
     throw InputError(fmt::format("localize: --relocalization {} needs --images; without, only objects", options.relocalization));
   const Camera camera = LoadCamera(options.camera, {0, 0});
   const auto images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
-  const GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
+  GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Slam slam(config, camera);
   slam.Load(options.map);
   UseClassFile(options.common, slam);
@@ -159,12 +159,11 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
     progress.Update(++done, ToString(result.evidence));
   }
   progress.Finish();
+  gravity.WarnIfUnused();
   results.SetPresence(slam.Presence());
 }
 
 int Localize(const LocalizeOptions& options) {
-  if (!options.gravity.empty() && !options.images.empty() && !options.every_frame)
-    throw InputError("localize: --gravity needs --every-frame, or detections without --images");
   if (options.recording.IsAskedFor() && options.images.empty()) throw InputError("localize: --record needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadMap(options.map);

@@ -25,7 +25,7 @@ struct RunOptions {
   ViewerSettings viewer;
   RecordingSettings recording;
   std::vector<std::string> models;
-  std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
+  std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth, gravity;
   std::optional<int> seed;
 };
 
@@ -99,7 +99,7 @@ int Run(const RunOptions& options) {
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor()}, options.common);
+  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(), options.gravity}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
@@ -151,6 +151,7 @@ int Run(const RunOptions& options) {
   } catch (const std::exception&) {
     failure = std::current_exception();
   }
+  inputs.CheckGravity();
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
@@ -188,6 +189,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
+  command->add_option("--gravity", options->gravity, "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
   AddScaleOptions(*command, options->scale);
   AddViewerOptions(*command, options->viewer);
   AddRecordingOptions(*command, options->recording);

@@ -88,6 +88,7 @@ inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
   for (int i = 0; i < options.objects; ++i) map.objects.Insert(ObjectId(static_cast<uint32_t>(i + 1)), RandomObject(map, rng));
   if (options.objects > 0) map.merged_objects.Insert(ObjectId(0), ObjectId(1));
   map.up = Eigen::Vector3d(0.1, -0.9, 0.2).normalized();
+  map.up_keyframes = 7;
   map.version = 41;
   for (int i = 0; i < 20; ++i)
     saved.trajectory.push_back({i, 1.5 + i / 30.0, ids[static_cast<size_t>(i) % ids.size()], RandomPose(rng), static_cast<TrackingState>(i % 5)});

@@ -51,10 +51,10 @@ struct ObjectsConfig {
   double min_iou_box = 0.3;          // association gate, last box
   double min_iou_projection = 0.2;   // association gate, projected ellipsoid
   int min_shared_points = 10;        // tau: association by landmarks
-  int max_box_age = 15;              // frames: a last box older than this says nothing
-  int drop_after = 60;               // frames: an unreconstructed track unseen for longer is dropped
+  double max_box_age_s = 0.5;        // a last box older than this says nothing, unless it is of the image before
+  double drop_after_s = 2;           // an unreconstructed track unseen for longer, and in five images, is dropped
   double min_parallax_deg = 10;      // first ellipsoid
-  int min_observations = 40;         // insertion into the map
+  int min_observations = 40;         // insertion into the map: detections in a video of 30 Hz; in slower ones each counts for up to six
   double min_accept_iou = 0.3;       // insertion: overlap of projection and detection
   double min_accept_share = 0.9;     // insertion: share of observations with that overlap (1 in the paper)
   double fusion_iou = 0.2;           // duplicates: IoU of the 3-D boxes
@@ -121,8 +121,8 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("objects.min_iou_box", c.objects.min_iou_box, 0.0, 1.0);
   visit("objects.min_iou_projection", c.objects.min_iou_projection, 0.0, 1.0);
   visit("objects.min_shared_points", c.objects.min_shared_points, 1, 1000);
-  visit("objects.max_box_age", c.objects.max_box_age, 1, 100000);
-  visit("objects.drop_after", c.objects.drop_after, 1, 100000);
+  visit("objects.max_box_age_s", c.objects.max_box_age_s, 0.0, 1e6);
+  visit("objects.drop_after_s", c.objects.drop_after_s, 0.0, 1e6);
   visit("objects.min_parallax_deg", c.objects.min_parallax_deg, 0.1, 90.0);
   visit("objects.min_observations", c.objects.min_observations, 3, 100000);
   visit("objects.min_accept_iou", c.objects.min_accept_iou, 0.0, 1.0);

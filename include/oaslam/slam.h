@@ -25,6 +25,9 @@ struct ImageInput {
   double timestamp = 0;               // seconds, ascending
   std::vector<Detection> detections;  // of an object detector, in pixels of this image; may be empty
   bool detections_follow = false;     // a slower detector gives them later, by AddDetections
+  // Gravity in the camera's frame (OpenCV axes) where a sensor gives it, of any length. Of an accelerometer give the
+  // length too: it tells how much the hand shook. Where keyframes have it, the map's vertical comes from them.
+  std::optional<Eigen::Vector3d> gravity_in_cam{};
 };
 
 // The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in the frame and unit of the map.
@@ -96,7 +99,7 @@ class Slam {
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
   // Finds one image in the map, independent of all others; the map stays as it is. `gravity_in_cam`: direction of gravity in the camera's
-  // frame, any length, where known.
+  // frame, any length, where known; without, that of the input.
   RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
                                   const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
   // The same from detections alone.

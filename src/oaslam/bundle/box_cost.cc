@@ -43,7 +43,7 @@ Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change) {
 }
 
 BoxEdgeCost::BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape, const std::optional<Rigid3>& fixed_pose)
-    : measured_(measured), ellipsoid_(ellipsoid), free_shape_(free_shape), fixed_pose_(fixed_pose), weight_(std::sqrt(measured.score) / kHuberPx) {
+    : measured_(measured), ellipsoid_(ellipsoid), free_shape_(free_shape), fixed_pose_(fixed_pose), weight_(std::sqrt(measured.score) / (kHuberPx * DetectorPixel(*measured.camera))) {
   set_num_residuals(4);
   if (!fixed_pose_) mutable_parameter_block_sizes()->push_back(7);
   if (free_shape_) mutable_parameter_block_sizes()->push_back(7);

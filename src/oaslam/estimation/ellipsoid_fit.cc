@@ -179,20 +179,22 @@ EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphe
 }
 
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views) {
-  // Box errors of 4 px (1 sigma) are the same in about 6 neighbouring views; objects-study.md, section 5.4.
+  // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video of 30 Hz;
+  // objects-study.md, section 5.4.
   constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10;
   ShapeCovariance information = ShapeCovariance::Zero();
   for (const BoxView& view : views) {
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
     if (!seen) continue;
     const Eigen::Vector4d residual = EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated);
-    if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx)
+    const double unit = DetectorPixel(*view.camera);
+    if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx * unit * unit)
       continue;  // not this object's box, or a wrong one
     const EdgesByShape jacobian = DifferentiateByShape(*seen, *view.camera);
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;
       const Eigen::Matrix<double, 7, 1> j = jacobian.row(row).head<7>().transpose();
-      information.noalias() += j * j.transpose() / (kCorrelatedViews * kEdgeVariance);
+      information.noalias() += view.weight * j * j.transpose() / (kCorrelatedViews * kEdgeVariance * unit * unit);
     }
   }
   const Eigen::Matrix<double, 4, 3> prior = ShapePriorRows(kPriorWeightPx / kNoisePx, true);

@@ -18,6 +18,7 @@ struct BoxView {
   Box box;                      // ideal image
   double score = 1;             // of the detector, (0, 1]
   unsigned char truncated = 0;  // EdgeBits: what lies beyond these edges is not seen
+  double weight = 1;            // as how many views it counts; 1: of a video of 30 Hz, where neighbours err alike
 };
 
 struct SphereEstimate {

@@ -11,7 +11,7 @@ namespace {
 
 // Only keeps the axes that no view observes from vanishing; the paper has none.
 constexpr double kWassersteinPriorWeightPx = 5;
-// A view with the object not in front of it costs what a box that is wrong by this much costs.
+// A view with the object not in front of it costs what a box that is wrong by this much costs; detector pixels.
 constexpr double kBehindPx = 300;
 
 struct Loss {
@@ -44,11 +44,18 @@ Eigen::Matrix<double, 4, 3> PriorRows(const EllipsoidFitOptions& options) {
                                                        : ShapePriorRows(kWassersteinPriorWeightPx, false);
 }
 
+// From a squared residual in px to one in detector pixels that counts as the detector's score says.
+double ScaleOf(const BoxView& view) {
+  const double unit = DetectorPixel(*view.camera);
+  return view.score / (unit * unit);
+}
+
 void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidual kind, NormalEquations& normal) {
   const auto add = [&](const auto& residual, const auto& jacobian, auto&& mask) {
-    const Loss loss = LossOf(kind, view.score * residual.squaredNorm());
-    const double weight = loss.weight * view.score;
-    normal.cost += loss.cost;
+    const double scale = ScaleOf(view);
+    const Loss loss = LossOf(kind, scale * residual.squaredNorm());
+    const double weight = view.weight * loss.weight * scale;
+    normal.cost += view.weight * loss.cost;
     for (int row = 0; row < residual.size(); ++row) {
       if (!mask(row)) continue;
       const ShapeVector j = jacobian.row(row).transpose();
@@ -123,7 +130,7 @@ NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellip
       Accumulate(view, *seen, options.residual, normal);
       ++normal.in_front;
     } else {
-      normal.cost += LossOf(options.residual, kBehindPx * kBehindPx).cost;
+      normal.cost += view.weight * LossOf(options.residual, kBehindPx * kBehindPx).cost;
     }
   }
   const Eigen::Matrix<double, 4, 3> rows = PriorRows(options);
@@ -141,10 +148,10 @@ double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, 
     double squared = kBehindPx * kBehindPx;
     if (seen && options.residual == EllipsoidResidual::kEdges)
       squared =
-          view.score * EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated).squaredNorm();
+          ScaleOf(view) * EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated).squaredNorm();
     else if (seen)
-      squared = view.score * SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
-    cost += LossOf(options.residual, squared).cost;
+      squared = ScaleOf(view) * SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
+    cost += view.weight * LossOf(options.residual, squared).cost;
   }
   return cost;
 }

@@ -34,11 +34,12 @@ NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellip
 // The cost alone.
 double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options);
 
-// Rows of the shape prior over the log half axes, in px: deviations from their mean and, with `horizontal_pair`, the
+// Rows of the shape prior over the log half axes, in detector pixels: deviations from their mean and, with `horizontal_pair`, the
 // difference of the first two.
 Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pair);
 
-constexpr double kPriorWeightPx = 30;  // sigma of a log axis about 1/3 at the noise of 10 px
+// In detector pixels (DetectorPixel), in which residuals of boxes are weighed.
+constexpr double kPriorWeightPx = 30;  // sigma of a log axis about 1/3 at the noise of 10
 constexpr double kHuberPx = 10;
 
 }  // namespace oaslam

@@ -9,10 +9,10 @@ namespace {
 
 const Box kBox{100, 100, 200, 180};
 
-unsigned char HiddenBy(const Box& nearer) { return HiddenEdges(kBox, std::span(&nearer, 1)); }
+unsigned char HiddenBy(const Box& nearer) { return HiddenEdges(kBox, std::span(&nearer, 1), 1); }
 
 TEST(HiddenEdges, NothingInFrontHidesNothing) {
-  EXPECT_EQ(HiddenEdges(kBox, {}), 0);
+  EXPECT_EQ(HiddenEdges(kBox, {}, 1), 0);
   EXPECT_EQ(HiddenBy({300, 100, 400, 180}), 0);  // beside
 }
 
@@ -31,12 +31,12 @@ TEST(HiddenEdges, WhatStandsWithinTheBoxHidesNoEndOfIt) { EXPECT_EQ(HiddenBy({19
 
 TEST(HiddenEdges, SeveralHideAnEdgeTogether) {
   const Box both[] = {{180, 80, 260, 140}, {185, 140, 250, 200}};
-  EXPECT_EQ(HiddenEdges(kBox, both), kRight);
+  EXPECT_EQ(HiddenEdges(kBox, both, 1), kRight);
 }
 
 TEST(HiddenEdges, TheSamePartTwiceCountsOnce) {
   const Box twice[] = {{180, 140, 260, 260}, {185, 140, 250, 250}};
-  EXPECT_EQ(HiddenEdges(kBox, twice), 0);
+  EXPECT_EQ(HiddenEdges(kBox, twice, 1), 0);
 }
 
 }  // namespace

@@ -4,18 +4,20 @@
 
 #include "oaslam/estimation/ellipsoid_residuals.h"
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kPixelNoise = 2, kSizeNoise = 0.06, kMaxDeviation = 6, kTypicalSize = 250, kReferenceWidth = 640;
-// Where the linear model of the variance means nothing any more.
-constexpr double kMaxEdgeSigmaPx = 300;
+// In detector pixels (DetectorPixel).
+constexpr double kPixelNoise = 2, kSizeNoise = 0.06, kMaxDeviation = 6, kTypicalSize = 250;
+// Where the linear model of the variance means nothing any more; detector pixels.
+constexpr double kMaxEdgeSigma = 300;
 
 }  // namespace
 
 ObjectScore::ObjectScore(const Camera& camera)
-    : pixel_unit_(camera.width / kReferenceWidth),
+    : pixel_unit_(DetectorPixel(camera)),
       log_background_(std::log(static_cast<double>(camera.width) * camera.height) +
                       2 * std::log(kTypicalSize * pixel_unit_)) {}
 
@@ -42,7 +44,8 @@ double ObjectScore::WithCommonVariance(const Box& detected, unsigned char trunca
 Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera, const ShapeCovariance& covariance) {
   const Eigen::Matrix<double, 4, 7> jacobian = DifferentiateByShape(view, camera).leftCols<7>();
   const Eigen::Vector4d variance = (jacobian * covariance).cwiseProduct(jacobian).rowwise().sum();
-  return variance.cwiseMax(0.0).cwiseMin(kMaxEdgeSigmaPx * kMaxEdgeSigmaPx);
+  const double max_sigma_px = kMaxEdgeSigma * DetectorPixel(camera);
+  return variance.cwiseMax(0.0).cwiseMin(max_sigma_px * max_sigma_px);
 }
 
 }  // namespace oaslam

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "oaslam/features/keypoint_spread.h"
-#include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -43,7 +43,7 @@ OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
       working_size_(WorkingSize(camera, config.resolution)),
       pyramid_(config.levels, config.scale_factor,
                std::sqrt(static_cast<double>(camera.width) * camera.height / working_size_.area())),
-      bounds_(IdealImageBounds(camera)) {}
+      ideal_image_(camera) {}
 
 std::vector<int> OrbExtractor::CountPerLevel(int count) const {
   // A geometric series: as many per area on each level.
@@ -87,7 +87,7 @@ Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
   constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
   Features features;
   features.pyramid = pyramid_;
-  features.bounds = bounds_;
+  features.bounds = ideal_image_.bounds();
   const std::vector<int> counts = CountPerLevel(count);
   level_images_.resize(pyramid_.levels);
   level_images_[0] = AtWorkingResolution(grey);
@@ -109,9 +109,11 @@ Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
     // Pixel centres are at integers, so levels are aligned at corners of pixels, not at centres.
     const double ratio_x = static_cast<double>(grey.cols) / image.cols, ratio_y = static_cast<double>(grey.rows) / image.rows;
     for (const Corner& c : corners) {
-      const Moments moments = PatchMoments(image.ptr<uint8_t>(c.y) + c.x, static_cast<std::ptrdiff_t>(image.step));
       const Eigen::Vector2d pixel((c.x + double{c.dx} + 0.5) * ratio_x - 0.5, (c.y + double{c.dy} + 0.5) * ratio_y - 0.5);
-      features.keypoints.push_back({Undistort(camera_, pixel).cast<float>(), AngleOf(moments), static_cast<uint8_t>(level)});
+      const std::optional<Eigen::Vector2d> ideal = ideal_image_.Undistort(pixel);
+      if (!ideal) continue;
+      const Moments moments = PatchMoments(image.ptr<uint8_t>(c.y) + c.x, static_cast<std::ptrdiff_t>(image.step));
+      features.keypoints.push_back({ideal->cast<float>(), AngleOf(moments), static_cast<uint8_t>(level)});
       features.descriptors.push_back(
           Describe(blurred_.ptr<uint8_t>(c.y) + c.x, static_cast<std::ptrdiff_t>(blurred_.step), DirectionOf(moments)));
     }

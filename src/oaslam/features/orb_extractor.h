@@ -7,6 +7,7 @@
 #include "oaslam/config.h"
 #include "oaslam/features/features.h"
 #include "oaslam/features/orb_kernels.h"
+#include "oaslam/geometry/ideal_image.h"
 
 namespace oaslam {
 
@@ -32,7 +33,7 @@ class OrbExtractor {
   Camera camera_;
   cv::Size working_size_;
   PyramidScales pyramid_;
-  Box bounds_;
+  IdealImage ideal_image_;
   std::vector<cv::Mat> level_images_;  // of the pyramid; the first may be that of the caller
   cv::Mat working_;
   cv::Mat blurred_;

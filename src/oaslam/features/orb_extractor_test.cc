@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "oaslam/features/keypoint_spread.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -32,6 +33,22 @@ TEST(OrbExtractor, FindsTheNumberAskedForOnEveryLevelInsideTheImage) {
   }
   for (const int n : per_level) EXPECT_GT(n, 20);
   EXPECT_GT(per_level[0], per_level[7]);
+}
+
+TEST(OrbExtractor, KeyPointsBeyondTheLensModelAreNotUsed) {
+  // Equidistant: 90 degrees off the axis are 314 px, so that the left and the right of the image are behind the camera.
+  Camera fisheye = kCamera;
+  fisheye.model = LensModel::kFisheye;
+  fisheye.fx = fisheye.fy = 200;
+  const Features f = OrbExtractor({}, fisheye).Extract(RandomScene(1), 1000);
+  EXPECT_GT(f.size(), 600);
+  EXPECT_LT(f.size(), OrbExtractor({}, kCamera).Extract(RandomScene(1), 1000).size());
+  EXPECT_EQ(f.descriptors.size(), f.keypoints.size());
+  for (const Keypoint& k : f.keypoints) {
+    const Eigen::Vector2d pixel = Distort(fisheye, k.px.cast<double>());
+    EXPECT_LT((pixel - Eigen::Vector2d(320, 240)).norm(), 1.55 * 200 + 0.01);
+    EXPECT_LT((pixel - Eigen::Vector2d(320, 240)).cwiseAbs().y(), 240);
+  }
 }
 
 TEST(OrbExtractor, TheSameImageGivesTheSameFeatures) {

@@ -48,19 +48,31 @@ Eigen::Vector2d DistortFisheye(const std::array<double, 5>& k, const Eigen::Vect
   return r < 1e-12 ? p : Eigen::Vector2d(p * (FisheyeRadius(k, std::atan(r)) / r));
 }
 
-Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& distorted) {
+double FisheyeSlope(const std::array<double, 5>& k, double theta) {
+  const double t2 = theta * theta;
+  return 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
+}
+
+// Of the radius by that of the plane z = 1; tangential distortion left aside.
+double PinholeSlope(const std::array<double, 5>& k, double theta) {
+  const double r2 = std::tan(theta) * std::tan(theta);
+  return 1 + r2 * (3 * k[0] + r2 * (5 * k[1] + r2 * 7 * k[4]));
+}
+
+// Newton, kept within the angles between which the root lies: the radius grows up to `max_theta`.
+Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, double max_theta, const Eigen::Vector2d& distorted) {
   const double radius = distorted.norm();
   if (radius < 1e-12) return distorted;
-  // A ray at 90 degrees or more has no place in a pinhole image: kept just inside.
-  constexpr double kMaxTheta = 1.55;
-  double theta = std::min(radius, kMaxTheta);
-  for (int i = 0; i < 30; ++i) {
-    const double t2 = theta * theta;
-    const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
-    if (std::abs(slope) < 1e-9) break;
-    const double step = (radius - FisheyeRadius(k, theta)) / slope;
-    theta = std::clamp(theta + step, 0.0, kMaxTheta);
-    if (std::abs(step) < 1e-13) break;
+  double low = 0, high = max_theta, theta = std::min(radius, max_theta);
+  if (radius >= FisheyeRadius(k, max_theta)) low = theta = max_theta;
+  for (int i = 0; i < 60 && low < high; ++i) {
+    const double error = FisheyeRadius(k, theta) - radius;
+    (error > 0 ? high : low) = theta;
+    const double newton = theta - error / FisheyeSlope(k, theta);
+    const double next = newton > low && newton < high ? newton : (low + high) / 2;
+    const double step = std::abs(next - theta);
+    theta = next;
+    if (step < 1e-13) break;
   }
   return distorted * (std::tan(theta) / radius);
 }
@@ -68,11 +80,35 @@ Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, const Eigen::Ve
 }  // namespace
 
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel) {
+  return Undistort(camera, MaxLensAngle(camera), pixel);
+}
+
+Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle, const Eigen::Vector2d& pixel) {
   if (!camera.HasDistortion() && camera.model == LensModel::kPinhole) return pixel;
   const Eigen::Vector2d p((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
   const Eigen::Vector2d u = camera.model == LensModel::kPinhole ? UndistortPinhole(camera.distortion, p)
-                                                                : UndistortFisheye(camera.distortion, p);
+                                                                : UndistortFisheye(camera.distortion, max_lens_angle, p);
   return {camera.fx * u.x() + camera.cx, camera.fy * u.y() + camera.cy};
+}
+
+double MaxLensAngle(const Camera& camera) {
+  // A ray at 90 degrees or more has no place in a pinhole image: kept just inside.
+  constexpr double kMaxTheta = 1.55;
+  constexpr int kSteps = 155, kHalvings = 40;
+  if (!camera.HasDistortion()) return kMaxTheta;
+  const auto slope = [&](double theta) {
+    return camera.model == LensModel::kFisheye ? FisheyeSlope(camera.distortion, theta) : PinholeSlope(camera.distortion, theta);
+  };
+  for (int i = 1; i <= kSteps; ++i) {
+    double low = kMaxTheta * (i - 1) / kSteps, high = kMaxTheta * i / kSteps;
+    if (slope(high) > 0) continue;
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      const double middle = (low + high) / 2;
+      (slope(middle) > 0 ? low : high) = middle;
+    }
+    return low;
+  }
+  return kMaxTheta;
 }
 
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal) {
@@ -104,7 +140,8 @@ Box IdealImageBounds(const Camera& camera) {
   return {bounds.x1 - 0.5, bounds.y1 - 0.5, bounds.x2 + 0.5, bounds.y2 + 0.5};
 }
 
-unsigned char TruncatedEdges(const Camera& camera, const Box& box, double margin_px) {
+unsigned char TruncatedEdges(const Camera& camera, const Box& box) {
+  const double margin_px = 3 * DetectorPixel(camera);
   unsigned char edges = 0;
   if (box.x1 <= margin_px) edges |= kLeft;
   if (box.y1 <= margin_px) edges |= kTop;

@@ -83,6 +83,8 @@ void ReadMeta(Database& database, Checksum& checksum, Map& map) {
     else if (key == "up_x" || key == "up_y" || key == "up_z") {
       if (!map.up) map.up = Eigen::Vector3d::Zero();
       (*map.up)[key[3] - 'x'] = rows.Real();
+    } else if (key == "up_keyframes") {
+      map.up_keyframes = static_cast<int>(rows.Integer(1, INT32_MAX));
     } else if (key == "unit") {
       if (const std::string unit = rows.Text(); unit != "metre") rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
       map.is_metric = true;
@@ -210,6 +212,7 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     object.detection_rate = rows.Real();
     object.mean_iou = rows.Real();
     object.total_observations = rows.Int(0);
+    object.evidence = object.total_observations;
     object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
     if (version >= 2) object.name = rows.Text();
     map.objects.Insert(id, std::move(object));

@@ -43,6 +43,7 @@ void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
   if (!parts.empty()) meta.Write("parts", fmt::format("{}", fmt::join(parts, " ")));
   if (map.is_metric) meta.Write("unit", "metre");
   if (map.up) {
+    if (map.up_keyframes > 0) meta.Write("up_keyframes", map.up_keyframes);
     meta.Write("up_x", map.up->x());
     meta.Write("up_y", map.up->y());
     meta.Write("up_z", map.up->z());

@@ -85,6 +85,7 @@ TEST(MapFile, LoadsWhatWasSaved) {
   EXPECT_THAT(loaded.map.CheckInvariants(), IsEmpty());
   EXPECT_EQ(loaded.map.cameras, saved.map.cameras);
   EXPECT_EQ(*loaded.map.up, *saved.map.up);
+  EXPECT_EQ(loaded.map.up_keyframes, saved.map.up_keyframes);
   EXPECT_EQ(loaded.map.next_landmark, saved.map.next_landmark);
   EXPECT_EQ(loaded.map.version, 41u);
   EXPECT_EQ(loaded.class_names, saved.class_names);

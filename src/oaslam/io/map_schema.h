@@ -5,7 +5,7 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-constexpr int32_t kMapFormatVersion = 3;           // PRAGMA user_version; 1 had no names of objects, 2 no anchors
+constexpr int32_t kMapFormatVersion = 4;           // PRAGMA user_version; 1 had no names of objects, 2 no anchors, 3 no up_keyframes
 
 // Documented in docs/formats.md, which must change with it. Poses are quaternion x y z w and translation; blobs are little-endian.
 constexpr const char* kMapSchema = R"sql(

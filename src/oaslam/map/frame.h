@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "oaslam/features/features.h"
@@ -26,6 +28,7 @@ struct Frame {
   std::shared_ptr<const Features> features;
   std::vector<ObjectDetection> detections;
   bool detections_follow = false;  // a detector of its own pace gives them later (Tracker::AddDetections)
+  std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length
 };
 
 // A frame with its pose and the landmarks its key points are matched to.

@@ -45,7 +45,10 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
     map.anchors.emplace(name, std::move(anchor));
   }
   map.loops_closed += other.loops_closed;
-  if (!map.up && other.up) map.up = world_from_other.rotation * *other.up;
+  if (other.up && (!map.up || other.up_keyframes > map.up_keyframes)) {
+    map.up = world_from_other.rotation * *other.up;
+    map.up_keyframes = other.up_keyframes;
+  }
   map.next_landmark = std::max(map.next_landmark, other.next_landmark);
 }
 

@@ -33,6 +33,7 @@ struct Keyframe {
   std::shared_ptr<const Features> features;
   std::vector<LandmarkId> landmarks;  // per key point; invalid where none
   std::vector<Covisible> covisible;   // most shared landmarks first, then by id
+  std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
 };
 
 // A keyframe that was culled: what depends on its pose finds it through a keyframe that stayed.
@@ -68,6 +69,7 @@ struct ObjectObservation {
   Box box;                    // ideal image
   double score = 0;
   unsigned char truncated = 0;  // EdgeBits
+  double weight = 1;            // as how many detections of a video of 30 Hz it counts; not saved
 };
 
 struct Object {
@@ -79,7 +81,9 @@ struct Object {
   double detection_rate = 0.9;                      // P_D: share of frames in view that detected it
   double mean_iou = 0;                              // of projection and box over its own untruncated observations
   int total_observations = 0;                       // also those not kept
+  double evidence = 0;                              // the sum of their weights; not saved
   int last_seen_frame = 0;
+  std::optional<double> last_seen_time{};           // seconds; none: not since the map was loaded
   double absence = 0;                               // nats of evidence that it is no longer in its place (objects/presence.h); not saved
   int misses = 0;                                   // frames in a row that should have shown it; not saved
   bool was_mapped = false;                          // before it was contradicted; not saved
@@ -99,6 +103,7 @@ struct Map {
   Table<ObjectId, Object> objects;
   Table<ObjectId, ObjectId> merged_objects;  // from an erased duplicate to the object that took its observations
   std::optional<Eigen::Vector3d> up;         // world direction against gravity, once known
+  int up_keyframes = 0;                      // whose measured gravity it is from; 0: from how the cameras were held
   uint64_t version = 0;                      // of the snapshot
   int loops_closed = 0;                      // since the map was made or loaded
   bool is_metric = false;                    // the unit is the metre; else arbitrary

@@ -7,15 +7,18 @@
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ideal_image.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/map/parts.h"
+#include "oaslam/objects/life_cycle.h"
 
 namespace oaslam {
 namespace {
 
 constexpr double kMinVisibleShare = 0.3;  // of a projection, to be associated at all
 constexpr double kWellInsideShare = 0.8;  // of a projection, to be missed when not detected
-constexpr double kMinMissedSizePx = 14;   // smaller objects are not missed, at 640 px width
+constexpr double kMinMissedSize = 14;     // smaller objects are not missed, detector pixels
+constexpr double kIndependentInterval = 0.2;  // seconds: a detector's errors are others by then
 // A landmark belongs to an object when it was in its boxes a third as often as the most frequent one.
 constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
@@ -53,7 +56,7 @@ int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>&
 }
 
 // Tracks whose object was merged or dropped go; objects of the map without a track (of a loaded map) get one.
-void SynchronizeWith(const Map& snapshot, int frame, const ObjectsConfig& config, ObjectTracks& tracks) {
+void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfig& config, ObjectTracks& tracks) {
   std::vector<ObjectTrack> kept;
   for (ObjectTrack track : tracks.open) {
     const std::optional<ObjectId> id = snapshot.ResolveObject(track.object);
@@ -63,11 +66,11 @@ void SynchronizeWith(const Map& snapshot, int frame, const ObjectsConfig& config
       track.in_map = true;
     }
     const bool mapped = id && snapshot.objects.At(*id).state == ObjectState::kMapped;
-    if (!mapped && frame - track.last_frame > config.drop_after) continue;
+    if (!mapped && IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time}, config)) continue;
     kept.push_back(track);
   }
   snapshot.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state == ObjectState::kMapped) kept.push_back({id, object.category_id, {}, -1, true});
+    if (object.state == ObjectState::kMapped) kept.push_back({id, object.category_id, {}, -1, 0, true});
   });
   // Of several tracks of one object the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
@@ -79,7 +82,7 @@ void SynchronizeWith(const Map& snapshot, int frame, const ObjectsConfig& config
 }
 
 std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot, const ObjectTracks& tracks,
-                                      const Box& bounds) {
+                                      const IdealImage& image) {
   std::vector<Candidate> candidates;
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
@@ -88,7 +91,7 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
     c.object = snapshot.objects.Find(tracks.open[i].object);
     if (c.object && c.object->state != ObjectState::kTentative) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
-      if (c.projection) c.share_inside = ShareInside(*c.projection, bounds);
+      if (c.projection) c.share_inside = image.ShareShown(*c.projection);
       c.depth = (tracked.cam_from_world * c.object->ellipsoid.center).z();
       c.radius = std::cbrt(c.object->ellipsoid.half_axes.prod());
       if (c.share_inside < kMinVisibleShare) c.projection.reset();
@@ -113,10 +116,11 @@ std::vector<LandmarkId> LandmarksInside(const TrackedFrame& tracked, const Box& 
 }
 
 double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks, const Candidate& candidate,
-                const ObjectTrack& track, int frame, const ObjectsConfig& config) {
+                const ObjectTrack& track, const Frame& frame, const ObjectsConfig& config) {
   if (track.category_id != detection.category_id) return 0;
   double score = 0;
-  if (track.last_frame >= 0 && frame - track.last_frame <= config.max_box_age) {
+  const bool is_fresh = frame.timestamp - track.last_time <= config.max_box_age_s || frame.index - track.last_frame <= 1;
+  if (track.last_frame >= 0 && is_fresh) {
     const double iou = IoU(track.last_box, detection.box);
     if (iou >= config.min_iou_box) score = iou;
   }
@@ -147,7 +151,7 @@ class PlaceJudge {
 
   bool IsExpected(size_t j) const {
     const Candidate& c = candidates_[j];
-    const double min_size = kMinMissedSizePx * snapshot_.cameras[tracked_.frame.camera].width / 640;
+    const double min_size = kMinMissedSize * DetectorPixel(snapshot_.cameras[tracked_.frame.camera]);
     return c.projection && c.IsMapped() && c.share_inside >= kWellInsideShare && SizeOf(*c.projection) >= min_size && !IsSeenAsPartOrWhole(j);
   }
   bool IsSeen(size_t j) const { return seen_[j] != 0; }
@@ -224,8 +228,12 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
                                    const ObjectsConfig& config) {
   const Frame& frame = tracked.frame;
   const Camera& camera = snapshot.cameras[frame.camera];
-  SynchronizeWith(snapshot, frame.index, config, tracks);
-  const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, IdealImageBounds(camera));
+  SynchronizeWith(snapshot, frame, config, tracks);
+  const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, IdealImage(camera));
+
+  const double interval = tracks.last_time ? std::max(frame.timestamp - *tracks.last_time, 0.0) : kVideoInterval;
+  const double weight = std::min(interval, kIndependentInterval) / kVideoInterval;
+  if (!frame.detections.empty()) tracks.last_time = frame.timestamp;
 
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
@@ -234,7 +242,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     sighting.category_id = detection.category_id;
     sighting.landmarks = LandmarksInside(tracked, detection.box);
     sighting.observation = {frame.index,   tracked.reference, tracked.cam_from_reference, frame.camera,
-                            detection.box, detection.score,   detection.truncated};
+                            detection.box, detection.score,   detection.truncated,        weight};
     sightings.push_back(std::move(sighting));
   }
   Eigen::MatrixXd scores(sightings.size(), candidates.size());
@@ -242,7 +250,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     const ObjectObservation& o = sightings[i].observation;
     const ObjectDetection detection{sightings[i].category_id, o.score, o.box, o.truncated};
     for (size_t j = 0; j < candidates.size(); ++j)
-      scores(i, j) = Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j], frame.index, config);
+      scores(i, j) = Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j], frame, config);
   }
 
   const std::vector<int> track_of = AssignMaximum(scores);
@@ -253,13 +261,18 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
       sighting.object = track.object;
       track.last_box = sighting.observation.box;
       track.last_frame = frame.index;
+      track.last_time = frame.timestamp;
     } else {
       sighting.object = ObjectId(tracks.next_object++);
       sighting.is_new = true;
-      tracks.open.push_back({sighting.object, sighting.category_id, sighting.observation.box, frame.index, false});
+      tracks.open.push_back({sighting.object, sighting.category_id, sighting.observation.box, frame.index, frame.timestamp, false});
     }
   }
   if (!frame.detections.empty()) JudgePlaces(tracked, snapshot, config, candidates, track_of, sightings);
+  for (ObjectSighting& sighting : sightings) {
+    sighting.timestamp = frame.timestamp;
+    sighting.interval_s = interval;
+  }
   return {std::move(tracks), std::move(sightings)};
 }
 

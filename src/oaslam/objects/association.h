@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -16,6 +17,8 @@ struct ObjectSighting {
   bool is_new = false;   // its first: the mapper creates the object
   bool detected = true;  // false: predicted well inside the image and missed; no observation and no landmarks then
   PlaceEvidence place = PlaceEvidence::kNone;  // of a mapped object
+  double timestamp = 0;                        // of the image
+  double interval_s = kVideoInterval;          // that the image stands for
   ObjectObservation observation;
   std::vector<LandmarkId> landmarks;  // ascending; of the matched key points inside the box
 };
@@ -26,6 +29,7 @@ struct ObjectTrack {
   int category_id = 0;
   Box last_box;         // ideal image
   int last_frame = -1;  // of last_box; -1: not seen since the tracker started
+  double last_time = 0;
   bool in_map = false;  // a snapshot held it
 };
 
@@ -33,6 +37,7 @@ struct ObjectTrack {
 struct ObjectTracks {
   std::vector<ObjectTrack> open;
   uint32_t next_object = 0;
+  std::optional<double> last_time{};  // of the last image with detections
 
   // For a map from a file: its objects are re-associated, new ones get new ids.
   static ObjectTracks ContinueFrom(const Map& map);

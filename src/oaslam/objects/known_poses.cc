@@ -51,7 +51,7 @@ KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, c
     tracks = std::move(association.tracks);
     for (const ObjectSighting& s : association.sightings)
       if (s.detected) observations.emplace_back(s.object, s.observation);
-    UpdateObjects(map, association.sightings, frame.frame_index, config);
+    UpdateObjects(map, association.sightings, {frame.frame_index, frame.timestamp}, config);
     if (progress) progress(static_cast<int>(i) + 1);
   }
   result.mean_iou = MeanIoU(map, observations);

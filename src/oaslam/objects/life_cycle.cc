@@ -1,18 +1,31 @@
 #include "oaslam/objects/life_cycle.h"
 
+#include <algorithm>
+
 namespace oaslam {
+
+bool IsForgotten(const Unseen& unseen, const ObjectsConfig& config) {
+  constexpr int kFewImages = 5;
+  return unseen.seconds > config.drop_after_s && unseen.images >= kFewImages;
+}
+
+Unseen UnseenSince(const Object& object, const ImageTime& now) {
+  return {std::max(now.frame - object.last_seen_frame, 0),
+          std::max(now.timestamp - object.last_seen_time.value_or(now.timestamp), 0.0)};
+}
 
 double MinKeptShare(const ObjectsConfig& config) { return 0.6 * config.min_accept_share; }
 
-std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence, const ObjectsConfig& config) {
+std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence,
+                                     const ObjectsConfig& config) {
   if (state == ObjectState::kMapped) {
     const bool fails = !evidence.has_model || evidence.accept_share < MinKeptShare(config);
     return fails ? ObjectState::kInitialized : ObjectState::kMapped;
   }
-  if (evidence.unseen_frames > config.drop_after) return std::nullopt;
+  if (evidence.is_forgotten) return std::nullopt;
   if (!evidence.has_model) return ObjectState::kTentative;
-  const bool accepted =
-      evidence.observations >= config.min_observations && evidence.accept_share >= config.min_accept_share;
+  const bool accepted = evidence.observations >= config.min_observations &&
+                        evidence.accept_share >= config.min_accept_share;
   return accepted ? ObjectState::kMapped : ObjectState::kInitialized;
 }
 

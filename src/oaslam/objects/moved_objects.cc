@@ -18,10 +18,20 @@ namespace oaslam {
 namespace {
 
 constexpr double kSameSize = 0.5;        // logarithm of the ratio of two sizes
-constexpr size_t kMinNewer = 12;         // observations that show it in another place
+constexpr double kMinNewer = 12;         // observations that show it in another place, as of a video of 30 Hz
 constexpr int kNewestShares[] = {2, 3};  // of its observations: the newest half, the newest third
 
 double LogSize(const Object& object) { return std::log(object.ellipsoid.half_axes.prod()) / 3; }
+
+// As how many detections of a video of 30 Hz the observations from `begin` on count; nothing if
+// they are too few to tell a place.
+double WeightFrom(const Object& object, size_t begin) {
+  constexpr size_t kFew = 4;
+  if (object.observations.size() < begin + kFew) return 0;
+  double weight = 0;
+  for (size_t i = begin; i < object.observations.size(); ++i) weight += object.observations[i].weight;
+  return weight;
+}
 
 // The object as its observations from `begin` on show it; nothing if they agree on no model.
 std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
@@ -30,6 +40,7 @@ std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
   object.was_mapped |= object.state == ObjectState::kMapped;
   object.observations.erase(object.observations.begin(),
                             object.observations.begin() + static_cast<std::ptrdiff_t>(begin));
+  object.evidence = WeightFrom(object, 0);
   object.total_observations = static_cast<int>(object.observations.size());
   const std::vector<BoxView> views = ViewsOf(map, object.observations);
   const auto model = FitObjectModel(map, views, nullptr, config);
@@ -37,8 +48,7 @@ std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
   AdoptModel(*model, views, object);
   object.landmarks.clear();
   object.landmark_votes.clear();
-  object.state = object.total_observations >= config.min_observations ? ObjectState::kMapped
-                                                                      : ObjectState::kInitialized;
+  object.state = object.evidence >= config.min_observations ? ObjectState::kMapped : ObjectState::kInitialized;
   object.absence = 0;
   object.misses = 0;
   object.has_moved |= object.was_mapped;
@@ -124,7 +134,7 @@ void SetClassRelations(ClassRelations classes, Map& map) {
 bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map) {
   const size_t count = map.objects.At(id).observations.size();
   for (const int share : kNewestShares) {
-    if (count / share < kMinNewer) return false;
+    if (WeightFrom(map.objects.At(id), count - count / share) < kMinNewer) return false;
     if (auto moved = FromNewer(map, id, count - count / share, config)) {
       Move(id, std::move(*moved), map);
       return true;
@@ -133,12 +143,12 @@ bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map) {
   return false;
 }
 
-void ResolveAbsent(int current_frame, const ObjectsConfig& config, Map& map) {
+void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object* object = map.objects.Find(id);
     if (!object || !IsProvenAbsent(object->absence)) continue;
     const size_t elsewhere = FirstElsewhere(map, *object, config);
-    const bool is_seen_elsewhere = object->observations.size() - elsewhere >= kMinNewer;
+    const bool is_seen_elsewhere = WeightFrom(*object, elsewhere) >= kMinNewer;
     if (is_seen_elsewhere)
       if (auto moved = FromNewer(map, id, elsewhere, config)) {
         Move(id, std::move(*moved), map);
@@ -147,7 +157,7 @@ void ResolveAbsent(int current_frame, const ObjectsConfig& config, Map& map) {
     const Succession succession = FindSuccessor(map, id);
     if (succession.successor.IsValid()) {
       Succeed(id, succession.successor, map);
-    } else if (succession.is_pending || (is_seen_elsewhere && current_frame - object->last_seen_frame <= config.drop_after)) {
+    } else if (succession.is_pending || (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now), config))) {
       if (object->state == ObjectState::kMapped) {
         Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up", Described(id, *object)));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;

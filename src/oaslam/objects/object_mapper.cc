@@ -42,7 +42,7 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
   if (!id) return std::nullopt;
   Object& object = map.objects.MutableAt(*id);
   if (object.state == ObjectState::kMapped) {
-    WeighPlace(sighting.place, object);
+    WeighPlace(sighting.place, sighting.interval_s, object);
     CountView(sighting.detected, object);
   } else if (sighting.detected) {
     object.absence = 0;  // no longer waits: it is tracked
@@ -53,7 +53,9 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
       std::ranges::upper_bound(observations, sighting.observation.frame_index, {}, &ObjectObservation::frame_index);
   observations.insert(place, sighting.observation);
   ++object.total_observations;
+  object.evidence += sighting.observation.weight;
   object.last_seen_frame = std::max(object.last_seen_frame, sighting.observation.frame_index);
+  object.last_seen_time = std::max(object.last_seen_time.value_or(sighting.timestamp), sighting.timestamp);
   AddVotes(sighting.landmarks, std::vector<uint16_t>(sighting.landmarks.size(), 1), object);
   return id;
 }
@@ -88,7 +90,7 @@ void Drop(ObjectId id, const std::string& reason, Map& map) {
   map.objects.Erase(id);
 }
 
-void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map) {
+void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& map) {
   Object object = map.objects.At(id);
   object.was_mapped |= object.state == ObjectState::kMapped;
   ThinObservations(map, object.observations);
@@ -98,8 +100,8 @@ void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map
   const std::vector<BoxView> views = VisibleViews(map, id, object, config);
   const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
   if (model) AdoptModel(*model, views, object);
-  const ObjectEvidence evidence{model.has_value(), object.total_observations, model ? model->overlap.accept_share : 0,
-                                std::max(current_frame - object.last_seen_frame, 0)};
+  const ObjectEvidence evidence{model.has_value(), object.evidence, model ? model->overlap.accept_share : 0,
+                                IsForgotten(UnseenSince(object, now), config)};
   const auto next = NextState(object.state, evidence, config);
   if (!next) return Drop(id, "unseen since", map);
   object.state = model ? *next : ObjectState::kTentative;
@@ -109,30 +111,37 @@ void Refit(ObjectId id, int current_frame, const ObjectsConfig& config, Map& map
     Drop(id, "its detections agree on no place, the last in", map);
 }
 
-void DropUnseen(int current_frame, const ObjectsConfig& config, Map& map) {
+void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
     const bool is_waiting = IsProvenAbsent(object.absence);  // moved_objects.h
-    if (object.state != ObjectState::kMapped && !is_waiting && current_frame - object.last_seen_frame > config.drop_after)
+    if (object.state != ObjectState::kMapped && !is_waiting && IsForgotten(UnseenSince(object, now), config))
       Drop(id, "unseen since", map);
   }
 }
 
+// Of a loaded map, whose time was another.
+void BeginTime(const ImageTime& now, Map& map) {
+  for (const ObjectId id : map.objects.Ids())
+    if (!map.objects.At(id).last_seen_time) map.objects.MutableAt(id).last_seen_time = now.timestamp;
+}
+
 }  // namespace
 
-void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int current_frame,
+void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
                    const ObjectsConfig& config) {
-  if (const auto up = EstimateUp(map)) map.up = up;
+  UpdateUp(map);
+  BeginTime(now, map);
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (!changed.contains(id) && HasMoved(map, id, object, config)) changed.insert(id);
   });
-  for (const ObjectId id : changed) Refit(id, current_frame, config, map);
-  ResolveAbsent(current_frame, config, map);
+  for (const ObjectId id : changed) Refit(id, now, config, map);
+  ResolveAbsent(now, config, map);
   MergeDuplicates(map, changed, config);
-  DropUnseen(current_frame, config, map);
+  DropUnseen(now, config, map);
 }
 
 }  // namespace oaslam

@@ -5,13 +5,14 @@
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
+#include "oaslam/objects/life_cycle.h"
 
 namespace oaslam {
 
 // Brings the map's objects up to date, once per keyframe and after its local bundle adjustment: adds the sightings
 // since the last call (in the order of their frames; their anchors must be resolvable), refits the objects that were
-// seen or whose keyframes have moved, decides over their life (life_cycle.h), and merges duplicates. Sets Map::up once
-// it is well determined.
-void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, int current_frame, const ObjectsConfig& config);
+// seen or whose keyframes have moved, decides over their life (life_cycle.h), and merges duplicates. Sets Map::up
+// where the cameras tell it (upright.h).
+void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now, const ObjectsConfig& config);
 
 }  // namespace oaslam

@@ -57,7 +57,9 @@ Object Union(const Map& map, const Object& a, const Object& b) {
   std::ranges::stable_sort(joint.observations, {}, &ObjectObservation::frame_index);
   ThinObservations(map, joint.observations);
   joint.total_observations += b.total_observations;
+  joint.evidence += b.evidence;
   joint.last_seen_frame = std::max(a.last_seen_frame, b.last_seen_frame);
+  joint.last_seen_time = std::max(a.last_seen_time, b.last_seen_time);
   if (b.state == ObjectState::kMapped) joint.state = ObjectState::kMapped;
   if (joint.name.empty()) joint.name = b.name;
   AddVotes(b.landmarks, b.landmark_votes, joint);
@@ -73,7 +75,7 @@ struct Joint {
 std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   Joint joint{Union(map, a, b), {}};
-  const Ellipsoid* better = a.total_observations >= b.total_observations ? &a.ellipsoid : &b.ellipsoid;
+  const Ellipsoid* better = a.evidence >= b.evidence ? &a.ellipsoid : &b.ellipsoid;
   std::vector<BoxView> views = ViewsOf(map, joint.object.observations);
   const ObjectId own[] = {kept, gone};
   if (config.model != "paper") MarkHiddenEdges(map, own, *better, views);

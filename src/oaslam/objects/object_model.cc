@@ -30,11 +30,16 @@ Eigen::Vector3d DirectionInWorld(const Map& map, const ObjectObservation& o) {
 std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> observations) {
   std::vector<BoxView> views;
   views.reserve(observations.size());
+  double weight = 0;
   for (const ObjectObservation& o : observations) {
     const std::optional<Rigid3> anchor_from_world = map.ResolvePose(o.anchor);
     OASLAM_CHECK(anchor_from_world.has_value());
-    views.push_back({o.cam_from_anchor * *anchor_from_world, &map.cameras[o.camera], o.box, o.score, o.truncated});
+    views.push_back({o.cam_from_anchor * *anchor_from_world, &map.cameras[o.camera], o.box, o.score, o.truncated, o.weight});
+    weight += o.weight;
   }
+  // Those of a long video are thinned out: however far apart they are, their errors have the object in common.
+  if (weight > kMaxObservations)
+    for (BoxView& view : views) view.weight *= kMaxObservations / weight;
   return views;
 }
 
@@ -58,7 +63,7 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
 }
 
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations) {
-  constexpr double kAnglePerFrame = 0.001;  // rad: a still camera's observations are worth something, too
+  constexpr double kAnglePerFrame = 0.001;  // rad, of a video of 30 Hz: a still camera's observations are worth something, too
   if (observations.size() <= kMaxObservations) return;
   std::vector<Eigen::Vector3d> directions;
   for (const ObjectObservation& o : observations) directions.push_back(DirectionInWorld(map, o));
@@ -67,7 +72,7 @@ void ThinObservations(const Map& map, std::vector<ObjectObservation>& observatio
     double smallest = std::numeric_limits<double>::infinity();
     for (size_t i = 1; i + 1 < observations.size(); ++i) {
       const double gap = (directions[i + 1] - directions[i - 1]).norm() +
-                         kAnglePerFrame * (observations[i + 1].frame_index - observations[i - 1].frame_index);
+                         kAnglePerFrame * observations[i].weight * (observations[i + 1].frame_index - observations[i - 1].frame_index);
       if (gap >= smallest) continue;
       smallest = gap;
       closest = i;

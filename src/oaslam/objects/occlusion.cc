@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "oaslam/estimation/hidden_edges.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/map/parts.h"
 
@@ -34,7 +35,7 @@ void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellips
       if (other_depth <= 0 || other_depth + other.radius > depth) continue;
       if (const auto box = ProjectToBox(*other.ellipsoid, view.cam_from_world, *view.camera)) nearer.push_back(*box);
     }
-    view.truncated |= HiddenEdges(view.box, nearer);
+    view.truncated |= HiddenEdges(view.box, nearer, DetectorPixel(*view.camera));
   }
 }
 

@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-constexpr double kFramesPerView = 15;
+constexpr double kSecondsPerView = 0.5;
 constexpr double kFalseRate = 0.05;  // detections in the place of an object that is gone
 constexpr double kMinRate = 0.1, kMaxRate = 0.8;  // of a detector; that it is better may be luck
 constexpr double kProven = 12;  // nats: e^12 views to the first false alarm, on average
@@ -25,16 +25,16 @@ double RateWhileThere(const Object& object) {
 
 }  // namespace
 
-double AbsenceEvidence(PlaceEvidence evidence, const Object& object) {
+double AbsenceEvidence(PlaceEvidence evidence, double interval_s, const Object& object) {
   if (evidence == PlaceEvidence::kNone) return 0;
   const double rate = RateWhileThere(object);
   const double gain = evidence == PlaceEvidence::kAbsent ? std::log((1 - kFalseRate) / (1 - rate))
                                                          : std::log(kFalseRate / rate);
-  return gain / kFramesPerView;
+  return gain * std::min(interval_s / kSecondsPerView, 1.0);
 }
 
-void WeighPlace(PlaceEvidence evidence, Object& object) {
-  object.absence = std::max(object.absence + AbsenceEvidence(evidence, object), 0.0);
+void WeighPlace(PlaceEvidence evidence, double interval_s, Object& object) {
+  object.absence = std::max(object.absence + AbsenceEvidence(evidence, interval_s, object), 0.0);
 }
 
 bool IsProvenAbsent(double absence) { return absence > kProven; }

@@ -9,13 +9,17 @@ namespace oaslam {
 // What a frame says of whether a mapped object is where the map has it.
 enum class PlaceEvidence { kNone, kInPlace, kAbsent };
 
+// Seconds between two images where these say nothing else.
+constexpr double kVideoInterval = 1.0 / 30;
+
 // The logarithm of how much more likely a frame is if the object is gone than if it is there and
-// detected at its own rate. Misses come in runs: 15 frames count as one view.
-double AbsenceEvidence(PlaceEvidence evidence, const Object& object);
+// detected at its own rate. Misses come in runs: half a second counts as one view, of which the
+// image has the share that lies since the one before.
+double AbsenceEvidence(PlaceEvidence evidence, double interval_s, const Object& object);
 
 // Adds a frame to Object::absence, the evidence of the frames since it may have gone; never below 0
 // (Page's cumulative sum, 1954).
-void WeighPlace(PlaceEvidence evidence, Object& object);
+void WeighPlace(PlaceEvidence evidence, double interval_s, Object& object);
 
 // Enough evidence to act.
 bool IsProvenAbsent(double absence);

@@ -210,14 +210,29 @@ TEST(Presence, EvidenceIsBoundedBelowAndKnowsTheRate) {
   sure.detection_rate = 0.9;
   unsure.detection_rate = 0.4;
   for (int i = 0; i < 100; ++i) {
-    WeighPlace(PlaceEvidence::kInPlace, sure);
+    WeighPlace(PlaceEvidence::kInPlace, kVideoInterval, sure);
     EXPECT_EQ(sure.absence, 0);
   }
   int sure_frames = 0, unsure_frames = 0;
-  for (; !IsProvenAbsent(sure.absence); ++sure_frames) WeighPlace(PlaceEvidence::kAbsent, sure);
-  for (; !IsProvenAbsent(unsure.absence); ++unsure_frames) WeighPlace(PlaceEvidence::kAbsent, unsure);
+  for (; !IsProvenAbsent(sure.absence); ++sure_frames) WeighPlace(PlaceEvidence::kAbsent, kVideoInterval, sure);
+  for (; !IsProvenAbsent(unsure.absence); ++unsure_frames) WeighPlace(PlaceEvidence::kAbsent, kVideoInterval, unsure);
   EXPECT_GT(sure_frames, 60);
   EXPECT_GT(unsure_frames, 2 * sure_frames);
+}
+
+TEST(Presence, IsWeighedByTime) {
+  Object object;
+  object.total_observations = 200;
+  object.detection_rate = 0.8;
+  const auto seconds = [&](double interval) {
+    Object gone = object;
+    int images = 0;
+    for (; !IsProvenAbsent(gone.absence); ++images) WeighPlace(PlaceEvidence::kAbsent, interval, gone);
+    return images * interval;
+  };
+  EXPECT_NEAR(seconds(0.1), seconds(1 / 30.0), 0.15);
+  EXPECT_NEAR(seconds(1 / 120.0), seconds(1 / 30.0), 0.15);
+  EXPECT_GT(seconds(1), 7);  // an image is one view at most
 }
 
 }  // namespace

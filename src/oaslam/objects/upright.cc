@@ -1,31 +1,239 @@
 #include "oaslam/objects/upright.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
 
 namespace oaslam {
+namespace {
 
-std::optional<Eigen::Vector3d> EstimateUp(const Map& map) {
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kNewView =
+    15 * kDegree;  // a hand's roll is about the same until the view has changed so far
+constexpr double kLeastRoll = 3 * kDegree;  // what no hand does better than over a few views
+constexpr double kMaxRoll = 20 * kDegree;   // held otherwise, beyond
+constexpr double kMinLevelShare = 0.8;      // of the views, for the rest to be exceptions
+constexpr double kMaxSigma = 6 * kDegree;
+constexpr double kMinRatio = 8;              // of the variance by turning to that by rolling
+constexpr double kWideTurn = 150 * kDegree;  // that the level axes cover: no wrist turns so far
+// The optical axis against the horizon, in the median: steeper, a narrow turn may as well be a
+// roll.
+constexpr double kMaxPitch = 50 * kDegree, kMaxPitchOfWideTurn = 75 * kDegree;
+constexpr double kMinDownPitch =
+    10 * kDegree;  // in the median, to tell which side of a turned image is up
+
+struct LevelFit {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();  // sign not yet known
+  double roll = 0;         // sine, root mean square over the views that are level
+  double level_share = 0;  // of views with a roll below kMaxRoll
+  double spread = 0;       // variance of the axes in the direction in which they vary second most
+  double ratio = 0;        // of that to the variance along `up`
+  double coverage = 0;     // rad, of the circle about `up`, by the axes that are level
+};
+
+// Directions spread evenly over half a sphere (Fibonacci's lattice).
+std::vector<Eigen::Vector3d> Hemisphere(int count) {
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < count; ++i) {
+    const double z = (i + 0.5) / count, r = std::sqrt(1 - z * z);
+    directions.emplace_back(r * std::cos(golden_angle * i), r * std::sin(golden_angle * i), z);
+  }
+  return directions;
+}
+
+// The direction to which most axes are orthogonal, coarsely.
+Eigen::Vector3d RoughNormal(std::span<const Eigen::Vector3d> axes) {
+  constexpr int kDirections = 600;  // some 6 degrees apart
+  static const std::vector<Eigen::Vector3d> directions = Hemisphere(kDirections);
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d best = directions.front();
+  for (const Eigen::Vector3d& d : directions) {
+    double cost = 0;
+    for (const Eigen::Vector3d& axis : axes) {
+      const double roll = axis.dot(d);
+      cost += std::min(roll * roll, kMaxRoll * kMaxRoll);
+    }
+    if (cost >= least) continue;
+    least = cost;
+    best = d;
+  }
+  return best;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Of what is normally distributed; robust.
+double SpreadOf(std::span<const Eigen::Vector3d> axes, const Eigen::Vector3d& up) {
+  std::vector<double> rolls;
+  for (const Eigen::Vector3d& axis : axes) rolls.push_back(std::abs(axis.dot(up)));
+  return 1.4826 * Median(std::move(rolls));
+}
+
+// Axes that should be level, by iteratively reweighted least squares with Cauchy's kernel.
+LevelFit FitLevel(std::span<const Eigen::Vector3d> axes) {
+  constexpr int kIterations = 10;
+  constexpr double kKernel = 2.385;  // of the spread: 95 % efficient
+  LevelFit fit;
+  fit.up = RoughNormal(axes);
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    const double scale = kKernel * std::max(SpreadOf(axes, fit.up), kLeastRoll);
+    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+    double weights = 0;
+    for (const Eigen::Vector3d& axis : axes) {
+      const double ratio = axis.dot(fit.up) / scale, weight = 1 / (1 + ratio * ratio);
+      moment += weight * axis * axis.transpose();
+      weights += weight;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment / weights);
+    fit.up = solver.eigenvectors().col(0);
+    fit.spread = solver.eigenvalues()[1];
+    fit.ratio = solver.eigenvalues()[1] / std::max(solver.eigenvalues()[0], 1e-12);
+  }
+  constexpr int kSectors = 24;
+  const Eigen::Vector3d east = fit.up.unitOrthogonal(), north = fit.up.cross(east);
+  std::array<bool, kSectors> seen{};
+  double level = 0, squares = 0;
+  for (const Eigen::Vector3d& axis : axes) {
+    const double roll = axis.dot(fit.up);
+    if (std::abs(roll) > std::sin(kMaxRoll)) continue;
+    ++level;
+    squares += roll * roll;
+    const double turn =
+        (std::atan2(axis.dot(north), axis.dot(east)) + std::numbers::pi) / (2 * std::numbers::pi);
+    seen[std::min(static_cast<int>(turn * kSectors), kSectors - 1)] = true;
+  }
+  fit.coverage =
+      2 * std::numbers::pi / kSectors * static_cast<double>(std::ranges::count(seen, true));
+  fit.level_share = level / static_cast<double>(axes.size());
+  fit.roll = level > 0 ? std::sqrt(squares / level) : 1;
+  return fit;
+}
+
+// Rotation angle between two cameras.
+double AngleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return std::acos(std::clamp(((a * b.transpose()).trace() - 1) / 2, -1.0, 1.0));
+}
+
+int CountViews(std::span<const Eigen::Matrix3d> cameras) {
+  int views = 1;
+  const Eigen::Matrix3d* last = &cameras.front();
+  for (const Eigen::Matrix3d& camera : cameras) {
+    if (AngleBetween(camera, *last) < kNewView) continue;
+    last = &camera;
+    ++views;
+  }
+  return views;
+}
+
+std::vector<double> Sines(std::span<const Eigen::Matrix3d> cameras, int row,
+                          const Eigen::Vector3d& up) {
+  std::vector<double> sines;
+  for (const Eigen::Matrix3d& camera : cameras) sines.push_back(camera.row(row).dot(up));
+  return sines;
+}
+
+// Up, if the axes `row` of the cameras are level and tell it, and what they cover of the circle
+// about it.
+struct LevelAxes {
+  std::optional<Upright> upright;
+  double coverage = 0;
+};
+
+LevelAxes FromLevelAxes(std::span<const Eigen::Matrix3d> cameras, int row) {
+  std::vector<Eigen::Vector3d> axes;
+  for (const Eigen::Matrix3d& camera : cameras) axes.emplace_back(camera.row(row).transpose());
+  const LevelFit fit = FitLevel(axes);
+  const double sigma = std::max(fit.roll, kLeastRoll) / std::sqrt(CountViews(cameras) * fit.spread);
+  if (fit.level_share < kMinLevelShare || fit.ratio < kMinRatio || sigma > kMaxSigma) return {};
+  std::vector<double> forward = Sines(cameras, 2, fit.up);
+  const double down = -Median(forward);
+  for (double& sine : forward) sine = std::abs(sine);
+  if (Median(forward) > std::sin(fit.coverage < kWideTurn ? kMaxPitch : kMaxPitchOfWideTurn))
+    return {};
+  // Of an image that is turned only the habit to look down tells which side is up.
+  const bool is_turned = row == 1;
+  if (is_turned && (fit.coverage < kWideTurn || std::abs(down) < std::sin(kMinDownPitch)))
+    return {};
+  const double side = is_turned ? down : -Median(Sines(cameras, 1, fit.up));
+  return {Upright{side < 0 ? Eigen::Vector3d(-fit.up) : fit.up, sigma}, fit.coverage};
+}
+
+}  // namespace
+
+std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras) {
+  constexpr size_t kMinCameras = 5;
+  if (cameras.size() < kMinCameras) return std::nullopt;
+  const LevelAxes x = FromLevelAxes(cameras, 0), y = FromLevelAxes(cameras, 1);
+  return y.coverage > x.coverage ? y.upright : x.upright;
+}
+
+std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
+  constexpr size_t kMinViews = 3;
+  constexpr int kIterations = 10;
+  constexpr double kSteadyLength = 0.03;  // relative: what a hand's own motion adds to gravity
+  constexpr double kLeastSpread = 1 * kDegree;  // of a good sensor in a hand, and its mounting
+  constexpr double kMaxSpread = 25 * kDegree;   // beyond, these are not directions of one vertical
+  if (views.size() < kMinViews) return std::nullopt;
+  std::vector<double> lengths;
+  for (const GravityView& view : views) lengths.push_back(view.gravity_in_cam.norm());
+  const double length = Median(lengths);
+  std::vector<Eigen::Vector3d> ups;
+  std::vector<double> steadiness;
+  for (const GravityView& view : views) {
+    const double shaken = (view.gravity_in_cam.norm() / length - 1) / kSteadyLength;
+    ups.push_back(-(view.cam_from_world.transpose() * view.gravity_in_cam).normalized());
+    steadiness.push_back(1 / (1 + shaken * shaken));
+  }
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < ups.size(); ++i) up += steadiness[i] * ups[i];
+  double spread = 0;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    up.normalize();
+    std::vector<double> angles;
+    for (const Eigen::Vector3d& u : ups)
+      angles.push_back(std::acos(std::clamp(u.dot(up), -1.0, 1.0)));
+    spread = std::max(Median(angles), kLeastSpread);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (size_t i = 0; i < ups.size(); ++i)
+      sum += steadiness[i] / (1 + angles[i] * angles[i] / (spread * spread)) * ups[i];
+    up = sum;
+  }
+  if (!(up.norm() > 0) || spread > kMaxSpread) return std::nullopt;
+  return Upright{up.normalized(), spread / std::sqrt(static_cast<double>(views.size()))};
+}
+
+void UpdateUp(Map& map) {
   constexpr size_t kEnough = 200;  // keyframes that are looked at, evenly
-  constexpr size_t kMinKeyframes = 5;
-  constexpr double kMinTurn = 0.03;     // variance of the x axes in the second direction: about 10 deg of yaw
-  constexpr double kMinSeparation = 8;  // over that in the upright direction, which is roll
+  constexpr int kEnoughMeasured = 20;
   const size_t stride = map.keyframes.size() / kEnough + 1;
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d rough_up = Eigen::Vector3d::Zero();
-  size_t index = 0, count = 0;
+  std::vector<Eigen::Matrix3d> cameras;
+  std::vector<GravityView> measured;
+  size_t index = 0;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    if (index++ % stride != 0) return;
     const Eigen::Matrix3d cam_from_world = keyframe.cam_from_world.rotation.toRotationMatrix();
-    moment += cam_from_world.row(0).transpose() * cam_from_world.row(0);
-    rough_up -= cam_from_world.row(1).transpose();
-    ++count;
+    if (keyframe.gravity_in_cam) measured.push_back({cam_from_world, *keyframe.gravity_in_cam});
+    if (index++ % stride == 0) cameras.push_back(cam_from_world);
   });
-  if (count < kMinKeyframes) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment / static_cast<double>(count));
-  const Eigen::Vector3d& values = solver.eigenvalues();
-  if (values[1] < kMinTurn || values[1] < kMinSeparation * values[0]) return std::nullopt;
-  const Eigen::Vector3d up = solver.eigenvectors().col(0);
-  return up.dot(rough_up) < 0 ? Eigen::Vector3d(-up) : up;
+  const auto count = static_cast<int>(measured.size());
+  if (count >= std::min(map.up_keyframes, kEnoughMeasured))
+    if (const auto upright = UprightFromGravity(measured)) {
+      map.up = upright->up;
+      map.up_keyframes = count;
+      return;
+    }
+  if (map.up_keyframes > 0) return;
+  const auto upright = UprightOf(cameras);
+  map.up = upright ? std::optional(upright->up)
+                   : std::nullopt;  // none again where later views contradict it
 }
 
 }  // namespace oaslam

@@ -46,7 +46,7 @@ std::vector<InView> FindInView(const ObjectScene& scene, const Rigid3& pose) {
     const auto view = ViewEllipsoid(scene.objects[o].ellipsoid, pose);
     if (!view) continue;
     const Box box = OutlineBox(view->outline, scene.camera);
-    if (Intersection(box, scene.bounds).Area() > 0) in_view.push_back({o, *view, box});
+    if (Intersection(box, scene.image.bounds()).Area() > 0) in_view.push_back({o, *view, box});
   }
   return in_view;
 }
@@ -82,11 +82,11 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   for (const InView& seen : in_view) {
     const int o = seen.object;
     const SceneObject& object = scene.objects[o];
-    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && ShareInside(seen.box, scene.bounds) > kMissedShare && !IsBehindMoving(scene, seen.box))
+    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && scene.image.ShareShown(seen.box) > kMissedShare && !IsBehindMoving(scene, seen.box))
       is_expected[o] = 1;
     if (object.detections.empty()) continue;
     variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
-    hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen));
+    hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
     for (const int d : object.detections)
       scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box, variances[o]);
   }

@@ -75,7 +75,7 @@ Eigen::Vector3d UpInCamera(double pitch, double roll) {
 
 ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera, const Map& map,
                          const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam)
-    : camera(query_camera), score(query_camera), bounds(IdealImageBounds(query_camera)), classes(map.classes) {
+    : camera(query_camera), score(query_camera), image(query_camera), classes(map.classes) {
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state == ObjectState::kMapped) objects.push_back(Prepare(id, object));
   });

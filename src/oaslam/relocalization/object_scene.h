@@ -8,6 +8,7 @@
 #include "oaslam/camera.h"
 #include "oaslam/config.h"
 #include "oaslam/estimation/object_score.h"
+#include "oaslam/geometry/ideal_image.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
 
@@ -46,7 +47,7 @@ struct CameraHabit {
 struct ObjectScene {
   Camera camera;
   ObjectScore score;
-  Box bounds;
+  IdealImage image;
   std::vector<SceneObject> objects;          // mapped ones
   std::vector<SceneDetection> detections;    // whose class is in the map, best detector scores first
   std::vector<Box> moving;                   // detections of classes that move: may hide any object

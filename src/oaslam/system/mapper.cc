@@ -11,6 +11,7 @@
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_merging.h"
+#include "oaslam/objects/upright.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -28,7 +29,8 @@ void Mapper::Apply(const MapCommand& command) {
   if (command.joining) Join(*command.joining);
   CountLandmarkUse(command.uses, map_);
   if (command.keyframe) MapKeyframe(*command.keyframe);
-  if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, command.frame_index, config_.objects);
+  if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, {command.frame_index, command.sightings.back().timestamp}, config_.objects);
+  else if (command.keyframe) UpdateUp(map_);
 }
 
 void Mapper::Join(const JoiningMap& joining) {

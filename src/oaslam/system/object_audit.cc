@@ -7,6 +7,10 @@ namespace oaslam {
 
 void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Map& map,
                       const ObjectsConfig& config) {
+  // Images that are no video are as good as its images.
+  const bool follows = last_time_ && frame.timestamp > *last_time_;
+  const double interval = follows ? frame.timestamp - *last_time_ : kVideoInterval;
+  last_time_ = frame.timestamp;
   TrackedFrame tracked;
   tracked.frame = frame;
   tracked.cam_from_world = cam_from_world;
@@ -18,7 +22,7 @@ void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Ma
     audited.category_id = object.category_id;
     ++audited.expected;
     audited.seen += sighting.place == PlaceEvidence::kInPlace;
-    audited.absence += AbsenceEvidence(sighting.place, object);
+    audited.absence += AbsenceEvidence(sighting.place, interval, object);
   }
 }
 

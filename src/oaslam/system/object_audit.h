@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -24,6 +25,7 @@ class ObjectAudit {
     double absence = 0;  // evidence of all frames: here none is newer than the others
   };
   std::map<ObjectId, Audited> audited_;
+  std::optional<double> last_time_;
 };
 
 }  // namespace oaslam

@@ -33,6 +33,11 @@ cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
   return grey;
 }
 
+void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  if (gravity_in_cam && !(gravity_in_cam->allFinite() && gravity_in_cam->norm() > 0))
+    throw InputError("gravity in the camera's frame: must be finite and not zero");
+}
+
 std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections, const Camera& camera) {
   std::vector<ObjectDetection> ideal;
   for (const Detection& d : detections)
@@ -99,7 +104,8 @@ class Slam::Impl {
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
     const cv::Mat grey = ToGrey(input.image, camera_);
-    Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_), input.detections_follow};
+    CheckGravity(input.gravity_in_cam);
+    Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_), input.detections_follow, input.gravity_in_cam};
     frame.features = std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame)));
     return frame;
   }
@@ -262,7 +268,7 @@ void Slam::SetRelocalizationMode(RelocalizationMode mode) {
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
-  return impl_->Find(frame, mode, gravity_in_cam, watch.WallMs());
+  return impl_->Find(frame, mode, gravity_in_cam ? gravity_in_cam : frame.gravity_in_cam, watch.WallMs());
 }
 
 RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& detections, const std::optional<Eigen::Vector3d>& gravity_in_cam) {

@@ -202,7 +202,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
   motion_.reset();
   last_.reset();
-  const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
+  const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_);
   relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects, found.why_not};
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) {
