@@ -22,7 +22,8 @@ double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
 double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
   constexpr double kSigmas = 3, kMin = 1.0 / 35, kMax = 4.0 / 35;  // rad: 1.6 and 6.5 degrees
   const Camera& camera = map.cameras[frame.camera];
-  return std::clamp(kSigmas * RelativeSigma(map, candidate), kMin, kMax) * std::sqrt(camera.fx * camera.fy);
+  return std::clamp(kSigmas * RelativeSigma(map, candidate), kMin, kMax) * std::sqrt(camera.fx * camera.fy) /
+         frame.features->pyramid.working_pixel();
 }
 
 // Few points, all in one corner of the image, can agree on a pose that is far off; boxes all over the image cannot.

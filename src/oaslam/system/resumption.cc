@@ -29,7 +29,9 @@ Resumption::Resumption(const SlamConfig& config, const Map& old, const FirstIds&
 
 void Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in_old) {
   const Tracker::Outcome outcome = session_.Process(frame);
-  lost_frames_ = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects ? lost_frames_ + 1 : 0;
+  const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
+  if (!is_lost) lost_since_.reset();
+  else if (!lost_since_) lost_since_ = frame.timestamp;
   if (in_old) anchors_.emplace(frame.index, *in_old);
 }
 
@@ -40,7 +42,7 @@ void Resumption::AddDetections(int frame_index, const std::vector<ObjectDetectio
 
 std::optional<Similarity> Resumption::Locate() const {
   const Map& map = *session_.snapshot();
-  if (lost_frames_ > 0 || map.keyframes.size() < kMinKeyframes) return std::nullopt;
+  if (lost_since_ || map.keyframes.size() < kMinKeyframes) return std::nullopt;
   std::vector<PosePair> pairs;
   std::vector<int> weights;
   for (const FramePose& pose : session_.tracker().trajectory()) {

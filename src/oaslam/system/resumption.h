@@ -26,8 +26,8 @@ class Resumption {
   bool IsInitializing() const { return session_.tracker().IsInitializing(); }
 
   // The new map lost its camera, too, for good.
-  bool IsLost() const { return lost_frames_ >= kPatience; }
-  static constexpr int kPatience = 10;  // frames: most losses are short
+  bool IsLost(double now) const { return lost_since_ && now - *lost_since_ >= kPatience; }
+  static constexpr double kPatience = 0.33;  // seconds: most losses are short
 
   // old_from_new, once it is well determined and the camera is followed in the new map.
   std::optional<Similarity> Locate() const;
@@ -38,7 +38,7 @@ class Resumption {
  private:
   FirstIds first_ids_;
   Session session_;
-  int lost_frames_ = 0;
+  std::optional<double> lost_since_;  // seconds
   std::map<int, PoseAnchor> anchors_;  // by frame
 };
 

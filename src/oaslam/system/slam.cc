@@ -83,7 +83,7 @@ class Slam::Impl {
     camera_index_ = static_cast<int>(known - map.cameras.begin());
     if (known == map.cameras.end()) map.cameras.push_back(camera_);
     resumption_.reset();
-    lost_frames_ = 0;
+    lost_since_.reset();
     audit_ = {};
     session_.emplace(config_, std::move(map), ids, is_loaded);
     session_->tracker().SetRelocalizationMode(mode_);
@@ -134,7 +134,7 @@ class Slam::Impl {
   Relocalizer relocalizer_;
   std::optional<Session> session_;
   std::optional<Resumption> resumption_;  // while lost
-  int lost_frames_ = 0;
+  std::optional<double> lost_since_;      // seconds
   std::vector<FramePose> loaded_trajectory_;
   ClassNames class_names_ = CocoClassNames();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
@@ -153,6 +153,8 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   ++next_index_;
   const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
 
+  // A map made while lost needs a while of poses in both to be joined, in which neither may grow.
+  session_->tracker().SetLongProbation(resumption_ && !resumption_->IsInitializing() && !resumption_->IsLost(frame.timestamp));
   const Stopwatch tracking;
   const Tracker::Outcome outcome = Resume(frame, session_->Process(frame));
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
@@ -181,11 +183,13 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
 Tracker::Outcome Slam::Impl::Resume(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing || !session_->tracker().IsMapping()) return outcome;
   const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
-  lost_frames_ = is_lost ? lost_frames_ + 1 : 0;
+  if (!is_lost) lost_since_.reset();
+  else if (!lost_since_) lost_since_ = frame.timestamp;
   // Found by points in the old map: while it makes no keyframes there, the new one may still be joined.
   if (!is_lost && !outcome.anchor) resumption_.reset();
-  if (!resumption_ && lost_frames_ < Resumption::kPatience) return outcome;
-  if (!resumption_ || (is_lost && resumption_->IsLost())) {
+  const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < Resumption::kPatience;
+  if (!resumption_ && is_patient) return outcome;
+  if (!resumption_ || (is_lost && resumption_->IsLost(frame.timestamp))) {
     MapCommand settle;
     settle.frame_index = frame.index;
     settle.settle = true;
@@ -195,7 +199,7 @@ Tracker::Outcome Slam::Impl::Resume(const Frame& frame, Tracker::Outcome outcome
   }
   resumption_->Process(frame, outcome.anchor);
   if (!JoinMaps(frame.index)) return outcome;
-  lost_frames_ = 0;
+  lost_since_.reset();
   const Tracker::Outcome there = session_->tracker().Present(*session_->snapshot());
   return there.cam_from_world ? there : outcome;
 }
@@ -280,13 +284,13 @@ void Slam::SetMapping(bool enabled) {
   impl_->session_->tracker().SetMapping(enabled);
   if (enabled) return;
   impl_->resumption_.reset();
-  impl_->lost_frames_ = 0;
+  impl_->lost_since_.reset();
 }
 
 void Slam::ForceRelocalization() {
   impl_->session_->tracker().ForceRelocalization();
   impl_->resumption_.reset();
-  impl_->lost_frames_ = 0;
+  impl_->lost_since_.reset();
 }
 
 FrameView Slam::View() const {
