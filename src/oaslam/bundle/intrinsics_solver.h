@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "oaslam/bundle/schur_solver.h"
+#include "oaslam/camera.h"
+#include "oaslam/geometry/camera_derivatives.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// Poses and points seen by one camera whose intrinsics are shared and not known well.
+struct IntrinsicsState {
+  Camera camera;
+  std::vector<Rigid3> poses;  // cam_from_world; the first stays
+  std::vector<Eigen::Vector3d> points;
+};
+
+// What is known of the intrinsics beforehand.
+struct IntrinsicsPrior {
+  Camera camera;
+  // Per parameter of IntrinsicsStep, in its unit; infinite: nothing, 0: held at its value.
+  IntrinsicsStep sigma = IntrinsicsStep::Zero();
+};
+
+// Minimises the reprojection errors of `sights` in the original (distorted) image, sorted by point,
+// over the intrinsics, all poses but the first, and all points: Levenberg-Marquardt on the Schur
+// complement of the points, as MinimizeReprojection. PointSight::px is a pixel of the original image.
+SchurReport MinimizeWithIntrinsics(std::span<const PointSight> sights, const IntrinsicsPrior& prior,
+                                   const SchurOptions& options, IntrinsicsState& state);
+
+// The information (inverse covariance) that sights of unit variance and the prior hold on the
+// intrinsics, poses and points being unknown: the Schur complement of all others.
+Eigen::Matrix<double, kIntrinsics, kIntrinsics> InformationOnIntrinsics(
+    std::span<const PointSight> sights, const IntrinsicsPrior& prior, const IntrinsicsState& state);
+
+}  // namespace oaslam
