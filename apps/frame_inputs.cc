@@ -26,10 +26,10 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   }
   ahead_ = NextReadable();
   if (!ahead_) throw InputError(fmt::format("{}: no readable image", sources.images));
-  camera_ = LoadCamera(sources.camera, ahead_->image.size());
+  camera_ = sources.known_camera ? *sources.known_camera : LoadCamera(sources.camera, ahead_->image.size());
   if (sources.live && detector_)
     background_ = std::make_unique<BackgroundDetector>([this](const cv::Mat& image) { return detector_->Detect(image); });
-  if (camera_.is_guess) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
+  if (camera_.is_guess && !sources.known_camera) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
 }
 
 std::optional<InputImage> FrameInputs::NextReadable() {

@@ -36,6 +36,7 @@ class FrameInputs {
     DetectorSettings detector;
     bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for a detector
     bool for_display = false;  // in colour where that costs nothing
+    std::optional<Camera> known_camera{};  // takes the place of `camera`
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <thread>
 
+#include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
@@ -25,7 +26,8 @@ struct RunOptions {
   ViewerSettings viewer;
   RecordingSettings recording;
   std::vector<std::string> models;
-  std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
+  CameraSettings camera;
+  std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
 };
 
@@ -71,10 +73,21 @@ void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
     results.Detected(found.frame, static_cast<int>(found.detections.size()), slam.AddDetections(found.frame, found.detections));
 }
 
-std::vector<StampedPose> FinalTrajectory(const Slam& slam) {
+// Of the images of this run: `loaded` come from the map that it began with.
+std::vector<StampedPose> FinalTrajectory(const SavedMap& saved, size_t loaded) {
   std::vector<StampedPose> trajectory;
-  for (const Slam::TimedPose& pose : slam.Trajectory()) trajectory.push_back({pose.timestamp, pose.world_from_cam});
+  for (size_t i = loaded; i < saved.trajectory.size(); ++i) {
+    const FramePose& frame = saved.trajectory[i];
+    if (const auto reference = saved.map.ResolvePose(frame.reference))
+      trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  }
   return trajectory;
+}
+
+std::optional<Camera> CameraOfMap(const std::string& path) {
+  if (path.empty()) return std::nullopt;
+  const std::vector<Camera> cameras = LoadMap(path).map.cameras;
+  return cameras.empty() ? std::nullopt : std::optional(cameras.back());
 }
 
 // Returns why not; then all keep their unit, and are to be saved all the same.
@@ -99,7 +112,12 @@ int Run(const RunOptions& options) {
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor()}, options.common);
+  std::optional<CameraEstimate> estimate;
+  if (options.camera.IsEstimated())
+    estimate = EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config, options.common);
+  FrameInputs inputs({options.images, options.camera.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(),
+                      estimate ? std::optional(estimate->camera) : std::nullopt},
+                     options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
@@ -118,6 +136,7 @@ int Run(const RunOptions& options) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
+  const size_t loaded_poses = slam.Export().trajectory.size();
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
@@ -158,7 +177,14 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   SavedMap saved = slam.Export();
-  std::vector<StampedPose> trajectory = FinalTrajectory(slam);
+  Camera camera = inputs.camera();
+  if (estimate) {
+    RefineWithMap(config, *estimate, saved);
+    camera = estimate->camera;
+    if (estimate->is_determined) spdlog::info("camera: {}, estimated from the images", Describe(*estimate));
+  }
+  results.SetCamera(camera, estimate);
+  std::vector<StampedPose> trajectory = FinalTrajectory(saved, loaded_poses);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
   const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, interrupted);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
@@ -178,7 +204,7 @@ void AddRunCommand(CLI::App& app) {
   auto* command = app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
-  command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
+  AddCameraOptions(*command, options->camera);
   auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();

@@ -78,7 +78,7 @@ Problem Collect(const Map& map, int camera) {
 
 IntrinsicsPrior PriorOf(const Camera& camera, const CalibrationPrior& prior) {
   const double longer = std::max(camera.width, camera.height);
-  IntrinsicsPrior p{camera, {}};
+  IntrinsicsPrior p{prior.camera.value_or(camera), {}};
   const double center = prior.center_sigma * longer;
   p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma;
   return p;
@@ -184,6 +184,8 @@ bool Solve(Problem& problem, const CalibrationPrior& prior) {
   // First with the principal point held: far from the solution it would take up what the focal
   // length is off.
   IntrinsicsPrior held = known;
+  held.camera.cx = problem.state.camera.cx;
+  held.camera.cy = problem.state.camera.cy;
   held.sigma[1] = held.sigma[2] = 0;
   const SchurOptions robust{kIterations, kTolerance, kChi2TwoDof, {}};
   return MinimizeWithIntrinsics(problem.sights, held, robust, problem.state).success &&

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,8 @@ namespace oaslam {
 // principal point of a phone is off by about 1 % of the image, and a strongly distorting wide lens
 // has a k1 of about -0.3.
 struct CalibrationPrior {
+  // Around which the other parameters are expected; without: the camera that the map has.
+  std::optional<Camera> camera{};
   // Relative; infinite: the focal length is not known at all.
   double focal_sigma = std::numeric_limits<double>::infinity();
   double center_sigma = 0.01;  // of the longer side of the image

@@ -1,0 +1,86 @@
+#include "camera_choice.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <opencv2/core/utility.hpp>
+
+#include "oaslam/bundle/self_calibration.h"
+#include "oaslam/error.h"
+#include "oaslam/io/camera_file.h"
+#include "oaslam/io/image_source.h"
+#include "oaslam/objects/object_mapper.h"
+
+namespace oaslam::apps {
+namespace {
+
+// Parts of a recorded source to try before it is given up; seconds of a live one.
+constexpr int kMaxParts = 3;
+constexpr double kLiveSeconds = 10;
+
+// As FrameInputs: missing images and repeated time stamps are passed over, which it will say.
+std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<double>& last) {
+  while (std::optional<InputImage> image = images.Next())
+    if (!image->image.empty() && (!last || image->timestamp > *last)) return image;
+  return std::nullopt;
+}
+
+Camera StartFor(const CameraSettings& settings, const cv::Size& size) { return LoadCamera(settings.camera, size); }
+
+}  // namespace
+
+void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
+  app.add_option("--camera", settings.camera, "calibration file, fov:DEGREES for a guess, or auto (default): estimated from the images");
+  app.add_flag("--refine-camera", settings.refine, "take --camera for a start only, and estimate it from the images");
+}
+
+CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images, const std::optional<Camera>& known, const SlamConfig& config,
+                              const CommonOptions& common) {
+  cv::setNumThreads(1);
+  const bool is_live = images.starts_with("webcam:");
+  const auto source = OpenImages(images, FrameRange(common));
+  std::optional<InputImage> image = NextReadable(*source, std::nullopt);
+  if (!image) throw InputError(fmt::format("{}: no readable image", images));
+  CameraEstimationOptions options;
+  if (!settings.IsAuto()) options.start = StartFor(settings, image->image.size());
+  else if (known && known->width == image->image.cols && known->height == image->image.rows) options.start = known;
+  spdlog::info("camera: estimating its focal length from the images");
+  CameraEstimator estimator(config, options);
+  CameraEstimate estimate;
+  const int parts = is_live ? 1 : kMaxParts;
+  for (int part = 0; part < parts && image && !Interrupted(); ++part) {
+    estimator.Forget();
+    while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds) && !Interrupted()) {
+      const double time = image->timestamp;
+      estimator.Add(image->image, time);
+      image = NextReadable(*source, time);
+    }
+    CameraEstimate found = estimator.Estimate();
+    if (part == 0 || found.is_determined || found.focal_sigma_px < estimate.focal_sigma_px) estimate = std::move(found);
+    if (estimate.is_determined) break;
+  }
+  if (estimate.is_determined) spdlog::info("camera: {}, estimated from {} images", Describe(estimate), estimate.images);
+  else spdlog::warn("camera: not determined by the images: {}; goes on with a guess: {}", estimate.why_not, Describe(estimate));
+  return estimate;
+}
+
+void RefineWithMap(const SlamConfig& config, CameraEstimate& camera, SavedMap& saved) {
+  const auto place = std::ranges::find(saved.map.cameras, camera.camera);
+  if (place == saved.map.cameras.end()) return;
+  const int index = static_cast<int>(place - saved.map.cameras.begin());
+  const SelfCalibration found = SelfCalibrate(saved.map, index);
+  camera.why_not = found.why_not;
+  if (!found.success) return;
+  const int frame = saved.trajectory.empty() ? 0 : saved.trajectory.back().frame_index;
+  SelfCalibration named = found;
+  named.camera.is_guess = false;
+  saved.map = Recalibrated(saved.map, index, named, config.bundle, config.mapping.min_shared_landmarks);
+  UpdateObjects(saved.map, {}, frame, config.objects);
+  camera.is_determined = true;
+  camera.camera = named.camera;
+  camera.focal_sigma_px = found.focal_sigma_px;
+  camera.rmse = found.rmse;
+}
+
+}  // namespace oaslam::apps

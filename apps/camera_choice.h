@@ -1,0 +1,36 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "common.h"
+#include "oaslam/camera_estimation.h"
+#include "oaslam/config.h"
+#include "oaslam/io/map_file.h"
+
+namespace oaslam::apps {
+
+struct CameraSettings {
+  std::string camera;   // a file, fov:DEGREES or auto; empty: auto
+  bool refine = false;  // the calibration, or the guess, is only a start
+
+  bool IsAuto() const { return camera.empty() || camera == "auto"; }
+  // From the images.
+  bool IsEstimated() const { return IsAuto() || refine; }
+};
+
+// --camera, --refine-camera.
+void AddCameraOptions(CLI::App& app, CameraSettings& settings);
+
+// The camera of a source, from its images alone: as many parts of it as are needed, of a live one its first seconds. `known` is
+// where an estimate begins if nothing better is given, such as the camera of a map. Says what it found, and warns where the
+// images do not tell. Throws InputError as FrameInputs.
+CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images, const std::optional<Camera>& known, const SlamConfig& config,
+                              const CommonOptions& common);
+
+// The last word on an estimated camera, from the whole map: bundle adjustment with its intrinsics, and all that follows from it
+// brought in line. `camera` and the map stay where the map does not tell.
+void RefineWithMap(const SlamConfig& config, CameraEstimate& camera, SavedMap& saved);
+
+}  // namespace oaslam::apps
