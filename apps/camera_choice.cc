@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/core/utility.hpp>
 
 #include "oaslam/bundle/self_calibration.h"
@@ -66,19 +67,22 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
 }
 
 void RefineWithMap(const SlamConfig& config, CameraEstimate& camera, SavedMap& saved) {
+  constexpr double kMaxRelativeSigma = 0.02;
   const auto place = std::ranges::find(saved.map.cameras, camera.camera);
   if (place == saved.map.cameras.end()) return;
   const int index = static_cast<int>(place - saved.map.cameras.begin());
-  const SelfCalibration found = SelfCalibrate(saved.map, index);
+  SelfCalibration found = SelfCalibrate(saved.map, index);
   camera.why_not = found.why_not;
   if (!found.success) return;
+  // Two maps of the same images that differ by so much know the focal length no better.
+  if (camera.is_determined) found.focal_sigma_px = std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx) / 2);
+  camera.is_determined = found.RelativeSigma() < kMaxRelativeSigma;
+  if (!camera.is_determined) camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length", 200 * found.RelativeSigma());
+  found.camera.is_guess = !camera.is_determined;
   const int frame = saved.trajectory.empty() ? 0 : saved.trajectory.back().frame_index;
-  SelfCalibration named = found;
-  named.camera.is_guess = false;
-  saved.map = Recalibrated(saved.map, index, named, config.bundle, config.mapping.min_shared_landmarks);
+  saved.map = Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
   UpdateObjects(saved.map, {}, frame, config.objects);
-  camera.is_determined = true;
-  camera.camera = named.camera;
+  camera.camera = found.camera;
   camera.focal_sigma_px = found.focal_sigma_px;
   camera.rmse = found.rmse;
 }

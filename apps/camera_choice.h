@@ -11,11 +11,14 @@
 
 namespace oaslam::apps {
 
+// "auto", or nothing given.
+inline bool IsAutoCamera(const std::string& spec) { return spec.empty() || spec == "auto"; }
+
 struct CameraSettings {
   std::string camera;   // a file, fov:DEGREES or auto; empty: auto
   bool refine = false;  // the calibration, or the guess, is only a start
 
-  bool IsAuto() const { return camera.empty() || camera == "auto"; }
+  bool IsAuto() const { return IsAutoCamera(camera); }
   // From the images.
   bool IsEstimated() const { return IsAuto() || refine; }
 };

@@ -32,7 +32,7 @@ struct DetectorPace {
 class FrameInputs {
  public:
   struct Sources {
-    std::string images, camera, detections;
+    std::string images, camera, detections;  // camera: as LoadCamera; "auto" or nothing: any, of the images' size
     DetectorSettings detector;
     bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for a detector
     bool for_display = false;  // in colour where that costs nothing

@@ -182,6 +182,7 @@ int Run(const RunOptions& options) {
     RefineWithMap(config, *estimate, saved);
     camera = estimate->camera;
     if (estimate->is_determined) spdlog::info("camera: {}, estimated from the images", Describe(*estimate));
+    else spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate->why_not);
   }
   results.SetCamera(camera, estimate);
   std::vector<StampedPose> trajectory = FinalTrajectory(saved, loaded_poses);

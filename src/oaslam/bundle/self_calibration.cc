@@ -192,9 +192,60 @@ bool Solve(Problem& problem, const CalibrationPrior& prior) {
          MinimizeWithIntrinsics(problem.sights, known, robust, problem.state).success;
 }
 
-}  // namespace
+// The part of a problem that the keyframes [from, to) are.
+Problem PartOf(const Problem& whole, int from, int to) {
+  Problem part;
+  part.state.camera = whole.state.camera;
+  const auto ids = whole.keyframes.begin();
+  part.keyframes.assign(ids + from, ids + to);
+  part.state.poses.assign(whole.state.poses.begin() + from, whole.state.poses.begin() + to);
+  for (size_t i = 0; i < whole.sights.size();) {
+    const size_t before = part.sights.size();
+    const int point = whole.sights[i].point, new_point = static_cast<int>(part.landmarks.size());
+    for (; i < whole.sights.size() && whole.sights[i].point == point; ++i) {
+      PointSight s = whole.sights[i];
+      if (s.pose < from || s.pose >= to) continue;
+      s.pose -= from;
+      s.point = new_point;
+      part.sights.push_back(s);
+    }
+    if (part.sights.size() - before < 2) {
+      part.sights.resize(before);
+      continue;
+    }
+    part.landmarks.push_back(whole.landmarks[point]);
+    part.state.points.push_back(whole.state.points[point]);
+  }
+  return part;
+}
 
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior) {
+// The standard deviation of log(focal length) that a solved problem has for itself; infinite where open.
+double StatisticalSigma(const IntrinsicsState& state, std::span<const PointSight> inliers, const IntrinsicsPrior& known) {
+  const Noise noise = NoiseOf(state, inliers);
+  const double variance = noise.variance * noise.design_effect * InformationOnIntrinsics(inliers, known, state).inverse()(0, 0);
+  return std::isfinite(variance) && variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
+}
+
+// How much more parts of the walk, each by itself, differ in the focal length than their own standard deviations allow (Birge 1932): at least
+// 1. Errors that stay the same all through a part show in it, such as what a rolling shutter does to its motion.
+double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
+  constexpr int kParts = 4, kMinKeyframesOfPart = 6;
+  const int count = static_cast<int>(whole.keyframes.size()), parts = std::min(kParts, count / kMinKeyframesOfPart);
+  double sum = 0;
+  int told = 0;
+  for (int part = 0; part < parts; ++part) {
+    Problem p = PartOf(whole, part * count / parts, (part + 1) * count / parts);
+    if (p.landmarks.size() < kMinPoints || !MinimizeWithIntrinsics(p.sights, known, {20, 1e-4, 0, {}}, p.state).success) continue;
+    const double sigma = StatisticalSigma(p.state, p.sights, known);
+    if (!std::isfinite(sigma)) continue;
+    const double off = std::log(p.state.camera.fx / whole.state.camera.fx) / sigma;
+    sum += off * off;
+    ++told;
+  }
+  return told > 1 ? std::sqrt(std::max(1.0, sum / (told - 1))) : 1;
+}
+
+SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior, bool with_parts) {
   Problem problem = Collect(map, camera);
   SelfCalibration found;
   found.camera = problem.state.camera;
@@ -222,7 +273,12 @@ SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior
   const Eigen::Matrix<double, kIntrinsics, kIntrinsics> covariance = information.inverse();
   if (covariance.allFinite() && covariance(0, 0) > 0) {
     const IntrinsicsStep sigma = (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
-    found.focal_sigma_px = sigma[0] * found.camera.fx;
+    if (with_parts) {
+      Problem kept = problem;
+      kept.sights = inliers;
+      found.parts_ratio = BirgeRatio(kept, known);
+    }
+    found.focal_sigma_px = sigma[0] * found.camera.fx * found.parts_ratio;
     found.center_sigma_px = std::max(sigma[1], sigma[2]);
     found.k1_sigma = sigma[3];
     found.k2_sigma = sigma[4];
@@ -233,6 +289,12 @@ SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior
   found.success = found.why_not.empty();
   return found;
 }
+
+}  // namespace
+
+SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior) { return SelfCalibrateHere(map, camera, prior, true); }
+
+SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior) { return SelfCalibrateHere(map, camera, prior, false); }
 
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration, const BundleConfig& config,
                  int min_shared_landmarks) {

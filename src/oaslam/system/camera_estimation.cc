@@ -25,7 +25,7 @@ constexpr double kMaxRateHz = 32;
 // Of the longer side, degrees: phones, then narrower and wider lenses.
 constexpr double kUsualFov[] = {65, 50, 85, 105};
 // A first answer, by relative standard deviation, and one that need not become better.
-constexpr double kRoughSigma = 0.01, kFineSigma = 0.003;
+constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
 constexpr double kFrameDiagonal35mm = 43.2666;
 
 cv::Mat Grey(const cv::Mat& image) {
@@ -157,7 +157,7 @@ class CameraEstimator::Impl {
       const auto map = slam.View().map;
       if (map->keyframes.empty() || map->keyframes.size() == checked) return;
       checked = map->keyframes.size();
-      pass.calibration = SelfCalibrate(*map, 0, prior);
+      pass.calibration = SelfCalibrateQuickly(*map, 0, prior);
     };
     for (size_t i = 0; i < images_.size(); ++i) {
       slam.Process({images_[i], times_[i], {}, false});
@@ -182,15 +182,15 @@ class CameraEstimator::Impl {
   // Maps anew with what was found until that stays. False where it is lost again.
   bool Settle(const Pass& rough) {
     constexpr int kRounds = 4;
+    constexpr double kStays = 0.01;  // what the map of the whole walk will mend
     Pass before = rough;
     for (int round = 0; round < kRounds; ++round) {
       Pass pass = Map(before.calibration.camera, kFineSigma);
       if (!pass.calibration.success) return false;
       const double change = Change(pass.calibration.camera, before.calibration.camera);
-      const bool stays = change < std::max(kFineSigma, pass.calibration.RelativeSigma());
-      // What does not stay is not known any better.
-      if (round + 1 == kRounds && !stays)
-        pass.calibration.focal_sigma_px = std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
+      const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
+      // What another map moves is not known any better.
+      pass.calibration.focal_sigma_px = std::max(pass.calibration.focal_sigma_px, change / 2 * pass.calibration.camera.fx);
       best_ = before = pass;
       if (stays) break;
     }
