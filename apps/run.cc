@@ -13,6 +13,7 @@
 #include "frame_inputs.h"
 #include "live_view.h"
 #include "metric_scale.h"
+#include "oaslam/bundle/rolling_shutter.h"
 #include "recording.h"
 #include "run_results.h"
 
@@ -29,6 +30,7 @@ struct RunOptions {
   CameraSettings camera;
   std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
+  double readout_ms = 0;
 };
 
 double Seconds() {
@@ -106,22 +108,37 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std:
   }
 }
 
+// Before the run, where the camera is not given; what else may be wrong is said before it.
+std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
+  if (!options.camera.IsEstimated()) return std::nullopt;
+  if (!options.detections.empty()) LoadDetections(options.detections);
+  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config, options.common);
+}
+
+// From the whole map, which is then that of this camera.
+std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first, const SlamConfig& config, SavedMap& saved) {
+  if (!first) return std::nullopt;
+  CameraEstimate estimate = *first;
+  RefineWithMap(config, estimate, saved);
+  if (estimate.is_determined) spdlog::info("camera: {}, estimated from the images", Describe(estimate));
+  else spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate.why_not);
+  return estimate;
+}
+
 int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  std::optional<CameraEstimate> estimate;
-  if (options.camera.IsEstimated())
-    estimate = EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config, options.common);
-  FrameInputs inputs({options.images, options.camera.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(),
-                      estimate ? std::optional(estimate->camera) : std::nullopt},
-                     options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  EnsureOutputFolder(options.out);
+  const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
+  FrameInputs inputs({options.images, options.camera.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(),
+                      first_estimate ? std::optional(first_estimate->camera) : std::nullopt},
+                     options.common);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
-  EnsureOutputFolder(options.out);
 
   Slam slam(config, inputs.camera());
   const auto set_classes = [&](bool is_loaded) {
@@ -177,14 +194,10 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   SavedMap saved = slam.Export();
-  Camera camera = inputs.camera();
-  if (estimate) {
-    RefineWithMap(config, *estimate, saved);
-    camera = estimate->camera;
-    if (estimate->is_determined) spdlog::info("camera: {}, estimated from the images", Describe(*estimate));
-    else spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate->why_not);
-  }
-  results.SetCamera(camera, estimate);
+  if (options.readout_ms != 0)
+    saved.map = WithoutReadout(saved.map, saved.trajectory, options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
+  const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, saved);
+  results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
   std::vector<StampedPose> trajectory = FinalTrajectory(saved, loaded_poses);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
   const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, interrupted);
@@ -214,6 +227,9 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
   command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  command->add_option("--rolling-shutter", options->readout_ms, "milliseconds in which the camera reads out an image, top row to bottom row: undone in the last optimisation")
+      ->type_name("MS")
+      ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   AddScaleOptions(*command, options->scale);
   AddViewerOptions(*command, options->viewer);

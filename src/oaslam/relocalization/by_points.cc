@@ -148,7 +148,9 @@ FocalRelocalization RefineFocal(const Frame& frame, const Map& map, const Reloca
   result.report.cam_from_world = refined.cam_from_world;
   result.report.covariance = refined.covariance;
   result.report.sigma_position = std::sqrt(refined.covariance.topLeftCorner<3, 3>().trace());
-  Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, result.report);
+  // A focal length that is open leaves the distance to the scene as open.
+  constexpr double kMaxRelativeSigma = 0.06;
+  Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, result.report, kMaxRelativeSigma);
   return result;
 }
 

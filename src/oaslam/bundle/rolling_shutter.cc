@@ -1,0 +1,88 @@
+#include "oaslam/bundle/rolling_shutter.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "oaslam/geometry/camera_model.h"
+
+namespace oaslam {
+namespace {
+
+struct TimedPose {
+  double timestamp = 0;
+  Rigid3 cam_from_world;
+};
+
+std::vector<TimedPose> PosesOf(const Map& map, std::span<const FramePose> trajectory) {
+  std::vector<TimedPose> poses;
+  for (const FramePose& frame : trajectory)
+    if (const auto reference = map.ResolvePose(frame.reference)) poses.push_back({frame.timestamp, frame.cam_from_reference * *reference});
+  std::ranges::stable_sort(poses, {}, &TimedPose::timestamp);
+  return poses;
+}
+
+// What a second would do to a point in the camera: x' = v + w x x.
+struct Velocity {
+  Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
+};
+
+std::optional<Velocity> VelocityAt(const std::vector<TimedPose>& poses, double timestamp) {
+  constexpr double kMaxGapS = 0.3;  // a hand changes its motion within about as much
+  const auto here = std::ranges::lower_bound(poses, timestamp, {}, &TimedPose::timestamp);
+  if (here == poses.end() || here->timestamp != timestamp) return std::nullopt;
+  const bool has_before = here != poses.begin() && timestamp - std::prev(here)->timestamp < kMaxGapS;
+  const bool has_after = std::next(here) != poses.end() && std::next(here)->timestamp - timestamp < kMaxGapS;
+  const TimedPose& from = has_before ? *std::prev(here) : *here;
+  const TimedPose& to = has_after ? *std::next(here) : *here;
+  const double seconds = to.timestamp - from.timestamp;
+  if (!(seconds > 0)) return std::nullopt;
+  const Rigid3 motion = to.cam_from_world * from.cam_from_world.Inverse();
+  const Eigen::AngleAxisd turn(motion.rotation);
+  return Velocity{motion.translation / seconds, turn.axis() * (turn.angle() / seconds)};
+}
+
+// The key points of a keyframe, `rolled` as they were read out, at the instant of its pose.
+Features AtOneInstant(const Map& map, KeyframeId id, const Features& rolled, const Velocity& velocity, double readout_s) {
+  const Keyframe& keyframe = map.keyframes.At(id);
+  const Camera& camera = map.cameras[static_cast<size_t>(keyframe.camera)];
+  const double usual_depth = map.MedianDepth(id);
+  Features still = rolled;
+  for (size_t i = 0; i < still.keypoints.size(); ++i) {
+    const Eigen::Vector2d px = rolled.keypoints[i].px.cast<double>();
+    const Landmark* landmark = keyframe.landmarks[i].IsValid() ? map.landmarks.Find(keyframe.landmarks[i]) : nullptr;
+    const double depth = landmark ? (keyframe.cam_from_world * landmark->position).z() : usual_depth;
+    if (!(depth > 0)) continue;
+    const double late_s = ((Distort(camera, px).y() + 0.5) / camera.height - 0.5) * readout_s;
+    const Eigen::Vector3d then = depth * RayOf(camera, px);
+    const Eigen::Vector3d now = then - late_s * (velocity.v + velocity.w.cross(then));
+    if (now.z() > 0) still.keypoints[i].px = ProjectIdeal(camera, now).cast<float>();
+  }
+  still.BuildGrid();
+  return still;
+}
+
+}  // namespace
+
+Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double readout_s, const BundleConfig& config, int min_shared_landmarks) {
+  constexpr int kRounds = 3, kIterations = 20;
+  Map still = map;
+  if (map.keyframes.size() < 3) return still;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<TimedPose> poses = PosesOf(still, trajectory);
+    for (const KeyframeId id : map.keyframes.Ids()) {
+      const Keyframe& rolled = map.keyframes.At(id);
+      const auto velocity = VelocityAt(poses, rolled.timestamp);
+      if (!velocity) continue;
+      auto features = std::make_shared<const Features>(AtOneInstant(still, id, *rolled.features, *velocity, readout_s));
+      still.keyframes.MutableAt(id).features = std::move(features);
+    }
+    ApplyCorrection(GlobalBundleAdjustment(still, kIterations, config), still);
+  }
+  for (const KeyframeId id : still.keyframes.Ids()) still.UpdateCovisibility(id, min_shared_landmarks);
+  return still;
+}
+
+}  // namespace oaslam
