@@ -62,13 +62,12 @@ class AutoCamera(unittest.TestCase):
         self.assertAlmostEqual(self.focal_of(folders[0]) / TRUE_FOCAL, 1, delta=0.03)
 
     def test_a_camera_that_stands_still_is_not_guessed_in_silence(self):
-        image = os.path.join(self.folder, "still")
-        os.makedirs(image)
-        subprocess.run([harness.EXTRACT, os.path.join(harness.SAMPLE, "map_front", "video.mp4"), image, "0", "1"], check=True)
-        name = sorted(os.listdir(image))[0]
+        folder = os.path.join(self.folder, "still")
+        subprocess.run([harness.EXTRACT, os.path.join(harness.SAMPLE, "map_front", "video.mp4"), folder, "0", "1"], check=True)
+        name = os.listdir(os.path.join(folder, "rgb"))[0]
         listed = os.path.join(self.folder, "still.txt")
         with open(listed, "w") as f:
-            f.writelines(f"{i / 30:.6f} still/{name}\n" for i in range(40))
+            f.writelines(f"{i / 30:.6f} still/rgb/{name}\n" for i in range(40))
         outcome = oaslam("run", "--images", listed, "--out", os.path.join(self.folder, "nowhere"))
         self.assertEqual(outcome.code, 0, outcome)
         self.assertIn("not determined by the images", outcome.out + outcome.err)
