@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
+#include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/error.h"
 #include "oaslam/io/camera_file.h"
@@ -28,6 +29,21 @@ std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<
 }
 
 Camera StartFor(const CameraSettings& settings, const cv::Size& size) { return LoadCamera(settings.camera, size); }
+
+// Where the map shows a rolling shutter, undoes it; returns its readout in seconds, else 0.
+double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
+  constexpr double kSigmas = 4, kMinReadoutS = 0.003;
+  CalibrationPrior prior;
+  prior.readout_sigma_s = 0.02;
+  const SelfCalibration found = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
+  if (!found.success || std::abs(found.readout_s) < std::max(kMinReadoutS, kSigmas * found.readout_sigma_s)) return 0;
+  const Map with = Recalibrated(saved.map, camera, found, config.bundle, config.mapping.min_shared_landmarks);
+  saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle, config.mapping.min_shared_landmarks);
+  const SelfCalibration rest = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
+  spdlog::debug("rolling shutter: {:.2f} +- {:.2f} ms, left {:.2f}, residuals {:.3f}, then {:.3f}", 1000 * found.readout_s, 1000 * found.readout_sigma_s,
+                1000 * rest.readout_s, found.rmse, rest.rmse);
+  return found.readout_s;
+}
 
 }  // namespace
 
@@ -66,11 +82,12 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   return estimate;
 }
 
-void RefineWithMap(const SlamConfig& config, CameraEstimate& camera, SavedMap& saved) {
+void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera, SavedMap& saved) {
   constexpr double kMaxRelativeSigma = 0.02;
   const auto place = std::ranges::find(saved.map.cameras, camera.camera);
   if (place == saved.map.cameras.end()) return;
   const int index = static_cast<int>(place - saved.map.cameras.begin());
+  if (find_readout) camera.readout_s = UndoReadout(config, index, saved);
   SelfCalibration found = SelfCalibrate(saved.map, index);
   camera.why_not = found.why_not;
   if (!found.success) return;

@@ -34,6 +34,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
 
 // The last word on an estimated camera, from the whole map: bundle adjustment with its intrinsics, and all that follows from it
 // brought in line. `camera` and the map stay where the map does not tell.
-void RefineWithMap(const SlamConfig& config, CameraEstimate& camera, SavedMap& saved);
+// `find_readout`: a rolling shutter that the map shows is undone, too.
+void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera, SavedMap& saved);
 
 }  // namespace oaslam::apps

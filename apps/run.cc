@@ -30,7 +30,7 @@ struct RunOptions {
   CameraSettings camera;
   std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
-  double readout_ms = 0;
+  std::optional<double> readout_ms;
 };
 
 double Seconds() {
@@ -116,10 +116,10 @@ std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamC
 }
 
 // From the whole map, which is then that of this camera.
-std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first, const SlamConfig& config, SavedMap& saved) {
+std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first, const SlamConfig& config, bool find_readout, SavedMap& saved) {
   if (!first) return std::nullopt;
   CameraEstimate estimate = *first;
-  RefineWithMap(config, estimate, saved);
+  RefineWithMap(config, find_readout, estimate, saved);
   if (estimate.is_determined) spdlog::info("camera: {}, estimated from the images", Describe(estimate));
   else spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate.why_not);
   return estimate;
@@ -194,9 +194,9 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   SavedMap saved = slam.Export();
-  if (options.readout_ms != 0)
-    saved.map = WithoutReadout(saved.map, saved.trajectory, options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
-  const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, saved);
+  if (options.readout_ms)
+    saved.map = WithoutReadout(saved.map, saved.trajectory, *options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
+  const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, !options.readout_ms, saved);
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
   std::vector<StampedPose> trajectory = FinalTrajectory(saved, loaded_poses);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
@@ -227,7 +227,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
   command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
-  command->add_option("--rolling-shutter", options->readout_ms, "milliseconds in which the camera reads out an image, top row to bottom row: undone in the last optimisation")
+  command->add_option("--rolling-shutter", options->readout_ms, "milliseconds in which the camera reads out an image, top row to bottom row: undone in the last optimisation; found by itself with --camera auto")
       ->type_name("MS")
       ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");

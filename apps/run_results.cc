@@ -60,6 +60,7 @@ nlohmann::ordered_json CameraSummary(const Camera& camera, const std::optional<C
   summary["distortion"] = camera.distortion;
   if (!estimate) return summary;
   if (std::isfinite(estimate->focal_sigma_px)) summary["sigma_f"] = Rounded(estimate->focal_sigma_px, .01);
+  if (estimate->readout_s != 0) summary["rolling_shutter_ms"] = Rounded(1000 * estimate->readout_s, .01);
   if (!estimate->is_determined) summary["why_not"] = estimate->why_not;
   return summary;
 }

@@ -12,11 +12,11 @@ namespace {
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
-using Matrix65 = Eigen::Matrix<double, 6, kIntrinsics>;
+using MatrixPoseShared = Eigen::Matrix<double, 6, kShared>;
 using Matrix66 = Eigen::Matrix<double, 6, 6>;
-using Matrix53 = Eigen::Matrix<double, kIntrinsics, 3>;
-using Matrix55 = Eigen::Matrix<double, kIntrinsics, kIntrinsics>;
-using Matrix25 = Eigen::Matrix<double, 2, kIntrinsics>;
+using MatrixSharedPoint = Eigen::Matrix<double, kShared, 3>;
+using MatrixShared = Eigen::Matrix<double, kShared, kShared>;
+using MatrixPixelShared = Eigen::Matrix<double, 2, kShared>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
@@ -33,25 +33,26 @@ Loss LossOf(double chi2, double huber_chi2) {
   return {2 * root - huber_chi2, root / chi2};
 }
 
-IntrinsicsStep PriorInformation(const IntrinsicsPrior& prior) {
-  IntrinsicsStep information;
-  for (int i = 0; i < kIntrinsics; ++i) {
+SharedStep PriorInformation(const IntrinsicsPrior& prior) {
+  SharedStep information;
+  for (int i = 0; i < kShared; ++i) {
     const double s = prior.sigma[i];
     information[i] = std::isinf(s) ? 0 : s > 0 ? 1 / (s * s) : kHeld;
   }
   return information;
 }
 
-IntrinsicsStep Difference(const Camera& camera, const Camera& from) {
-  IntrinsicsStep d;
-  d << std::log(camera.fx / from.fx), camera.cx - from.cx, camera.cy - from.cy,
-      camera.distortion[0] - from.distortion[0], camera.distortion[1] - from.distortion[1];
+SharedStep Difference(const IntrinsicsState& state, const IntrinsicsPrior& prior) {
+  const Camera &camera = state.camera, &from = prior.camera;
+  SharedStep d;
+  d << std::log(camera.fx / from.fx), camera.cx - from.cx, camera.cy - from.cy, camera.distortion[0] - from.distortion[0],
+      camera.distortion[1] - from.distortion[1], state.readout_s - prior.readout_s;
   return d;
 }
 
 class Solver {
  public:
-  Solver(std::span<const PointSight> sights, const IntrinsicsPrior& prior, double huber_chi2,
+  Solver(std::span<const RolledSight> sights, const IntrinsicsPrior& prior, double huber_chi2,
          const IntrinsicsState& state)
       : sights_(sights),
         prior_(prior),
@@ -61,21 +62,21 @@ class Solver {
         by_pose_(state.poses.size()),
         points_(state.points.size()) {
     first_.assign(state.points.size() + 1, 0);
-    for (const PointSight& s : sights) ++first_[s.point + 1];
+    for (const RolledSight& s : sights) ++first_[s.point + 1];
     for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     is_left_out_.resize(state.points.size());
     for (size_t p = 0; p < state.points.size(); ++p) is_left_out_[p] = IsBehind(state, p);
   }
 
   double Cost(const IntrinsicsState& state) const {
-    const IntrinsicsStep off = Difference(state.camera, prior_.camera);
+    const SharedStep off = Difference(state, prior_);
     double cost = off.cwiseAbs2().dot(prior_information_);
-    for (const PointSight& s : sights_) {
+    for (const RolledSight& s : sights_) {
       if (is_left_out_[s.point]) continue;
       const Eigen::Vector3d p = state.poses[s.pose] * state.points[s.point];
       double chi2 = kBehindChi2;
       if (p.z() >= kMinDepth)
-        chi2 = (PixelOf(state.camera, p) - s.px).squaredNorm() * s.inverse_sigma * s.inverse_sigma;
+        chi2 = (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px).squaredNorm() * s.inverse_sigma * s.inverse_sigma;
       cost += LossOf(chi2, huber_chi2_).cost;
     }
     return cost;
@@ -84,7 +85,7 @@ class Solver {
   void Linearize(const IntrinsicsState& state) {
     std::ranges::fill(by_pose_, PoseBlock{});
     intrinsics_hessian_ = prior_information_.asDiagonal();
-    const IntrinsicsStep off = Difference(state.camera, prior_.camera);
+    const SharedStep off = Difference(state, prior_);
     intrinsics_gradient_ = prior_information_.cwiseProduct(off);
     std::vector<Eigen::Matrix3d> rotations;
     for (const Rigid3& pose : state.poses) rotations.push_back(pose.rotation.toRotationMatrix());
@@ -100,7 +101,7 @@ class Solver {
     if (factor.info() != Eigen::Success) return false;
     const Eigen::VectorXd step = factor.solve(right);
     if (!step.allFinite()) return false;
-    const IntrinsicsStep of_camera = step.tail<kIntrinsics>();
+    const SharedStep of_camera = step.tail<kShared>();
     if (std::abs(of_camera[0]) > 1) return false;  // nearly threefold: out of the model's reach
     for (size_t point = 0; point < points_.size(); ++point) {
       const PointBlock& b = points_[point];
@@ -117,18 +118,19 @@ class Solver {
       motion.translation = d.head<3>();
       state.poses[k] = motion * state.poses[k];
     }
-    state.camera = Changed(state.camera, of_camera);
+    state.camera = Changed(state.camera, of_camera.head<kIntrinsics>());
+    state.readout_s += of_camera[kIntrinsics];
     return true;
   }
 
-  Matrix55 Information() {
+  MatrixShared Information() {
     Eigen::MatrixXd system;
     Eigen::VectorXd right;
     Reduce(0, system, right);
     const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
-    if (factor.info() != Eigen::Success) return Matrix55::Zero();
+    if (factor.info() != Eigen::Success) return MatrixShared::Zero();
     // The intrinsics come last, so that their part of the factor is what the others leave of them.
-    const Eigen::MatrixXd corner = Eigen::MatrixXd(factor.matrixL()).bottomRightCorner<kIntrinsics, kIntrinsics>();
+    const Eigen::MatrixXd corner = Eigen::MatrixXd(factor.matrixL()).bottomRightCorner<kShared, kShared>();
     return corner * corner.transpose();
   }
 
@@ -136,12 +138,12 @@ class Solver {
   struct PoseBlock {
     Matrix66 hessian = Matrix66::Zero();
     Vector6 gradient = Vector6::Zero();
-    Matrix65 by_intrinsics = Matrix65::Zero();
+    MatrixPoseShared by_intrinsics = MatrixPoseShared::Zero();
   };
   struct PointBlock {
     Eigen::Matrix3d hessian, inverse;
     Eigen::Vector3d gradient;
-    Matrix53 by_intrinsics;
+    MatrixSharedPoint by_intrinsics;
   };
 
   static int RowOf(int pose) { return 6 * (pose - 1); }
@@ -154,7 +156,7 @@ class Solver {
 
   void LinearizePoint(const IntrinsicsState& state, const std::vector<Eigen::Matrix3d>& rotations, size_t point) {
     PointBlock& b = points_[point];
-    b = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), Matrix53::Zero()};
+    b = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), MatrixSharedPoint::Zero()};
     if (is_left_out_[point] || IsBehind(state, point)) {
       // It has no useful derivative: it neither moves nor pulls.
       for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
@@ -162,14 +164,15 @@ class Solver {
       return;
     }
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const PointSight& s = sights_[i];
+      const RolledSight& s = sights_[i];
       const Eigen::Vector3d p = rotations[s.pose] * state.points[point] + state.poses[s.pose].translation;
       const PixelDerivatives d = PixelWithDerivatives(state.camera, p);
-      const Eigen::Vector2d residual = s.inverse_sigma * (d.px - s.px);
+      const Eigen::Vector2d residual = s.inverse_sigma * (d.px + state.readout_s * s.by_readout - s.px);
       const double weight = LossOf(residual.squaredNorm(), huber_chi2_).weight;
       const Matrix23 by_p = s.inverse_sigma * d.by_point;
       const Matrix23 by_point = by_p * rotations[s.pose];
-      const Matrix25 by_intrinsics = s.inverse_sigma * d.by_intrinsics;
+      MatrixPixelShared by_intrinsics;
+      by_intrinsics << s.inverse_sigma * d.by_intrinsics, s.inverse_sigma * s.by_readout;
       b.hessian.noalias() += weight * by_point.transpose() * by_point;
       b.gradient.noalias() += weight * by_point.transpose() * residual;
       b.by_intrinsics.noalias() += weight * by_intrinsics.transpose() * by_point;
@@ -192,7 +195,7 @@ class Solver {
 
   // The damped normal equations of poses and intrinsics, lower half, points eliminated.
   void Reduce(double damping, Eigen::MatrixXd& system, Eigen::VectorXd& right) {
-    const int poses = static_cast<int>(by_pose_.size()), at = RowOf(poses), n = at + kIntrinsics;
+    const int poses = static_cast<int>(by_pose_.size()), at = RowOf(poses), n = at + kShared;
     system = Eigen::MatrixXd::Zero(n, n);
     right.resize(n);
     for (int k = 1; k < poses; ++k) {
@@ -200,13 +203,13 @@ class Solver {
       diagonal = by_pose_[k].hessian;
       diagonal.diagonal() *= 1 + damping;
       diagonal.diagonal().array() += kRidge * (1 + by_pose_[k].hessian.diagonal().maxCoeff());
-      system.block<kIntrinsics, 6>(at, RowOf(k)) = by_pose_[k].by_intrinsics.transpose();
+      system.block<kShared, 6>(at, RowOf(k)) = by_pose_[k].by_intrinsics.transpose();
       right.segment<6>(RowOf(k)) = -by_pose_[k].gradient;
     }
-    auto corner = system.block<kIntrinsics, kIntrinsics>(at, at);
+    auto corner = system.block<kShared, kShared>(at, at);
     corner = intrinsics_hessian_;
     corner.diagonal() *= 1 + damping;
-    right.tail<kIntrinsics>() = -intrinsics_gradient_;
+    right.tail<kShared>() = -intrinsics_gradient_;
     for (size_t point = 0; point < points_.size(); ++point) Eliminate(point, damping, at, system, right);
   }
 
@@ -216,15 +219,15 @@ class Solver {
     hessian.diagonal() *= 1 + damping;
     hessian.diagonal().array() += kRidge * (1 + hessian.diagonal().maxCoeff());
     b.inverse = hessian.inverse();
-    const Matrix53 of_camera = b.by_intrinsics * b.inverse;
-    system.block<kIntrinsics, kIntrinsics>(at, at).noalias() -= of_camera * b.by_intrinsics.transpose();
-    right.tail<kIntrinsics>().noalias() += of_camera * b.gradient;
+    const MatrixSharedPoint of_camera = b.by_intrinsics * b.inverse;
+    system.block<kShared, kShared>(at, at).noalias() -= of_camera * b.by_intrinsics.transpose();
+    right.tail<kShared>().noalias() += of_camera * b.gradient;
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
       const int pose = sights_[i].pose;
       if (pose == 0) continue;
       const Matrix63 scaled = cross_[i] * b.inverse;
       right.segment<6>(RowOf(pose)).noalias() += scaled * b.gradient;
-      system.block<kIntrinsics, 6>(at, RowOf(pose)).noalias() -= of_camera * cross_[i].transpose();
+      system.block<kShared, 6>(at, RowOf(pose)).noalias() -= of_camera * cross_[i].transpose();
       for (int j = first_[point]; j < first_[point + 1]; ++j) {
         const int other = sights_[j].pose;
         if (other > 0 && other <= pose)
@@ -233,22 +236,22 @@ class Solver {
     }
   }
 
-  std::span<const PointSight> sights_;
+  std::span<const RolledSight> sights_;
   IntrinsicsPrior prior_;
-  IntrinsicsStep prior_information_;
+  SharedStep prior_information_;
   double huber_chi2_;
   std::vector<int> first_;         // sight of each point
   std::vector<char> is_left_out_;  // points behind a camera from the start: what they pull at is wrong
   std::vector<Matrix63> cross_;    // per sight: pose by point
   std::vector<PoseBlock> by_pose_;
   std::vector<PointBlock> points_;
-  Matrix55 intrinsics_hessian_;
-  IntrinsicsStep intrinsics_gradient_;
+  MatrixShared intrinsics_hessian_;
+  SharedStep intrinsics_gradient_;
 };
 
 }  // namespace
 
-SchurReport MinimizeWithIntrinsics(std::span<const PointSight> sights, const IntrinsicsPrior& prior,
+SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights, const IntrinsicsPrior& prior,
                                    const SchurOptions& options, IntrinsicsState& state) {
   constexpr double kMaxDamping = 1e6;
   SchurReport report;
@@ -280,9 +283,9 @@ SchurReport MinimizeWithIntrinsics(std::span<const PointSight> sights, const Int
   return report;
 }
 
-Eigen::Matrix<double, kIntrinsics, kIntrinsics> InformationOnIntrinsics(
-    std::span<const PointSight> sights, const IntrinsicsPrior& prior, const IntrinsicsState& state) {
-  if (sights.empty() || state.poses.size() < 2) return Matrix55::Zero();
+Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(
+    std::span<const RolledSight> sights, const IntrinsicsPrior& prior, const IntrinsicsState& state) {
+  if (sights.empty() || state.poses.size() < 2) return MatrixShared::Zero();
   Solver solver(sights, prior, 0, state);
   solver.Linearize(state);
   return solver.Information();

@@ -1,51 +1,15 @@
 #include "oaslam/bundle/rolling_shutter.h"
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <memory>
-#include <optional>
-#include <vector>
 
+#include "oaslam/bundle/camera_motion.h"
 #include "oaslam/geometry/camera_model.h"
 
 namespace oaslam {
 namespace {
 
-struct TimedPose {
-  double timestamp = 0;
-  Rigid3 cam_from_world;
-};
-
-std::vector<TimedPose> PosesOf(const Map& map, std::span<const FramePose> trajectory) {
-  std::vector<TimedPose> poses;
-  for (const FramePose& frame : trajectory)
-    if (const auto reference = map.ResolvePose(frame.reference)) poses.push_back({frame.timestamp, frame.cam_from_reference * *reference});
-  std::ranges::stable_sort(poses, {}, &TimedPose::timestamp);
-  return poses;
-}
-
-// What a second would do to a point in the camera: x' = v + w x x.
-struct Velocity {
-  Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
-};
-
-std::optional<Velocity> VelocityAt(const std::vector<TimedPose>& poses, double timestamp) {
-  constexpr double kMaxGapS = 0.3;  // a hand changes its motion within about as much
-  const auto here = std::ranges::lower_bound(poses, timestamp, {}, &TimedPose::timestamp);
-  if (here == poses.end() || here->timestamp != timestamp) return std::nullopt;
-  const bool has_before = here != poses.begin() && timestamp - std::prev(here)->timestamp < kMaxGapS;
-  const bool has_after = std::next(here) != poses.end() && std::next(here)->timestamp - timestamp < kMaxGapS;
-  const TimedPose& from = has_before ? *std::prev(here) : *here;
-  const TimedPose& to = has_after ? *std::next(here) : *here;
-  const double seconds = to.timestamp - from.timestamp;
-  if (!(seconds > 0)) return std::nullopt;
-  const Rigid3 motion = to.cam_from_world * from.cam_from_world.Inverse();
-  const Eigen::AngleAxisd turn(motion.rotation);
-  return Velocity{motion.translation / seconds, turn.axis() * (turn.angle() / seconds)};
-}
-
 // The key points of a keyframe, `rolled` as they were read out, at the instant of its pose.
-Features AtOneInstant(const Map& map, KeyframeId id, const Features& rolled, const Velocity& velocity, double readout_s) {
+Features AtOneInstant(const Map& map, KeyframeId id, const Features& rolled, const CameraVelocity& velocity, double readout_s) {
   const Keyframe& keyframe = map.keyframes.At(id);
   const Camera& camera = map.cameras[static_cast<size_t>(keyframe.camera)];
   const double usual_depth = map.MedianDepth(id);
@@ -71,10 +35,10 @@ Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double
   Map still = map;
   if (map.keyframes.size() < 3) return still;
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<TimedPose> poses = PosesOf(still, trajectory);
+    const CameraMotion motion(still, trajectory);
     for (const KeyframeId id : map.keyframes.Ids()) {
       const Keyframe& rolled = map.keyframes.At(id);
-      const auto velocity = VelocityAt(poses, rolled.timestamp);
+      const auto velocity = motion.At(rolled.timestamp);
       if (!velocity) continue;
       auto features = std::make_shared<const Features>(AtOneInstant(still, id, *rolled.features, *velocity, readout_s));
       still.keyframes.MutableAt(id).features = std::move(features);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "oaslam/bundle/self_calibration.h"
 #include "oaslam/geometry/camera_model.h"
 #include "synthetic_world.h"
 
@@ -73,6 +74,26 @@ TEST(RollingShutter, UndoingTheReadoutMendsThePoses) {
   const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {}, 15);
   EXPECT_THAT(still.CheckInvariants(), testing::IsEmpty());
   EXPECT_LT(CenterError(still, film.world), 0.4 * CenterError(as_is, film.world));
+}
+
+TEST(RollingShutter, TheReadoutIsFoundWithTheCamera) {
+  Film film = MakeFilm();
+  const double focal = film.world.camera.fx;
+  film.map.cameras[0].fx = film.map.cameras[0].fy = 1.05 * focal;
+  CalibrationPrior prior;
+  prior.readout_sigma_s = 0.02;
+  const SelfCalibration found = SelfCalibrate(film.map, 0, prior, film.trajectory);
+  ASSERT_TRUE(found.success) << found.why_not;
+  EXPECT_NEAR(found.readout_s, kReadoutS, 0.003);
+  EXPECT_NEAR(found.camera.fx / focal, 1, 0.01);
+}
+
+TEST(RollingShutter, NoneIsFoundWhereThereIsNone) {
+  const Film film = MakeFilm();
+  const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {}, 15);
+  CalibrationPrior prior;
+  prior.readout_sigma_s = 0.02;
+  EXPECT_NEAR(SelfCalibrate(still, 0, prior, film.trajectory).readout_s, 0, 0.002);
 }
 
 TEST(RollingShutter, WithoutATrajectoryKeyPointsStay) {

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 
+#include "oaslam/bundle/camera_motion.h"
 #include "oaslam/bundle/intrinsics_solver.h"
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/geometry/camera_model.h"
@@ -31,7 +32,7 @@ constexpr double kMinTurnRad = 5 * std::numbers::pi / 180;
 constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // of the longer side
 
 struct Problem {
-  std::vector<PointSight> sights;  // by point
+  std::vector<RolledSight> sights;  // by point
   IntrinsicsState state;
   std::vector<KeyframeId> keyframes;  // per pose
   std::vector<LandmarkId> landmarks;  // per point
@@ -48,7 +49,16 @@ std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
   return spread;
 }
 
-Problem Collect(const Map& map, int camera) {
+// How far a point at rest seems to move, for each second of the readout, since its row is not the middle one.
+Eigen::Vector2d ByReadout(const Camera& camera, const Keyframe& keyframe, const CameraMotion& motion, const Eigen::Vector3d& point, const Eigen::Vector2d& raw) {
+  const Eigen::Vector3d p = keyframe.cam_from_world * point;
+  const auto velocity = motion.At(keyframe.timestamp);
+  if (!velocity || p.z() <= 0) return Eigen::Vector2d::Zero();
+  return ((raw.y() + 0.5) / camera.height - 0.5) * PixelWithDerivatives(camera, p).by_point * velocity->Of(p);
+}
+
+Problem Collect(const Map& map, int camera, std::span<const FramePose> trajectory) {
+  const CameraMotion motion(map, trajectory);
   Problem problem;
   problem.state.camera = map.cameras[static_cast<size_t>(camera)];
   problem.keyframes = SelectKeyframes(map, camera);
@@ -63,8 +73,8 @@ Problem Collect(const Map& map, int camera) {
       const Features& features = *map.keyframes.At(o.keyframe).features;
       const Keypoint& k = features.keypoints[o.keypoint];
       const Eigen::Vector2d raw = Distort(problem.state.camera, k.px.cast<double>());
-      problem.sights.push_back({static_cast<int>(place - problem.keyframes.begin()), point, raw,
-                                1.0 / features.pyramid.scale[k.octave]});
+      const PointSight sight{static_cast<int>(place - problem.keyframes.begin()), point, raw, 1.0 / features.pyramid.scale[k.octave]};
+      problem.sights.push_back({sight, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe), motion, landmark.position, raw)});
     }
     if (problem.sights.size() - before < 2) {
       problem.sights.resize(before);
@@ -78,21 +88,21 @@ Problem Collect(const Map& map, int camera) {
 
 IntrinsicsPrior PriorOf(const Camera& camera, const CalibrationPrior& prior) {
   const double longer = std::max(camera.width, camera.height);
-  IntrinsicsPrior p{prior.camera.value_or(camera), {}};
+  IntrinsicsPrior p{prior.camera.value_or(camera), 0, {}};
   const double center = prior.center_sigma * longer;
-  p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma;
+  p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma, prior.readout_sigma_s;
   return p;
 }
 
-std::optional<Eigen::Vector2d> ResidualOf(const IntrinsicsState& state, const PointSight& s) {
+std::optional<Eigen::Vector2d> ResidualOf(const IntrinsicsState& state, const RolledSight& s) {
   const Eigen::Vector3d p = state.poses[s.pose] * state.points[s.point];
   if (p.z() <= 0) return std::nullopt;
-  return s.inverse_sigma * (PixelOf(state.camera, p) - s.px);
+  return s.inverse_sigma * (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px);
 }
 
 // Those that agree with the state; points with fewer than two such sights lose the rest.
-std::vector<PointSight> InliersOf(const Problem& problem) {
-  std::vector<PointSight> inliers;
+std::vector<RolledSight> InliersOf(const Problem& problem) {
+  std::vector<RolledSight> inliers;
   for (size_t i = 0; i < problem.sights.size();) {
     const size_t before = inliers.size();
     const int point = problem.sights[i].point;
@@ -112,14 +122,14 @@ struct Noise {
   double variance = 1, design_effect = 1;
 };
 
-Noise NoiseOf(const IntrinsicsState& state, std::span<const PointSight> sights) {
+Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights) {
   constexpr int kCells = 8;  // along the longer side
   const double cell = std::max(state.camera.width, state.camera.height) / static_cast<double>(kCells);
   std::map<std::array<int, 3>, std::pair<Eigen::Vector2d, double>> cells;
   double sum = 0;
   std::vector<char> is_seen(state.points.size());
   int points = 0;
-  for (const PointSight& s : sights) {
+  for (const RolledSight& s : sights) {
     const auto residual = ResidualOf(state, s);
     if (!residual) continue;
     sum += residual->squaredNorm();
@@ -137,7 +147,7 @@ Noise NoiseOf(const IntrinsicsState& state, std::span<const PointSight> sights) 
   return {sum / std::max(freedom, 1.0), sum > 0 ? std::max(1.0, together / sum) : 1};
 }
 
-double ShareWithParallax(const IntrinsicsState& state, std::span<const PointSight> sights) {
+double ShareWithParallax(const IntrinsicsState& state, std::span<const RolledSight> sights) {
   std::vector<Eigen::Vector3d> centers;
   for (const Rigid3& pose : state.poses) centers.push_back(pose.OriginInSource());
   int points = 0, with = 0;
@@ -161,7 +171,7 @@ double LargestTurn(const IntrinsicsState& state) {
   return largest;
 }
 
-std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state, std::span<const PointSight> inliers) {
+std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state, std::span<const RolledSight> inliers) {
   const double focal = found.camera.fx / std::max(found.camera.width, found.camera.height);
   if (ShareWithParallax(state, inliers) < kMinParallaxShare)
     return "the camera only turned: it has to move sideways, too";
@@ -196,6 +206,7 @@ bool Solve(Problem& problem, const CalibrationPrior& prior) {
 Problem PartOf(const Problem& whole, int from, int to) {
   Problem part;
   part.state.camera = whole.state.camera;
+  part.state.readout_s = whole.state.readout_s;
   const auto ids = whole.keyframes.begin();
   part.keyframes.assign(ids + from, ids + to);
   part.state.poses.assign(whole.state.poses.begin() + from, whole.state.poses.begin() + to);
@@ -203,7 +214,7 @@ Problem PartOf(const Problem& whole, int from, int to) {
     const size_t before = part.sights.size();
     const int point = whole.sights[i].point, new_point = static_cast<int>(part.landmarks.size());
     for (; i < whole.sights.size() && whole.sights[i].point == point; ++i) {
-      PointSight s = whole.sights[i];
+      RolledSight s = whole.sights[i];
       if (s.pose < from || s.pose >= to) continue;
       s.pose -= from;
       s.point = new_point;
@@ -220,7 +231,7 @@ Problem PartOf(const Problem& whole, int from, int to) {
 }
 
 // The standard deviation of log(focal length) that a solved problem has for itself; infinite where open.
-double StatisticalSigma(const IntrinsicsState& state, std::span<const PointSight> inliers, const IntrinsicsPrior& known) {
+double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSight> inliers, const IntrinsicsPrior& known) {
   const Noise noise = NoiseOf(state, inliers);
   const double variance = noise.variance * noise.design_effect * InformationOnIntrinsics(inliers, known, state).inverse()(0, 0);
   return std::isfinite(variance) && variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
@@ -245,8 +256,8 @@ double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
   return told > 1 ? std::sqrt(std::max(1.0, sum / (told - 1))) : 1;
 }
 
-SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior, bool with_parts) {
-  Problem problem = Collect(map, camera);
+SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory, bool with_parts) {
+  Problem problem = Collect(map, camera, trajectory);
   SelfCalibration found;
   found.camera = problem.state.camera;
   found.keyframes = static_cast<int>(problem.keyframes.size());
@@ -260,19 +271,20 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
     found.why_not = "bundle adjustment with a free focal length finds no solution";
     return found;
   }
-  std::vector<PointSight> inliers = InliersOf(problem);
+  std::vector<RolledSight> inliers = InliersOf(problem);
   if (!MinimizeWithIntrinsics(inliers, known, {20, 1e-6, 0, {}}, problem.state).success) {
     found.why_not = "bundle adjustment with a free focal length finds no solution";
     return found;
   }
   const Noise noise = NoiseOf(problem.state, inliers);
   found.camera = problem.state.camera;
+  found.readout_s = problem.state.readout_s;
   found.inliers = static_cast<int>(inliers.size());
   found.rmse = std::sqrt(noise.variance);
   const auto information = InformationOnIntrinsics(inliers, known, problem.state);
-  const Eigen::Matrix<double, kIntrinsics, kIntrinsics> covariance = information.inverse();
+  const Eigen::Matrix<double, kShared, kShared> covariance = information.inverse();
   if (covariance.allFinite() && covariance(0, 0) > 0) {
-    const IntrinsicsStep sigma = (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
+    const SharedStep sigma = (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
     if (with_parts) {
       Problem kept = problem;
       kept.sights = inliers;
@@ -282,6 +294,7 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
     found.center_sigma_px = std::max(sigma[1], sigma[2]);
     found.k1_sigma = sigma[3];
     found.k2_sigma = sigma[4];
+    found.readout_sigma_s = sigma[kIntrinsics];
   }
   for (size_t i = 0; i < problem.keyframes.size(); ++i) found.poses.emplace_back(problem.keyframes[i], problem.state.poses[i]);
   for (size_t i = 0; i < problem.landmarks.size(); ++i) found.points.emplace_back(problem.landmarks[i], problem.state.points[i]);
@@ -292,9 +305,13 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
 
 }  // namespace
 
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior) { return SelfCalibrateHere(map, camera, prior, true); }
+SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory) {
+  return SelfCalibrateHere(map, camera, prior, trajectory, true);
+}
 
-SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior) { return SelfCalibrateHere(map, camera, prior, false); }
+SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory) {
+  return SelfCalibrateHere(map, camera, prior, trajectory, false);
+}
 
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration, const BundleConfig& config,
                  int min_shared_landmarks) {

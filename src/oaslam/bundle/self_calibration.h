@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,8 @@ struct CalibrationPrior {
   double focal_sigma = std::numeric_limits<double>::infinity();
   double center_sigma = 0.01;  // of the longer side of the image
   double k1_sigma = 0.2, k2_sigma = 0.2;
+  // Of the readout of a rolling shutter, from top to bottom, about none; 0: there is none.
+  double readout_sigma_s = 0;
 };
 
 // A camera as a map has it.
@@ -34,6 +37,7 @@ struct SelfCalibration {
   // determined.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   double center_sigma_px = 0, k1_sigma = 0, k2_sigma = 0;
+  double readout_s = 0, readout_sigma_s = 0;  // of a rolling shutter, where it was asked for
   double parts_ratio = 1;  // by which it was enlarged
   double rmse = 0;  // of the inliers, in units of the key points' scale
   int keyframes = 0, observations = 0, inliers = 0;
@@ -47,11 +51,12 @@ struct SelfCalibration {
 // Map::cameras), from the keyframes that it took: bundle adjustment in the original image, from the
 // camera that the map has. The ratio of the focal lengths and the other coefficients stay. Refused,
 // not guessed, where the motion leaves the focal length open: turning on the spot, moving without
-// turning, and anything else by which its standard deviation stays above 2 %.
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior = {});
+// turning, and anything else by which its standard deviation stays above 2 %. `trajectory`
+// tells how the camera moved while it read out its images.
+SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior = {}, std::span<const FramePose> trajectory = {});
 
 // The same in a third of the time, without a look at parts of the walk: the standard deviation is that of one map, which can be bent as a whole.
-SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior = {});
+SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior = {}, std::span<const FramePose> trajectory = {});
 
 // The map with that camera, after a global bundle adjustment of everything with it.
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,

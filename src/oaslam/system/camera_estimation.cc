@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "oaslam/bundle/self_calibration.h"
+#include "oaslam/io/map_file.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/log.h"
@@ -27,6 +28,8 @@ constexpr double kUsualFov[] = {65, 50, 85, 105};
 // A first answer, by relative standard deviation, and one that need not become better.
 constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
 constexpr double kFrameDiagonal35mm = 43.2666;
+// Of a rolling shutter: phones take 10 to 30 ms, from the top row or from the bottom row.
+constexpr double kReadoutSigmaS = 0.02;
 
 cv::Mat Grey(const cv::Mat& image) {
   cv::Mat grey;
@@ -149,15 +152,16 @@ class CameraEstimator::Impl {
     Slam slam(config_, camera);
     CalibrationPrior prior;
     prior.camera = Expected();
+    prior.readout_sigma_s = kReadoutSigmaS;
     Pass pass;
     pass.calibration.camera = camera;
     pass.calibration.why_not = "the images could not be mapped";
     size_t next_check = kFirstCheck, checked = 0;
     const auto check = [&] {
-      const auto map = slam.View().map;
-      if (map->keyframes.empty() || map->keyframes.size() == checked) return;
-      checked = map->keyframes.size();
-      pass.calibration = SelfCalibrateQuickly(*map, 0, prior);
+      const SavedMap saved = slam.Export();
+      if (saved.map.keyframes.empty() || saved.map.keyframes.size() == checked) return;
+      checked = saved.map.keyframes.size();
+      pass.calibration = SelfCalibrateQuickly(saved.map, 0, prior, saved.trajectory);
     };
     for (size_t i = 0; i < images_.size(); ++i) {
       slam.Process({images_[i], times_[i], {}, false});
@@ -170,10 +174,11 @@ class CameraEstimator::Impl {
       if (pass.calibration.success && pass.calibration.RelativeSigma() < enough) break;
     }
     if (!(pass.calibration.success && pass.calibration.RelativeSigma() < enough)) check();
-    Log(LogLevel::kDebug, fmt::format("camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, "
+    Log(LogLevel::kDebug, fmt::format("camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, readout {:.1f} +- {:.1f} ms, "
                                       "{} keyframes, {} of {} observations, rmse {:.3f}{}{}",
                                       pass.images, camera.fx, pass.calibration.camera.fx, pass.calibration.focal_sigma_px, pass.calibration.camera.distortion[0],
-                                      pass.calibration.camera.distortion[1], pass.calibration.camera.cx, pass.calibration.camera.cy, pass.calibration.keyframes,
+                                      pass.calibration.camera.distortion[1], pass.calibration.camera.cx, pass.calibration.camera.cy,
+                                      1000 * pass.calibration.readout_s, 1000 * pass.calibration.readout_sigma_s, pass.calibration.keyframes,
                                       pass.calibration.inliers, pass.calibration.observations, pass.calibration.rmse, pass.calibration.success ? "" : ": ",
                                       pass.calibration.why_not));
     return pass;
@@ -247,8 +252,9 @@ std::string Describe(const CameraEstimate& estimate) {
   const Camera& c = estimate.camera;
   const auto fov = [](int side, double focal) { return 2 * std::atan(0.5 * side / focal) * 180 / std::numbers::pi; };
   const std::string sigma = std::isfinite(estimate.focal_sigma_px) ? fmt::format(" +- {:.2g}", estimate.focal_sigma_px) : std::string();
-  return fmt::format("focal length {:.1f}{} px (fov {:.1f} x {:.1f} degrees), k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}", c.fx, sigma, fov(c.width, c.fx),
-                     fov(c.height, c.fy), c.distortion[0], c.distortion[1], c.cx, c.cy);
+  const std::string readout = estimate.readout_s != 0 ? fmt::format(", rolling shutter {:.1f} ms", 1000 * estimate.readout_s) : std::string();
+  return fmt::format("focal length {:.1f}{} px (fov {:.1f} x {:.1f} degrees), k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}{}", c.fx, sigma, fov(c.width, c.fx),
+                     fov(c.height, c.fy), c.distortion[0], c.distortion[1], c.cx, c.cy, readout);
 }
 
 }  // namespace oaslam
