@@ -54,10 +54,15 @@ Seen SeenBy(const Camera& camera, const Frame& raw, const Map& map) {
   return seen;
 }
 
-// The points do not ask for another focal length. Their errors go together, far from as independent as their covariance has it.
-bool Agrees(const FocalRelocalization& refined, const Camera& camera) {
-  constexpr double kSigmas = 10, kTolerance = 0.02;
-  return std::abs(std::log(refined.camera.fx / camera.fx)) < std::max(kTolerance, kSigmas * refined.relative_sigma);
+// How far the points ask for another focal length: not at all, perhaps, or for certain. Their errors go together, far from as independent as their covariance
+// has it.
+enum class Contradiction { kNone, kPossible, kCertain };
+
+Contradiction ContradictionOf(const FocalRelocalization& refined, const Camera& camera) {
+  constexpr double kSigmas = 10, kTolerance = 0.02, kSuspicious = 0.05;
+  const double off = std::abs(std::log(refined.camera.fx / camera.fx)), bound = std::max(kTolerance, kSigmas * refined.relative_sigma);
+  if (!(off < bound)) return Contradiction::kCertain;
+  return off < kSuspicious ? Contradiction::kNone : Contradiction::kPossible;
 }
 
 }  // namespace
@@ -78,11 +83,13 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(const Frame& raw,
     report.inliers = found.inliers;
     const bool has_points = found.evidence != PoseEvidence::kObjects;
     const FocalRelocalization refined = RefineFocal(seen.frame, seen.map, report, config_.tracking);
+    const Contradiction contradiction = has_points ? ContradictionOf(refined, camera) : Contradiction::kPossible;
+    if (contradiction == Contradiction::kCertain) continue;
     if (best.found.evidence == PoseEvidence::kNone || found.inliers > best.found.inliers) {
       best.found = std::move(found);
       best.camera = camera;
     }
-    if (has_points && Agrees(refined, camera)) return best;
+    if (contradiction == Contradiction::kNone) return best;
   }
   if (mode == RelocalizationMode::kObjects) return best;
   const FocalRelocalization free = RelocalizeByPointsAndFocal(raw, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
