@@ -33,7 +33,8 @@ class AutoCamera(unittest.TestCase):
         self.assertEqual(self.slam.code, 0, self.slam)
 
     def focal_of(self, folder):
-        text = open(os.path.join(folder, "camera.yaml")).read()
+        with open(os.path.join(folder, "camera.yaml")) as f:
+            text = f.read()
         return float(re.search(r"camera_matrix:.*?data: \[([-+.\de]+),", text, re.S).group(1))
 
     def test_the_focal_length_is_found(self):
