@@ -5,6 +5,7 @@
 
 #include <opencv2/core/utility.hpp>
 
+#include "camera_choice.h"
 #include "oaslam/io/camera_file.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -27,10 +28,11 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   }
   ahead_ = NextReadable();
   if (!ahead_) throw InputError(fmt::format("{}: no readable image", sources.images));
-  camera_ = LoadCamera(sources.camera, ahead_->image.size());
+  const bool is_auto = IsAutoCamera(sources.camera);
+  camera_ = sources.known_camera ? *sources.known_camera : LoadCamera(is_auto ? "fov:65" : sources.camera, ahead_->image.size());
   if (sources.live && detector_)
     background_ = std::make_unique<BackgroundDetector>([this](const cv::Mat& image) { return detector_->Detect(image); });
-  if (camera_.is_guess) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
+  if (camera_.is_guess && !sources.known_camera && !is_auto) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
 }
 
 std::optional<InputImage> FrameInputs::NextReadable() {

@@ -34,11 +34,12 @@ struct DetectorPace {
 class FrameInputs {
  public:
   struct Sources {
-    std::string images, camera, detections;
+    std::string images, camera, detections;  // camera: as LoadCamera; "auto" or nothing: any, of the images' size
     DetectorSettings detector;
     bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for a detector
     bool for_display = false;  // in colour where that costs nothing
     std::string gravity;       // file; empty: none
+    std::optional<Camera> known_camera{};  // takes the place of `camera`
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
@@ -37,18 +38,21 @@ class LocalizeResults {
  public:
   explicit LocalizeResults(const std::string& folder) : folder_(folder), frames_(folder + "/frames.csv") {
     if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
-    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms,object_score,object_margin\n";
+    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms,object_score,object_margin,focal_length\n";
   }
 
   void Add(int index, double timestamp, const RelocalizationResult& r) {
-    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f}\n", index, timestamp, ToString(r.evidence), r.confidence,
-                           r.inlier_points, r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score, r.object_margin);
+    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n", index, timestamp, ToString(r.evidence), r.confidence,
+                           r.inlier_points, r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score, r.object_margin,
+                           r.camera ? r.camera->fx : focal_length_);
     for (const auto& c : r.candidates) candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
     if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
     ++count_;
     ++by_evidence_[static_cast<size_t>(r.evidence)];
   }
 
+  // Of images whose own is not asked for, pixels.
+  void SetFocalLength(double focal_length) { focal_length_ = focal_length; }
   void SetPresence(std::vector<ObjectPresence> presence) { presence_ = std::move(presence); }
 
   void Finish(const SavedMap& saved, bool quiet) {
@@ -81,6 +85,7 @@ class LocalizeResults {
   std::vector<StampedPose> poses_;
   std::vector<ScoredPose> candidates_;
   std::array<int, 4> by_evidence_{};
+  double focal_length_ = 0;
   int count_ = 0;
 };
 
@@ -104,8 +109,46 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
   if (!options.classes.empty()) slam.SetClassRelations(LoadClasses(options).relations);
 }
 
+FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::optional<Camera>& known) {
+  return {.images = options.images,
+          .camera = options.camera,
+          .detections = options.detections,
+          .detector = options.detector,
+          .live = false,
+          .for_display = options.recording.IsAskedFor(),
+          .gravity = options.gravity,
+          .known_camera = known};
+}
+
+// The camera of a source whose images are of one camera: of those found in the map first, the one with the most points.
+std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
+  constexpr int kEnough = 5, kMaxImages = 200;
+  FrameInputs inputs(SourcesOf(options, std::nullopt), options.common);
+  Slam slam(config, inputs.camera());
+  slam.Load(options.map);
+  RelocalizationResult best;
+  int found = 0;
+  for (int i = 0; i < kMaxImages && found < kEnough && !Interrupted(); ++i) {
+    const std::optional<FrameInput> frame = inputs.Next();
+    if (!frame) break;
+    RelocalizationResult r = slam.RelocalizeWithUnknownCamera(frame->input, RelocalizationModeOf(options.relocalization));
+    if (!r.camera) continue;
+    ++found;
+    if (!best.camera || r.inlier_points > best.inlier_points) best = std::move(r);
+  }
+  if (!best.camera) {
+    spdlog::warn("camera: none of the first images is found in the map, whatever the focal length; goes on with a guess: {:.1f} px", inputs.camera().fx);
+    return inputs.camera();
+  }
+  const bool is_of_map = best.focal_sigma_px <= 0;
+  spdlog::info("camera: focal length {:.1f} px, {}", best.camera->fx, is_of_map ? "that of the map's camera" : "found by the map");
+  return best.camera;
+}
+
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, false, options.recording.IsAskedFor(), options.gravity}, options.common);
+  const bool is_auto = IsAutoCamera(options.camera);
+  FrameInputs inputs(SourcesOf(options, is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt), options.common);
+  results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
   slam.Load(options.map);
   slam.SetMapping(false);
@@ -120,7 +163,8 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
     while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
       RelocalizationResult result;
       if (options.every_frame) {
-        result = slam.Relocalize(frame->input, mode);
+        result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode, frame->input.gravity_in_cam)
+                         : slam.Relocalize(frame->input, mode);
         recording.Add(*frame, result);
       } else {
         const TrackingResult tracked = slam.Process(frame->input);
@@ -144,6 +188,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   if (options.detections.empty()) throw InputError("localize: neither --images nor --detections given");
   if (options.relocalization != "objects")
     throw InputError(fmt::format("localize: --relocalization {} needs --images; without, only objects", options.relocalization));
+  if (IsAutoCamera(options.camera)) throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
   const auto images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
   GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
@@ -189,7 +234,7 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
-  command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
+  command->add_option("--camera", options->camera, "calibration file, fov:DEGREES for a guess, or auto (default): that of the map, or found by its points");
   auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();

@@ -6,12 +6,14 @@
 #include <memory>
 #include <thread>
 
+#include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
 #include "frame_inputs.h"
 #include "live_view.h"
 #include "metric_scale.h"
+#include "oaslam/bundle/rolling_shutter.h"
 #include "recording.h"
 #include "run_results.h"
 
@@ -25,8 +27,10 @@ struct RunOptions {
   ViewerSettings viewer;
   RecordingSettings recording;
   std::vector<std::string> models;
-  std::string images, camera, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth, gravity;
+  CameraSettings camera;
+  std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth, gravity;
   std::optional<int> seed;
+  std::optional<double> readout_ms;
 };
 
 double Seconds() {
@@ -71,10 +75,21 @@ void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
     results.Detected(found.frame, static_cast<int>(found.detections.size()), slam.AddDetections(found.frame, found.detections));
 }
 
-std::vector<StampedPose> FinalTrajectory(const Slam& slam) {
+// Of the images of this run: `loaded` come from the map that it began with.
+std::vector<StampedPose> FinalTrajectory(const SavedMap& saved, size_t loaded) {
   std::vector<StampedPose> trajectory;
-  for (const Slam::TimedPose& pose : slam.Trajectory()) trajectory.push_back({pose.timestamp, pose.world_from_cam});
+  for (size_t i = loaded; i < saved.trajectory.size(); ++i) {
+    const FramePose& frame = saved.trajectory[i];
+    if (const auto reference = saved.map.ResolvePose(frame.reference))
+      trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  }
   return trajectory;
+}
+
+std::optional<Camera> CameraOfMap(const std::string& path) {
+  if (path.empty()) return std::nullopt;
+  const std::vector<Camera> cameras = LoadMap(path).map.cameras;
+  return cameras.empty() ? std::nullopt : std::optional(cameras.back());
 }
 
 // Returns why not; then all keep their unit, and are to be saved all the same.
@@ -93,17 +108,37 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std:
   }
 }
 
+// Before the run, where the camera is not given; what else may be wrong is said before it.
+std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
+  if (!options.camera.IsEstimated()) return std::nullopt;
+  if (!options.detections.empty()) LoadDetections(options.detections);
+  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config, options.common);
+}
+
+// From the whole map, which is then that of this camera.
+std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first, const SlamConfig& config, bool find_readout, SavedMap& saved) {
+  if (!first) return std::nullopt;
+  CameraEstimate estimate = *first;
+  RefineWithMap(config, find_readout, estimate, saved);
+  if (estimate.is_determined) spdlog::info("camera: {}, estimated from the images", Describe(estimate));
+  else spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate.why_not);
+  return estimate;
+}
+
 int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  FrameInputs inputs({options.images, options.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(), options.gravity}, options.common);
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  EnsureOutputFolder(options.out);
+  const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
+  FrameInputs inputs({options.images, options.camera.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(),
+                      options.gravity, first_estimate ? std::optional(first_estimate->camera) : std::nullopt},
+                     options.common);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
-  EnsureOutputFolder(options.out);
 
   Slam slam(config, inputs.camera());
   const auto set_classes = [&](bool is_loaded) {
@@ -118,6 +153,7 @@ int Run(const RunOptions& options) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
+  const size_t loaded_poses = slam.Export().trajectory.size();
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
@@ -159,7 +195,11 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   SavedMap saved = slam.Export();
-  std::vector<StampedPose> trajectory = FinalTrajectory(slam);
+  if (options.readout_ms)
+    saved.map = WithoutReadout(saved.map, saved.trajectory, *options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
+  const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, !options.readout_ms, saved);
+  results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
+  std::vector<StampedPose> trajectory = FinalTrajectory(saved, loaded_poses);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
   const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, interrupted);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
@@ -179,7 +219,7 @@ void AddRunCommand(CLI::App& app) {
   auto* command = app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
-  command->add_option("--camera", options->camera, "calibration file, or fov:DEGREES for a guess")->required();
+  AddCameraOptions(*command, options->camera);
   auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();
@@ -188,6 +228,9 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
   command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  command->add_option("--rolling-shutter", options->readout_ms, "milliseconds in which the camera reads out an image, top row to bottom row: undone in the last optimisation; found by itself with --camera auto")
+      ->type_name("MS")
+      ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   command->add_option("--gravity", options->gravity, "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
   AddScaleOptions(*command, options->scale);

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/io/camera_file.h"
 #include "oaslam/io/json_text.h"
 #include "oaslam/io/map_results.h"
 #include "oaslam/util/stopwatch.h"
@@ -48,6 +49,22 @@ std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference, c
   return poses;
 }
 
+// Where from, the intrinsics, and the standard deviation of an estimated focal length.
+nlohmann::ordered_json CameraSummary(const Camera& camera, const std::optional<CameraEstimate>& estimate) {
+  nlohmann::ordered_json summary;
+  summary["source"] = !estimate ? (camera.is_guess ? "guess" : "given") : estimate->is_determined ? "images" : "guess";
+  summary["fx"] = camera.fx;
+  summary["fy"] = camera.fy;
+  summary["cx"] = camera.cx;
+  summary["cy"] = camera.cy;
+  summary["distortion"] = camera.distortion;
+  if (!estimate) return summary;
+  if (std::isfinite(estimate->focal_sigma_px)) summary["sigma_f"] = Rounded(estimate->focal_sigma_px, .01);
+  if (estimate->readout_s != 0) summary["rolling_shutter_ms"] = Rounded(1000 * estimate->readout_s, .01);
+  if (!estimate->is_determined) summary["why_not"] = estimate->why_not;
+  return summary;
+}
+
 }  // namespace
 
 std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
@@ -67,6 +84,11 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
     csv << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d}\n", index, r.timestamp, ToString(r.state), r.keypoints,
                        r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled);
   }
+}
+
+void RunResults::WriteCamera() const {
+  const std::string note = !estimate_ ? "as given" : estimate_->is_determined ? Describe(*estimate_) + ", estimated from the images" : "a guess: " + estimate_->why_not;
+  std::ofstream(folder_ + "/camera.yaml") << CameraText(camera_, note);
 }
 
 void RunResults::Detected(int frame, int detections, std::optional<int> objects) {
@@ -89,6 +111,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
     ms.push_back(r.ms_total);
   }
   WriteFrames(trajectory);
+  WriteCamera();
   SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
   SaveTrajectory(folder_ + "/trajectory_live.txt", live);
   SaveTrajectory(folder_ + "/keyframes.txt", KeyframeTrajectory(saved.map));
@@ -105,6 +128,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["objects"] = CountMappedObjects(saved.map);
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;
+  summary["camera"] = CameraSummary(camera_, estimate_);
   summary["ms_median"] = Rounded(Percentile(ms, .5), .01);
   summary["ms_mean"] = ms.empty() ? 0 : Rounded(std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size()), .01);
   summary["ms_p95"] = Rounded(Percentile(ms, .95), .01);

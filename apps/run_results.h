@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "frame_inputs.h"
+#include "oaslam/camera_estimation.h"
 #include "oaslam/io/map_file.h"
 #include "oaslam/io/trajectory_file.h"
 #include "oaslam/slam.h"
@@ -24,6 +25,11 @@ class RunResults {
     pace_ = pace;
     detector_wall_s_ = wall_s;
   }
+  // The camera, and where it was estimated how well.
+  void SetCamera(const Camera& camera, const std::optional<CameraEstimate>& estimate) {
+    camera_ = camera;
+    estimate_ = estimate;
+  }
   // Live poses in a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
   // `interrupted`: the run ended early; what there is gets written all the same.
@@ -32,9 +38,12 @@ class RunResults {
 
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;
+  void WriteCamera() const;
 
   std::string folder_;
   SlamConfig config_;
+  Camera camera_;
+  std::optional<CameraEstimate> estimate_;
   DetectorPace pace_;
   double detector_wall_s_ = 0;
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source

@@ -57,6 +57,8 @@ struct RelocalizationResult {
   };
   std::vector<Candidate> candidates;            // best hypotheses, the accepted one first
   std::string why_not;
+  std::optional<Camera> camera;                 // where it was not known
+  double focal_sigma_px = 0;                    // of that camera; 0 where it is one of the map's
   double ms_features = 0, ms = 0;
 };
 
@@ -102,6 +104,10 @@ class Slam {
   // frame, any length, where known; without, that of the input.
   RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
                                   const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // The same for an image whose camera is not known: as if a camera of the map had taken it, or with a focal length that its points tell.
+  // This Slam's camera counts for the size of the image alone.
+  RelocalizationResult RelocalizeWithUnknownCamera(const ImageInput& input, RelocalizationMode mode,
+                                                   const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
   // The same from detections alone.
   RelocalizationResult RelocalizeByObjects(const std::vector<Detection>& detections,
                                            const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);

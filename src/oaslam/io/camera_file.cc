@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "oaslam/error.h"
 #include "oaslam/io/camera_formats.h"
+#include "oaslam/io/json_text.h"
 #include "oaslam/io/text.h"
 
 namespace oaslam {
@@ -62,6 +64,30 @@ Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
     throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec, camera.width, camera.height, image_size.width,
                                  image_size.height));
   return camera;
+}
+
+std::string CameraText(const Camera& camera, const std::string& note) {
+  const bool is_fisheye = camera.model == LensModel::kFisheye;
+  const int count = is_fisheye ? 4 : 5;
+  std::string coefficients;
+  for (int i = 0; i < count; ++i) coefficients += fmt::format("{}{:.9g}", i > 0 ? ", " : "", camera.distortion[static_cast<size_t>(i)]);
+  std::string head;
+  for (const std::string_view line : SplitLines(note)) head += fmt::format("# {}\n", line);
+  return head + fmt::format(
+                    "camera_name: {}\n"
+                    "image_width: {}\n"
+                    "image_height: {}\n"
+                    "camera_matrix:\n"
+                    "  rows: 3\n"
+                    "  cols: 3\n"
+                    "  data: [{:.9g}, 0, {:.9g}, 0, {:.9g}, {:.9g}, 0, 0, 1]\n"
+                    "distortion_model: {}\n"
+                    "distortion_coefficients:\n"
+                    "  rows: 1\n"
+                    "  cols: {}\n"
+                    "  data: [{}]\n",
+                    JsonText(nlohmann::json(camera.name)), camera.width, camera.height, camera.fx, camera.cx, camera.fy, camera.cy, is_fisheye ? "equidistant" : "plumb_bob",
+                    count, coefficients);
 }
 
 }  // namespace oaslam

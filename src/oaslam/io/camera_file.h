@@ -13,4 +13,7 @@ namespace oaslam {
 // Throws InputError naming path, key, value and bound; also when the file's size differs from image_size.
 Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
 
+// The same as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment at its head.
+std::string CameraText(const Camera& camera, const std::string& note);
+
 }  // namespace oaslam

@@ -153,5 +153,15 @@ TEST(CameraFile, BadInputIsNamed) {
   EXPECT_THAT(InputErrorOf([&] { LoadCamera(folder / "missing.yaml", {}); }), HasSubstr("no such file"));
 }
 
+TEST(CameraFile, WhatIsWrittenIsReadAgain) {
+  const TempFolder folder;
+  Camera pinhole{.width = 1280, .height = 720, .fx = 960.35, .fy = 961.125, .cx = 634.78, .cy = 365.79, .name = "a \"phone\""};
+  pinhole.distortion = {0.0713, -0.0472, 1e-5, 0, 0.25};
+  Camera fisheye{.model = LensModel::kFisheye, .width = 848, .height = 800, .fx = 286, .fy = 286, .cx = 420, .cy = 401, .name = "eye"};
+  fisheye.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
+  for (const Camera& camera : {pinhole, fisheye})
+    EXPECT_EQ(LoadCamera(folder.Write("camera.yaml", CameraText(camera, "estimated\nby this test")), {}), camera);
+}
+
 }  // namespace
 }  // namespace oaslam

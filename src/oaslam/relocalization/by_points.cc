@@ -1,8 +1,11 @@
 #include "oaslam/relocalization/by_points.h"
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 
 #include "oaslam/estimation/absolute_pose.h"
+#include "oaslam/estimation/focal_refinement.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/matching/orientation_check.h"
@@ -68,6 +71,39 @@ AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map, const std
   return EstimateAbsolutePose(map.cameras[frame.camera], observations, {.max_iterations = iterations, .min_inliers = 8}, rng);
 }
 
+Camera WithFocal(const Camera& camera, double focal) {
+  Camera changed = camera;
+  changed.fy *= focal / camera.fx;
+  changed.fx = focal;
+  return changed;
+}
+
+Map WithCameraOf(const Map& map, const Frame& frame, const Camera& camera) {
+  Map changed = map;  // shares its tables
+  changed.cameras[static_cast<size_t>(frame.camera)] = camera;
+  return changed;
+}
+
+// The focal length with which most of the matches agree on a pose; nothing where none does.
+std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map, const std::vector<Match>& matches, int iterations, Rng& rng) {
+  // From wide to tele, so close that the pose of the nearest one finds most of its inliers.
+  constexpr double kShortest = 0.45, kLongest = 2.8, kStep = 1.2;  // of the longer side
+  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
+  const double longer = std::max(camera.width, camera.height);
+  std::vector<PointObservation> observations;
+  for (const Match& m : matches) observations.push_back(ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
+  std::optional<FocalReport> best;
+  for (double focal = kShortest * longer; focal < kLongest * longer; focal *= kStep) {
+    const Camera guess = WithFocal(camera, focal);
+    const AbsolutePoseReport rough = EstimateAbsolutePose(guess, observations, {.max_iterations = iterations, .min_inliers = 8}, rng);
+    if (!rough.success) continue;
+    FocalReport refined = RefinePoseAndFocal(guess, rough.cam_from_world, observations);
+    const bool is_plausible = refined.camera.fx > kShortest / kStep * longer && refined.camera.fx < kLongest * kStep * longer;
+    if (refined.success && is_plausible && (!best || refined.inliers > best->inliers)) best = std::move(refined);
+  }
+  return best;
+}
+
 void Keep(const RelocalizationReport& found, RelocalizationReport& best) {
   std::vector<PoseHypothesis> hypotheses = std::move(best.hypotheses);
   hypotheses.push_back({found.cam_from_world, static_cast<double>(found.inliers)});
@@ -97,6 +133,61 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
     if (best.success) break;
   }
   std::ranges::stable_sort(best.hypotheses, std::ranges::greater{}, &PoseHypothesis::score);
+  return best;
+}
+
+FocalRelocalization RefineFocal(const Frame& frame, const Map& map, const RelocalizationReport& found, const TrackingConfig& tracking) {
+  FocalRelocalization result{found, map.cameras[static_cast<size_t>(frame.camera)], std::numeric_limits<double>::infinity()};
+  std::vector<PointObservation> observations;
+  for (int k = 0; k < static_cast<int>(found.landmarks.size()); ++k)
+    if (found.landmarks[k].IsValid()) observations.push_back(ObservationOf(*frame.features, k, map.landmarks.At(found.landmarks[k])));
+  const FocalReport refined = RefinePoseAndFocal(result.camera, found.cam_from_world, observations);
+  if (!refined.success) return result;
+  result.camera = refined.camera;
+  result.relative_sigma = refined.relative_sigma;
+  result.report.cam_from_world = refined.cam_from_world;
+  result.report.covariance = refined.covariance;
+  result.report.sigma_position = std::sqrt(refined.covariance.topLeftCorner<3, 3>().trace());
+  // A focal length that is open leaves the distance to the scene as open.
+  constexpr double kMaxRelativeSigma = 0.06;
+  Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, result.report, kMaxRelativeSigma);
+  return result;
+}
+
+FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map, const PlaceIndex& index, const RelocalizationConfig& config,
+                                               const TrackingConfig& tracking, Rng& rng) {
+  const Features& features = *frame.features;
+  const LandmarkHits hits = index.Find(features);
+  FocalRelocalization best;
+  best.camera = map.cameras[static_cast<size_t>(frame.camera)];
+  best.report.why_not = "no place of the map looks like this, whatever the focal length";
+  for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
+    const std::vector<Match> matches = MatchPlace(map, features, place, hits);
+    if (static_cast<int>(matches.size()) < kMinMatches) continue;
+    const std::optional<FocalReport> rough = FocalFromMatches(frame, map, matches, config.ransac_iterations, rng);
+    if (!rough) continue;
+    std::vector<KeyframeId> around = map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
+    around.push_back(place.keyframes.front());
+    const std::vector<LandmarkId> landmarks = LandmarksSeenBy(map, around);
+    FocalRelocalization found;
+    found.camera = rough->camera;
+    found.report.cam_from_world = rough->cam_from_world;
+    // What is found with the rough focal length makes it better, and the search wider.
+    for (int round = 0; round < 2; ++round) {
+      const Map with = WithCameraOf(map, frame, found.camera);
+      found.report = SearchAround(frame, with, landmarks, found.report.cam_from_world);
+      found = RefineFocal(frame, with, found.report, tracking);
+    }
+    found.report.keyframe = place.keyframes.front();
+    const bool is_better = found.report.success || found.report.inliers > best.report.inliers;
+    Keep(found.report, best.report);
+    if (is_better) {
+      best.camera = found.camera;
+      best.relative_sigma = found.relative_sigma;
+    }
+    if (best.report.success) break;
+  }
+  std::ranges::stable_sort(best.report.hypotheses, std::ranges::greater{}, &PoseHypothesis::score);
   return best;
 }
 

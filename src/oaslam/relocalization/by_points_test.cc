@@ -83,6 +83,34 @@ TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
   EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng).success);
 }
 
+// The world through another lens: the map's camera is not that of the image.
+TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
+  Fixture f;
+  for (const double focal : {380.0, 520.0, 700.0}) {
+    synthetic::World seen = f.world;
+    seen.camera.fx = seen.camera.fy = focal;
+    for (const double angle : {-20.0, 8.0}) {
+      Rng rng(static_cast<uint64_t>(angle + focal));
+      const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
+      const View view = MakeView(seen, truth, {.flipped_bits = 20, .clutter = 200}, rng);
+      const FocalRelocalization found = RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+      ASSERT_TRUE(found.report.success) << focal << ' ' << angle << ": " << found.report.why_not;
+      EXPECT_NEAR(found.camera.fx / focal, 1, 0.02) << angle;
+      EXPECT_LT(found.relative_sigma, 0.01);
+      EXPECT_LT((found.report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.06) << focal;
+    }
+  }
+}
+
+TEST(RelocalizeByPointsAndFocal, RefusesAnotherWorld) {
+  const Fixture f;
+  WorldOptions other = kWorld;
+  other.seed = 78;
+  Rng rng(1);
+  const View view = MakeView(synthetic::MakeWorld(other), synthetic::PoseOnArc(kWorld, 0), {}, rng);
+  EXPECT_FALSE(RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng).report.success);
+}
+
 TEST(VerifyByPoints, ConfirmsARoughPose) {
   const Fixture f;
   for (uint64_t seed = 0; seed < 10; ++seed) {

@@ -12,9 +12,6 @@ namespace {
 
 constexpr double kMinShare = 0.4;          // of the landmarks found that must agree with the pose where these are few
 constexpr double kChanceFactor = 4;        // so many times what chance would give, and some more
-// Of the position, by the median distance of the points, if all were off by one pixel together: seen from an unusual side, matches err
-// alike, and more of them in the same corner of the image do not help.
-constexpr double kMaxRelativeSigma = 0.03;
 
 struct Round {
   double radius_px;
@@ -96,7 +93,7 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map, std::span<
   return report;
 }
 
-void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report) {
+void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report, double max_relative_sigma) {
   report.success = false;
   if (report.inliers < few_inliers) {
     report.why_not = fmt::format("{} points agree with the best pose", report.inliers);
@@ -118,7 +115,7 @@ void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationRe
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::ranges::nth_element(distances, middle);
   const double correlated_sigma = report.sigma_position * std::sqrt(report.inliers);
-  if (!(correlated_sigma < kMaxRelativeSigma * *middle)) {
+  if (!(correlated_sigma < max_relative_sigma * *middle)) {
     report.why_not = fmt::format("position uncertain by {:.0f} % of the distance", 100 * correlated_sigma / *middle);
     return;
   }

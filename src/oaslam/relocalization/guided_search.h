@@ -22,7 +22,8 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map, std::span<
                                   const Rigid3& cam_from_world);
 
 // Decides whether the evidence suffices: `enough_inliers`, or at least `few_inliers` that are most of what was found, many more than chance
-// would give, and determine the pose well.
-void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report);
+// would give, and determine the pose well: its position to `max_relative_sigma` of the points' median distance, if all were off by one pixel together: seen
+// from an unusual side, matches err alike, and more of them in the same corner of the image do not help.
+void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report, double max_relative_sigma = 0.03);
 
 }  // namespace oaslam

@@ -29,6 +29,13 @@ struct Relocalization {
   std::string why_not;
 };
 
+// The same for a frame whose camera is not known.
+struct UnknownCameraRelocalization {
+  Relocalization found;
+  Camera camera;              // a camera of the map, or one with the focal length that the points ask for
+  double relative_sigma = 0;  // of that focal length; 0 where it is a camera of the map
+};
+
 // Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points; where these fail, by objects, whose pose
 // guides the search for points; and by objects alone as a last resort, if their evidence is strong.
 class Relocalizer {
@@ -38,6 +45,11 @@ class Relocalizer {
   // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without features is found by objects only.
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
+
+  // Of a frame in its original image, whose camera in the map is without distortion and of its size, else arbitrary: first as if one of the
+  // map's cameras had taken it; where points contradict that, or find nothing, with a focal length of its own.
+  UnknownCameraRelocalization FindWithUnknownCamera(const Frame& raw, const Map& map, RelocalizationMode mode,
+                                                    const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
  private:
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);

@@ -10,6 +10,7 @@
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/io/map_file.h"
+#include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/presence.h"
 #include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
@@ -64,6 +65,21 @@ void CheckCamera(const Camera& camera) {
     throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive", camera.width, camera.height, camera.fx, camera.fy));
 }
 
+RelocalizationResult ResultOf(const Relocalization& found) {
+  RelocalizationResult result;
+  result.evidence = found.evidence;
+  if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
+  result.confidence = found.confidence;
+  result.object_score = found.object_score;
+  result.object_margin = found.object_margin;
+  result.inlier_points = found.inliers;
+  result.matched_objects = found.matched_objects;
+  result.sigma_position = found.sigma_position;
+  for (const PoseHypothesis& h : found.candidates) result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
+  result.why_not = found.why_not;
+  return result;
+}
+
 }  // namespace
 
 class Slam::Impl {
@@ -94,6 +110,7 @@ class Slam::Impl {
   bool JoinMaps(int frame_index);
   bool IsInitializing() const { return session_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
+  RelocalizationResult FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
   void SetAnchors(std::map<std::string, Anchor> anchors) {
     MapCommand command;
@@ -153,8 +170,6 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   ++next_index_;
   const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
 
-  // A map made while lost needs a while of poses in both to be joined, in which neither may grow.
-  session_->tracker().SetLongProbation(resumption_ && !resumption_->IsInitializing() && !resumption_->IsLost(frame.timestamp));
   const Stopwatch tracking;
   const Tracker::Outcome outcome = Resume(frame, session_->Process(frame));
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
@@ -227,20 +242,34 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mod
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
   const Relocalization found = relocalizer_.Find(frame, *session_->snapshot(), mode, gravity_in_cam, rng);
-  RelocalizationResult result;
-  result.evidence = found.evidence;
-  if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
-  result.confidence = found.confidence;
-  result.object_score = found.object_score;
-  result.object_margin = found.object_margin;
-  result.inlier_points = found.inliers;
-  result.matched_objects = found.matched_objects;
-  result.sigma_position = found.sigma_position;
-  for (const PoseHypothesis& h : found.candidates) result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
-  result.why_not = found.why_not;
+  RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
   if (result.world_from_cam) audit_.Add(frame, found.cam_from_world, *session_->snapshot(), config_.objects);
+  return result;
+}
+
+RelocalizationResult Slam::Impl::FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  const Stopwatch watch;
+  Camera plain = camera_;
+  plain.model = LensModel::kPinhole;
+  plain.distortion = {};
+  Map map = *session_->snapshot();
+  map.cameras.push_back(plain);
+  Frame frame = MakeFrame(input, 0, config_.features.count);
+  frame.camera = static_cast<int>(map.cameras.size()) - 1;
+  frame.features = std::make_shared<const Features>(WithCamera(*frame.features, camera_, plain));
+  frame.detections = ToIdealImage(input.detections, plain);
+  const double ms_features = watch.WallMs();
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  const UnknownCameraRelocalization answer = relocalizer_.FindWithUnknownCamera(frame, map, mode, gravity_in_cam, rng);
+  RelocalizationResult result = ResultOf(answer.found);
+  if (result.world_from_cam) {
+    result.camera = answer.camera;
+    result.focal_sigma_px = answer.relative_sigma * answer.camera.fx;
+  }
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs() - ms_features;
   return result;
 }
 
@@ -273,6 +302,10 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
   return impl_->Find(frame, mode, gravity_in_cam ? gravity_in_cam : frame.gravity_in_cam, watch.WallMs());
+}
+
+RelocalizationResult Slam::RelocalizeWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  return impl_->FindWithUnknownCamera(input, mode, gravity_in_cam);
 }
 
 RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& detections, const std::optional<Eigen::Vector3d>& gravity_in_cam) {

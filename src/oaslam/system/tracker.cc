@@ -39,7 +39,7 @@ double PredictionError(const Frame& frame, const Map& map, const TrackReport& tr
   return *middle / frame.features->pyramid.working_pixel();
 }
 
-constexpr double kProbation = 0.5, kLongProbation = 3;  // seconds
+constexpr double kProbation = 0.5;  // seconds
 constexpr double kMotionWindow = 15;  // pixels of the lowest level, at least
 constexpr double kErrorsSearched = 4;
 constexpr int kThin = 200;  // landmarks: with fewer in view the matches of all key points with the last image are worth their time
@@ -152,7 +152,7 @@ TrackDemands Tracker::Demands(const Frame& frame) const {
 }
 
 bool Tracker::IsOnProbation(const Frame& frame) const {
-  return relocalized_frame_ && frame.timestamp - relocalized_time_ <= (has_long_probation_ ? kLongProbation : kProbation);
+  return relocalized_frame_ && frame.timestamp - relocalized_time_ <= kProbation;
 }
 
 Rigid3 Tracker::Predict(const Rigid3& last_pose, double timestamp) const {

@@ -55,9 +55,6 @@ class Tracker {
   // Without mapping the map is only read: no keyframes, no objects, no new map.
   void SetMapping(bool enabled) { mapping_ = enabled; }
 
-  // Whether a camera that was found waits longer before the map grows from it.
-  void SetLongProbation(bool is_long) { has_long_probation_ = is_long; }
-
   Outcome Track(const Frame& frame, const Map& map);
   // Takes over a map that Track asked for; back to initialising where the mapper refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
@@ -173,7 +170,6 @@ class Tracker {
   int newest_frame_ = 0;
   std::optional<int> relocalized_frame_;  // the newest when the camera was last found
   double relocalized_time_ = 0;
-  bool has_long_probation_ = false;
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe

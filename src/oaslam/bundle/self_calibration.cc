@@ -1,0 +1,327 @@
+#include "oaslam/bundle/self_calibration.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+
+#include "oaslam/bundle/camera_motion.h"
+#include "oaslam/bundle/intrinsics_solver.h"
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/map/camera_replacement.h"
+
+namespace oaslam {
+namespace {
+
+// More hardly add to what is known of one lens, and the dense system grows with their square.
+constexpr size_t kMaxKeyframes = 120;
+constexpr int kMinKeyframes = 5, kMinPoints = 30;
+// Beyond it a guess from the usual fields of view is hardly worse.
+constexpr double kMaxRelativeSigma = 0.02;
+// Between the rays of a point that says something of depth; a tenth of the points, at least.
+constexpr double kMinParallaxRad = 0.5 * std::numbers::pi / 180, kMinParallaxShare = 0.1;
+// Without turning, focal length and depth cannot be told apart.
+constexpr double kMinTurnRad = 5 * std::numbers::pi / 180;
+// Lenses beyond need a calibration, or there is no solution.
+constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // of the longer side
+
+struct Problem {
+  std::vector<RolledSight> sights;  // by point
+  IntrinsicsState state;
+  std::vector<KeyframeId> keyframes;  // per pose
+  std::vector<LandmarkId> landmarks;  // per point
+};
+
+std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
+  std::vector<KeyframeId> all;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    if (k.camera == camera) all.push_back(id);
+  });
+  if (all.size() <= kMaxKeyframes) return all;
+  std::vector<KeyframeId> spread;
+  for (size_t i = 0; i < kMaxKeyframes; ++i) spread.push_back(all[i * all.size() / kMaxKeyframes]);
+  return spread;
+}
+
+// How far a point at rest seems to move, for each second of the readout, since its row is not the middle one.
+Eigen::Vector2d ByReadout(const Camera& camera, const Keyframe& keyframe, const CameraMotion& motion, const Eigen::Vector3d& point, const Eigen::Vector2d& raw) {
+  const Eigen::Vector3d p = keyframe.cam_from_world * point;
+  const auto velocity = motion.At(keyframe.timestamp);
+  if (!velocity || p.z() <= 0) return Eigen::Vector2d::Zero();
+  return ((raw.y() + 0.5) / camera.height - 0.5) * PixelWithDerivatives(camera, p).by_point * velocity->Of(p);
+}
+
+Problem Collect(const Map& map, int camera, std::span<const FramePose> trajectory) {
+  const CameraMotion motion(map, trajectory);
+  Problem problem;
+  problem.state.camera = map.cameras[static_cast<size_t>(camera)];
+  problem.keyframes = SelectKeyframes(map, camera);
+  for (const KeyframeId id : problem.keyframes)
+    problem.state.poses.push_back(map.keyframes.At(id).cam_from_world);
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    const size_t before = problem.sights.size();
+    const int point = static_cast<int>(problem.landmarks.size());
+    for (const Observation& o : landmark.observations) {
+      const auto place = std::ranges::lower_bound(problem.keyframes, o.keyframe);
+      if (place == problem.keyframes.end() || *place != o.keyframe) continue;
+      const Features& features = *map.keyframes.At(o.keyframe).features;
+      const Keypoint& k = features.keypoints[o.keypoint];
+      const Eigen::Vector2d raw = Distort(problem.state.camera, k.px.cast<double>());
+      const PointSight sight{static_cast<int>(place - problem.keyframes.begin()), point, raw, 1.0 / features.pyramid.scale[k.octave]};
+      problem.sights.push_back({sight, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe), motion, landmark.position, raw)});
+    }
+    if (problem.sights.size() - before < 2) {
+      problem.sights.resize(before);
+      return;
+    }
+    problem.landmarks.push_back(id);
+    problem.state.points.push_back(landmark.position);
+  });
+  return problem;
+}
+
+IntrinsicsPrior PriorOf(const Camera& camera, const CalibrationPrior& prior) {
+  const double longer = std::max(camera.width, camera.height);
+  IntrinsicsPrior p{prior.camera.value_or(camera), 0, {}};
+  const double center = prior.center_sigma * longer;
+  p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma, prior.readout_sigma_s;
+  return p;
+}
+
+std::optional<Eigen::Vector2d> ResidualOf(const IntrinsicsState& state, const RolledSight& s) {
+  const Eigen::Vector3d p = state.poses[s.pose] * state.points[s.point];
+  if (p.z() <= 0) return std::nullopt;
+  return s.inverse_sigma * (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px);
+}
+
+// Those that agree with the state; points with fewer than two such sights lose the rest.
+std::vector<RolledSight> InliersOf(const Problem& problem) {
+  std::vector<RolledSight> inliers;
+  for (size_t i = 0; i < problem.sights.size();) {
+    const size_t before = inliers.size();
+    const int point = problem.sights[i].point;
+    for (; i < problem.sights.size() && problem.sights[i].point == point; ++i) {
+      const auto residual = ResidualOf(problem.state, problem.sights[i]);
+      if (residual && residual->squaredNorm() <= kChi2TwoDof) inliers.push_back(problem.sights[i]);
+    }
+    if (inliers.size() - before < 2) inliers.resize(before);
+  }
+  return inliers;
+}
+
+// Variance of the residuals, and by how much errors of neighbours in an image have the same sign: the
+// design effect, var(sum) / sum(var) over cells of the image (Kish 1965). A motion that the poses do
+// not follow, a distortion that the model lacks, and matches that err alike show in it.
+struct Noise {
+  double variance = 1, design_effect = 1;
+};
+
+Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights) {
+  constexpr int kCells = 8;  // along the longer side
+  const double cell = std::max(state.camera.width, state.camera.height) / static_cast<double>(kCells);
+  std::map<std::array<int, 3>, std::pair<Eigen::Vector2d, double>> cells;
+  double sum = 0;
+  std::vector<char> is_seen(state.points.size());
+  int points = 0;
+  for (const RolledSight& s : sights) {
+    const auto residual = ResidualOf(state, s);
+    if (!residual) continue;
+    sum += residual->squaredNorm();
+    points += !std::exchange(is_seen[s.point], 1);
+    auto& [total, squares] =
+        cells.try_emplace({s.pose, static_cast<int>(s.px.x() / cell), static_cast<int>(s.px.y() / cell)},
+                          Eigen::Vector2d::Zero(), 0.0)
+            .first->second;
+    total += *residual;
+    squares += residual->squaredNorm();
+  }
+  double together = 0;
+  for (const auto& [key, entry] : cells) together += entry.first.squaredNorm();
+  const double freedom = 2.0 * static_cast<double>(sights.size()) - 3.0 * points - 6.0 * static_cast<double>(state.poses.size());
+  return {sum / std::max(freedom, 1.0), sum > 0 ? std::max(1.0, together / sum) : 1};
+}
+
+double ShareWithParallax(const IntrinsicsState& state, std::span<const RolledSight> sights) {
+  std::vector<Eigen::Vector3d> centers;
+  for (const Rigid3& pose : state.poses) centers.push_back(pose.OriginInSource());
+  int points = 0, with = 0;
+  for (size_t i = 0; i < sights.size();) {
+    const int point = sights[i].point;
+    const Eigen::Vector3d first = (state.points[point] - centers[sights[i].pose]).normalized();
+    double widest = 0;
+    for (; i < sights.size() && sights[i].point == point; ++i) {
+      const Eigen::Vector3d ray = (state.points[point] - centers[sights[i].pose]).normalized();
+      widest = std::max(widest, first.cross(ray).norm());
+    }
+    ++points;
+    with += widest > std::sin(kMinParallaxRad);
+  }
+  return points > 0 ? static_cast<double>(with) / points : 0;
+}
+
+double LargestTurn(const IntrinsicsState& state) {
+  double largest = 0;
+  for (const Rigid3& a : state.poses) largest = std::max(largest, a.rotation.angularDistance(state.poses.front().rotation));
+  return largest;
+}
+
+std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state, std::span<const RolledSight> inliers) {
+  const double focal = found.camera.fx / std::max(found.camera.width, found.camera.height);
+  if (ShareWithParallax(state, inliers) < kMinParallaxShare)
+    return "the camera only turned: it has to move sideways, too";
+  if (!(found.RelativeSigma() <= kMaxRelativeSigma)) {
+    const std::string how = std::isfinite(found.RelativeSigma())
+                                ? fmt::format("the focal length is only known to {:.1f} %", 100 * found.RelativeSigma())
+                                : std::string("the focal length is open");
+    return how + (LargestTurn(state) < kMinTurnRad
+                      ? ": the camera moved without turning"
+                      : ": the motion tells too little of it (moving straight ahead, or a flat scene)");
+  }
+  if (focal < kMinFocal || focal > kMaxFocal) return fmt::format("no plausible focal length ({:.0f} pixels)", found.camera.fx);
+  return {};
+}
+
+bool Solve(Problem& problem, const CalibrationPrior& prior) {
+  constexpr int kIterations = 40;
+  constexpr double kTolerance = 1e-5;
+  IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
+  // First with the principal point held: far from the solution it would take up what the focal
+  // length is off.
+  IntrinsicsPrior held = known;
+  held.camera.cx = problem.state.camera.cx;
+  held.camera.cy = problem.state.camera.cy;
+  held.sigma[1] = held.sigma[2] = 0;
+  const SchurOptions robust{kIterations, kTolerance, kChi2TwoDof, {}};
+  return MinimizeWithIntrinsics(problem.sights, held, robust, problem.state).success &&
+         MinimizeWithIntrinsics(problem.sights, known, robust, problem.state).success;
+}
+
+// The part of a problem that the keyframes [from, to) are.
+Problem PartOf(const Problem& whole, int from, int to) {
+  Problem part;
+  part.state.camera = whole.state.camera;
+  part.state.readout_s = whole.state.readout_s;
+  const auto ids = whole.keyframes.begin();
+  part.keyframes.assign(ids + from, ids + to);
+  part.state.poses.assign(whole.state.poses.begin() + from, whole.state.poses.begin() + to);
+  for (size_t i = 0; i < whole.sights.size();) {
+    const size_t before = part.sights.size();
+    const int point = whole.sights[i].point, new_point = static_cast<int>(part.landmarks.size());
+    for (; i < whole.sights.size() && whole.sights[i].point == point; ++i) {
+      RolledSight s = whole.sights[i];
+      if (s.pose < from || s.pose >= to) continue;
+      s.pose -= from;
+      s.point = new_point;
+      part.sights.push_back(s);
+    }
+    if (part.sights.size() - before < 2) {
+      part.sights.resize(before);
+      continue;
+    }
+    part.landmarks.push_back(whole.landmarks[point]);
+    part.state.points.push_back(whole.state.points[point]);
+  }
+  return part;
+}
+
+// The standard deviation of log(focal length) that a solved problem has for itself; infinite where open.
+double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSight> inliers, const IntrinsicsPrior& known) {
+  const Noise noise = NoiseOf(state, inliers);
+  const double variance = noise.variance * noise.design_effect * InformationOnIntrinsics(inliers, known, state).inverse()(0, 0);
+  return std::isfinite(variance) && variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
+}
+
+// How much more parts of the walk, each by itself, differ in the focal length than their own standard deviations allow (Birge 1932): at least
+// 1. Errors that stay the same all through a part show in it, such as what a rolling shutter does to its motion.
+double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
+  constexpr int kParts = 4, kMinKeyframesOfPart = 6;
+  const int count = static_cast<int>(whole.keyframes.size()), parts = std::min(kParts, count / kMinKeyframesOfPart);
+  double sum = 0;
+  int told = 0;
+  for (int part = 0; part < parts; ++part) {
+    Problem p = PartOf(whole, part * count / parts, (part + 1) * count / parts);
+    if (p.landmarks.size() < kMinPoints || !MinimizeWithIntrinsics(p.sights, known, {20, 1e-4, 0, {}}, p.state).success) continue;
+    const double sigma = StatisticalSigma(p.state, p.sights, known);
+    if (!std::isfinite(sigma)) continue;
+    const double off = std::log(p.state.camera.fx / whole.state.camera.fx) / sigma;
+    sum += off * off;
+    ++told;
+  }
+  return told > 1 ? std::sqrt(std::max(1.0, sum / (told - 1))) : 1;
+}
+
+SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory, bool with_parts) {
+  Problem problem = Collect(map, camera, trajectory);
+  SelfCalibration found;
+  found.camera = problem.state.camera;
+  found.keyframes = static_cast<int>(problem.keyframes.size());
+  found.observations = static_cast<int>(problem.sights.size());
+  if (found.keyframes < kMinKeyframes || problem.landmarks.size() < kMinPoints) {
+    found.why_not = fmt::format("too little was mapped: {} keyframes, {} landmarks seen twice", found.keyframes, problem.landmarks.size());
+    return found;
+  }
+  const IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
+  if (!Solve(problem, prior)) {
+    found.why_not = "bundle adjustment with a free focal length finds no solution";
+    return found;
+  }
+  std::vector<RolledSight> inliers = InliersOf(problem);
+  if (!MinimizeWithIntrinsics(inliers, known, {20, 1e-6, 0, {}}, problem.state).success) {
+    found.why_not = "bundle adjustment with a free focal length finds no solution";
+    return found;
+  }
+  const Noise noise = NoiseOf(problem.state, inliers);
+  found.camera = problem.state.camera;
+  found.readout_s = problem.state.readout_s;
+  found.inliers = static_cast<int>(inliers.size());
+  found.rmse = std::sqrt(noise.variance);
+  const auto information = InformationOnIntrinsics(inliers, known, problem.state);
+  const Eigen::Matrix<double, kShared, kShared> covariance = information.inverse();
+  if (covariance.allFinite() && covariance(0, 0) > 0) {
+    const SharedStep sigma = (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
+    if (with_parts) {
+      Problem kept = problem;
+      kept.sights = inliers;
+      found.parts_ratio = BirgeRatio(kept, known);
+    }
+    found.focal_sigma_px = sigma[0] * found.camera.fx * found.parts_ratio;
+    found.center_sigma_px = std::max(sigma[1], sigma[2]);
+    found.k1_sigma = sigma[3];
+    found.k2_sigma = sigma[4];
+    found.readout_sigma_s = sigma[kIntrinsics];
+  }
+  for (size_t i = 0; i < problem.keyframes.size(); ++i) found.poses.emplace_back(problem.keyframes[i], problem.state.poses[i]);
+  for (size_t i = 0; i < problem.landmarks.size(); ++i) found.points.emplace_back(problem.landmarks[i], problem.state.points[i]);
+  found.why_not = WhyNot(found, problem.state, inliers);
+  found.success = found.why_not.empty();
+  return found;
+}
+
+}  // namespace
+
+SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory) {
+  return SelfCalibrateHere(map, camera, prior, trajectory, true);
+}
+
+SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory) {
+  return SelfCalibrateHere(map, camera, prior, trajectory, false);
+}
+
+Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration, const BundleConfig& config,
+                 int min_shared_landmarks) {
+  constexpr int kIterations = 20;
+  Map changed = WithCamera(map, camera, calibration.camera);
+  for (const auto& [id, pose] : calibration.poses) changed.keyframes.MutableAt(id).cam_from_world = pose;
+  for (const auto& [id, point] : calibration.points) changed.landmarks.MutableAt(id).position = point;
+  ApplyCorrection(GlobalBundleAdjustment(changed, kIterations, config), changed);
+  for (const KeyframeId id : changed.keyframes.Ids()) changed.UpdateCovisibility(id, min_shared_landmarks);
+  return changed;
+}
+
+}  // namespace oaslam

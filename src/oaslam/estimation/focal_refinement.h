@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/estimation/pose_refinement.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+struct FocalReport {
+  bool success = false;  // at least 8 inliers that determine pose and focal length
+  Camera camera;         // with the focal length that was found
+  Rigid3 cam_from_world;
+  std::vector<uint8_t> inlier;  // per observation
+  int inliers = 0;
+  double chi2 = 0;  // sum over the inliers
+  // 1 sigma of log(focal length), at the stated variances.
+  double relative_sigma = std::numeric_limits<double>::infinity();
+  // Of the pose, as PoseReport's, the focal length being unknown.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+// Pose and focal length (of both axes, whose ratio stays) of a camera without distortion from points: as RefinePose, with one unknown
+// more. From a focal length within some 15 % of the true one.
+FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_from_world, std::span<const PointObservation> observations);
+
+}  // namespace oaslam

@@ -1,0 +1,260 @@
+#include "oaslam/camera_estimation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "oaslam/bundle/self_calibration.h"
+#include "oaslam/io/focal_metadata.h"
+#include "oaslam/io/map_file.h"
+#include "oaslam/map/frame_view.h"
+#include "oaslam/slam.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+// Images with more pixels are scaled down: the focal length comes out as well, in a fraction of the
+// time and of the memory.
+constexpr double kMaxPixels = 640 * 480;
+// Kept at a time, and their rate: enough to walk once about a table.
+constexpr size_t kMaxImages = 600;
+constexpr double kMaxRateHz = 32;
+// Of the longer side, degrees: phones, then narrower and wider lenses.
+constexpr double kUsualFov[] = {65, 50, 85, 105};
+// A first answer, by relative standard deviation, and one that need not become better.
+constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
+// Of a rolling shutter: phones take 10 to 30 ms, from the top row or from the bottom row.
+constexpr double kReadoutSigmaS = 0.02;
+
+cv::Mat Grey(const cv::Mat& image) {
+  cv::Mat grey;
+  if (image.type() == CV_8UC1) return image;
+  if (image.type() == CV_8UC3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  else if (image.type() == CV_8UC4) cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
+  else throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+  return grey;
+}
+
+// The camera of the same images scaled to another size. Pixel centres are at integers.
+Camera Scaled(const Camera& camera, const cv::Size& size) {
+  const double sx = static_cast<double>(size.width) / camera.width, sy = static_cast<double>(size.height) / camera.height;
+  Camera scaled = camera;
+  scaled.width = size.width;
+  scaled.height = size.height;
+  scaled.fx *= sx;
+  scaled.fy *= sy;
+  scaled.cx = (camera.cx + 0.5) * sx - 0.5;
+  scaled.cy = (camera.cy + 0.5) * sy - 0.5;
+  return scaled;
+}
+
+Camera WithFocalLength(const cv::Size& size, double focal) {
+  Camera camera{.width = size.width, .height = size.height, .fx = focal, .fy = focal};
+  camera.cx = 0.5 * (size.width - 1);
+  camera.cy = 0.5 * (size.height - 1);
+  camera.is_guess = true;
+  camera.name = "estimated";
+  return camera;
+}
+
+double FocalLengthOf(const cv::Size& size, double fov_deg) {
+  return 0.5 * std::max(size.width, size.height) / std::tan(0.5 * fov_deg * std::numbers::pi / 180);
+}
+
+struct Pass {
+  SelfCalibration calibration;
+  int images = 0;
+};
+
+double Change(const Camera& a, const Camera& b) { return std::abs(std::log(a.fx / b.fx)); }
+
+}  // namespace
+
+class CameraEstimator::Impl {
+ public:
+  Impl(const SlamConfig& config, const CameraEstimationOptions& options) : config_(config), options_(options) {
+    if (config_.runner.mode == "live") config_.runner.mode = "lockstep";
+  }
+
+  void Add(const cv::Mat& image, double timestamp) {
+    if (image.empty()) throw InputError("camera estimation: empty image");
+    if (original_.empty()) SetSize(image.size());
+    if (image.size() != original_)
+      throw InputError(fmt::format("camera estimation: image of {}x{} pixels among {}x{}", image.cols, image.rows, original_.width, original_.height));
+    if (!times_.empty() && !(timestamp > times_.back()))
+      throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", timestamp, times_.back()));
+    if (IsFull() || (!times_.empty() && timestamp - times_.back() < 1 / kMaxRateHz)) return;
+    cv::Mat small = Grey(image);
+    if (size_ != original_) cv::resize(small, small, size_, 0, 0, cv::INTER_AREA);
+    images_.push_back(small.data == image.data ? small.clone() : small);
+    times_.push_back(timestamp);
+  }
+
+  double Duration() const { return times_.empty() ? 0 : times_.back() - times_.front(); }
+  bool IsFull() const { return images_.size() >= kMaxImages; }
+
+  void Forget() {
+    images_.clear();
+    times_.clear();
+  }
+
+  CameraEstimate Estimate() {
+    if (images_.empty()) throw InputError("camera estimation: no images");
+    best_.reset();
+    int undetermined = 0;
+    for (const Camera& start : Starts()) {
+      const Pass pass = Map(start, kRoughSigma);
+      Keep(pass);
+      if (pass.calibration.success && Settle(pass)) break;
+      // What one map of many views leaves open another leaves open, too.
+      constexpr int kManyKeyframes = 20, kEnoughMaps = 2;
+      undetermined += pass.calibration.keyframes >= kManyKeyframes;
+      if (undetermined >= kEnoughMaps) break;
+    }
+    return Answer();
+  }
+
+ private:
+  void SetSize(const cv::Size& size) {
+    original_ = size_ = size;
+    const double scale = std::sqrt(kMaxPixels / (static_cast<double>(size.width) * size.height));
+    if (scale >= 1) return;
+    size_ = {std::max(1, static_cast<int>(std::lround(scale * size.width))), std::max(1, static_cast<int>(std::lround(scale * size.height)))};
+  }
+
+  // The lens that is expected, but for its focal length.
+  Camera Expected() const {
+    return options_.start ? Scaled(*options_.start, size_) : Guess(FocalLengthOf(original_, kUsualFov[0]));
+  }
+
+  // Pixels are square in the original images.
+  Camera Guess(double focal) const { return Scaled(WithFocalLength(original_, focal), size_); }
+
+  std::vector<Camera> Starts() const {
+    std::vector<Camera> starts;
+    if (found_) starts.push_back(*found_);
+    if (options_.start) starts.push_back(Expected());
+    if (options_.focal_length_35mm)
+      starts.push_back(Guess(*options_.focal_length_35mm / kFrameDiagonal35mm * std::hypot(original_.width, original_.height)));
+    for (const double fov : kUsualFov) starts.push_back(Guess(FocalLengthOf(original_, fov)));
+    return starts;
+  }
+
+  // Maps the images until the camera is known to `enough`, or to their end.
+  Pass Map(const Camera& camera, double enough) const {
+    constexpr size_t kFirstCheck = 8;
+    constexpr double kNextCheck = 1.35;  // times as many keyframes
+    Slam slam(config_, camera);
+    CalibrationPrior prior;
+    prior.camera = Expected();
+    prior.readout_sigma_s = kReadoutSigmaS;
+    Pass pass;
+    pass.calibration.camera = camera;
+    pass.calibration.why_not = "the images could not be mapped";
+    size_t next_check = kFirstCheck, checked = 0;
+    const auto check = [&] {
+      const SavedMap saved = slam.Export();
+      if (saved.map.keyframes.empty() || saved.map.keyframes.size() == checked) return;
+      checked = saved.map.keyframes.size();
+      pass.calibration = SelfCalibrateQuickly(saved.map, 0, prior, saved.trajectory);
+    };
+    for (size_t i = 0; i < images_.size(); ++i) {
+      slam.Process({images_[i], times_[i], {}, false});
+      ++pass.images;
+      const size_t keyframes = slam.View().map->keyframes.size();
+      if (keyframes < kFirstCheck) next_check = kFirstCheck;  // begun anew
+      if (keyframes < next_check) continue;
+      next_check = static_cast<size_t>(std::ceil(kNextCheck * static_cast<double>(keyframes)));
+      check();
+      if (pass.calibration.success && pass.calibration.RelativeSigma() < enough) break;
+    }
+    if (!(pass.calibration.success && pass.calibration.RelativeSigma() < enough)) check();
+    Log(LogLevel::kDebug, fmt::format("camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, readout {:.1f} +- {:.1f} ms, "
+                                      "{} keyframes, {} of {} observations, rmse {:.3f}{}{}",
+                                      pass.images, camera.fx, pass.calibration.camera.fx, pass.calibration.focal_sigma_px, pass.calibration.camera.distortion[0],
+                                      pass.calibration.camera.distortion[1], pass.calibration.camera.cx, pass.calibration.camera.cy,
+                                      1000 * pass.calibration.readout_s, 1000 * pass.calibration.readout_sigma_s, pass.calibration.keyframes,
+                                      pass.calibration.inliers, pass.calibration.observations, pass.calibration.rmse, pass.calibration.success ? "" : ": ",
+                                      pass.calibration.why_not));
+    return pass;
+  }
+
+  // Maps anew with what was found until that stays. False where it is lost again.
+  bool Settle(const Pass& rough) {
+    constexpr int kRounds = 4;
+    constexpr double kStays = 0.01;  // what the map of the whole walk will mend
+    Pass before = rough;
+    for (int round = 0; round < kRounds; ++round) {
+      Pass pass = Map(before.calibration.camera, kFineSigma);
+      if (!pass.calibration.success) return false;
+      const double change = Change(pass.calibration.camera, before.calibration.camera);
+      const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
+      // What another map moves is not known any better.
+      pass.calibration.focal_sigma_px = std::max(pass.calibration.focal_sigma_px, change / 2 * pass.calibration.camera.fx);
+      best_ = before = pass;
+      if (stays) break;
+    }
+    return true;
+  }
+
+  void Keep(const Pass& pass) {
+    const bool is_better = !best_ || (pass.calibration.success && !best_->calibration.success) ||
+                           (pass.calibration.success == best_->calibration.success && pass.calibration.RelativeSigma() < best_->calibration.RelativeSigma());
+    if (is_better) best_ = pass;
+  }
+
+  CameraEstimate Answer() {
+    constexpr double kWorthMoreThanAGuess = 0.1;
+    const SelfCalibration& found = best_->calibration;
+    CameraEstimate estimate;
+    estimate.is_determined = found.success;
+    estimate.why_not = found.why_not;
+    estimate.images = best_->images;
+    estimate.rmse = found.rmse;
+    const bool is_usable = found.success || found.RelativeSigma() < kWorthMoreThanAGuess;
+    const Camera camera = is_usable ? found.camera : Starts().front();
+    if (is_usable) {
+      found_ = camera;
+      estimate.focal_sigma_px = found.focal_sigma_px * original_.width / size_.width;
+    }
+    estimate.camera = Scaled(camera, original_);
+    estimate.camera.is_guess = !found.success;
+    estimate.camera.name = options_.start && !options_.start->name.empty() ? options_.start->name : "estimated";
+    return estimate;
+  }
+
+  SlamConfig config_;
+  CameraEstimationOptions options_;
+  cv::Size original_, size_;
+  std::vector<cv::Mat> images_;
+  std::vector<double> times_;
+  std::optional<Pass> best_;      // of the images there are
+  std::optional<Camera> found_;  // from images before
+};
+
+CameraEstimator::CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options)
+    : impl_(std::make_unique<Impl>(config, options)) {}
+CameraEstimator::~CameraEstimator() = default;
+CameraEstimator::CameraEstimator(CameraEstimator&&) noexcept = default;
+CameraEstimator& CameraEstimator::operator=(CameraEstimator&&) noexcept = default;
+void CameraEstimator::Add(const cv::Mat& image, double timestamp) { impl_->Add(image, timestamp); }
+double CameraEstimator::Duration() const { return impl_->Duration(); }
+bool CameraEstimator::IsFull() const { return impl_->IsFull(); }
+CameraEstimate CameraEstimator::Estimate() { return impl_->Estimate(); }
+void CameraEstimator::Forget() { impl_->Forget(); }
+
+std::string Describe(const CameraEstimate& estimate) {
+  const Camera& c = estimate.camera;
+  const auto fov = [](int side, double focal) { return 2 * std::atan(0.5 * side / focal) * 180 / std::numbers::pi; };
+  const std::string sigma = std::isfinite(estimate.focal_sigma_px) ? fmt::format(" +- {:.2g}", estimate.focal_sigma_px) : std::string();
+  const std::string readout = estimate.readout_s != 0 ? fmt::format(", rolling shutter {:.1f} ms", 1000 * estimate.readout_s) : std::string();
+  return fmt::format("focal length {:.1f}{} px (fov {:.1f} x {:.1f} degrees), k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}{}", c.fx, sigma, fov(c.width, c.fx),
+                     fov(c.height, c.fy), c.distortion[0], c.distortion[1], c.cx, c.cy, readout);
+}
+
+}  // namespace oaslam
