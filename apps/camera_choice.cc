@@ -94,13 +94,14 @@ void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& 
   camera.why_not = found.why_not;
   if (!found.success) return;
   // Two maps of the same images that differ by so much know the focal length no better.
-  if (camera.is_determined) found.focal_sigma_px = std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx) / 2);
+  if (camera.is_determined) found.focal_sigma_px = std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
   camera.is_determined = found.RelativeSigma() < kMaxRelativeSigma;
-  if (!camera.is_determined) camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length", 200 * found.RelativeSigma());
+  if (!camera.is_determined) camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length", 100 * found.RelativeSigma());
   found.camera.is_guess = !camera.is_determined;
-  const int frame = saved.trajectory.empty() ? 0 : saved.trajectory.back().frame_index;
+  ImageTime now;
+  if (!saved.trajectory.empty()) now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};
   saved.map = Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
-  UpdateObjects(saved.map, {}, frame, config.objects);
+  UpdateObjects(saved.map, {}, now, config.objects);
   camera.camera = found.camera;
   camera.focal_sigma_px = found.focal_sigma_px;
   camera.rmse = found.rmse;

@@ -22,6 +22,7 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
 
 bool InsertInitialMap(const InitialMap& initial, Map& map) {
   constexpr int kIterations = 20;
+  constexpr size_t kFewestLandmarks = 15;
   Map fresh;
   fresh.cameras = map.cameras;
   fresh.next_landmark = map.next_landmark;
@@ -37,7 +38,7 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   fresh.UpdateCovisibility(initial.second_id, 1);
   ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   const double depth = fresh.MedianDepth(initial.first_id);
-  if (depth <= 0 || 2 * fresh.landmarks.size() < initial.points.size()) return false;
+  if (depth <= 0 || fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2)) return false;
   for (const KeyframeId id : fresh.keyframes.Ids()) fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.landmarks.MutableAt(id).position /= depth;
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.UpdateLandmark(id);

@@ -39,7 +39,7 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
   EXPECT_NEAR(map.MedianDepth(KeyframeId(4)), 1, 0.05);
   EXPECT_GT(map.landmarks.size(), 250U);
 
-  initial.points.resize(20);
+  initial.points.resize(12);
   Map refused;
   refused.cameras.push_back(world.camera);
   EXPECT_FALSE(InsertInitialMap(initial, refused));

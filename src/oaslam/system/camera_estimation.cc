@@ -195,7 +195,7 @@ class CameraEstimator::Impl {
       const double change = Change(pass.calibration.camera, before.calibration.camera);
       const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
       // What another map moves is not known any better.
-      pass.calibration.focal_sigma_px = std::max(pass.calibration.focal_sigma_px, change / 2 * pass.calibration.camera.fx);
+      pass.calibration.focal_sigma_px = std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
       best_ = before = pass;
       if (stays) break;
     }

@@ -375,6 +375,10 @@ void Slam::Finish() {
   if (impl_->resumption_ && !impl_->JoinMaps(impl_->next_index_))
     Log(LogLevel::kWarning, "what was seen since the camera was lost could not be joined with the map");
   impl_->resumption_.reset();
+  const Tracker& tracker = impl_->session_->tracker();
+  if (tracker.IsInitializing() && !tracker.why_no_map().empty())
+    Log(LogLevel::kWarning, fmt::format("no map was made: {}; it takes a camera that moves sideways past things with texture, neither too fast nor too dark",
+                                        tracker.why_no_map()));
   impl_->session_->Finish();
 }
 

@@ -77,6 +77,8 @@ class Tracker {
   Outcome Present(const Map& map) const;
 
   bool IsInitializing() const { return phase_ == Phase::kInitializing; }
+  // While it is initialising: why there is no map yet.
+  const std::string& why_no_map() const { return initializer_.why_not(); }
   bool IsMapping() const { return mapping_; }
   // What was seen since the last command, for the mapper.
   MapCommand TakeRest();

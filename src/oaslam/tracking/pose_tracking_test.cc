@@ -98,6 +98,42 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
     frame.features = synthetic::MakeView(world, Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0), {}, views).features;
     EXPECT_FALSE(initializer.Process(frame, world.camera, rng)) << i;
   }
+  EXPECT_EQ(initializer.why_not(), "the camera only turned, or all it sees is far away");
+}
+
+TEST(Initializer, SaysWhyThereIsNoMapYet) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  Initializer initializer{TrackingConfig{}};
+  Rng views(5), rng(0);
+  for (int i = 0; i < 3; ++i) {
+    Frame frame;
+    frame.index = i;
+    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 0), {}, views).features;
+    EXPECT_FALSE(initializer.Process(frame, world.camera, rng));
+  }
+  EXPECT_EQ(initializer.why_not(), "the camera has not moved");
+  Frame blank;
+  blank.index = 3;
+  blank.features = std::make_shared<const Features>();
+  EXPECT_FALSE(initializer.Process(blank, world.camera, rng));
+  EXPECT_EQ(initializer.why_not(), "too few corners in the image");
+}
+
+TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
+  const Scene s;
+  const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
+  TrackReport tracked = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
+  ASSERT_TRUE(tracked.success);
+  int kept = 0;  // the landmarks of the left quarter of the image
+  for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
+    if (s.frame.features->keypoints[i].px.x() > 200) tracked.landmarks[i] = LandmarkId();
+    kept += tracked.landmarks[i].IsValid();
+  }
+  ASSERT_GT(kept, 15);
+  const TrackReport strong = StrengthenByMatches(s.frame, s.mapped.map, *last.features, last.cam_from_world, tracked, {.relative_sigma = 1});
+  ASSERT_TRUE(strong.success);
+  EXPECT_GE(strong.inliers, kept * 3 / 4);
+  EXPECT_LT(s.Error(strong.cam_from_world), 0.02);
 }
 
 }  // namespace
