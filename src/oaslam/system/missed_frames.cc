@@ -1,9 +1,12 @@
+#include <algorithm>
+#include <iterator>
 #include <limits>
+#include <ranges>
 #include <utility>
 
 #include "oaslam/system/tracker.h"
 
-// Poses of frames that had none when they came: between the first two keyframes, and before a lost camera was found.
+// Poses of frames that had none when they came: before there was a map, and before a lost camera was found.
 namespace oaslam {
 namespace {
 
@@ -25,22 +28,32 @@ void Tracker::Miss(const Frame& frame, bool has_pose) {
   if (missed_.size() > kMaxMissed) missed_.pop_front();
 }
 
-// Frames that passed before there was a map get their poses now.
-void Tracker::FillInBetween(const Map& map) {
+// Frames that passed before there was a map get their poses now: from the first keyframe on to the second, and back to where it is out of sight.
+void Tracker::FillInBeforeMap(const Map& map) {
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
-  std::shared_ptr<const Features> features = keyframe.features;
-  std::vector<LandmarkId> landmarks = keyframe.landmarks;
-  Rigid3 pose = keyframe.cam_from_world;
-  for (const Frame& frame : std::exchange(between_, {})) {
-    const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, {.inliers = config_.tracking.min_inliers});
-    if (!report.success) continue;
-    trajectory_.Add({frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking}, frame,
-                    report.landmarks);
-    features = frame.features;
-    landmarks = report.landmarks;
-    pose = report.cam_from_world;
-  }
+  const auto fill_in = [&](const auto& frames) {
+    std::shared_ptr<const Features> features = keyframe.features;
+    std::vector<LandmarkId> landmarks = keyframe.landmarks;
+    Rigid3 pose = keyframe.cam_from_world;
+    for (const Frame& frame : frames) {
+      const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, {.inliers = config_.tracking.min_inliers});
+      if (!report.success) {
+        if (frame.index < keyframe.frame_index) return;
+        continue;
+      }
+      trajectory_.Add({frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking}, frame,
+                      report.landmarks);
+      features = frame.features;
+      landmarks = report.landmarks;
+      pose = report.cam_from_world;
+    }
+  };
+  const std::vector<Frame> frames = std::exchange(before_map_, {});
+  const auto from_first = std::ranges::lower_bound(frames, keyframe.frame_index, {}, &Frame::index);
+  const bool has_first = from_first != frames.end() && from_first->index == keyframe.frame_index;
+  fill_in(std::ranges::subrange(has_first ? std::next(from_first) : from_first, frames.end()));
+  fill_in(std::ranges::subrange(std::make_reverse_iterator(from_first), frames.rend()));
 }
 
 // Follows the camera back in time, from where it was found to the frames that were lost before, at most `count` of them.

@@ -108,7 +108,7 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   outcome.state = TrackingState::kInitializing;
   std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
   if (!initial) return outcome;
-  between_ = initializer_.TakeBetween();
+  before_map_ = initializer_.TakeRecent();
   initializer_.Reset();
   initial->first_id = KeyframeId(next_keyframe_++);
   initial->second_id = KeyframeId(next_keyframe_++);
@@ -137,7 +137,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   motion_.reset();
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
-  FillInBetween(map);
+  FillInBeforeMap(map);
   const int points = static_cast<int>(map.landmarks.size());
   newest_keyframe_inliers_ = points;
   return Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);

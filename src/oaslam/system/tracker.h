@@ -107,7 +107,7 @@ class Tracker {
   TrackReport Follow(const Frame& frame, const Map& map);
   const Keyframe* LastAsKeyframe(const Map& map) const;
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
-  void FillInBetween(const Map& map);
+  void FillInBeforeMap(const Map& map);
   Outcome Lose(const Frame& frame);
   void Miss(const Frame& frame, bool has_pose);
   void FillInMissed(const Map& map, int count);
@@ -161,7 +161,7 @@ class Tracker {
   Frame newest_;                                    // also without a pose
   std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
-  std::vector<Frame> between_;  // the two frames of the initial map
+  std::vector<Frame> before_map_;  // frames that came before there was one, in order
   std::deque<Missed> missed_;   // the newest frames without points to track
   std::optional<Backfill> backfill_;  // since the camera was found
   std::optional<Motion> motion_;

@@ -74,10 +74,7 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
     const KeypointPairs pairs = Follow(reference, frame, camera);
     if (!map && reference.matches >= needed) map = Try(reference, frame, camera, pairs, rng);
   }
-  if (map) {
-    first_index_ = map->first.index;
-    return map;
-  }
+  if (map) return map;
   std::erase_if(references_, [&](const Reference& r) { return r.matches < needed; });
   const bool begins = references_.empty() || references_.back().matches < kLostShare * references_.back().first_matches;
   if (begins && frame.features->size() >= needed) {
@@ -91,12 +88,10 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
   return std::nullopt;
 }
 
-std::vector<Frame> Initializer::TakeBetween() {
-  std::vector<Frame> between;
-  for (Frame& frame : recent_)
-    if (frame.index > first_index_) between.push_back(std::move(frame));
+std::vector<Frame> Initializer::TakeRecent() {
+  std::vector<Frame> recent(recent_.begin(), recent_.end());
   recent_.clear();
-  return between;
+  return recent;
 }
 
 }  // namespace oaslam

@@ -23,8 +23,8 @@ class Initializer {
   // Feeds the next frame; a map (without keyframe ids) once one can be trusted.
   std::optional<InitialMap> Process(const Frame& frame, const Camera& camera, Rng& rng);
   void Reset();
-  // The frames between the two of the map just made, to be tracked in it afterwards.
-  std::vector<Frame> TakeBetween();
+  // The frames that came before the second of the map just made, the last few seconds of them, in order: to be tracked in it afterwards.
+  std::vector<Frame> TakeRecent();
   // Why there is no map yet, for a user: "the camera has not moved", "too few corners", "only turned".
   const std::string& why_not() const { return why_not_; }
 
@@ -44,8 +44,7 @@ class Initializer {
 
   TrackingConfig config_;
   std::deque<Reference> references_;  // oldest first
-  std::deque<Frame> recent_;          // frames since the oldest reference, the newest included
-  int first_index_ = 0;               // of the map just made
+  std::deque<Frame> recent_;          // the newest included
   std::string why_not_;
 };
 
