@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <memory>
@@ -75,13 +76,21 @@ void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
     results.Detected(found.frame, static_cast<int>(found.detections.size()), slam.AddDetections(found.frame, found.detections));
 }
 
-// Of the images of this run: `loaded` come from the map that it began with.
-std::vector<StampedPose> FinalTrajectory(const SavedMap& saved, size_t loaded) {
+// One more than the largest index of a frame of the map, or of the pieces with it.
+int FirstFreeFrame(const SavedMap& saved) {
+  int last = -1;
+  for (const FramePose& pose : saved.trajectory) last = std::max(last, pose.frame_index);
+  for (const Piece& piece : saved.pieces)
+    for (const FramePose& pose : piece.trajectory) last = std::max(last, pose.frame_index);
+  return last + 1;
+}
+
+// Of the images from `first_frame` on: those before come from the map that the run began with.
+std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& frames, int first_frame) {
   std::vector<StampedPose> trajectory;
-  for (size_t i = loaded; i < saved.trajectory.size(); ++i) {
-    const FramePose& frame = saved.trajectory[i];
-    if (const auto reference = saved.map.ResolvePose(frame.reference))
-      trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  for (const FramePose& frame : frames) {
+    const auto reference = frame.frame_index < first_frame ? std::nullopt : map.ResolvePose(frame.reference);
+    if (reference) trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
   }
   return trajectory;
 }
@@ -153,7 +162,7 @@ int Run(const RunOptions& options) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  const size_t loaded_poses = slam.Export().trajectory.size();
+  const int first_frame = FirstFreeFrame(slam.Export());
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
@@ -199,9 +208,11 @@ int Run(const RunOptions& options) {
     saved.map = WithoutReadout(saved.map, saved.trajectory, *options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
   const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, !options.readout_ms, saved);
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
-  std::vector<StampedPose> trajectory = FinalTrajectory(saved, loaded_poses);
+  std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory, first_frame);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
-  const size_t tracked = results.Finish(saved, trajectory, groundtruth, Seconds() - start_s, interrupted);
+  std::vector<std::vector<StampedPose>> pieces;
+  for (const Piece& piece : saved.pieces) pieces.push_back(FinalTrajectory(piece.map, piece.trajectory, first_frame));
+  const size_t tracked = results.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s, interrupted);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);

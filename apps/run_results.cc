@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -65,6 +66,19 @@ nlohmann::ordered_json CameraSummary(const Camera& camera, const std::optional<C
   return summary;
 }
 
+nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPose>& trajectory) {
+  nlohmann::ordered_json summary;
+  summary["images"] = trajectory.size();
+  summary["keyframes"] = map.keyframes.size();
+  summary["landmarks"] = map.landmarks.size();
+  summary["objects"] = CountMappedObjects(map);
+  if (!trajectory.empty()) {
+    summary["from"] = trajectory.front().timestamp;
+    summary["to"] = trajectory.back().timestamp;
+  }
+  return summary;
+}
+
 }  // namespace
 
 std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
@@ -78,11 +92,11 @@ RunResults::RunResults(const std::string& folder, const SlamConfig& config) : fo
 
 void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   std::ofstream csv(folder_ + "/frames.csv");
-  csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled\n";
+  csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled,depth,piece\n";
   for (const auto& [index, r] : frames_) {
     const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {}, &StampedPose::timestamp);
-    csv << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d}\n", index, r.timestamp, ToString(r.state), r.keypoints,
-                       r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled);
+    csv << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{}\n", index, r.timestamp, ToString(r.state), r.keypoints,
+                       r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth, r.piece);
   }
 }
 
@@ -100,18 +114,29 @@ void RunResults::Detected(int frame, int detections, std::optional<int> objects)
 
 void RunResults::Scale(double factor) {
   for (auto& [index, r] : frames_)
-    if (r.world_from_cam) r.world_from_cam->translation *= factor;
+    if (r.world_from_cam && r.piece == frames_.back().second.piece) {
+      r.world_from_cam->translation *= factor;
+      r.depth *= factor;
+    }
 }
 
-size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
+// In a frame and a unit of its own each.
+void RunResults::WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const {
+  for (int i = 1; std::filesystem::remove(fmt::format("{}/piece_{}.txt", folder_, i)); ++i);  // of a run before
+  for (size_t i = 0; i < pieces.size(); ++i) SaveTrajectory(fmt::format("{}/piece_{}.txt", folder_, i + 1), pieces[i]);
+}
+
+size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<std::vector<StampedPose>>& pieces, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
-    if (r.world_from_cam) live.push_back({r.timestamp, *r.world_from_cam});
+    // Those told in another frame than the last ones' are in frames.csv alone.
+    if (r.world_from_cam && r.piece == frames_.back().second.piece) live.push_back({r.timestamp, *r.world_from_cam});
     ms.push_back(r.ms_total);
   }
   WriteFrames(trajectory);
   WriteCamera();
+  WritePieces(pieces);
   SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
   SaveTrajectory(folder_ + "/trajectory_live.txt", live);
   SaveTrajectory(folder_ + "/keyframes.txt", KeyframeTrajectory(saved.map));
@@ -126,6 +151,8 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = CountMappedObjects(saved.map);
+  summary["pieces"] = {PieceSummary(saved.map, trajectory)};
+  for (size_t i = 0; i < pieces.size(); ++i) summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;
   summary["camera"] = CameraSummary(camera_, estimate_);

@@ -34,11 +34,13 @@ class RunResults {
   void Scale(double factor);
   // `interrupted`: the run ended early; what there is gets written all the same.
   // Returns the number of frames with a final pose.
-  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
+  // `pieces`: the trajectories of those of `saved`.
+  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<std::vector<StampedPose>>& pieces, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
 
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;
   void WriteCamera() const;
+  void WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const;
 
   std::string folder_;
   SlamConfig config_;

@@ -39,6 +39,10 @@ struct TrackingResult {
   int keypoints = 0, matched = 0, inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
   int detections = 0, objects = 0;              // detections: of this image, all; objects: mapped objects seen in it
   double confidence = 0;                        // [0, 1], that the pose is right (RelocalizationResult)
+  double depth = 0;                             // median, of the landmarks in view; map units; 0 where none stand for the pose
+  // Grows where a camera that was lost could not be found in its map, and goes on in a new one: poses of different numbers are in different
+  // frames and units. What was mapped before is kept, and joined as soon as it is seen again.
+  int piece = 0;
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;                            // CPU time from image in to pose out; mapping not counted
 };

@@ -108,8 +108,8 @@ std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ran
   if (report.triangulated < options.min_points) return fmt::format("{} points triangulated", report.triangulated);
   if (report.parallax_deg < options.min_parallax_deg) return fmt::format("parallax of {:.2f} degrees", report.parallax_deg);
   if (best.behind > kMaxBehindShare * best.inliers) return fmt::format("{} of {} points behind a camera", best.behind, best.inliers);
-  if (ranked.size() > 1 && ranked[1].structure.score > options.max_rival * best.score)
-    return fmt::format("two motions explain the matches ({:.0f} % of the best)", 100 * ranked[1].structure.score / best.score);
+  if (report.rival > options.max_rival)
+    return fmt::format("two motions explain the matches ({:.0f} % of the best)", 100 * report.rival);
   if (report.direction_sigma_deg > options.max_direction_sigma_deg)
     return fmt::format("direction of motion uncertain by {:.1f} degrees", report.direction_sigma_deg);
   return {};
@@ -161,6 +161,7 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   report.inliers = best.structure.inliers;
   report.triangulated = static_cast<int>(best.structure.parallax_deg.size());
   report.parallax_deg = Reached(best.structure.parallax_deg, options.min_points);
+  report.rival = ranked.size() > 1 && best.structure.score > 0 ? ranked[1].structure.score / best.structure.score : 0;
   report.why_not = Doubt(report, ranked, matches.size(), options);
   report.success = report.why_not.empty();
   report.points = best.structure.points;

@@ -32,6 +32,7 @@ struct TwoViewReport {
   int triangulated = 0;
   double parallax_deg = 0;         // that `min_points` of the triangulated points reach
   double direction_sigma_deg = 0;  // of the translation, largest direction
+  double rival = 0;                // share of what the motion explains that another one explains, too
   bool planar = false;             // the homography scored as well as the essential matrix
 };
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "oaslam/io/class_names.h"
-#include "oaslam/map/map.h"
+#include "oaslam/map/piece.h"
 
 namespace oaslam {
 
@@ -13,6 +13,7 @@ struct SavedMap {
   Map map;
   std::vector<FramePose> trajectory;
   ClassNames class_names;  // of the categories of its objects, at least
+  std::vector<Piece> pieces{};  // that could not be joined with the map, largest first
 };
 
 // One SQLite file, written beside `path` and renamed, so that a crash leaves the old one whole (docs/formats.md has the schema).

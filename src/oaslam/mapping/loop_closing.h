@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "oaslam/geometry/similarity.h"
@@ -31,6 +32,10 @@ class LoopDetector {
   std::optional<PlaceIndex> index_;
   uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the index was made
 };
+
+// Where a keyframe of one piece of a map meets one of the `others`, of a piece that was joined with it: both lie where they should but for small
+// errors, and share no landmarks yet.
+std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current, const std::set<KeyframeId>& others, Rng& rng);
 
 // Spreads the correction over the keyframes around the loop by a pose graph of similarities (Strasdat et al. 2010); landmarks and objects move with
 // their keyframes. Then joins the landmarks of both ends. What is left to do is a global bundle adjustment. False, and the map as it was, if no correction

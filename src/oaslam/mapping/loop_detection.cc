@@ -8,6 +8,7 @@
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -38,14 +39,15 @@ class OtherEnds {
   std::vector<char> linked_;
 };
 
-// Nearest first.
-std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current, const OtherEnds& others) {
+// Of those that `is_candidate` accepts; nearest first.
+template <typename Predicate>
+std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current, Predicate&& is_candidate) {
   const Keyframe& here = map.keyframes.At(current);
   const double reach = kMaxDistanceToDepth * map.MedianDepth(current);
   const Eigen::Vector3d center = here.cam_from_world.OriginInSource(), axis = OpticalAxis(here);
   std::vector<std::pair<double, KeyframeId>> near;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& there) {
-    if (!others.Contains(id) || axis.dot(OpticalAxis(there)) < kMinAxisCos) return;
+    if (!is_candidate(id) || axis.dot(OpticalAxis(there)) < kMinAxisCos) return;
     const double distance = (there.cam_from_world.OriginInSource() - center).norm();
     if (distance < reach) near.emplace_back(distance, id);
   });
@@ -86,9 +88,7 @@ std::optional<double> ScaleOf(const std::vector<std::pair<Eigen::Vector3d, Eigen
   if (static_cast<int>(shared.size()) < kMinScalePairs) return std::nullopt;
   std::vector<double> ratios;
   for (const auto& [current, old] : shared) ratios.push_back((cam_from_old * old).norm() / (cam_from_current * current).norm());
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::ranges::nth_element(ratios, middle);
-  return *middle;
+  return Median(std::move(ratios));
 }
 
 // Shared points that the loop takes to each other, within a share of their distance.
@@ -100,7 +100,8 @@ int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d
 }
 
 // The way of the camera between two keyframes, as mapped.
-double PathLength(const Map& map, KeyframeId from, KeyframeId to) {
+double PathLength(const Map& map, KeyframeId a, KeyframeId b) {
+  const auto [from, to] = std::minmax(a, b);
   double length = 0;
   std::optional<Eigen::Vector3d> before;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
@@ -112,14 +113,26 @@ double PathLength(const Map& map, KeyframeId from, KeyframeId to) {
   return length;
 }
 
+// How far a loop moves the camera of its current keyframe.
+double DistanceMoved(const Map& map, const LoopClosure& loop) {
+  const Eigen::Vector3d center = map.keyframes.At(loop.current).cam_from_world.OriginInSource();
+  return (loop.old_from_current * center - center).norm();
+}
+
+bool IsWithin(const Similarity& correction, double max_angle, double max_scale) {
+  return correction.rotation.angularDistance(Eigen::Quaterniond::Identity()) < max_angle && std::abs(std::log(correction.scale)) < std::log(max_scale);
+}
+
 // Two windows may look the same. What a loop corrects is the drift since, which is a share of the way.
 bool IsDrift(const Map& map, const LoopClosure& loop) {
   constexpr double kMaxShare = 0.25, kMaxAngle = 0.6, kMaxScale = 2.5;
-  const Eigen::Vector3d center = map.keyframes.At(loop.current).cam_from_world.OriginInSource();
-  const Similarity& correction = loop.old_from_current;
-  const double angle = correction.rotation.angularDistance(Eigen::Quaterniond::Identity());
-  return (correction * center - center).norm() < kMaxShare * PathLength(map, loop.old, loop.current) && angle < kMaxAngle &&
-         std::abs(std::log(correction.scale)) < std::log(kMaxScale);
+  return DistanceMoved(map, loop) < kMaxShare * PathLength(map, loop.old, loop.current) && IsWithin(loop.old_from_current, kMaxAngle, kMaxScale);
+}
+
+// What a tie corrects is how well the pieces were laid on each other.
+bool IsSmall(const Map& map, const LoopClosure& tie) {
+  constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
+  return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) && IsWithin(tie.old_from_current, kMaxAngle, kMaxScale);
 }
 
 std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, bool is_near, Rng& rng) {
@@ -156,7 +169,7 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
                           Similarity(here.cam_from_world);
   if (!is_near && CountConsistent(shared, loop.old_from_current, pose.cam_from_world) < std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
     return std::nullopt;
-  return IsDrift(map, loop) ? std::optional(loop) : std::nullopt;
+  return loop;
 }
 
 }  // namespace
@@ -175,17 +188,23 @@ std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current
 std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId current, Rng& rng) {
   if (!map.keyframes.Contains(current)) return std::nullopt;
   const OtherEnds others(map, current);
-  const std::vector<KeyframeId> near = NearInSpace(map, current, others);
+  const std::vector<KeyframeId> near = NearInSpace(map, current, [&](KeyframeId id) { return others.Contains(id); });
   for (const KeyframeId old : near)
-    if (auto loop = Verify(map, current, old, true, rng)) return loop;
+    if (auto loop = Verify(map, current, old, true, rng); loop && IsDrift(map, *loop)) return loop;
   int tried = 0;
   for (const Place& place : LookingAlike(map, current)) {
     const KeyframeId old = place.keyframes.front();
     if (!others.Contains(old)) continue;
     if (++tried > kMaxCandidates) break;
     if (std::ranges::find(near, old) != near.end()) continue;
-    if (auto loop = Verify(map, current, old, false, rng)) return loop;
+    if (auto loop = Verify(map, current, old, false, rng); loop && IsDrift(map, *loop)) return loop;
   }
+  return std::nullopt;
+}
+
+std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current, const std::set<KeyframeId>& others, Rng& rng) {
+  for (const KeyframeId old : NearInSpace(map, current, [&](KeyframeId id) { return others.contains(id); }))
+    if (auto tie = Verify(map, current, old, true, rng); tie && IsSmall(map, *tie)) return tie;
   return std::nullopt;
 }
 

@@ -2,22 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <set>
+#include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
-#include "oaslam/map/joining.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/upright.h"
+#include "oaslam/system/piece_joining.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
 
 void Mapper::Apply(const MapCommand& command) {
-  if (command.reset) Reset();
+  map_.next_landmark = std::max(map_.next_landmark, command.first_landmark);
   if (command.classes) SetClassRelations(*command.classes, map_);
   if (command.anchors) {
     map_.anchors = *command.anchors;
@@ -26,17 +25,16 @@ void Mapper::Apply(const MapCommand& command) {
   AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
-  if (command.joining) Join(*command.joining);
+  if (command.joining) Join(*command.joining, command.frame_index);
   CountLandmarkUse(command.uses, map_);
   if (command.keyframe) MapKeyframe(*command.keyframe);
   if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, {command.frame_index, command.sightings.back().timestamp}, config_.objects);
   else if (command.keyframe) UpdateUp(map_);
 }
 
-void Mapper::Join(const JoiningMap& joining) {
-  JoinMap(*joining.map, joining.world_from_map, map_);
-  const std::vector<ObjectId> ids = joining.map->objects.Ids();
-  MergeDuplicates(map_, std::set<ObjectId>(ids.begin(), ids.end()), config_.objects);
+void Mapper::Join(const JoiningMap& joining, int frame_index) {
+  const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
+  if (is_tied) background_bundle_.emplace(map_, config_.bundle, frame_index);
 }
 
 void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
@@ -77,19 +75,6 @@ void Mapper::Finish() {
   background_bundle_.reset();  // the last one does its work
   constexpr int kIterations = 20;
   if (map_.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
-}
-
-void Mapper::Reset() {
-  Map empty;
-  empty.cameras = map_.cameras;
-  empty.next_landmark = map_.next_landmark;
-  empty.classes = map_.classes;
-  empty.version = map_.version;
-  map_ = std::move(empty);
-  recent_landmarks_.clear();
-  last_loop_ = {};
-  background_bundle_.reset();
-  loop_detector_ = {};
 }
 
 std::shared_ptr<const Map> Mapper::Publish() {

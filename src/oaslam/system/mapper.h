@@ -14,7 +14,7 @@
 
 namespace oaslam {
 
-// A map to be added to the one there is.
+// A map to be added to the one there is (JoinPiece).
 struct JoiningMap {
   std::shared_ptr<const Map> map;
   Similarity world_from_map;
@@ -23,7 +23,7 @@ struct JoiningMap {
 // What the tracker asks of the mapper after a frame.
 struct MapCommand {
   int frame_index = 0;
-  bool reset = false;  // forget the map first
+  uint32_t first_landmark = 0;  // landmarks made from now on have this id or a higher one
   bool settle = false;  // wait for what runs in the background: the map must not move later
   std::optional<ClassRelations> classes;
   std::optional<std::map<std::string, Anchor>> anchors;  // from now on, all of them
@@ -49,8 +49,7 @@ class Mapper {
   std::shared_ptr<const Map> Publish();
 
  private:
-  void Reset();
-  void Join(const JoiningMap& joining);
+  void Join(const JoiningMap& joining, int frame_index);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
   void AdoptBackgroundBundle(const MapCommand& command);

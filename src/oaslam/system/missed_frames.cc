@@ -6,7 +6,7 @@
 
 #include "oaslam/system/tracker.h"
 
-// Poses of frames that had none when they came: before there was a map, and before a lost camera was found.
+// Poses of frames that had none when they came: before there was a map, while the camera was lost, and in gaps that are looked at once a video is over.
 namespace oaslam {
 namespace {
 
@@ -81,6 +81,46 @@ void Tracker::EndBackfill() {
 void Tracker::SettleTrajectory(const Map& map) {
   if (backfill_ && backfill_->proven) FillInMissed(map, static_cast<int>(missed_.size()) + 1);
   trajectory_.Settle(map, std::numeric_limits<int>::max());
+}
+
+bool Tracker::HasTracked(int frame_index) const {
+  const FramePose* pose = trajectory_.PoseOf(frame_index);
+  return pose && pose->state != TrackingState::kObjects;
+}
+
+bool Tracker::TakeUp(const Frame& frame, const Map& map) {
+  const auto carried = HasTracked(frame.index) ? map.ResolveKeyframe(trajectory_.PoseOf(frame.index)->reference) : std::nullopt;
+  if (!carried) return false;
+  const Keyframe& keyframe = map.keyframes.At(carried->by);
+  const Rigid3 pose = trajectory_.PoseOf(frame.index)->cam_from_reference * carried->cam_from_carrier * keyframe.cam_from_world;
+  const TrackReport tracked = TrackFromNeighbour(frame, map, *keyframe.features, keyframe.landmarks, pose, {.inliers = config_.tracking.min_inliers});
+  if (!tracked.success) return false;
+  EndBackfill();
+  undetected_.clear();
+  relocalized_frame_.reset();
+  motion_.reset();
+  last_ = Last{frame, tracked.landmarks, tracked.reference, RelativeTo(map, tracked.reference, tracked.cam_from_world)};
+  newest_keyframe_ = carried->by;
+  newest_keyframe_frame_ = keyframe.frame_index;
+  newest_keyframe_time_ = keyframe.timestamp;
+  newest_keyframe_inliers_ = tracked.inliers;
+  return true;
+}
+
+std::optional<Tracker::Outcome> Tracker::Extend(const Frame& frame, const Map& map) {
+  const TrackReport tracked = Follow(frame, map);
+  if (!tracked.success) return std::nullopt;
+  Remember(frame, map, tracked, TrackingState::kTracking);
+  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  MakeKeyframe(frame, map, tracked, outcome);
+  return outcome;
+}
+
+void Tracker::Learn(Tracker other) {
+  next_keyframe_ = other.next_keyframe_;
+  trajectory_ = std::move(other.trajectory_);
+  uses_ = std::move(other.uses_);
+  rng_ = other.rng_;
 }
 
 }  // namespace oaslam

@@ -1,12 +1,13 @@
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "oaslam/config.h"
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
+#include "oaslam/system/piece_link.h"
 #include "oaslam/system/session.h"
 
 namespace oaslam {
@@ -16,14 +17,15 @@ namespace oaslam {
 // (paper, section "Application to AR": resuming SLAM).
 class Resumption {
  public:
-  // Its ids begin where those of the old map end.
-  Resumption(const SlamConfig& config, const Map& old, const FirstIds& ids);
+  // `empty`: a map without content, of the old one's cameras and classes.
+  Resumption(const SlamConfig& config, Map empty, const NextIds& ids)
+      : session_(std::make_unique<Session>(config, std::move(empty), ids, false)) {}
 
   // `in_old`: the frame's pose in the old map, where it was found.
-  void Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
+  Tracker::Outcome Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
   // Of a frame that was processed before.
   void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections, const std::optional<PoseAnchor>& in_old);
-  bool IsInitializing() const { return session_.tracker().IsInitializing(); }
+  bool IsInitializing() const { return session_->tracker().IsInitializing(); }
 
   // The new map lost its camera, too, for good.
   bool IsLost(double now) const { return lost_since_ && now - *lost_since_ >= kPatience; }
@@ -32,14 +34,13 @@ class Resumption {
   // old_from_new, once it is well determined and the camera is followed in the new map.
   std::optional<Similarity> Locate() const;
 
-  Session& session() { return session_; }
-  const FirstIds& first_ids() const { return first_ids_; }
+  Session& session() { return *session_; }
+  std::unique_ptr<Session> TakeSession() { return std::move(session_); }
 
  private:
-  FirstIds first_ids_;
-  Session session_;
+  std::unique_ptr<Session> session_;
   std::optional<double> lost_since_;  // seconds
-  std::map<int, PoseAnchor> anchors_;  // by frame
+  PieceLink to_old_;
 };
 
 }  // namespace oaslam

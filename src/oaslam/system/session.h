@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "oaslam/config.h"
 #include "oaslam/system/map_pipeline.h"
@@ -11,7 +13,7 @@ namespace oaslam {
 // A map in the making, and the tracker that makes it.
 class Session {
  public:
-  Session(const SlamConfig& config, Map map, const FirstIds& ids, bool map_is_loaded);
+  Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded);
 
   // Tracks the next frame and hands the mapper what follows from it.
   Tracker::Outcome Process(const Frame& frame);
@@ -21,6 +23,11 @@ class Session {
   }
   // Submits, and takes the map that holds it.
   void SubmitAndWait(MapCommand command);
+  // Adds what is seen of another piece; returns after the mapper has done it.
+  void Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
+  // Follows the camera once more, and maps, where it was not followed when these frames came, from both sides. `frames` in order, perhaps with holes.
+  // Returns how many got a pose.
+  int LookBack(const std::vector<Frame>& frames);
   // Hands over what is left, and waits for the last optimisation.
   void Finish();
   void Shutdown() { pipeline_.Shutdown(); }
@@ -28,10 +35,16 @@ class Session {
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
   const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }  // as the tracker saw it last
+  // Ids from here on are free.
+  NextIds next_ids();
+  // To be free of ids that other pieces took meanwhile.
+  void SkipIds(const NextIds& ids, int frame_index);
   // With all that was submitted.
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
 
  private:
+  int FollowAlong(const std::vector<const Frame*>& frames);
+
   MapPipeline pipeline_;
   Tracker tracker_;
   std::shared_ptr<const Map> snapshot_;

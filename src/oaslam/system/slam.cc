@@ -12,10 +12,9 @@
 #include "oaslam/io/map_file.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/presence.h"
+#include "oaslam/system/atlas.h"
 #include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
-#include "oaslam/system/resumption.h"
-#include "oaslam/system/session.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -49,9 +48,13 @@ std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detectio
 // One more than the largest index.
 int FramesOf(const SavedMap& saved) {
   int last = -1;
-  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
-  saved.map.objects.ForEach([&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
-  for (const FramePose& pose : saved.trajectory) last = std::max(last, pose.frame_index);
+  const auto count = [&](const Map& map, const std::vector<FramePose>& trajectory) {
+    map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
+    map.objects.ForEach([&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
+    for (const FramePose& pose : trajectory) last = std::max(last, pose.frame_index);
+  };
+  count(saved.map, saved.trajectory);
+  for (const Piece& piece : saved.pieces) count(piece.map, piece.trajectory);
   return last + 1;
 }
 
@@ -90,25 +93,18 @@ class Slam::Impl {
     Begin(std::move(map), false);
   }
 
-  void Begin(Map map, bool is_loaded) {
-    FirstIds ids;
-    for (const KeyframeId id : map.keyframes.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
-    for (const KeyframeId id : map.retired.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
-    ids.objects = ObjectTracks::ContinueFrom(map);
+  void Begin(Map map, bool is_loaded, std::vector<Piece> others = {}) {
     const auto known = std::ranges::find(map.cameras, camera_);
     camera_index_ = static_cast<int>(known - map.cameras.begin());
     if (known == map.cameras.end()) map.cameras.push_back(camera_);
-    resumption_.reset();
-    lost_since_.reset();
     audit_ = {};
-    session_.emplace(config_, std::move(map), ids, is_loaded);
-    session_->tracker().SetRelocalizationMode(mode_);
+    atlas_.emplace(config_, std::move(map), is_loaded, std::move(others));
+    atlas_->SetRelocalizationMode(mode_);
   }
 
   TrackingResult Process(const ImageInput& input);
-  Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
-  bool JoinMaps(int frame_index);
-  bool IsInitializing() const { return session_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
+  Session& session() { return atlas_->main(); }
+  const Session& session() const { return atlas_->main(); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
   RelocalizationResult FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
@@ -116,7 +112,7 @@ class Slam::Impl {
     MapCommand command;
     command.frame_index = next_index_;
     command.anchors = std::move(anchors);
-    session_->SubmitAndWait(std::move(command));
+    session().SubmitAndWait(std::move(command));
   }
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
@@ -128,7 +124,7 @@ class Slam::Impl {
   }
 
   std::vector<Box> MovingBoxes(const Frame& frame) const {
-    const ClassRelations& classes = session_->snapshot()->classes;
+    const ClassRelations& classes = session().snapshot()->classes;
     std::vector<Box> boxes;
     for (const ObjectDetection& d : frame.detections)
       if (d.score >= config_.relocalization.min_score && classes.IsMovable(d.category_id)) boxes.push_back(d.box);
@@ -149,9 +145,7 @@ class Slam::Impl {
   int camera_index_ = 0;
   OrbExtractor extractor_;
   Relocalizer relocalizer_;
-  std::optional<Session> session_;
-  std::optional<Resumption> resumption_;  // while lost
-  std::optional<double> lost_since_;      // seconds
+  std::optional<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
   ClassNames class_names_ = CocoClassNames();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
@@ -164,16 +158,16 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
     throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", input.timestamp, *last_timestamp_));
   const Stopwatch total;
-  const int keypoints = config_.features.count * (IsInitializing() ? 2 : 1);
+  const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
   const Frame frame = MakeFrame(input, next_index_, keypoints);
   last_timestamp_ = input.timestamp;
   ++next_index_;
   const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
 
   const Stopwatch tracking;
-  const Tracker::Outcome outcome = Resume(frame, session_->Process(frame));
+  const Tracker::Outcome outcome = atlas_->Process(frame);
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
-  if (outcome.cam_from_world && !session_->tracker().IsMapping()) audit_.Add(frame, *outcome.cam_from_world, *session_->snapshot(), config_.objects);
+  if (outcome.cam_from_world && !session().tracker().IsMapping()) audit_.Add(frame, *outcome.cam_from_world, *session().snapshot(), config_.objects);
 
   TrackingResult result;
   result.frame = frame.index - first_index_;
@@ -185,6 +179,8 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.inliers = outcome.inliers;
   result.objects = outcome.objects;
   result.confidence = outcome.confidence;
+  result.depth = outcome.depth;
+  result.piece = atlas_->main_number();
   result.ms_objects = outcome.ms_objects;
   result.detections = static_cast<int>(input.detections.size());
   result.ms_features = ms_features;
@@ -194,58 +190,16 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   return result;
 }
 
-// While points do not show where the camera is, a map of its own goes on from there.
-Tracker::Outcome Slam::Impl::Resume(const Frame& frame, Tracker::Outcome outcome) {
-  if (outcome.state == TrackingState::kInitializing || !session_->tracker().IsMapping()) return outcome;
-  const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
-  if (!is_lost) lost_since_.reset();
-  else if (!lost_since_) lost_since_ = frame.timestamp;
-  // Found by points in the old map: while it makes no keyframes there, the new one may still be joined.
-  if (!is_lost && !outcome.anchor) resumption_.reset();
-  const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < Resumption::kPatience;
-  if (!resumption_ && is_patient) return outcome;
-  if (!resumption_ || (is_lost && resumption_->IsLost(frame.timestamp))) {
-    MapCommand settle;
-    settle.frame_index = frame.index;
-    settle.settle = true;
-    session_->SubmitAndWait(std::move(settle));
-    resumption_.emplace(config_, *session_->snapshot(), session_->tracker().NextIds());
-    resumption_->session().tracker().SetRelocalizationMode(mode_);
-  }
-  resumption_->Process(frame, outcome.anchor);
-  if (!JoinMaps(frame.index)) return outcome;
-  lost_since_.reset();
-  const Tracker::Outcome there = session_->tracker().Present(*session_->snapshot());
-  return there.cam_from_world ? there : outcome;
-}
-
-// False where it is not yet known how the maps lie to each other.
-bool Slam::Impl::JoinMaps(int frame_index) {
-  if (!resumption_->Locate()) return false;
-  Session& found = resumption_->session();
-  MapCommand command;
-  command.frame_index = frame_index;
-  const std::shared_ptr<const Map> map = found.Newest();  // what was still queued may have moved it
-  const std::optional<Similarity> world_from_new = resumption_->Locate();
-  if (!world_from_new) return false;
-  command.joining = JoiningMap{map, *world_from_new};
-  session_->SubmitAndWait(std::move(command));
-  session_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale, resumption_->first_ids());
-  resumption_.reset();
-  Log(LogLevel::kInfo, fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
-  return true;
-}
-
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam,
                                       double ms_features) {
   // Each image for itself: the same answer whatever came before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
-  const Relocalization found = relocalizer_.Find(frame, *session_->snapshot(), mode, gravity_in_cam, rng);
+  const Relocalization found = relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng);
   RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
-  if (result.world_from_cam) audit_.Add(frame, found.cam_from_world, *session_->snapshot(), config_.objects);
+  if (result.world_from_cam) audit_.Add(frame, found.cam_from_world, *session().snapshot(), config_.objects);
   return result;
 }
 
@@ -254,7 +208,7 @@ RelocalizationResult Slam::Impl::FindWithUnknownCamera(const ImageInput& input, 
   Camera plain = camera_;
   plain.model = LensModel::kPinhole;
   plain.distortion = {};
-  Map map = *session_->snapshot();
+  Map map = *session().snapshot();
   map.cameras.push_back(plain);
   Frame frame = MakeFrame(input, 0, config_.features.count);
   frame.camera = static_cast<int>(map.cameras.size()) - 1;
@@ -287,15 +241,13 @@ TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(in
 std::optional<int> Slam::AddDetections(int frame, const std::vector<Detection>& detections) {
   frame += impl_->first_index_;
   const std::vector<ObjectDetection> ideal = ToIdealImage(detections, impl_->camera_);
-  const std::optional<Tracker::Outcome> outcome = impl_->session_->AddDetections(frame, ideal);
-  if (impl_->resumption_) impl_->resumption_->AddDetections(frame, ideal, outcome ? outcome->anchor : std::nullopt);
+  const std::optional<Tracker::Outcome> outcome = impl_->atlas_->AddDetections(frame, ideal);
   return outcome && outcome->cam_from_world ? std::optional(outcome->objects) : std::nullopt;
 }
 
 void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->mode_ = mode;
-  impl_->session_->tracker().SetRelocalizationMode(mode);
-  if (impl_->resumption_) impl_->resumption_->session().tracker().SetRelocalizationMode(mode);
+  impl_->atlas_->SetRelocalizationMode(mode);
 }
 
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
@@ -313,22 +265,13 @@ RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& det
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 
-void Slam::SetMapping(bool enabled) {
-  impl_->session_->tracker().SetMapping(enabled);
-  if (enabled) return;
-  impl_->resumption_.reset();
-  impl_->lost_since_.reset();
-}
+void Slam::SetMapping(bool enabled) { impl_->atlas_->SetMapping(enabled); }
 
-void Slam::ForceRelocalization() {
-  impl_->session_->tracker().ForceRelocalization();
-  impl_->resumption_.reset();
-  impl_->lost_since_.reset();
-}
+void Slam::ForceRelocalization() { impl_->atlas_->ForceRelocalization(); }
 
 FrameView Slam::View() const {
-  FrameView view = impl_->session_->tracker().View();
-  view.map = impl_->session_->snapshot();
+  FrameView view = impl_->session().tracker().View();
+  view.map = impl_->session().snapshot();
   return view;
 }
 
@@ -336,18 +279,14 @@ void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
   if (const auto part = PartOfItself(relations.whole_of)) throw InputError(fmt::format("class {} is a part of itself", *part));
-  MapCommand command;
-  command.frame_index = impl_->next_index_;
-  command.classes = relations;
-  if (impl_->resumption_) impl_->resumption_->session().SubmitAndWait(command);
-  impl_->session_->SubmitAndWait(std::move(command));
+  impl_->atlas_->SetClassRelations(relations);
 }
 
-std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session_->snapshot()); }
+std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
 
 // Of the newest map: one that the tracker saw before may be reset, or of another scale, by what is still queued.
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
-  const std::shared_ptr<const Map> map = impl_->session_->Newest();
+  const std::shared_ptr<const Map> map = impl_->session().Newest();
   std::map<std::string, Anchor> anchors = map->anchors;
   AnchorReport report = oaslam::PlaceAnchor(*map, request, anchors);
   if (!report.name.empty()) impl_->SetAnchors(std::move(anchors));
@@ -355,14 +294,14 @@ AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
 }
 
 std::string Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
-  std::map<std::string, Anchor> anchors = impl_->session_->Newest()->anchors;
+  std::map<std::string, Anchor> anchors = impl_->session().Newest()->anchors;
   std::string problem = oaslam::EditAnchor(name, edit, anchors);
   if (problem.empty()) impl_->SetAnchors(std::move(anchors));
   return problem;
 }
 
 bool Slam::RemoveAnchor(const std::string& name) {
-  std::map<std::string, Anchor> anchors = impl_->session_->Newest()->anchors;
+  std::map<std::string, Anchor> anchors = impl_->session().Newest()->anchors;
   if (anchors.erase(name) == 0) return false;
   impl_->SetAnchors(std::move(anchors));
   return true;
@@ -371,28 +310,24 @@ bool Slam::RemoveAnchor(const std::string& name) {
 std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report(); }
 
 void Slam::Finish() {
-  if (impl_->resumption_) impl_->resumption_->session().Newest();
-  if (impl_->resumption_ && !impl_->JoinMaps(impl_->next_index_))
-    Log(LogLevel::kWarning, "what was seen since the camera was lost could not be joined with the map");
-  impl_->resumption_.reset();
-  const Tracker& tracker = impl_->session_->tracker();
+  const Tracker& tracker = impl_->session().tracker();
   if (tracker.IsInitializing() && !tracker.why_no_map().empty())
     Log(LogLevel::kWarning, fmt::format("no map was made: {}; it takes a camera that moves sideways past things with texture, neither too fast nor too dark",
                                         tracker.why_no_map()));
-  impl_->session_->Finish();
+  impl_->atlas_->Finish();
 }
 
 std::vector<Slam::TimedPose> Slam::Trajectory() const {
   std::vector<TimedPose> poses;
-  for (const FramePose& frame : impl_->session_->tracker().trajectory())
-    if (const auto reference = impl_->session_->snapshot()->ResolvePose(frame.reference))
+  for (const FramePose& frame : impl_->session().tracker().trajectory())
+    if (const auto reference = frame.frame_index < impl_->first_index_ ? std::nullopt : impl_->session().snapshot()->ResolvePose(frame.reference))
       poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
   return poses;
 }
 
 SavedMap Slam::Export() const {
-  SavedMap saved{*impl_->session_->snapshot(), impl_->loaded_trajectory_, impl_->class_names_};
-  const auto& trajectory = impl_->session_->tracker().trajectory();
+  SavedMap saved{*impl_->session().snapshot(), impl_->loaded_trajectory_, impl_->class_names_, impl_->atlas_->Others()};
+  const auto& trajectory = impl_->session().tracker().trajectory();
   saved.trajectory.insert(saved.trajectory.end(), trajectory.begin(), trajectory.end());
   return saved;
 }
@@ -402,7 +337,7 @@ void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
 void Slam::Load(const std::string& path) {
   SavedMap saved = LoadMap(path);
   impl_->first_index_ = impl_->next_index_ = FramesOf(saved);
-  impl_->Begin(std::move(saved.map), true);
+  impl_->Begin(std::move(saved.map), true, std::move(saved.pieces));
   impl_->loaded_trajectory_ = std::move(saved.trajectory);
   impl_->class_names_ = std::move(saved.class_names);
 }
@@ -412,15 +347,14 @@ void Slam::Reset() {
 }
 
 void Slam::Shutdown() {
-  if (impl_->resumption_) impl_->resumption_->session().Shutdown();
-  impl_->session_->Shutdown();
+  impl_->atlas_->Shutdown();
 }
 
 MapSnapshot Slam::Snapshot() const {
   MapSnapshot view;
-  impl_->session_->snapshot()->keyframes.ForEach([&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
-  impl_->session_->snapshot()->landmarks.ForEach([&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
-  impl_->session_->snapshot()->objects.ForEach([&](ObjectId id, const Object& o) {
+  impl_->session().snapshot()->keyframes.ForEach([&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
+  impl_->session().snapshot()->landmarks.ForEach([&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
+  impl_->session().snapshot()->objects.ForEach([&](ObjectId id, const Object& o) {
     if (o.state == ObjectState::kMapped) view.objects.push_back({id.value, o.category_id, o.ellipsoid, o.total_observations});
   });
   return view;

@@ -9,6 +9,7 @@
 #include "oaslam/relocalization/confidence.h"
 #include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/util/log.h"
+#include "oaslam/util/median.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -33,10 +34,7 @@ double PredictionError(const Frame& frame, const Map& map, const TrackReport& tr
     const Eigen::Vector3d p = predicted * map.landmarks.At(tracked.landmarks[i]).position;
     if (p.z() > 0) errors.push_back((ProjectIdeal(camera, p) - frame.features->keypoints[i].px.cast<double>()).norm());
   }
-  if (errors.empty()) return 0;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::ranges::nth_element(errors, middle);
-  return *middle / frame.features->pyramid.working_pixel();
+  return errors.empty() ? 0 : Median(std::move(errors)) / frame.features->pyramid.working_pixel();
 }
 
 constexpr double kProbation = 0.5;  // seconds
@@ -57,7 +55,7 @@ Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& ca
   return outcome;
 }
 
-Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded)
+Tracker::Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loaded)
     : config_(config),
       initializer_(config.tracking),
       relocalizer_(config),
@@ -65,7 +63,7 @@ Tracker::Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_load
       phase_(map_is_loaded ? Phase::kLost : Phase::kInitializing),
       map_is_loaded_(map_is_loaded),
       next_keyframe_(ids.keyframe),
-      object_tracks_(ids.objects) {}
+      object_tracks_{{}, ids.object, {}} {}
 
 Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   newest_frame_ = frame.index;
@@ -79,8 +77,16 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   const TrackReport tracked = Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
-  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes) return StartAnew(frame);
+  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes) return GiveUp();
   return Relocalize(frame, map);
+}
+
+Tracker::Outcome Tracker::GiveUp() {
+  phase_ = Phase::kLost;
+  Outcome outcome;
+  outcome.state = TrackingState::kInitializing;
+  outcome.gives_up = true;
+  return outcome;
 }
 
 Tracker::Outcome Tracker::Lose(const Frame& frame) {
@@ -91,6 +97,7 @@ Tracker::Outcome Tracker::Lose(const Frame& frame) {
 Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
   Remember(frame, map, tracked, state);
   Outcome outcome = Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  outcome.depth = tracked.depth;
   ObserveObjects(frame, map, tracked, outcome);
   constexpr int kBackfillPerFrame = 2;  // a share of each frame's time, not a pause
   if (backfill_ && !IsOnProbation(frame)) {
@@ -252,29 +259,12 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, con
   return outcome;
 }
 
-Tracker::Outcome Tracker::StartAnew(const Frame& frame) {
-  Log(LogLevel::kInfo, "lost with a small map: starting anew");
-  phase_ = Phase::kInitializing;
-  motion_.reset();
-  last_.reset();
-  uses_.clear();
-  trajectory_.Clear();
-  EndBackfill();
-  initializer_.Reset();
-  sightings_.clear();
-  undetected_.clear();
-  object_tracks_.open.clear();
-  Outcome outcome;
-  outcome.state = TrackingState::kInitializing;
-  outcome.command.emplace();
-  outcome.command->frame_index = frame.index;
-  outcome.command->reset = true;
-  return outcome;
+void Tracker::SkipIds(const NextIds& ids) {
+  next_keyframe_ = std::max(next_keyframe_, ids.keyframe);
+  object_tracks_.next_object = std::max(object_tracks_.next_object, ids.object);
 }
 
-void Tracker::GoOnAs(Tracker other, double scale, const FirstIds& fork) {
-  // Objects that both gave the same ids to are the other's now.
-  std::erase_if(sightings_, [&](const ObjectSighting& s) { return s.object.value >= fork.objects.next_object; });
+void Tracker::GoOnAs(Tracker other, double scale) {
   phase_ = other.phase_;
   last_ = std::move(other.last_);
   if (last_) last_->cam_from_reference.translation *= scale;
@@ -333,7 +323,7 @@ Tracker::Outcome Tracker::Present(const Map& map) const {
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
   const Rigid3 cam_from_reference = RelativeTo(map, tracked.reference, tracked.cam_from_world);
   const auto before = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
-  if (before && frame.timestamp > last_->frame.timestamp) {
+  if (before && frame.timestamp != last_->frame.timestamp) {
     const Rigid3 last_pose = last_->cam_from_reference * *before;
     const double error = PredictionError(frame, map, tracked, Predict(last_pose, frame.timestamp));
     motion_ = Motion{tracked.cam_from_world * last_pose.Inverse(), frame.timestamp - last_->frame.timestamp, error};
@@ -352,7 +342,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
 void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome) {
   if (IsOnProbation(frame)) return;  // on probation the map is only read
   const KeyframeEvidence evidence{
-      .seconds_since_keyframe = frame.timestamp - newest_keyframe_time_,
+      .seconds_since_keyframe = std::abs(frame.timestamp - newest_keyframe_time_),
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),
       .matched = tracked.matched,
       .inliers = tracked.inliers,
@@ -364,13 +354,14 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
   newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
   newest_keyframe_inliers_ = tracked.inliers;
-  trajectory_.NewestIsKeyframe(newest_keyframe_);
+  trajectory_.MakeKeyframe(frame.index, newest_keyframe_);
   MapCommand command;
   command.frame_index = frame.index;
   command.keyframe = KeyframeInsertion{newest_keyframe_, {frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers}};
   command.uses = TakeUses();
   command.sightings = std::exchange(sightings_, {});
   outcome.command = std::move(command);
+  outcome.is_keyframe = true;
   outcome.is_urgent = need == KeyframeNeed::kUrgent;
 }
 

@@ -10,6 +10,7 @@
 #include "oaslam/map/map.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/system/mapper.h"
+#include "oaslam/system/piece_link.h"
 #include "oaslam/system/relocalizer.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/pose_tracking.h"
@@ -18,17 +19,9 @@
 
 namespace oaslam {
 
-// Where a camera that was lost is in the map: by objects, whether or not the pose was good enough to be shown, or by points.
-struct PoseAnchor {
-  Rigid3 cam_from_world;
-  double sigma = 0;  // of its position, map units
-  bool by_points = false;
-};
-
-// Where the tracker's ids begin: behind those of a loaded map.
-struct FirstIds {
-  uint32_t keyframe = 0;
-  ObjectTracks objects;
+// Ids that no piece of map has yet, nor any after them.
+struct NextIds {
+  uint32_t keyframe = 0, landmark = 0, object = 0;
 };
 
 // Follows the camera from frame to frame on snapshots of the map, and tells the mapper what to add.
@@ -40,16 +33,20 @@ class Tracker {
     int matched = 0, inliers = 0;
     int objects = 0;             // mapped objects seen
     double confidence = 0;       // [0, 1], of the pose
+    double depth = 0;            // median, of the landmarks that stand for it
     double ms_objects = 0;
     std::optional<PoseAnchor> anchor;  // of a lost camera, or one that has just come back
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
     bool is_urgent = false;     // the next frame needs the map that holds the command
+    bool is_keyframe = false;
+    bool gives_up = false;      // lost, in a map too small to look for the camera there: a tracker of another one goes on
 
     static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers);
   };
 
-  Tracker(const SlamConfig& config, const FirstIds& ids, bool map_is_loaded);
+  // `map_is_loaded`: it begins lost in a map that is there already.
+  Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loaded);
 
   void SetRelocalizationMode(RelocalizationMode mode) { relocalization_mode_ = mode; }
   // Without mapping the map is only read: no keyframes, no objects, no new map.
@@ -64,9 +61,22 @@ class Tracker {
   std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections, const Map& map);
 
   // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it was; the poses of its frames join this trajectory.
-  // `fork`: where its ids began.
-  void GoOnAs(Tracker other, double scale, const FirstIds& fork);
-  FirstIds NextIds() const { return {next_keyframe_, {{}, object_tracks_.next_object}}; }
+  void GoOnAs(Tracker other, double scale);
+  // Frames of a piece that was joined with the map: those that have no pose by points here take theirs.
+  void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }
+  // All but that of landmarks, which the mapper counts.
+  NextIds next_ids() const { return {next_keyframe_, 0, object_tracks_.next_object}; }
+  void SkipIds(const NextIds& ids);
+
+  // To look back, once a video is over: takes up a frame that has a pose by points, and goes on from there in either direction of time. Keyframes are
+  // made as ever; objects are not observed.
+  bool TakeUp(const Frame& frame, const Map& map);
+  // Nothing where the frame cannot be followed.
+  std::optional<Outcome> Extend(const Frame& frame, const Map& map);
+  // Whether a frame has a pose by points.
+  bool HasTracked(int frame_index) const;
+  // What another tracker found that was copied from this one to look back.
+  void Learn(Tracker other);
 
   // Of the newest frame, all but the map.
   FrameView View() const;
@@ -100,7 +110,6 @@ class Tracker {
   Outcome FindLate(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
-  Outcome StartAnew(const Frame& frame);
   bool IsOnProbation(const Frame& frame) const;  // found by points a moment ago
   TrackDemands Demands(const Frame& frame) const;
   // From the last frame to this one, by the surest way that works.
@@ -109,6 +118,7 @@ class Tracker {
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
   void FillInBeforeMap(const Map& map);
   Outcome Lose(const Frame& frame);
+  Outcome GiveUp();
   void Miss(const Frame& frame, bool has_pose);
   void FillInMissed(const Map& map, int count);
   void EndBackfill();

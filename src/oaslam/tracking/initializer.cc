@@ -1,9 +1,12 @@
 #include "oaslam/tracking/initializer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "oaslam/estimation/two_view.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -60,6 +63,9 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
     why_not_ = report.parallax_deg < options.min_parallax_deg ? "the camera only turned, or all it sees is far away" : report.why_not;
     return std::nullopt;
   }
+  Log(LogLevel::kDebug, fmt::format("map begun from frames {} and {}: {} matches, {} inliers, {} points, parallax {:.1f} degrees, direction +- {:.1f} degrees, rival {:.2f}{}",
+                                    reference.frame.index, frame.index, pairs.size(), report.inliers, report.triangulated, report.parallax_deg,
+                                    report.direction_sigma_deg, report.rival, report.planar ? ", planar" : ""));
   InitialMap map{reference.frame, frame, {}, {}, report.second_from_first, {}};
   for (size_t i = 0; i < pairs.size(); ++i)
     if (report.points[i]) map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});

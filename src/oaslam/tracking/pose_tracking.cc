@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/estimation/pose_by_matches.h"
@@ -10,6 +11,7 @@
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/tracking/local_map.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -37,10 +39,7 @@ double MedianDepth(const PoseReport& pose, const Matched& matched) {
   std::vector<double> depths;
   for (size_t i = 0; i < matched.observations.size(); ++i)
     if (pose.inlier[i]) depths.push_back((pose.cam_from_world * matched.observations[i].point).z());
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::ranges::nth_element(depths, middle);
-  return *middle;
+  return depths.empty() ? 0 : Median(std::move(depths));
 }
 
 TrackReport Report(const PoseReport& pose, const Matched& matched, const std::vector<LandmarkId>& matches, int min_inliers) {
@@ -52,8 +51,8 @@ TrackReport Report(const PoseReport& pose, const Matched& matched, const std::ve
   for (size_t i = 0; i < matched.keypoints.size(); ++i)
     if (pose.inlier[i]) report.landmarks[matched.keypoints[i]] = matches[matched.keypoints[i]];
   report.inliers = pose.inliers;
-  const double depth = MedianDepth(pose, matched);
-  report.relative_sigma = depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / depth : 1;
+  report.depth = MedianDepth(pose, matched);
+  report.relative_sigma = report.depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / report.depth : 1;
   report.success = pose.inliers >= min_inliers;
   return report;
 }
@@ -121,17 +120,6 @@ TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport&
 
 namespace {
 
-double MedianDepth(const Map& map, const std::vector<LandmarkId>& landmarks, const Rigid3& cam_from_world) {
-  std::vector<double> depths;
-  for (const LandmarkId id : landmarks)
-    if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
-      depths.push_back((cam_from_world * landmark->position).z());
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::ranges::nth_element(depths, middle);
-  return *middle;
-}
-
 // Key points of the image before found in this one, around where they should be if all were at this depth.
 KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before, const Rigid3& cam_from_before, double depth,
                            double radius) {
@@ -157,11 +145,10 @@ TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Featur
                                 const TrackReport& tracked, const TrackDemands& demands) {
   constexpr double kRadius = 40;  // pixels of the lowest level: what the depth of a point may move it between two images
   const Camera& camera = map.cameras[frame.camera];
-  const double depth = MedianDepth(map, tracked.landmarks, tracked.cam_from_world);
-  if (!(depth > 0)) return tracked;
+  if (!(tracked.depth > 0)) return tracked;
   const Rigid3 cam_from_before = tracked.cam_from_world * before_from_world.Inverse();
   std::vector<EpipolarMatch> matches;
-  for (const auto& pair : MatchAtDepth(frame, camera, before, cam_from_before, depth, kRadius))
+  for (const auto& pair : MatchAtDepth(frame, camera, before, cam_from_before, tracked.depth, kRadius))
     if (!tracked.landmarks[pair.second].IsValid())  // a landmark says more
       matches.push_back(ToMatch(camera, before, *frame.features, pair));
   const Matched matched = Observe(frame, map, tracked.landmarks);

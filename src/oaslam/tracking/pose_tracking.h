@@ -16,6 +16,7 @@ struct TrackReport {
   Rigid3 cam_from_world;
   std::vector<LandmarkId> landmarks;  // per key point: inliers only
   int matched = 0, inliers = 0;       // key points with a landmark before, and after, refinement
+  double depth = 0;                   // median, of the inliers
   double relative_sigma = 0;          // standard deviation of the position over the median depth of the points
   KeyframeId reference;               // keyframe that shares most landmarks; invalid on failure
   std::vector<LandmarkId> visible;    // landmarks that the frame should show (TrackLocalMap)

@@ -12,7 +12,8 @@ std::vector<FramePose>::iterator Trajectory::Find(int frame_index) {
 }
 
 void Trajectory::Add(const FramePose& pose, const Frame& frame, const std::vector<LandmarkId>& landmarks) {
-  poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index), pose);
+  Put(pose);
+  std::erase_if(unsettled_, [&](const Unsettled& u) { return u.frame_index == pose.frame_index; });
   Unsettled unsettled{pose.frame_index, frame.camera, {}};
   for (size_t i = 0; i < landmarks.size(); ++i) {
     const Keypoint& keypoint = frame.features->keypoints[i];
@@ -22,10 +23,18 @@ void Trajectory::Add(const FramePose& pose, const Frame& frame, const std::vecto
   unsettled_.insert(std::ranges::upper_bound(unsettled_, pose.frame_index, {}, &Unsettled::frame_index), std::move(unsettled));
 }
 
-void Trajectory::NewestIsKeyframe(KeyframeId id) {
-  poses_.back().reference = id;
-  poses_.back().cam_from_reference = {};
-  std::erase_if(unsettled_, [&](const Unsettled& u) { return u.frame_index == poses_.back().frame_index; });
+void Trajectory::Put(const FramePose& pose) {
+  const auto own = Find(pose.frame_index);
+  if (own != poses_.end()) *own = pose;
+  else poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index), pose);
+}
+
+void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
+  const auto pose = Find(frame_index);
+  if (pose == poses_.end()) return;
+  pose->reference = id;
+  pose->cam_from_reference = {};
+  std::erase_if(unsettled_, [&](const Unsettled& u) { return u.frame_index == frame_index; });
 }
 
 void Trajectory::Settle(const Map& map, int frame_index) {
@@ -49,12 +58,19 @@ void Trajectory::Settle(const Map& map, int frame_index) {
 void Trajectory::Join(Trajectory other, double scale) {
   for (FramePose& pose : other.poses_) {
     pose.cam_from_reference.translation *= scale;
-    const auto own = Find(pose.frame_index);
-    if (own != poses_.end()) *own = pose;
-    else poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index), pose);
+    Put(pose);
   }
   for (Unsettled& unsettled : other.unsettled_)
     unsettled_.insert(std::ranges::upper_bound(unsettled_, unsettled.frame_index, {}, &Unsettled::frame_index), std::move(unsettled));
+}
+
+void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {
+  AdoptPoses(poses, scale, poses_);
+}
+
+const FramePose* Trajectory::PoseOf(int frame_index) const {
+  const auto place = std::ranges::lower_bound(poses_, frame_index, {}, &FramePose::frame_index);
+  return place != poses_.end() && place->frame_index == frame_index ? &*place : nullptr;
 }
 
 void Trajectory::Clear() {

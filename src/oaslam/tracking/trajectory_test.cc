@@ -56,7 +56,7 @@ TEST(Trajectory, FramesComeInAnyOrderAndKeyframesCarryThemselves) {
   const Scene s;
   Trajectory trajectory;
   for (const int index : {5, 9, 7, 20}) trajectory.Add(s.Pose(index), s.frame, s.landmarks);
-  trajectory.NewestIsKeyframe(KeyframeId(3));
+  trajectory.MakeKeyframe(trajectory.poses().back().frame_index, KeyframeId(3));
   trajectory.Settle(s.mapped.map, 100);
   std::vector<int> order;
   for (const FramePose& p : trajectory.poses()) order.push_back(p.frame_index);

@@ -1,0 +1,321 @@
+#include "oaslam/system/atlas.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+#include <utility>
+
+#include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/objects/association.h"
+#include "oaslam/objects/moved_objects.h"
+#include "oaslam/system/piece_joining.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+// Of the same cameras and classes.
+Map EmptyLike(const Map& map, uint32_t first_landmark) {
+  Map empty;
+  empty.cameras = map.cameras;
+  empty.classes = map.classes;
+  empty.version = map.version;
+  empty.next_landmark = first_landmark;
+  return empty;
+}
+
+NextIds Behind(const NextIds& a, const NextIds& b) {
+  return {std::max(a.keyframe, b.keyframe), std::max(a.landmark, b.landmark), std::max(a.object, b.object)};
+}
+
+NextIds NextIdsOf(const Map& map) {
+  NextIds ids{0, map.next_landmark, ObjectTracks::ContinueFrom(map).next_object};
+  for (const KeyframeId id : map.keyframes.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
+  for (const KeyframeId id : map.retired.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
+  return ids;
+}
+
+bool IsLost(const Tracker::Outcome& outcome) { return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects; }
+
+// world_from_piece, by looking for keyframes of the piece in the other map. Nothing where they do not tell.
+std::optional<Similarity> LocateByKeyframes(const Piece& piece, const Map& world, RelocalizationMode mode, const SlamConfig& config,
+                                            Relocalizer& relocalizer) {
+  constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
+  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
+  const size_t step = std::max<size_t>(1, ids.size() / kMaxKeyframes);
+  PieceLink link;
+  size_t tried = 0, found = 0;
+  for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
+    const Frame frame = FrameOf(piece.map, ids[i]);
+    Rng rng(static_cast<uint64_t>(config.runner.seed));
+    const auto anchor = AnchorOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
+    if (!anchor) continue;
+    link.AddKeyframe(frame.index, *anchor);
+    ++found;
+  }
+  return link.Locate(piece.map, piece.trajectory);
+}
+
+}  // namespace
+
+Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others) : config_(config) {
+  for (Piece& piece : others) {
+    piece.map.cameras = map.cameras;
+    free_ids_ = Behind(free_ids_, NextIdsOf(piece.map));
+    waiting_.push_back({std::move(piece), Relocalizer(config_), {}});
+  }
+  BeginMain(std::move(map), is_loaded);
+}
+
+void Atlas::BeginMain(Map map, bool is_loaded) {
+  const NextIds ids = Behind(free_ids_, NextIdsOf(map));
+  map.next_landmark = ids.landmark;
+  is_loaded_ = is_loaded;
+  main_ = std::make_unique<Session>(config_, std::move(map), ids, is_loaded);
+  main_->tracker().SetRelocalizationMode(mode_);
+  main_->tracker().SetMapping(mapping_);
+}
+
+Tracker::Outcome Atlas::Process(const Frame& frame) {
+  newest_frame_ = frame.index;
+  // The main piece may make objects while its camera is lost, and anything in the frame after it has been found for good.
+  if (resumption_ && lost_since_) main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
+  if (resumption_ && !lost_since_) main_->SkipIds(resumption_->session().next_ids(), frame.index);
+  Tracker::Outcome outcome = main_->Process(frame);
+  if (outcome.gives_up) {
+    Park(*main_);
+    BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
+    ++main_number_;
+  }
+  outcome = Resume(frame, std::move(outcome));
+  if (mapping_ && config_.runner.mode != "live") passed_.Add(frame, main_->tracker().HasTracked(frame.index));
+  return outcome;
+}
+
+// While points do not show where the camera is, a map of its own goes on from there.
+Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
+  if (outcome.state == TrackingState::kInitializing || !mapping_) return outcome;
+  const bool is_lost = IsLost(outcome);
+  if (!is_lost) lost_since_.reset();
+  else if (!lost_since_) lost_since_ = frame.timestamp;
+  // Found by points in the main map: while it makes no keyframes there, the new one may still be joined.
+  if (!is_lost && !outcome.anchor) EndResumption(frame.index);
+  if (outcome.is_keyframe) LookInWaiting(frame, *main_);
+  const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < Resumption::kPatience;
+  if (!resumption_ && is_patient) return outcome;
+  if (!resumption_ || (is_lost && resumption_->IsLost(frame.timestamp))) BeginResumption(frame.index);
+  resumption_->session().tracker().SkipIds(main_->tracker().next_ids());
+  const Tracker::Outcome there = resumption_->Process(frame, outcome.anchor);
+  if (there.gives_up) {
+    BeginResumption(frame.index);
+    return outcome;
+  }
+  if (there.is_keyframe) LookInWaiting(frame, resumption_->session());
+  if (!JoinResumption(frame.index)) {
+    const bool is_larger = resumption_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
+    if (!is_larger || !is_lost || IsLost(there) || MustStayMain()) return outcome;
+    PromoteResumption();
+  }
+  lost_since_.reset();
+  const Tracker::Outcome now = main_->tracker().Present(*main_->snapshot());
+  return now.cam_from_world ? now : outcome;
+}
+
+// In the place of one that is lost, too, if there is one.
+void Atlas::BeginResumption(int frame_index) {
+  EndResumption(frame_index);
+  MapCommand settle;
+  settle.frame_index = frame_index;
+  settle.settle = true;
+  main_->SubmitAndWait(std::move(settle));
+  const NextIds ids = Behind(free_ids_, main_->next_ids());
+  resumption_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
+  resumption_->session().tracker().SetRelocalizationMode(mode_);
+}
+
+void Atlas::EndResumption(int frame_index) {
+  if (!resumption_) return;
+  Park(resumption_->session());
+  resumption_.reset();
+  main_->SkipIds(free_ids_, frame_index);
+}
+
+// False where it is not yet known how the maps lie to each other.
+bool Atlas::JoinResumption(int frame_index) {
+  if (!resumption_->Locate()) return false;
+  Session& found = resumption_->session();
+  const std::shared_ptr<const Map> map = found.Newest();  // what was still queued may have moved it
+  const std::optional<Similarity> world_from_new = resumption_->Locate();
+  if (!world_from_new) return false;
+  if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map, found.tracker().trajectory(), *world_from_new)) return false;
+  main_->Join(*map, *world_from_new, frame_index);
+  main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
+  resumption_.reset();
+  Log(LogLevel::kInfo, fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
+  return true;
+}
+
+// The piece made while lost is the larger one by now: it takes the main one's place.
+void Atlas::PromoteResumption() {
+  Park(*main_);
+  main_ = resumption_->TakeSession();
+  resumption_.reset();
+  ++main_number_;
+}
+
+// What a session has made waits from now on.
+void Atlas::Park(Session& session) {
+  MapCommand rest = session.tracker().TakeRest();
+  rest.settle = true;
+  session.SubmitAndWait(std::move(rest));
+  const std::shared_ptr<const Map> map = session.snapshot();
+  free_ids_ = Behind(free_ids_, session.next_ids());
+  if (map->keyframes.size() == 0) return;
+  session.tracker().SettleTrajectory(*map);
+  waiting_.push_back({{*map, session.tracker().trajectory()}, Relocalizer(config_), {}});
+}
+
+// Looks for a keyframe of a session in the pieces that wait, in one of them at a time.
+void Atlas::LookInWaiting(const Frame& frame, Session& session) {
+  if (waiting_.empty()) return;
+  const auto waiting = std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  const auto anchor = AnchorOf(waiting->relocalizer.Find(frame, waiting->piece.map, mode_, frame.gravity_in_cam, rng), waiting->piece.map);
+  if (!anchor) return;
+  waiting->link.AddKeyframe(frame.index, *anchor);
+  const auto piece_from_world = waiting->link.Locate(*session.snapshot(), session.tracker().trajectory());
+  if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session)) waiting_.erase(waiting);
+}
+
+bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index, Session& session) {
+  const Piece& piece = waiting.piece;
+  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map, piece.trajectory, world_from_piece)) return false;
+  session.Join(piece.map, world_from_piece, frame_index);
+  session.tracker().Adopt(piece.trajectory, world_from_piece.scale);
+  Log(LogLevel::kInfo, fmt::format("frame {}: the piece of frames {} to {}, {} keyframes, was joined", frame_index, piece.trajectory.front().frame_index,
+                                   piece.trajectory.back().frame_index, piece.map.keyframes.size()));
+  return true;
+}
+
+// Joins what can be joined by the keyframes of the pieces, with the main one and with each other.
+void Atlas::LocateWaiting() {
+  const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
+  for (bool has_joined = true; std::exchange(has_joined, false);) {
+    waiting_.sort([&](const Waiting& a, const Waiting& b) { return size_of(a) > size_of(b); });
+    Relocalizer in_main(config_);
+    for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
+      const auto here = waiting++;
+      std::optional<Similarity> world_from_piece = LocateByKeyframes(here->piece, *main_->snapshot(), mode_, config_, in_main);
+      if (!world_from_piece)
+        if (const auto inverse = here->link.Locate(*main_->snapshot(), main_->tracker().trajectory())) world_from_piece = inverse->Inverse();
+      if (!world_from_piece || !Join(*here, *world_from_piece, newest_frame_, *main_)) continue;
+      waiting_.erase(here);
+      has_joined = true;
+    }
+    for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
+      for (auto other = std::next(into); other != waiting_.end();) {
+        const auto here = other++;
+        const auto world_from_piece = LocateByKeyframes(here->piece, into->piece.map, mode_, config_, into->relocalizer);
+        if (!world_from_piece) continue;
+        if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map, here->piece.trajectory, *world_from_piece)) continue;
+        Rng rng(static_cast<uint64_t>(config_.runner.seed));
+        JoinPiece(here->piece.map, *world_from_piece, config_, rng, into->piece.map);
+        AdoptPoses(here->piece.trajectory, world_from_piece->scale, into->piece.trajectory);
+        ++into->piece.map.version;
+        waiting_.erase(here);
+        has_joined = true;
+      }
+  }
+}
+
+// Poses are asked for in its frame.
+bool Atlas::MustStayMain() const { return is_loaded_ || !main_->snapshot()->anchors.empty(); }
+
+void Atlas::PromoteLargest() {
+  const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
+  const auto largest = std::ranges::max_element(waiting_, {}, size_of);
+  if (largest == waiting_.end() || MustStayMain() || size_of(*largest) <= main_->snapshot()->keyframes.size()) return;
+  Piece piece = std::move(largest->piece);
+  waiting_.erase(largest);
+  Park(*main_);
+  BeginMain(std::move(piece.map), true);
+  is_loaded_ = false;
+  main_->tracker().Adopt(std::move(piece.trajectory), 1);
+  ++main_number_;
+}
+
+void Atlas::LookBack() {
+  const int found = main_->LookBack(passed_.All());
+  passed_.Clear();
+  if (found == 0) return;
+  Log(LogLevel::kInfo, fmt::format("looking back, {} more frames were tracked", found));
+  if (!waiting_.empty()) LocateWaiting();
+}
+
+void Atlas::Finish() {
+  if (resumption_ && !JoinResumption(newest_frame_)) EndResumption(newest_frame_);
+  if (mapping_) {
+    main_->SubmitAndWait(main_->tracker().TakeRest());
+    LocateWaiting();
+    PromoteLargest();
+    LookBack();
+  }
+  main_->Finish();
+  for (Waiting& waiting : waiting_) {
+    constexpr int kIterations = 20;
+    Map& map = waiting.piece.map;
+    if (map.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config_.bundle), map);
+    ++map.version;
+  }
+}
+
+void Atlas::Shutdown() {
+  if (resumption_) resumption_->session().Shutdown();
+  main_->Shutdown();
+}
+
+std::optional<Tracker::Outcome> Atlas::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections) {
+  std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
+  if (resumption_) resumption_->AddDetections(frame_index, detections, outcome ? outcome->anchor : std::nullopt);
+  return outcome;
+}
+
+void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
+  mode_ = mode;
+  main_->tracker().SetRelocalizationMode(mode);
+  if (resumption_) resumption_->session().tracker().SetRelocalizationMode(mode);
+}
+
+void Atlas::SetMapping(bool enabled) {
+  mapping_ = enabled;
+  main_->tracker().SetMapping(enabled);
+  if (enabled) return;
+  EndResumption(newest_frame_);
+  lost_since_.reset();
+}
+
+void Atlas::ForceRelocalization() {
+  main_->tracker().ForceRelocalization();
+  EndResumption(newest_frame_);
+  lost_since_.reset();
+}
+
+void Atlas::SetClassRelations(const ClassRelations& relations) {
+  MapCommand command;
+  command.frame_index = newest_frame_ + 1;
+  command.classes = relations;
+  for (Waiting& waiting : waiting_) oaslam::SetClassRelations(relations, waiting.piece.map);
+  if (resumption_) resumption_->session().SubmitAndWait(command);
+  main_->SubmitAndWait(std::move(command));
+}
+
+std::vector<Piece> Atlas::Others() const {
+  std::vector<Piece> pieces;
+  for (const Waiting& waiting : waiting_) pieces.push_back(waiting.piece);
+  std::ranges::stable_sort(pieces, std::greater(), [](const Piece& p) { return p.map.keyframes.size(); });
+  return pieces;
+}
+
+}  // namespace oaslam

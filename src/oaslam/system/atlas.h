@@ -1,0 +1,82 @@
+#pragma once
+
+#include <list>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/piece.h"
+#include "oaslam/system/passed_frames.h"
+#include "oaslam/system/piece_link.h"
+#include "oaslam/system/relocalizer.h"
+#include "oaslam/system/resumption.h"
+#include "oaslam/system/session.h"
+
+namespace oaslam {
+
+// All pieces of map of a run: the one in whose frame poses are told; the one that a lost camera makes meanwhile; and those that wait until they are
+// known to lie in one of these. Pieces are joined, in any number, as soon as frames are found in both, by points, objects or both; none is thrown away.
+class Atlas {
+ public:
+  // `is_loaded`: the camera is looked for in `map`. No two of the pieces share an id.
+  Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
+
+  // Tracks the next frame.
+  Tracker::Outcome Process(const Frame& frame);
+  // Of a frame that was processed before.
+  std::optional<Tracker::Outcome> AddDetections(int frame_index, const std::vector<ObjectDetection>& detections);
+  // Joins what can be joined, looks back into gaps (but where the runner is live), and waits for the last optimisation.
+  void Finish();
+  void Shutdown();
+
+  void SetRelocalizationMode(RelocalizationMode mode);
+  void SetMapping(bool enabled);
+  void ForceRelocalization();
+  void SetClassRelations(const ClassRelations& relations);
+
+  bool IsInitializing() const { return main_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
+  Session& main() { return *main_; }
+  const Session& main() const { return *main_; }
+  // Counts how often another piece took the main one's place: poses are told in its frame from then on.
+  int main_number() const { return main_number_; }
+  // All but the main piece.
+  std::vector<Piece> Others() const;
+
+ private:
+  struct Waiting {
+    Piece piece;
+    Relocalizer relocalizer;
+    PieceLink link;  // of frames that were followed in a session, to this piece
+  };
+
+  void BeginMain(Map map, bool is_loaded);
+  Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
+  void BeginResumption(int frame_index);
+  void EndResumption(int frame_index);
+  bool JoinResumption(int frame_index);
+  void PromoteResumption();
+  void Park(Session& session);
+  void LookInWaiting(const Frame& frame, Session& session);
+  bool Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index, Session& session);
+  void LocateWaiting();
+  void LookBack();
+  void PromoteLargest();
+  bool MustStayMain() const;
+
+  SlamConfig config_;
+  RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
+  bool mapping_ = true;
+  bool is_loaded_ = false;
+  std::unique_ptr<Session> main_;
+  std::optional<Resumption> resumption_;  // while lost
+  std::optional<double> lost_since_;      // seconds
+  std::list<Waiting> waiting_;
+  NextIds free_ids_;  // behind those of all that wait
+  size_t turn_ = 0;   // whose of those that wait
+  PassedFrames passed_;
+  int newest_frame_ = 0;
+  int main_number_ = 0;
+};
+
+}  // namespace oaslam

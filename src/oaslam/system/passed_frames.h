@@ -1,0 +1,28 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "oaslam/map/frame.h"
+
+namespace oaslam {
+
+// Remembers with their features the frames in which the camera was not followed by points, those beside them, and the newest ones, to look there
+// again once the map is complete.
+class PassedFrames {
+ public:
+  // The next frame, in order.
+  void Add(const Frame& frame, bool is_tracked);
+  // In order; what was forgotten leaves holes.
+  std::vector<Frame> All() const;
+  void Clear();
+
+ private:
+  struct Passed {
+    Frame frame;
+    bool is_tracked = false;
+  };
+  std::deque<Passed> kept_, recent_;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,121 @@
+#include "oaslam/system/piece_link.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "oaslam/estimation/similarity_fit.h"
+#include "oaslam/util/median.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kMinWeight = 20;
+constexpr double kMinShare = 0.6;          // of the anchors that must agree
+constexpr double kMaxScaleSigma = 0.06;    // relative
+
+// A pose by points says more than one by objects.
+int WeightOf(bool by_points, bool of_keyframe) { return of_keyframe ? (by_points ? 5 : 2) : (by_points ? 2 : 1); }
+
+double MedianDepth(const Map& map, const Relocalization& found) {
+  std::vector<double> depths;
+  for (const LandmarkId id : found.landmarks)
+    if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
+      depths.push_back((found.cam_from_world * landmark->position).z());
+  return depths.empty() ? 0 : Median(std::move(depths));
+}
+
+struct Passed {
+  double time = 0;
+  Rigid3 cam_from_world;
+  double depth = 0;  // median, of what its keyframe sees
+  bool is_other = false;
+};
+
+void Append(const Map& map, std::span<const FramePose> trajectory, const Similarity& world_from_map, bool is_other, std::vector<Passed>& way) {
+  for (const FramePose& frame : trajectory) {
+    const auto reference = frame.state == TrackingState::kObjects ? std::nullopt : map.ResolveKeyframe(frame.reference);
+    if (!reference) continue;
+    const Rigid3 cam_from_map = frame.cam_from_reference * reference->cam_from_carrier * map.keyframes.At(reference->by).cam_from_world;
+    way.push_back({frame.timestamp, (Similarity(cam_from_map) * world_from_map.Inverse()).AsPose(),
+                   world_from_map.scale * map.MedianDepth(reference->by), is_other});
+  }
+}
+
+struct Step {
+  double seconds = 0, distance = 0, angle = 0;
+};
+
+Step StepBetween(const Passed& a, const Passed& b) {
+  return {b.time - a.time, (a.cam_from_world.OriginInSource() - b.cam_from_world.OriginInSource()).norm(),
+          a.cam_from_world.rotation.angularDistance(b.cam_from_world.rotation)};
+}
+
+double NinetyFifth(std::vector<double> values) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 95 / 100);
+  std::ranges::nth_element(values, place);
+  return *place;
+}
+
+}  // namespace
+
+std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map) {
+  constexpr double kMinSigma = 0.005;  // of the depth: what is left of bending where points are seen from about where they were mapped
+  if (found.evidence == PoseEvidence::kNone) return std::nullopt;
+  const bool by_points = found.evidence != PoseEvidence::kObjects;
+  const double least = by_points ? kMinSigma * MedianDepth(map, found) : 0;
+  return PoseAnchor{found.cam_from_world, std::max(least, found.sigma_position), by_points};
+}
+
+std::optional<Similarity> PieceLink::Locate(const Map& map, std::span<const FramePose> trajectory) const {
+  std::vector<PosePair> pairs;
+  std::vector<int> weights;
+  int sum = 0;
+  for (const FramePose& pose : trajectory) {
+    const auto anchor = anchors_.find(pose.frame_index);
+    const auto reference = anchor == anchors_.end() || pose.state == TrackingState::kObjects ? std::nullopt : map.ResolvePose(pose.reference);
+    if (!reference) continue;
+    const auto& [in_other, of_keyframe] = anchor->second;
+    pairs.push_back({pose.cam_from_reference * *reference, in_other.cam_from_world, in_other.sigma});
+    weights.push_back(WeightOf(in_other.by_points, of_keyframe));
+    sum += weights.back();
+  }
+  if (sum < kMinWeight) return std::nullopt;
+  const SimilarityFit fit = FitSimilarity(pairs);
+  if (!fit.success) return std::nullopt;
+  int weight = 0;
+  for (size_t i = 0; i < pairs.size(); ++i) weight += fit.is_inlier[i] ? weights[i] : 0;
+  const bool agree = fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && weight >= kMinWeight;
+  return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(fit.b_from_a) : std::nullopt;
+}
+
+bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other, std::span<const FramePose> other_trajectory,
+                  const Similarity& world_from_other) {
+  constexpr double kMaxSeconds = 1, kMaxTimes = 2;
+  constexpr double kTolerance = 0.03;  // of the depth, and rad: how well pieces fit to each other
+  std::vector<Passed> way;
+  Append(map, trajectory, Similarity(), false, way);
+  Append(other, other_trajectory, world_from_other, true, way);
+  // Where both have a frame that of this map counts, which comes first.
+  std::ranges::stable_sort(way, {}, &Passed::time);
+  const auto doubled = std::ranges::unique(way, {}, &Passed::time);
+  way.erase(doubled.begin(), doubled.end());
+  std::vector<double> speeds, turns;
+  for (size_t i = 1; i < way.size(); ++i) {
+    const Step step = StepBetween(way[i - 1], way[i]);
+    if (way[i - 1].is_other != way[i].is_other || step.seconds > kMaxSeconds) continue;
+    speeds.push_back(step.distance / step.seconds);
+    turns.push_back(step.angle / step.seconds);
+  }
+  if (speeds.empty()) return true;
+  const double max_speed = kMaxTimes * NinetyFifth(std::move(speeds)), max_turn = kMaxTimes * NinetyFifth(std::move(turns));
+  for (size_t i = 1; i < way.size(); ++i) {
+    const Step step = StepBetween(way[i - 1], way[i]);
+    if (way[i - 1].is_other == way[i].is_other || step.seconds > kMaxSeconds) continue;
+    const double depth = std::min(way[i - 1].depth, way[i].depth);
+    if (step.distance > max_speed * step.seconds + kTolerance * depth || step.angle > max_turn * step.seconds + kTolerance) return false;
+  }
+  return true;
+}
+
+}  // namespace oaslam
