@@ -7,12 +7,14 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
+#include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/error.h"
 #include "oaslam/io/camera_file.h"
 #include "oaslam/io/focal_metadata.h"
 #include "oaslam/io/image_source.h"
+#include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
 
 namespace oaslam::apps {
@@ -44,6 +46,36 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   spdlog::debug("rolling shutter: {:.2f} +- {:.2f} ms, left {:.2f}, residuals {:.3f}, then {:.3f}", 1000 * found.readout_s, 1000 * found.readout_sigma_s,
                 1000 * rest.readout_s, found.rmse, rest.rmse);
   return found.readout_s;
+}
+
+// Pieces beside the map are brought to the camera that the map has now, and to one instant.
+void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap& saved) {
+  constexpr int kIterations = 20;
+  for (Piece& piece : saved.pieces) {
+    piece.map = WithCamera(piece.map, camera, saved.map.cameras[static_cast<size_t>(camera)]);
+    if (readout_s != 0) piece.map = WithoutReadout(piece.map, piece.trajectory, readout_s, config.bundle, config.mapping.min_shared_landmarks);
+    else ApplyCorrection(GlobalBundleAdjustment(piece.map, kIterations, config.bundle), piece.map);
+  }
+}
+
+// From the whole map, which then becomes that of the camera found.
+void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMap& saved) {
+  constexpr double kMaxRelativeSigma = 0.02;
+  SelfCalibration found = SelfCalibrate(saved.map, index);
+  camera.why_not = found.why_not;
+  if (!found.success) return;
+  // Two maps of the same images that differ by so much know the focal length no better.
+  if (camera.is_determined) found.focal_sigma_px = std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
+  camera.is_determined = found.RelativeSigma() < kMaxRelativeSigma;
+  if (!camera.is_determined) camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length", 100 * found.RelativeSigma());
+  found.camera.is_guess = !camera.is_determined;
+  ImageTime now;
+  if (!saved.trajectory.empty()) now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};
+  saved.map = Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
+  UpdateObjects(saved.map, {}, now, config.objects);
+  camera.camera = found.camera;
+  camera.focal_sigma_px = found.focal_sigma_px;
+  camera.rmse = found.rmse;
 }
 
 }  // namespace
@@ -85,26 +117,12 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
 }
 
 void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera, SavedMap& saved) {
-  constexpr double kMaxRelativeSigma = 0.02;
   const auto place = std::ranges::find(saved.map.cameras, camera.camera);
   if (place == saved.map.cameras.end()) return;
   const int index = static_cast<int>(place - saved.map.cameras.begin());
   if (find_readout) camera.readout_s = UndoReadout(config, index, saved);
-  SelfCalibration found = SelfCalibrate(saved.map, index);
-  camera.why_not = found.why_not;
-  if (!found.success) return;
-  // Two maps of the same images that differ by so much know the focal length no better.
-  if (camera.is_determined) found.focal_sigma_px = std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
-  camera.is_determined = found.RelativeSigma() < kMaxRelativeSigma;
-  if (!camera.is_determined) camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length", 100 * found.RelativeSigma());
-  found.camera.is_guess = !camera.is_determined;
-  ImageTime now;
-  if (!saved.trajectory.empty()) now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};
-  saved.map = Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
-  UpdateObjects(saved.map, {}, now, config.objects);
-  camera.camera = found.camera;
-  camera.focal_sigma_px = found.focal_sigma_px;
-  camera.rmse = found.rmse;
+  Refine(config, index, camera, saved);
+  BringAlong(config, index, camera.readout_s, saved);
 }
 
 }  // namespace oaslam::apps

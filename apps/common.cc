@@ -80,6 +80,10 @@ void AddFollowOption(CLI::App& app, CommonOptions& options) {
       ->expected(0, 1);
 }
 
+void AddPieceOption(CLI::App& app, int& piece) {
+  app.add_option("--piece", piece, "of a map in several pieces: which one, as `oaslam info` counts them; default 0, the largest")->type_name("N");
+}
+
 void AddClassesOption(CLI::App& app, CommonOptions& options) {
   app.add_option("--classes", options.classes, "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); default: COCO")->type_name("FILE");
 }

@@ -29,6 +29,7 @@ void AddConfigOptions(CLI::App& app, CommonOptions& options);   // --config, --s
 void AddFrameOptions(CLI::App& app, CommonOptions& options);    // --from, --to, --fps
 void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotation
 void AddFollowOption(CLI::App& app, CommonOptions& options);    // --follow
+void AddPieceOption(CLI::App& app, int& piece);                 // --piece, of a map file
 void AddClassesOption(CLI::App& app, CommonOptions& options);
 // All of them. `options` must outlive the parsing.
 void AddCommonOptions(CLI::App& app, CommonOptions& options);

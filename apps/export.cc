@@ -15,6 +15,7 @@ struct ExportOptions {
   CommonOptions common;
   std::string map, format, out, images;
   bool ellipsoids = false;
+  int piece = 0;
 };
 
 bool IsFolderFormat(const std::string& format) { return format == "colmap" || format == "nerfstudio"; }
@@ -39,7 +40,7 @@ void CheckOptions(const ExportOptions& options) {
 }
 
 void Export(const ExportOptions& options) {
-  const SavedMap saved = LoadMap(options.map);
+  const SavedMap saved = LoadPiece(options.map, options.piece);
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
   CheckOptions(options);
   if (IsFolderFormat(options.format)) {
@@ -64,6 +65,7 @@ void AddExportCommand(CLI::App& app) {
   auto* command = app.add_subcommand("export", "Write a map for other tools");
   const auto options = std::make_shared<ExportOptions>();
   command->add_option("--map", options->map, "map file")->required();
+  AddPieceOption(*command, options->piece);
   command->add_option("--format", options->format, "ply, obj, gltf, colmap, nerfstudio, tum or json")
       ->required()
       ->check(CLI::IsMember({"ply", "obj", "gltf", "colmap", "nerfstudio", "tum", "json"}));

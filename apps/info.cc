@@ -81,6 +81,9 @@ void PrintInfo(const std::string& path) {
   PrintPoints(saved.map);
   PrintTimes(saved);
   PrintObjects(saved);
+  for (size_t i = 0; i < saved.pieces.size(); ++i)
+    fmt::print("piece {}      {} keyframes, {} landmarks, {} frames: not joined with the map, in a frame and unit of its own\n", i + 1,
+               saved.pieces[i].map.keyframes.size(), saved.pieces[i].map.landmarks.size(), saved.pieces[i].trajectory.size());
   fmt::print("unit         {}\n", saved.map.is_metric ? "metre" : "arbitrary");
   if (const auto& up = saved.map.up)
     fmt::print("up           {:.4f} {:.4f} {:.4f} ({})\n", up->x(), up->y(), up->z(),

@@ -31,6 +31,7 @@ struct LocalizeOptions {
   std::vector<std::string> models;
   std::string map, images, camera, detections, out, gravity, relocalization = "points+objects";
   bool every_frame = false;
+  int piece = 0;
 };
 
 // poses.txt, candidates.txt, frames.csv (docs/formats.md).
@@ -125,7 +126,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamCo
   constexpr int kEnough = 5, kMaxImages = 200;
   FrameInputs inputs(SourcesOf(options, std::nullopt), options.common);
   Slam slam(config, inputs.camera());
-  slam.Load(options.map);
+  slam.Load(options.map, options.piece);
   RelocalizationResult best;
   int found = 0;
   for (int i = 0; i < kMaxImages && found < kEnough && !Interrupted(); ++i) {
@@ -150,7 +151,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   FrameInputs inputs(SourcesOf(options, is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt), options.common);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
-  slam.Load(options.map);
+  slam.Load(options.map, options.piece);
   slam.SetMapping(false);
   UseClassFile(options.common, slam);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
@@ -193,7 +194,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   const auto images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
   GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Slam slam(config, camera);
-  slam.Load(options.map);
+  slam.Load(options.map, options.piece);
   UseClassFile(options.common, slam);
   ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
   int done = 0;
@@ -211,7 +212,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
 int Localize(const LocalizeOptions& options) {
   if (options.recording.IsAskedFor() && options.images.empty()) throw InputError("localize: --record needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
-  const SavedMap saved = LoadMap(options.map);
+  const SavedMap saved = LoadPiece(options.map, options.piece);
   EnsureOutputFolder(options.out);
   LocalizeResults results(options.out);
   InstallInterruptHandler();
@@ -233,6 +234,7 @@ void AddLocalizeCommand(CLI::App& app) {
   auto* command = app.add_subcommand("localize", "Find images in a saved map, which stays as it is");
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
+  AddPieceOption(*command, options->piece);
   command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
   command->add_option("--camera", options->camera, "calibration file, fov:DEGREES for a guess, or auto (default): that of the map, or found by its points");
   auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");

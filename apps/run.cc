@@ -204,8 +204,13 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   SavedMap saved = slam.Export();
-  if (options.readout_ms)
-    saved.map = WithoutReadout(saved.map, saved.trajectory, *options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
+  if (options.readout_ms) {
+    const auto undo = [&](const Map& map, std::vector<FramePose>& trajectory) {
+      return WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
+    };
+    saved.map = undo(saved.map, saved.trajectory);
+    for (Piece& piece : saved.pieces) piece.map = undo(piece.map, piece.trajectory);
+  }
   const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, !options.readout_ms, saved);
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
   std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory, first_frame);

@@ -27,7 +27,7 @@ struct ViewOptions {
   CommonOptions common;
   std::string path, map, images, groundtruth, bind = "127.0.0.1";
   std::vector<std::string> models;
-  int port = kViewerPort;
+  int port = kViewerPort, piece = 0;
 };
 
 // Frames of the map by their times, in microseconds.
@@ -80,13 +80,15 @@ class EndSignal {
 };
 
 // Writes other anchors into the map file. What else is in it stays, whatever is shown here besides.
-void SaveAnchors(const std::string& path, const Map& shown, const Anchors& anchors) {
+void SaveAnchors(const std::string& path, int piece, const Map& shown, const Anchors& anchors) {
   SavedMap saved = LoadMap(path);
+  LeadWithPiece(path, piece, saved);
   if (saved.map.version != shown.version || saved.map.anchors != shown.anchors)
     throw InputError(fmt::format("{}: has changed since it was opened", path));
   saved.map.anchors = anchors;
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
     throw InputError(fmt::format("{}: has changed since it was opened: {}", path, problems.front()));
+  LeadWithPiece(path, piece, saved);
   SaveMap(path, saved);
 }
 
@@ -99,7 +101,7 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
 }
 
 // Does what viewers ask for, until it is stopped: what was asked for meanwhile is written once.
-void Obey(const std::string& map_file, Map map, Viewer& viewer, const std::stop_token& stop) {
+void Obey(const std::string& map_file, int piece, Map map, Viewer& viewer, const std::stop_token& stop) {
   constexpr int kWaitMs = 100, kNoFrame = -1;
   while (!stop.stop_requested()) {
     Anchors anchors = map.anchors;
@@ -108,7 +110,7 @@ void Obey(const std::string& map_file, Map map, Viewer& viewer, const std::stop_
         viewer.ShowEvent(kNoFrame, "anchor", problem);
     if (anchors == map.anchors) continue;
     try {
-      SaveAnchors(map_file, map, anchors);
+      SaveAnchors(map_file, piece, map, anchors);
       map.anchors = std::move(anchors);
       viewer.UpdateMap(std::make_shared<const Map>(map));
     } catch (const std::exception& error) {
@@ -121,7 +123,7 @@ void View(const ViewOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(options.path, error))
     throw InputError(fmt::format("{}: there is no such file or folder", options.path));
-  const SavedRun run = LoadSavedRun(options.path, options.map);
+  const SavedRun run = LoadSavedRun(options.path, options.map, options.piece);
   const std::vector<StampedPose> groundtruth =
       options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
   ImageSourceOptions range = FrameRange(options.common);
@@ -152,7 +154,7 @@ void View(const ViewOptions& options) {
         [&](const std::stop_token& stop) { ReadPictures(*images, FramesWithPictures(run.saved), viewer, stop); });
   std::jthread editor;
   if (!run.map_file.empty())
-    editor = std::jthread([&](const std::stop_token& stop) { Obey(run.map_file, run.saved.map, viewer, stop); });
+    editor = std::jthread([&](const std::stop_token& stop) { Obey(run.map_file, options.piece, run.saved.map, viewer, stop); });
   fmt::print("{}\n", viewer.url());
   std::fflush(stdout);
   spdlog::info("open it in a browser; Ctrl-C ends");
@@ -169,6 +171,7 @@ void AddViewCommand(CLI::App& app) {
   const auto options = std::make_shared<ViewOptions>();
   command->add_option("path", options->path, "map file, or folder that run, localize or map-objects wrote")->required();
   command->add_option("--map", options->map, "map file that belongs to the folder");
+  AddPieceOption(*command, options->piece);
   command->add_option("--images", options->images,
                       "images the map was made of: colours, pictures of keyframes and objects");
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");

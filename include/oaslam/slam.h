@@ -159,8 +159,9 @@ class Slam {
   // The map with the trajectory so far.
   SavedMap Export() const;
   void Save(const std::string& path) const;
-  // Replaces the map; the next image is relocalized in it. The file's camera may differ from this one.
-  void Load(const std::string& path);
+  // Replaces the map; the next image is relocalized in it. The file's camera may differ from this one. `piece`: which one of a map in several (0: the
+  // largest); the others are joined with it once images link them.
+  void Load(const std::string& path, int piece = 0);
 
   // Forgets everything.
   void Reset();

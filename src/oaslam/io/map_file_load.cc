@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "oaslam/error.h"
 #include "oaslam/io/class_names.h"
@@ -296,13 +297,38 @@ int64_t CheckKind(Database& database) {
   return version;
 }
 
-}  // namespace
+// No two pieces may share an id, so that they can be joined.
+template <typename Id, typename A, typename B>
+bool Overlap(const Table<Id, A>& a, const Table<Id, B>& b) {
+  bool overlap = false;
+  b.ForEach([&](Id id, const B&) { overlap = overlap || a.Contains(id); });
+  return overlap;
+}
 
-SavedMap LoadMap(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw InputError(fmt::format("{}: there is no such file", path));
-  if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("{}: is not a file", path));
-  Database database(path, Database::Access::kReadOnly);
+bool Overlap(const Map& a, const Map& b) {
+  return Overlap(a.keyframes, b.keyframes) || Overlap(a.retired, b.retired) || Overlap(a.keyframes, b.retired) ||
+         Overlap(a.retired, b.keyframes) || Overlap(a.landmarks, b.landmarks) || Overlap(a.objects, b.objects) ||
+         Overlap(a.merged_objects, b.merged_objects);
+}
+
+SavedMap ReadContent(const std::string& name, Database& database);
+
+void ReadPieces(const std::string& name, Database& database, Checksum& checksum, SavedMap& saved) {
+  RowReader rows(database, checksum, "pieces", "number");
+  while (rows.Next()) {
+    const std::string piece_name = fmt::format("{}, piece {}", name, rows.Int(1));
+    Database content(piece_name, rows.BlobOfAnySize());
+    SavedMap piece = ReadContent(piece_name, content);
+    if (!piece.pieces.empty()) content.Refuse("is damaged: has pieces itself");
+    if (piece.map.cameras != saved.map.cameras) content.Refuse("is damaged: has other cameras than the map");
+    bool overlaps = Overlap(saved.map, piece.map);
+    for (const Piece& other : saved.pieces) overlaps = overlaps || Overlap(other.map, piece.map);
+    if (overlaps) content.Refuse("is damaged: shares ids with another piece");
+    saved.pieces.push_back({std::move(piece.map), std::move(piece.trajectory)});
+  }
+}
+
+SavedMap ReadContent(const std::string& name, Database& database) {
   const int64_t version = CheckKind(database);
   SavedMap saved;
   Checksum checksum;
@@ -313,8 +339,35 @@ SavedMap LoadMap(const std::string& path) {
   ReadObjects(database, checksum, version, saved.map);
   ReadTrajectory(database, checksum, saved);
   if (version >= 3) ReadAnchors(database, checksum, saved.map);
+  if (version >= 5) ReadPieces(name, database, checksum, saved);
   if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex()) database.Refuse("is damaged: the checksum does not match");
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty()) database.Refuse("is damaged: " + problems.front());
+  return saved;
+}
+
+}  // namespace
+
+SavedMap LoadMap(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) throw InputError(fmt::format("{}: there is no such file", path));
+  if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("{}: is not a file", path));
+  Database database(path, Database::Access::kReadOnly);
+  return ReadContent(path, database);
+}
+
+void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {
+  const int count = static_cast<int>(saved.pieces.size());
+  if (piece < 0 || piece > count) throw InputError(fmt::format("{}: there is no piece {}, allowed: 0 to {}", path, piece, count));
+  if (piece == 0) return;
+  Piece& chosen = saved.pieces[static_cast<size_t>(piece) - 1];
+  std::swap(chosen.map, saved.map);
+  std::swap(chosen.trajectory, saved.trajectory);
+}
+
+SavedMap LoadPiece(const std::string& path, int piece) {
+  SavedMap saved = LoadMap(path);
+  LeadWithPiece(path, piece, saved);
+  saved.pieces.clear();
   return saved;
 }
 

@@ -130,8 +130,21 @@ void WriteTrajectory(Database& database, Checksum& checksum, const SavedMap& sav
   for (const auto& [id, name] : saved.class_names) names.Write(id, name);
 }
 
-void WriteDatabase(const std::string& path, const SavedMap& saved) {
-  Database database(path, Database::Access::kCreate);
+void WriteContent(const SavedMap& saved, Database& database);
+
+// Each is a map file of its own.
+void WritePieces(Database& database, Checksum& checksum, const std::vector<Piece>& pieces) {
+  RowWriter rows(database, checksum, "pieces", 2);
+  int number = 0;
+  for (const Piece& piece : pieces) {
+    Database in_memory("a piece of map");
+    WriteContent({piece.map, piece.trajectory, {}}, in_memory);
+    const std::vector<std::byte> content = in_memory.Content();
+    rows.Write(++number, std::span<const std::byte>(content));
+  }
+}
+
+void WriteContent(const SavedMap& saved, Database& database) {
   // The file is synced and renamed when whole, so it needs no journal of its own.
   database.Execute(fmt::format("PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA application_id={}; PRAGMA user_version={};", kMapApplicationId,
                                kMapFormatVersion));
@@ -145,6 +158,7 @@ void WriteDatabase(const std::string& path, const SavedMap& saved) {
   WriteObjects(database, checksum, saved.map);
   WriteTrajectory(database, checksum, saved);
   WriteAnchors(database, checksum, saved.map);
+  WritePieces(database, checksum, saved.pieces);
   database.Execute(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
   database.Execute("COMMIT");
 }
@@ -160,13 +174,17 @@ void SyncToDisk(const std::string& path) {
 
 void SaveMap(const std::string& path, const SavedMap& saved) {
   OASLAM_CHECK(saved.map.CheckInvariants().empty());
+  for (const Piece& piece : saved.pieces) OASLAM_CHECK(piece.map.CheckInvariants().empty());
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder)) throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
   const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
   std::error_code error;
   std::filesystem::remove(temporary, error);
   try {
-    WriteDatabase(temporary, saved);
+    {
+      Database database(temporary, Database::Access::kCreate);
+      WriteContent(saved, database);
+    }
     SyncToDisk(temporary);
     std::filesystem::rename(temporary, path, error);
     if (error) throw InputError(fmt::format("{}: cannot be written: {}", path, error.message()));

@@ -5,7 +5,7 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-constexpr int32_t kMapFormatVersion = 4;           // PRAGMA user_version; 1 had no names of objects, 2 no anchors, 3 no up_keyframes
+constexpr int32_t kMapFormatVersion = 5;           // PRAGMA user_version; 1 had no names of objects, 2 no anchors, 3 no up_keyframes, 4 no pieces
 
 // Documented in docs/formats.md, which must change with it. Poses are quaternion x y z w and translation; blobs are little-endian.
 constexpr const char* kMapSchema = R"sql(
@@ -44,6 +44,7 @@ CREATE TABLE anchors(name TEXT PRIMARY KEY, model TEXT, size REAL, keyframe INTE
   cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,
   cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL,
   object INTEGER, offset_x REAL, offset_y REAL, offset_z REAL) WITHOUT ROWID;
+CREATE TABLE pieces(number INTEGER PRIMARY KEY, map BLOB);
 )sql";
 
 // Columns of a key point in features.keypoints.

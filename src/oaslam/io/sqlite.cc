@@ -31,6 +31,30 @@ Database::Database(std::string path, Access access) : path_(std::move(path)) {
   if (result != SQLITE_OK) Refuse(sqlite3_errstr(result));
 }
 
+Database::Database(std::string name) : path_(std::move(name)) {
+  sqlite3* handle = nullptr;
+  const int result = sqlite3_open_v2(":memory:", &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  handle_.reset(handle);
+  if (result != SQLITE_OK) Refuse(sqlite3_errstr(result));
+}
+
+Database::Database(std::string name, std::span<const std::byte> content) : Database(std::move(name)) {
+  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(content.size()));
+  if (!copy) Refuse("is too large for the memory");
+  std::memcpy(copy, content.data(), content.size());
+  const auto size = static_cast<sqlite3_int64>(content.size());
+  const unsigned flags = SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY;  // SQLite frees the copy, also if it fails
+  if (const int result = sqlite3_deserialize(handle(), "main", copy, size, size, flags); result != SQLITE_OK) Refuse(sqlite3_errstr(result));
+}
+
+std::vector<std::byte> Database::Content() const {
+  sqlite3_int64 size = 0;
+  const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> content(sqlite3_serialize(handle(), "main", &size, 0), &sqlite3_free);
+  if (!content) Refuse("is too large for the memory");
+  const auto bytes = std::as_bytes(std::span(content.get(), static_cast<size_t>(size)));
+  return {bytes.begin(), bytes.end()};
+}
+
 void Database::Refuse(const std::string& problem) const { throw InputError(fmt::format("{}: {}", path_, problem)); }
 
 void Database::Execute(const std::string& sql) {
@@ -161,13 +185,18 @@ std::string RowReader::Text() {
   return text;
 }
 
-std::span<const std::byte> RowReader::Blob(size_t size) {
+std::span<const std::byte> RowReader::BlobOfAnySize() {
   const int column = NextColumn(SQLITE_BLOB);
   const auto* data = static_cast<const std::byte*>(sqlite3_column_blob(statement_.handle(), column));
   const auto bytes = static_cast<size_t>(sqlite3_column_bytes(statement_.handle(), column));
-  if (bytes != size) Refuse(fmt::format("{} bytes, expected {}", bytes, size));
   checksum_.Add(std::span(data, bytes));
   return {data, bytes};
+}
+
+std::span<const std::byte> RowReader::Blob(size_t size) {
+  const std::span<const std::byte> blob = BlobOfAnySize();
+  if (blob.size() != size) Refuse(fmt::format("{} bytes, expected {}", blob.size(), size));
+  return blob;
 }
 
 Eigen::Vector3d RowReader::Vector() {

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
@@ -36,7 +37,12 @@ class Database {
  public:
   enum class Access { kReadOnly, kCreate };
   Database(std::string path, Access access);
+  // In memory, empty or with the content of a file. `name` stands for the path.
+  explicit Database(std::string name);
+  Database(std::string name, std::span<const std::byte> content);
 
+  // As they would be in a file.
+  std::vector<std::byte> Content() const;
   void Execute(const std::string& sql);
   int64_t QueryInteger(const std::string& sql);
   std::string QueryText(const std::string& sql);
@@ -123,6 +129,7 @@ class RowReader {
   double Real();  // finite
   std::string Text();
   std::span<const std::byte> Blob(size_t size);  // valid until Next()
+  std::span<const std::byte> BlobOfAnySize();    // likewise
   Eigen::Vector3d Vector();
   Eigen::Quaterniond Rotation();
   Rigid3 Pose();

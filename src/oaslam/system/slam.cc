@@ -334,8 +334,9 @@ SavedMap Slam::Export() const {
 
 void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
 
-void Slam::Load(const std::string& path) {
+void Slam::Load(const std::string& path, int piece) {
   SavedMap saved = LoadMap(path);
+  LeadWithPiece(path, piece, saved);
   impl_->first_index_ = impl_->next_index_ = FramesOf(saved);
   impl_->Begin(std::move(saved.map), true, std::move(saved.pieces));
   impl_->loaded_trajectory_ = std::move(saved.trajectory);

@@ -161,7 +161,7 @@ std::string MapFileIn(const std::string& folder) {
 
 }  // namespace
 
-SavedRun LoadSavedRun(const std::string& path, const std::string& map_path) {
+SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int piece) {
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
   const std::string file = !map_path.empty() ? map_path : is_folder ? MapFileIn(path) : path;
@@ -177,7 +177,7 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path) {
   const std::string trajectory = poses.empty() ? in_folder("trajectory.txt") : poses;
   run.map_file = file;
   if (!file.empty()) {
-    run.saved = LoadMap(file);
+    run.saved = LoadPiece(file, piece);
   } else {
     const std::string objects = in_folder("objects.json"), keyframes = in_folder("keyframes.txt");
     if (objects.empty() && trajectory.empty() && keyframes.empty())
