@@ -39,13 +39,14 @@ NextIds NextIdsOf(const Map& map) {
 
 bool IsLost(const Tracker::Outcome& outcome) { return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects; }
 
-// world_from_piece, by looking for keyframes of the piece in the other map. Nothing where they do not tell.
-std::optional<Similarity> LocateByKeyframes(const Piece& piece, const Map& world, RelocalizationMode mode, const SlamConfig& config,
-                                            Relocalizer& relocalizer) {
+// world_from_piece, by frames that have a pose in both, and by looking for keyframes of the piece in the other map. Nothing where they do not tell.
+std::optional<Similarity> Locate(const Piece& piece, const Map& world, const std::vector<FramePose>& trajectory, RelocalizationMode mode,
+                                 const SlamConfig& config, Relocalizer& relocalizer) {
   constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
   const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
   const size_t step = std::max<size_t>(1, ids.size() / kMaxKeyframes);
   PieceLink link;
+  link.AddCommon(world, trajectory, piece.trajectory);
   size_t tried = 0, found = 0;
   for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
     const Frame frame = FrameOf(piece.map, ids[i]);
@@ -207,7 +208,7 @@ void Atlas::LocateWaiting() {
     Relocalizer in_main(config_);
     for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
       const auto here = waiting++;
-      std::optional<Similarity> world_from_piece = LocateByKeyframes(here->piece, *main_->snapshot(), mode_, config_, in_main);
+      std::optional<Similarity> world_from_piece = Locate(here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
       if (!world_from_piece)
         if (const auto inverse = here->link.Locate(*main_->snapshot(), main_->tracker().trajectory())) world_from_piece = inverse->Inverse();
       if (!world_from_piece || !Join(*here, *world_from_piece, newest_frame_, *main_)) continue;
@@ -217,7 +218,7 @@ void Atlas::LocateWaiting() {
     for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
       for (auto other = std::next(into); other != waiting_.end();) {
         const auto here = other++;
-        const auto world_from_piece = LocateByKeyframes(here->piece, into->piece.map, mode_, config_, into->relocalizer);
+        const auto world_from_piece = Locate(here->piece, into->piece.map, into->piece.trajectory, mode_, config_, into->relocalizer);
         if (!world_from_piece) continue;
         if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map, here->piece.trajectory, *world_from_piece)) continue;
         Rng rng(static_cast<uint64_t>(config_.runner.seed));

@@ -28,6 +28,7 @@ struct MapCommand {
   std::optional<ClassRelations> classes;
   std::optional<std::map<std::string, Anchor>> anchors;  // from now on, all of them
   std::optional<InitialMap> initial;
+  std::shared_ptr<const Map> successor;  // goes on with this map, which was made from the one there is
   std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;
   std::vector<LandmarkUse> uses;

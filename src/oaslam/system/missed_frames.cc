@@ -88,6 +88,12 @@ bool Tracker::HasTracked(int frame_index) const {
   return pose && pose->state != TrackingState::kObjects;
 }
 
+std::optional<Rigid3> Tracker::PoseOf(int frame_index, const Map& map) const {
+  const FramePose* pose = trajectory_.PoseOf(frame_index);
+  const std::optional<Rigid3> reference = pose ? map.ResolvePose(pose->reference) : std::nullopt;
+  return reference ? std::optional(pose->cam_from_reference * *reference) : std::nullopt;
+}
+
 bool Tracker::TakeUp(const Frame& frame, const Map& map) {
   const auto carried = HasTracked(frame.index) ? map.ResolveKeyframe(trajectory_.PoseOf(frame.index)->reference) : std::nullopt;
   if (!carried) return false;
@@ -112,6 +118,7 @@ std::optional<Tracker::Outcome> Tracker::Extend(const Frame& frame, const Map& m
   if (!tracked.success) return std::nullopt;
   Remember(frame, map, tracked, TrackingState::kTracking);
   Outcome outcome = Outcome::Tracked(TrackingState::kTracking, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  outcome.depth = tracked.depth;
   MakeKeyframe(frame, map, tracked, outcome);
   return outcome;
 }

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kMinWeight = 20;
 constexpr double kMinShare = 0.6;          // of the anchors that must agree
+constexpr double kTrackedSigma = 0.005;    // of the depth: what is left of bending where points are seen from about where they were mapped
 constexpr double kMaxScaleSigma = 0.06;    // relative
 
 // A pose by points says more than one by objects.
@@ -60,11 +61,21 @@ double NinetyFifth(std::vector<double> values) {
 }  // namespace
 
 std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map) {
-  constexpr double kMinSigma = 0.005;  // of the depth: what is left of bending where points are seen from about where they were mapped
   if (found.evidence == PoseEvidence::kNone) return std::nullopt;
   const bool by_points = found.evidence != PoseEvidence::kObjects;
-  const double least = by_points ? kMinSigma * MedianDepth(map, found) : 0;
+  const double least = by_points ? kTrackedSigma * MedianDepth(map, found) : 0;
   return PoseAnchor{found.cam_from_world, std::max(least, found.sigma_position), by_points};
+}
+
+void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other, std::span<const FramePose> in_this) {
+  for (const FramePose& pose : in_this) {
+    const auto there = std::ranges::lower_bound(in_other, pose.frame_index, {}, &FramePose::frame_index);
+    if (there == in_other.end() || there->frame_index != pose.frame_index || there->state == TrackingState::kObjects) continue;
+    const auto reference = other.ResolveKeyframe(there->reference);
+    if (!reference) continue;
+    const Rigid3 cam_from_other = there->cam_from_reference * reference->cam_from_carrier * other.keyframes.At(reference->by).cam_from_world;
+    Add(pose.frame_index, {cam_from_other, kTrackedSigma * other.MedianDepth(reference->by), true});
+  }
 }
 
 std::optional<Similarity> PieceLink::Locate(const Map& map, std::span<const FramePose> trajectory) const {

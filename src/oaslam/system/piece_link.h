@@ -30,6 +30,9 @@ class PieceLink {
   // Of a keyframe: it shows more that is new than the next frame of a video.
   void AddKeyframe(int frame_index, const PoseAnchor& in_other) { anchors_.insert_or_assign(frame_index, Anchor{in_other, true}); }
 
+  // Of frames that were followed by points in both.
+  void AddCommon(const Map& other, std::span<const FramePose> in_other, std::span<const FramePose> in_this);
+
   // other_from_this, once it is well determined. `map` and `trajectory`: of this piece.
   std::optional<Similarity> Locate(const Map& map, std::span<const FramePose> trajectory) const;
 

@@ -10,7 +10,7 @@
 namespace oaslam {
 
 Session::Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded)
-    : pipeline_(config, std::move(map)), tracker_(config, ids, map_is_loaded), snapshot_(pipeline_.Newest()) {}
+    : config_(config), pipeline_(config, std::move(map)), tracker_(config, ids, map_is_loaded), snapshot_(pipeline_.Newest()) {}
 
 Tracker::Outcome Session::Process(const Frame& frame) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
@@ -46,28 +46,58 @@ void Session::SkipIds(const NextIds& ids, int frame_index) {
   SubmitAndWait(std::move(command));
 }
 
-// From each frame with a pose to those after it that have none.
-int Session::FollowAlong(const std::vector<const Frame*>& frames) {
+// Follows the camera from frame `first`, which has a pose, until it is lost or has come to `last`. Returns how many frames were followed.
+int Session::Extend(const Way& way, size_t first, size_t last) {
+  if (!tracker_.TakeUp(*way[first], *snapshot_)) return 0;
   int found = 0;
-  for (size_t i = 0; i + 1 < frames.size(); ++i) {
-    if (!tracker_.HasTracked(frames[i]->index) || tracker_.HasTracked(frames[i + 1]->index)) continue;
-    Tracker scout = tracker_;
-    if (!scout.TakeUp(*frames[i], *snapshot_)) continue;
-    const int from = frames[i]->index;
-    for (; i + 1 < frames.size() && !tracker_.HasTracked(frames[i + 1]->index); ++i, ++found) {
-      std::optional<Tracker::Outcome> outcome = scout.Extend(*frames[i + 1], *snapshot_);
-      if (!outcome) break;
-      if (outcome->command) SubmitAndWait(std::move(*outcome->command));
-    }
-    Log(LogLevel::kDebug, fmt::format("looked back from frame {} to frame {}", from, frames[i]->index));
-    tracker_.Learn(std::move(scout));
+  for (size_t i = first + 1; i < last; ++i, ++found) {
+    std::optional<Tracker::Outcome> outcome = tracker_.Extend(*way[i], *snapshot_);
+    if (!outcome) break;
+    if (outcome->command) SubmitAndWait(std::move(*outcome->command));
+  }
+  return found;
+}
+
+// Whether a frame that has a pose, followed from the one just followed, has it still.
+bool Session::AgreesWith(const Frame& frame) const {
+  constexpr double kMaxDistance = 0.1, kMaxAngle = 0.05;  // of the depth; rad
+  Tracker tracker = tracker_;
+  const std::optional<Rigid3> known = tracker.PoseOf(frame.index, *snapshot_);
+  const std::optional<Tracker::Outcome> followed = tracker.Extend(frame, *snapshot_);
+  if (!known || !followed) return false;
+  const double distance = (known->OriginInSource() - followed->cam_from_world->OriginInSource()).norm();
+  return distance < kMaxDistance * followed->depth && known->rotation.angularDistance(followed->cam_from_world->rotation) < kMaxAngle;
+}
+
+// From each frame with a pose to those after it that have none, each time in a copy of the map: where the way comes to a frame with a pose, and does not
+// agree with it, it went wrong.
+int Session::FollowAlong(const Way& way) {
+  int found = 0;
+  const auto is_tracked = [&](const Frame* frame) { return tracker_.HasTracked(frame->index); };
+  for (size_t i = 0; i + 1 < way.size(); ++i) {
+    if (!is_tracked(way[i]) || is_tracked(way[i + 1])) continue;
+    const auto gap_end = static_cast<size_t>(std::find_if(way.begin() + static_cast<std::ptrdiff_t>(i) + 1, way.end(), is_tracked) - way.begin());
+    Session trial(config_, *snapshot_, next_ids(), true);
+    trial.tracker_ = tracker_;
+    const int count = trial.Extend(way, i, gap_end);
+    const bool has_met = count > 0 && i + static_cast<size_t>(count) + 1 == gap_end && gap_end < way.size();
+    const bool is_believed = count > 0 && (!has_met || trial.AgreesWith(*way[gap_end]));
+    Log(LogLevel::kDebug, fmt::format("looking back from frame {}: {} frames followed{}{}", way[i]->index, count, has_met ? ", to the end of the gap" : "",
+                                      is_believed || count == 0 ? "" : ", where they do not fit"));
+    if (!is_believed) continue;
+    found += count;
+    tracker_.Learn(std::move(trial.tracker_));
+    MapCommand command;
+    command.frame_index = way[i]->index;
+    command.successor = trial.snapshot_;
+    SubmitAndWait(std::move(command));
   }
   return found;
 }
 
 int Session::LookBack(const std::vector<Frame>& frames) {
   SubmitAndWait(tracker_.TakeRest());
-  std::vector<const Frame*> way;
+  Way way;
   for (const Frame& frame : frames) way.push_back(&frame);
   const int forwards = FollowAlong(way);
   std::ranges::reverse(way);

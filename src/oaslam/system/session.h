@@ -43,8 +43,12 @@ class Session {
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
 
  private:
-  int FollowAlong(const std::vector<const Frame*>& frames);
+  using Way = std::vector<const Frame*>;
+  int FollowAlong(const Way& way);
+  int Extend(const Way& way, size_t first, size_t last);
+  bool AgreesWith(const Frame& frame) const;
 
+  SlamConfig config_;
   MapPipeline pipeline_;
   Tracker tracker_;
   std::shared_ptr<const Map> snapshot_;

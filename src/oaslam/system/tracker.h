@@ -75,6 +75,8 @@ class Tracker {
   std::optional<Outcome> Extend(const Frame& frame, const Map& map);
   // Whether a frame has a pose by points.
   bool HasTracked(int frame_index) const;
+  // Of a frame that has a pose.
+  std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
   // What another tracker found that was copied from this one to look back.
   void Learn(Tracker other);
 

@@ -1,5 +1,6 @@
 #include "oaslam/tracking/pose_tracking.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -42,7 +43,22 @@ double MedianDepth(const PoseReport& pose, const Matched& matched) {
   return depths.empty() ? 0 : Median(std::move(depths));
 }
 
-TrackReport Report(const PoseReport& pose, const Matched& matched, const std::vector<LandmarkId>& matches, int min_inliers) {
+double Spread(const PoseReport& pose, const Matched& matched, const Camera& camera) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (size_t i = 0; i < matched.observations.size(); ++i) {
+    if (!pose.inlier[i]) continue;
+    const Eigen::Vector2d place = matched.observations[i].px.cwiseQuotient(Eigen::Vector2d(camera.width, camera.height));
+    sum += place;
+    squares += place * place.transpose();
+  }
+  if (pose.inliers == 0) return 0;
+  const Eigen::Vector2d mean = sum / pose.inliers;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(squares / pose.inliers - mean * mean.transpose(), Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
+}
+
+TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& matched, const std::vector<LandmarkId>& matches, int min_inliers) {
   TrackReport report;
   report.landmarks.resize(matches.size());
   report.matched = static_cast<int>(matched.keypoints.size());
@@ -52,6 +68,7 @@ TrackReport Report(const PoseReport& pose, const Matched& matched, const std::ve
     if (pose.inlier[i]) report.landmarks[matched.keypoints[i]] = matches[matched.keypoints[i]];
   report.inliers = pose.inliers;
   report.depth = MedianDepth(pose, matched);
+  report.spread = Spread(pose, matched, camera);
   report.relative_sigma = report.depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / report.depth : 1;
   report.success = pose.inliers >= min_inliers;
   return report;
@@ -60,12 +77,13 @@ TrackReport Report(const PoseReport& pose, const Matched& matched, const std::ve
 // Refines the pose on the matches and keeps the inliers.
 TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial, const std::vector<LandmarkId>& matches, int min_inliers) {
   const Matched matched = Observe(frame, map, matches);
-  return Report(RefinePose(map.cameras[frame.camera], initial, matched.observations), matched, matches, min_inliers);
+  const Camera& camera = map.cameras[frame.camera];
+  return Report(camera, RefinePose(camera, initial, matched.observations), matched, matches, min_inliers);
 }
 
 bool Meets(const TrackReport& report, const TrackDemands& demands) {
   constexpr double kMostOfMatched = 0.5;
-  if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma)) return false;
+  if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma) || report.spread < demands.spread) return false;
   return report.inliers >= demands.inliers || report.inliers > kMostOfMatched * report.matched;
 }
 
@@ -153,7 +171,7 @@ TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Featur
       matches.push_back(ToMatch(camera, before, *frame.features, pair));
   const Matched matched = Observe(frame, map, tracked.landmarks);
   const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations, before_from_world, matches);
-  TrackReport report = Report(pose, matched, tracked.landmarks, 0);
+  TrackReport report = Report(camera, pose, matched, tracked.landmarks, 0);
   report.matched = tracked.matched;
   report.reference = tracked.reference;
   report.visible = tracked.visible;
