@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "expect_input_error.h"
@@ -51,6 +52,70 @@ TEST(MapFile, ReadsFormat2WhichHadNoAnchors) {
   const SavedMap loaded = LoadMap(folder / "a.map");
   EXPECT_THAT(loaded.map.anchors, IsEmpty());
   EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+}
+
+TEST(MapFile, ReadsFormat4WhichHadNoPieces) {
+  const TempFolder folder;
+  const SavedMap saved = MakeMap();
+  SaveMap(folder / "a.map", saved);
+  Database(folder / "a.map", Database::Access::kCreate).Execute("DROP TABLE pieces; PRAGMA user_version=4");
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_THAT(loaded.pieces, IsEmpty());
+  EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+}
+
+// With all ids far behind those of MakeMap.
+Piece PieceOf(const SavedMap& saved, uint32_t first_id) {
+  Piece piece;
+  piece.map.cameras = saved.map.cameras;
+  piece.map.version = 3;
+  piece.map.next_landmark = first_id;
+  saved.map.keyframes.ForEach([&](KeyframeId id, Keyframe keyframe) {
+    keyframe.covisible.clear();
+    std::ranges::fill(keyframe.landmarks, LandmarkId());
+    piece.map.keyframes.Insert(KeyframeId(id.value + first_id), std::move(keyframe));
+  });
+  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
+  const LandmarkId landmark = piece.map.AddLandmark({1, 2, 3}, ids[0]);
+  piece.map.AddObservation(landmark, ids[0], 3);
+  piece.map.AddObservation(landmark, ids[1], 5);
+  piece.map.UpdateLandmark(landmark);
+  piece.trajectory.push_back({700, 23.5, ids[0], {}, TrackingState::kTracking});
+  return piece;
+}
+
+TEST(MapFile, KeepsPieces) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 20000)};
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  ASSERT_EQ(loaded.pieces.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(loaded.pieces[i].map.keyframes.Ids(), saved.pieces[i].map.keyframes.Ids());
+    EXPECT_EQ(loaded.pieces[i].map.landmarks.Ids(), saved.pieces[i].map.landmarks.Ids());
+    EXPECT_EQ(loaded.pieces[i].map.cameras, saved.map.cameras);
+    EXPECT_EQ(loaded.pieces[i].trajectory.front().frame_index, 700);
+  }
+  SaveMap(folder / "b.map", loaded);
+  EXPECT_TRUE(folder.Read("a.map") == folder.Read("b.map"));
+
+  const SavedMap second = LoadPiece(folder / "a.map", 2);
+  EXPECT_EQ(second.map.keyframes.Ids(), saved.pieces[1].map.keyframes.Ids());
+  EXPECT_EQ(second.class_names, saved.class_names);
+  EXPECT_THAT(second.pieces, IsEmpty());
+  EXPECT_THAT(InputErrorOf([&] { LoadPiece(folder / "a.map", 3); }), AllOf(HasSubstr("a.map"), HasSubstr("no piece 3"), HasSubstr("0 to 2")));
+
+  Database(folder / "a.map", Database::Access::kCreate).Execute("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("piece 2"));
+}
+
+TEST(MapFile, RefusesPiecesThatShareIds) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 10000)};
+  SaveMap(folder / "a.map", saved);
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), AllOf(HasSubstr("a.map, piece 2"), HasSubstr("shares ids")));
 }
 
 TEST(MapFile, KeepsAnchors) {

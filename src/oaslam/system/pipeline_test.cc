@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "oaslam/system/atlas.h"
 #include "oaslam/system/background_bundle.h"
 #include "oaslam/system/map_pipeline.h"
-#include "oaslam/system/session.h"
 #include "oaslam/system/tracker.h"
 #include "synthetic_world.h"
 
@@ -32,8 +32,7 @@ WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int bl
   for (double& d : world.max_distance) d = std::min(d, 3.6);
   SlamConfig config;
   config.runner.mode = mode;
-  MapPipeline pipeline(config, EmptyMap());
-  Tracker tracker(config, {}, false);
+  Atlas atlas(config, EmptyMap(), false, {});
   WalkResult run;
   Rng rng(7);
   for (int i = 0; i < frames; ++i) {
@@ -43,15 +42,12 @@ WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int bl
     const bool dim = i >= blind_to && i < dim_to;
     Rng same_few(3);
     frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle), {.missed = blind ? 1.0 : dim ? 0.94 : 0.1}, dim ? same_few : rng).features;
-    auto snapshot = pipeline.SnapshotFor(i);
-    Tracker::Outcome outcome = tracker.Track(frame, *snapshot);
-    if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
-    if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
-    if (slow_camera) pipeline.Newest();
-    run.states.push_back(outcome.state);
+    run.states.push_back(atlas.Process(frame).state);
+    if (slow_camera) atlas.main().Newest();
   }
-  run.map = pipeline.Finish();
-  run.trajectory = tracker.trajectory();
+  atlas.Finish();
+  run.map = atlas.main().snapshot();
+  run.trajectory = atlas.main().tracker().trajectory();
   for (const FramePose& f : run.trajectory) run.final_poses.push_back(f.cam_from_reference * *run.map->ResolvePose(f.reference));
   return run;
 }

@@ -1,0 +1,215 @@
+#include "oaslam/system/atlas.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+using testing::IsEmpty;
+using testing::SizeIs;
+
+Rigid3 TruePose(int frame) { return synthetic::PoseOnArc({}, -20 + 0.4 * frame); }
+
+// What of the synthetic world a camera sees.
+enum class Scene { kLeft, kRight, kAll, kFew, kNothing };
+
+// Two scenes in one place, without a point in common: as if each were hidden while the other is seen.
+class AtlasTest : public testing::Test {
+ protected:
+  AtlasTest() {
+    for (size_t i = 0; i < all_.points.size(); ++i) {
+      synthetic::World& half = i % 2 == 0 ? left_ : right_;
+      half.points.push_back(all_.points[i]);
+      half.descriptors.push_back(all_.descriptors[i]);
+      half.max_distance.push_back(all_.max_distance[i]);
+      half.angles_rad.push_back(all_.angles_rad[i]);
+    }
+    map_.cameras.push_back(all_.camera);
+  }
+
+  // Frame `index` of a video, taken from the place on the arc of frame `place`.
+  Frame View(int index, int place, Scene scene) {
+    const synthetic::World& world = scene == Scene::kLeft ? left_ : scene == Scene::kRight ? right_ : all_;
+    const double missed = scene == Scene::kNothing ? 1 : scene == Scene::kFew ? 0.965 : 0.1;
+    Rng same_few(3);
+    return {index, index / 30.0, 0, synthetic::MakeView(world, TruePose(place), {.missed = missed}, scene == Scene::kFew ? same_few : rng_).features, {}};
+  }
+
+  void Walk(Atlas& atlas, int first, int count, int first_place, Scene scene, int step = 1) {
+    for (int i = 0; i < count; ++i) {
+      places_.resize(static_cast<size_t>(first + i) + 1);
+      places_[static_cast<size_t>(first + i)] = first_place + step * i;
+      atlas.Process(View(first + i, first_place + step * i, scene));
+    }
+  }
+
+  // RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of the world.
+  double AbsoluteError(const Map& map, const std::vector<FramePose>& trajectory) const {
+    const auto n = static_cast<Eigen::Index>(trajectory.size());
+    Eigen::Matrix3Xd estimate(3, n), truth(3, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const FramePose& pose = trajectory[static_cast<size_t>(i)];
+      estimate.col(i) = (pose.cam_from_reference * *map.ResolvePose(pose.reference)).OriginInSource();
+      truth.col(i) = TruePose(places_[static_cast<size_t>(pose.frame_index)]).OriginInSource();
+    }
+    const Eigen::Matrix4d sim = Eigen::umeyama(estimate, truth, true);
+    return std::sqrt(((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth).colwise().squaredNorm().mean());
+  }
+
+  static std::set<int> FramesOf(const std::vector<FramePose>& trajectory) {
+    std::set<int> frames;
+    for (const FramePose& pose : trajectory) frames.insert(pose.frame_index);
+    return frames;
+  }
+
+  // The left scene on the way there, the right one on the way back.
+  std::unique_ptr<Atlas> WalkPastBoth() {
+    auto atlas = std::make_unique<Atlas>(SlamConfig(), map_, false, std::vector<Piece>());
+    Walk(*atlas, 0, 70, 0, Scene::kLeft);
+    Walk(*atlas, 70, 90, 69, Scene::kRight, -1);
+    return atlas;
+  }
+
+  synthetic::World all_ = synthetic::MakeWorld({.points = 1200}), left_ = EmptyWorld(), right_ = EmptyWorld();
+  Map map_;
+  Rng rng_{7};
+  std::vector<int> places_;  // by frame
+
+ private:
+  synthetic::World EmptyWorld() const {
+    synthetic::World world;
+    world.camera = all_.camera;
+    return world;
+  }
+};
+
+TEST_F(AtlasTest, WhatCannotBeJoinedIsKept) {
+  const auto atlas = WalkPastBoth();
+  atlas->Finish();
+  const std::vector<Piece> others = atlas->Others();
+  ASSERT_THAT(others, SizeIs(1));
+  const Map& main = *atlas->main().snapshot();
+  EXPECT_GE(main.keyframes.size(), others[0].map.keyframes.size());
+  std::set<int> frames = FramesOf(atlas->main().tracker().trajectory());
+  for (const int frame : FramesOf(others[0].trajectory)) EXPECT_TRUE(frames.insert(frame).second) << frame;
+  EXPECT_GT(frames.size(), 130U);
+  for (const KeyframeId id : others[0].map.keyframes.Ids()) EXPECT_FALSE(main.keyframes.Contains(id) || main.retired.Contains(id));
+  for (const LandmarkId id : others[0].map.landmarks.Ids()) EXPECT_FALSE(main.landmarks.Contains(id));
+  EXPECT_THAT(main.CheckInvariants(), IsEmpty());
+  EXPECT_THAT(others[0].map.CheckInvariants(), IsEmpty());
+  EXPECT_LT(AbsoluteError(main, atlas->main().tracker().trajectory()), 0.01);
+  EXPECT_LT(AbsoluteError(others[0].map, others[0].trajectory), 0.01);
+}
+
+TEST_F(AtlasTest, TheLargerPieceLeads) {
+  const auto atlas = WalkPastBoth();
+  EXPECT_EQ(atlas->main_number(), 1);
+  const auto frames = FramesOf(atlas->main().tracker().trajectory());
+  EXPECT_FALSE(frames.contains(30));
+  EXPECT_TRUE(frames.contains(150));
+}
+
+TEST_F(AtlasTest, PiecesAreJoinedOnceFramesShowBoth) {
+  const auto atlas = WalkPastBoth();
+  Walk(*atlas, 160, 80, -20, Scene::kAll);
+  atlas->Finish();
+  EXPECT_THAT(atlas->Others(), IsEmpty());
+  const Map& map = *atlas->main().snapshot();
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  EXPECT_GT(FramesOf(atlas->main().tracker().trajectory()).size(), 220U);
+  EXPECT_LT(AbsoluteError(map, atlas->main().tracker().trajectory()), 0.01);
+}
+
+TEST_F(AtlasTest, APieceOfAnEarlierRunIsJoinedByALaterOne) {
+  const auto first = WalkPastBoth();
+  first->Finish();
+  Atlas later(SlamConfig(), *first->main().snapshot(), true, first->Others());
+  Walk(later, 160, 80, 20, Scene::kAll);
+  later.Finish();
+  EXPECT_THAT(later.Others(), IsEmpty());
+  EXPECT_TRUE(FramesOf(later.main().tracker().trajectory()).contains(30));
+  EXPECT_LT(AbsoluteError(*later.main().snapshot(), later.main().tracker().trajectory()), 0.01);
+}
+
+TEST_F(AtlasTest, RunsRepeatExactly) {
+  std::vector<Eigen::Vector3d> centers[2];
+  for (auto& run : centers) {
+    rng_ = Rng(7);
+    const auto atlas = WalkPastBoth();
+    Walk(*atlas, 160, 60, -20, Scene::kAll);
+    atlas->Finish();
+    for (const FramePose& pose : atlas->main().tracker().trajectory())
+      run.push_back((pose.cam_from_reference * *atlas->main().snapshot()->ResolvePose(pose.reference)).OriginInSource());
+  }
+  EXPECT_EQ(centers[0], centers[1]);
+}
+
+// Too few points to be found by, but enough to be followed from where the camera was found.
+TEST_F(AtlasTest, AGapIsFollowedFromItsEnds) {
+  Atlas atlas(SlamConfig(), map_, false, {});
+  Walk(atlas, 0, 90, 0, Scene::kAll);
+  Walk(atlas, 90, 4, 90, Scene::kNothing);
+  Walk(atlas, 94, 46, 94, Scene::kFew);
+  Walk(atlas, 140, 20, 140, Scene::kAll);
+  EXPECT_FALSE(FramesOf(atlas.main().tracker().trajectory()).contains(98));
+  atlas.Finish();
+  const std::set<int> frames = FramesOf(atlas.main().tracker().trajectory());
+  for (const int frame : {98, 104, 110, 139}) EXPECT_TRUE(frames.contains(frame)) << frame;
+  EXPECT_FALSE(frames.contains(91));
+  EXPECT_LT(AbsoluteError(*atlas.main().snapshot(), atlas.main().tracker().trajectory()), 0.01);
+}
+
+TEST_F(AtlasTest, WithoutMappingNothingIsBegun) {
+  const auto first = WalkPastBoth();
+  first->Finish();
+  Atlas reader(SlamConfig(), *first->main().snapshot(), true, {});
+  reader.SetMapping(false);
+  Walk(reader, 160, 30, 20, Scene::kNothing);
+  reader.Finish();
+  EXPECT_THAT(reader.Others(), IsEmpty());
+  EXPECT_EQ(reader.main().snapshot()->keyframes.size(), first->main().snapshot()->keyframes.size());
+}
+
+TEST(PassedFrames, KeepsWhatWasLostAndWhatIsBesideIt) {
+  PassedFrames passed;
+  for (int i = 0; i < 1000; ++i) {
+    Frame frame;
+    frame.index = i;
+    passed.Add(frame, i < 100 || i >= 110);
+  }
+  std::set<int> kept;
+  for (const Frame& frame : passed.All()) kept.insert(frame.index);
+  for (int i = 99; i <= 110; ++i) EXPECT_TRUE(kept.contains(i)) << i;
+  EXPECT_FALSE(kept.contains(98));
+  EXPECT_FALSE(kept.contains(111));
+  EXPECT_TRUE(kept.contains(999));
+  EXPECT_LT(kept.size(), 200U);
+}
+
+// Two pieces that one camera went through: the second lies where it belongs, or is laid too far away.
+TEST(PieceLink, ACameraDoesNotJumpBetweenPieces) {
+  synthetic::World world = synthetic::MakeWorld({});
+  const Map map = synthetic::MakeMap(world, {}).map;
+  const auto way = [&](int first, int last, double scale) {
+    std::vector<FramePose> poses;
+    const Rigid3 reference = map.keyframes.At(KeyframeId(0)).cam_from_world;
+    for (int i = first; i < last; ++i) {
+      Rigid3 pose = TruePose(i) * reference.Inverse();
+      pose.translation *= scale;
+      poses.push_back({i, i / 30.0, KeyframeId(0), pose});
+    }
+    return poses;
+  };
+  const std::vector<FramePose> first = way(0, 40, 1), second = way(45, 90, 1);
+  EXPECT_TRUE(IsContinuous(map, first, map, second, Similarity()));
+  EXPECT_FALSE(IsContinuous(map, first, map, second, Similarity(1, Eigen::Quaterniond::Identity(), {0.5, 0, 0})));
+  EXPECT_TRUE(IsContinuous(map, first, map, way(90, 120, 1), Similarity(1, Eigen::Quaterniond::Identity(), {0.5, 0, 0})));  // too long after
+}
+
+}  // namespace
+}  // namespace oaslam
