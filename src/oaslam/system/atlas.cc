@@ -248,7 +248,14 @@ void Atlas::PromoteLargest() {
 }
 
 void Atlas::LookBack() {
-  const int found = main_->LookBack(passed_.All());
+  const auto fits_a_piece = [&](const Map& map, const std::vector<FramePose>& trajectory) {
+    return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
+      PieceLink link;
+      link.AddCommon(map, trajectory, waiting.piece.trajectory);
+      return link.Locate(waiting.piece.map, waiting.piece.trajectory).has_value();
+    });
+  };
+  const int found = main_->LookBack(passed_.All(), fits_a_piece);
   passed_.Clear();
   if (found == 0) return;
   Log(LogLevel::kInfo, fmt::format("looking back, {} more frames were tracked", found));

@@ -37,7 +37,7 @@ void Tracker::FillInBeforeMap(const Map& map) {
     std::vector<LandmarkId> landmarks = keyframe.landmarks;
     Rigid3 pose = keyframe.cam_from_world;
     for (const Frame& frame : frames) {
-      const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, {.inliers = config_.tracking.min_inliers});
+      const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
       if (!report.success) {
         if (frame.index < keyframe.frame_index) return;
         continue;
@@ -64,7 +64,7 @@ void Tracker::FillInMissed(const Map& map, int count) {
     missed_.pop_back();
     const Frame& frame = missed.frame;
     TrackReport report = TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world,
-                                            {.inliers = config_.tracking.min_inliers});
+                                            {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
     if (!report.success) return EndBackfill();
     const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
     if (!missed.has_pose)
@@ -94,12 +94,13 @@ std::optional<Rigid3> Tracker::PoseOf(int frame_index, const Map& map) const {
   return reference ? std::optional(pose->cam_from_reference * *reference) : std::nullopt;
 }
 
-bool Tracker::TakeUp(const Frame& frame, const Map& map) {
+bool Tracker::TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence) {
+  takes_thin_evidence_ = on_thin_evidence;
   const auto carried = HasTracked(frame.index) ? map.ResolveKeyframe(trajectory_.PoseOf(frame.index)->reference) : std::nullopt;
   if (!carried) return false;
   const Keyframe& keyframe = map.keyframes.At(carried->by);
   const Rigid3 pose = trajectory_.PoseOf(frame.index)->cam_from_reference * carried->cam_from_carrier * keyframe.cam_from_world;
-  const TrackReport tracked = TrackFromNeighbour(frame, map, *keyframe.features, keyframe.landmarks, pose, {.inliers = config_.tracking.min_inliers});
+  const TrackReport tracked = TrackFromNeighbour(frame, map, *keyframe.features, keyframe.landmarks, pose, {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
   if (!tracked.success) return false;
   EndBackfill();
   undetected_.clear();

@@ -47,8 +47,8 @@ void Session::SkipIds(const NextIds& ids, int frame_index) {
 }
 
 // Follows the camera from frame `first`, which has a pose, until it is lost or has come to `last`. Returns how many frames were followed.
-int Session::Extend(const Way& way, size_t first, size_t last) {
-  if (!tracker_.TakeUp(*way[first], *snapshot_)) return 0;
+int Session::Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence) {
+  if (!tracker_.TakeUp(*way[first], *snapshot_, on_thin_evidence)) return 0;
   int found = 0;
   for (size_t i = first + 1; i < last; ++i, ++found) {
     std::optional<Tracker::Outcome> outcome = tracker_.Extend(*way[i], *snapshot_);
@@ -70,8 +70,8 @@ bool Session::AgreesWith(const Frame& frame) const {
 }
 
 // From each frame with a pose to those after it that have none, each time in a copy of the map: where the way comes to a frame with a pose, and does not
-// agree with it, it went wrong.
-int Session::FollowAlong(const Way& way) {
+// agree with it, it went wrong. With `is_confirmed` on thin evidence: the way must come to such a frame, or be confirmed.
+int Session::FollowAlong(const Way& way, const Confirmation* is_confirmed) {
   int found = 0;
   const auto is_tracked = [&](const Frame* frame) { return tracker_.HasTracked(frame->index); };
   for (size_t i = 0; i + 1 < way.size(); ++i) {
@@ -79,11 +79,15 @@ int Session::FollowAlong(const Way& way) {
     const auto gap_end = static_cast<size_t>(std::find_if(way.begin() + static_cast<std::ptrdiff_t>(i) + 1, way.end(), is_tracked) - way.begin());
     Session trial(config_, *snapshot_, next_ids(), true);
     trial.tracker_ = tracker_;
-    const int count = trial.Extend(way, i, gap_end);
+    const int count = trial.Extend(way, i, gap_end, is_confirmed != nullptr);
     const bool has_met = count > 0 && i + static_cast<size_t>(count) + 1 == gap_end && gap_end < way.size();
-    const bool is_believed = count > 0 && (!has_met || trial.AgreesWith(*way[gap_end]));
-    Log(LogLevel::kDebug, fmt::format("looking back from frame {}: {} frames followed{}{}", way[i]->index, count, has_met ? ", to the end of the gap" : "",
-                                      is_believed || count == 0 ? "" : ", where they do not fit"));
+    const auto is_right = [&] {
+      if (has_met) return trial.AgreesWith(*way[gap_end]);
+      return !is_confirmed || (*is_confirmed)(*trial.snapshot_, trial.tracker_.trajectory());
+    };
+    const bool is_believed = count > 0 && is_right();
+    Log(LogLevel::kDebug, fmt::format("looking back from frame {}{}: {} frames followed{}{}", way[i]->index, is_confirmed ? " on thin evidence" : "", count,
+                                      has_met ? ", to the end of the gap" : "", is_believed || count == 0 ? "" : ", not believed"));
     if (!is_believed) continue;
     found += count;
     tracker_.Learn(std::move(trial.tracker_));
@@ -95,13 +99,17 @@ int Session::FollowAlong(const Way& way) {
   return found;
 }
 
-int Session::LookBack(const std::vector<Frame>& frames) {
+int Session::LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed) {
   SubmitAndWait(tracker_.TakeRest());
   Way way;
   for (const Frame& frame : frames) way.push_back(&frame);
-  const int forwards = FollowAlong(way);
-  std::ranges::reverse(way);
-  return forwards + FollowAlong(way);
+  int found = 0;
+  for (const Confirmation* confirmation : {static_cast<const Confirmation*>(nullptr), &is_confirmed})
+    for (int direction = 0; direction < 2; ++direction) {
+      found += FollowAlong(way, confirmation);
+      std::ranges::reverse(way);
+    }
+  return found;
 }
 
 void Session::Finish() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,9 +26,11 @@ class Session {
   void SubmitAndWait(MapCommand command);
   // Adds what is seen of another piece; returns after the mapper has done it.
   void Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
-  // Follows the camera once more, and maps, where it was not followed when these frames came, from both sides. `frames` in order, perhaps with holes.
-  // Returns how many got a pose.
-  int LookBack(const std::vector<Frame>& frames);
+  // Whether something else speaks for a way that was followed, by the map and the trajectory that it made.
+  using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
+  // Follows the camera once more, and maps, where it was not followed when these frames came, from both sides: first with as much evidence as ever, then
+  // with less, if the way agrees with what is known at its end or is confirmed. `frames` in order, perhaps with holes. Returns how many got a pose.
+  int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
   // Hands over what is left, and waits for the last optimisation.
   void Finish();
   void Shutdown() { pipeline_.Shutdown(); }
@@ -44,8 +47,8 @@ class Session {
 
  private:
   using Way = std::vector<const Frame*>;
-  int FollowAlong(const Way& way);
-  int Extend(const Way& way, size_t first, size_t last);
+  int FollowAlong(const Way& way, const Confirmation* is_confirmed);
+  int Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence);
   bool AgreesWith(const Frame& frame) const;
 
   SlamConfig config_;

@@ -154,8 +154,17 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
 TrackDemands Tracker::Demands(const Frame& frame) const {
   TrackDemands demands;
   demands.inliers = config_.tracking.min_inliers;
+  demands.spread = LeastSpread();
   if (IsOnProbation(frame)) demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
   return demands;
+}
+
+// A few landmarks in one corner of the image do not tell a turn from a step aside, and then the map's scale is lost. Where they have been few and close
+// together all along, as on a thing on a plain table, they are what there is.
+double Tracker::LeastSpread() const {
+  constexpr double kShare = 0.1;
+  constexpr double kEnough = 0.36;  // as of a hundred landmarks in a fifth of the image's width
+  return takes_thin_evidence_ ? 0 : std::min(kShare * usual_spread_, kEnough);
 }
 
 bool Tracker::IsOnProbation(const Frame& frame) const {
@@ -236,7 +245,7 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map, const Reloca
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
   const int inliers = config_.tracking.min_relocalization_inliers;
-  return TrackLocalMap(frame, map, first, {.inliers = inliers, .least_inliers = inliers, .radius_scale = kWiderSearch});
+  return TrackLocalMap(frame, map, first, {.inliers = inliers, .least_inliers = inliers, .spread = LeastSpread(), .radius_scale = kWiderSearch});
 }
 
 // A pose for this frame only: tracking needs points to go on from.
@@ -330,6 +339,9 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
   } else {
     motion_.reset();
   }
+  constexpr double kSpreadSeconds = 3;
+  const double seconds = last_ ? std::abs(frame.timestamp - last_->frame.timestamp) : 0;
+  usual_spread_ = usual_spread_ > 0 ? std::lerp(tracked.spread, usual_spread_, std::exp(-seconds / kSpreadSeconds)) : tracked.spread;
   last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
   trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state}, frame, tracked.landmarks);
   trajectory_.Settle(map, frame.index - kSettleAfter);

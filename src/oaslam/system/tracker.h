@@ -69,8 +69,8 @@ class Tracker {
   void SkipIds(const NextIds& ids);
 
   // To look back, once a video is over: takes up a frame that has a pose by points, and goes on from there in either direction of time. Keyframes are
-  // made as ever; objects are not observed.
-  bool TakeUp(const Frame& frame, const Map& map);
+  // made as ever; objects are not observed. On thin evidence: few landmarks, close together, are enough.
+  bool TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence);
   // Nothing where the frame cannot be followed.
   std::optional<Outcome> Extend(const Frame& frame, const Map& map);
   // Whether a frame has a pose by points.
@@ -114,6 +114,7 @@ class Tracker {
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   bool IsOnProbation(const Frame& frame) const;  // found by points a moment ago
   TrackDemands Demands(const Frame& frame) const;
+  double LeastSpread() const;
   // From the last frame to this one, by the surest way that works.
   TrackReport Follow(const Frame& frame, const Map& map);
   const Keyframe* LastAsKeyframe(const Map& map) const;
@@ -184,6 +185,8 @@ class Tracker {
   int newest_frame_ = 0;
   std::optional<int> relocalized_frame_;  // the newest when the camera was last found
   double relocalized_time_ = 0;
+  bool takes_thin_evidence_ = false;
+  double usual_spread_ = 0;  // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;   // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe

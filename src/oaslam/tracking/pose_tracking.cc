@@ -55,7 +55,7 @@ double Spread(const PoseReport& pose, const Matched& matched, const Camera& came
   if (pose.inliers == 0) return 0;
   const Eigen::Vector2d mean = sum / pose.inliers;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(squares / pose.inliers - mean * mean.transpose(), Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
+  return pose.inliers * std::max(0.0, eigen.eigenvalues()(0));
 }
 
 TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& matched, const std::vector<LandmarkId>& matches, int min_inliers) {

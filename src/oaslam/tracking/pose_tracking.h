@@ -17,7 +17,7 @@ struct TrackReport {
   std::vector<LandmarkId> landmarks;  // per key point: inliers only
   int matched = 0, inliers = 0;       // key points with a landmark before, and after, refinement
   double depth = 0;                   // median, of the inliers
-  double spread = 0;                  // standard deviation of the inliers' places where it is least, in sides of the image; .29 all over it
+  double spread = 0;                  // sum over the inliers of the squared distance from their centre, along the axis where it is least; image sides
   double relative_sigma = 0;          // standard deviation of the position over the median depth of the points
   KeyframeId reference;               // keyframe that shares most landmarks; invalid on failure
   std::vector<LandmarkId> visible;    // landmarks that the frame should show (TrackLocalMap)
@@ -36,7 +36,7 @@ struct TrackDemands {
   int inliers = 30;             // enough of them, wherever they are; fewer must be most of what was found
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
-  double spread = 0.06;         // at least: in one corner, or along one edge, landmarks do not tell a turn from a step aside
+  double spread = 0;            // at least (TrackReport)
   double radius_scale = 1;      // widens the search, after a relocalization
 };
 
