@@ -155,14 +155,16 @@ int Run(const RunOptions& options) {
     if (!is_loaded || inputs.detector() || !options.common.classes.empty()) slam.SetClassNames(classes.names);
     if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
   };
+  int first_frame = 0;
   const auto reset = [&] {
     slam.Reset();
+    first_frame = 0;
     slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
     set_classes(false);
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  const int first_frame = FirstFreeFrame(slam.Export());
+  first_frame = FirstFreeFrame(slam.Export());
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
@@ -203,6 +205,7 @@ int Run(const RunOptions& options) {
   const bool interrupted = Interrupted();
   slam.Finish();
   slam.Shutdown();
+  results.SetMainPiece(slam.MainPiece());
   SavedMap saved = slam.Export();
   if (options.readout_ms) {
     const auto undo = [&](const Map& map, std::vector<FramePose>& trajectory) {

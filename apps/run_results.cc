@@ -114,7 +114,7 @@ void RunResults::Detected(int frame, int detections, std::optional<int> objects)
 
 void RunResults::Scale(double factor) {
   for (auto& [index, r] : frames_)
-    if (r.world_from_cam && r.piece == frames_.back().second.piece) {
+    if (r.world_from_cam && r.piece == main_piece_) {
       r.world_from_cam->translation *= factor;
       r.depth *= factor;
     }
@@ -130,8 +130,8 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
-    // Those told in another frame than the last ones' are in frames.csv alone.
-    if (r.world_from_cam && r.piece == frames_.back().second.piece) live.push_back({r.timestamp, *r.world_from_cam});
+    // Those told in the frame of another piece are left out.
+    if (r.world_from_cam && r.piece == main_piece_) live.push_back({r.timestamp, *r.world_from_cam});
     ms.push_back(r.ms_total);
   }
   WriteFrames(trajectory);
@@ -151,7 +151,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = CountMappedObjects(saved.map);
-  summary["pieces"] = {PieceSummary(saved.map, trajectory)};
+  summary["pieces"] = nlohmann::ordered_json::array({PieceSummary(saved.map, trajectory)});
   for (size_t i = 0; i < pieces.size(); ++i) summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;

@@ -30,6 +30,8 @@ class RunResults {
     camera_ = camera;
     estimate_ = estimate;
   }
+  // Slam::MainPiece at the end of the run.
+  void SetMainPiece(int piece) { main_piece_ = piece; }
   // Live poses in a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
   // `interrupted`: the run ended early; what there is gets written all the same.
@@ -46,6 +48,7 @@ class RunResults {
   SlamConfig config_;
   Camera camera_;
   std::optional<CameraEstimate> estimate_;
+  int main_piece_ = 0;
   DetectorPace pace_;
   double detector_wall_s_ = 0;
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source

@@ -156,6 +156,8 @@ class Slam {
 
   // Waits until all that was seen is in the map, and optimises it a last time. Process may go on afterwards.
   void Finish();
+  // TrackingResult::piece of the map: after Finish that may be another one than that of the last image.
+  int MainPiece() const;
   // The map with the trajectory so far.
   SavedMap Export() const;
   void Save(const std::string& path) const;

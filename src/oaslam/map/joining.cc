@@ -1,5 +1,7 @@
 #include "oaslam/map/joining.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "oaslam/util/check.h"
@@ -42,7 +44,9 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
   other.merged_objects.ForEach([&](ObjectId id, ObjectId into) { map.merged_objects.Insert(id, into); });
   for (auto [name, anchor] : other.anchors) {
     anchor.Scale(scale);
-    map.anchors.emplace(name, std::move(anchor));
+    std::string free_name = name;
+    for (int i = 2; map.anchors.contains(free_name); ++i) free_name = fmt::format("{} ({})", name, i);
+    map.anchors.emplace(std::move(free_name), std::move(anchor));
   }
   map.loops_closed += other.loops_closed;
   if (other.up && (!map.up || other.up_keyframes > map.up_keyframes)) {

@@ -5,12 +5,15 @@
 namespace oaslam {
 
 void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<FramePose>& own) {
+  const size_t own_count = own.size();
   for (FramePose pose : other) {
     pose.cam_from_reference.translation *= scale;
-    const auto place = std::ranges::lower_bound(own, pose.frame_index, {}, &FramePose::frame_index);
-    if (place == own.end() || place->frame_index != pose.frame_index) own.insert(place, pose);
+    const auto own_end = own.begin() + static_cast<std::ptrdiff_t>(own_count);
+    const auto place = std::lower_bound(own.begin(), own_end, pose, [](const FramePose& a, const FramePose& b) { return a.frame_index < b.frame_index; });
+    if (place == own_end || place->frame_index != pose.frame_index) own.push_back(pose);
     else if (place->state == TrackingState::kObjects && pose.state != TrackingState::kObjects) *place = pose;
   }
+  std::ranges::inplace_merge(own, own.begin() + static_cast<std::ptrdiff_t>(own_count), {}, &FramePose::frame_index);
 }
 
 Frame FrameOf(const Map& map, KeyframeId id) {

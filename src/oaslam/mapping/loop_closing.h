@@ -40,6 +40,7 @@ std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current, const std
 // Spreads the correction over the keyframes around the loop by a pose graph of similarities (Strasdat et al. 2010); landmarks and objects move with
 // their keyframes. Then joins the landmarks of both ends. What is left to do is a global bundle adjustment. False, and the map as it was, if no correction
 // was found.
-bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map);
+// `held`: a keyframe that stays where it is, besides; the first one if there is none.
+bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held = {});
 
 }  // namespace oaslam

@@ -66,7 +66,7 @@ void MoveObjects(const NodeMotions& motions, Map& map) {
 }
 
 // False, and nothing is changed, if no correction was found.
-bool SpreadCorrection(const LoopClosure& loop, Map& map) {
+bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   NodeMotions motions{map.keyframes.Ids(), {}};
   const auto index_of = [&](KeyframeId id) { return static_cast<size_t>(std::ranges::lower_bound(motions.ids, id) - motions.ids.begin()); };
   std::vector<Similarity> nodes;
@@ -74,7 +74,7 @@ bool SpreadCorrection(const LoopClosure& loop, Map& map) {
   const std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, nodes);
   std::vector<Similarity> start = nodes;
   std::vector<char> fixed(nodes.size(), 0);
-  fixed[0] = fixed[index_of(loop.old)] = fixed[index_of(loop.current)] = 1;
+  fixed[held.IsValid() ? index_of(held) : 0] = fixed[index_of(loop.old)] = fixed[index_of(loop.current)] = 1;
   start[index_of(loop.current)] = nodes[index_of(loop.current)] * loop.old_from_current.Inverse();
   const double depth = map.MedianDepth(loop.old);
   const auto moved = OptimizePoseGraph(start, edges, fixed, depth > 0 ? depth : 1);
@@ -93,11 +93,11 @@ bool SpreadCorrection(const LoopClosure& loop, Map& map) {
 
 }  // namespace
 
-bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map) {
+bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held) {
   std::vector<KeyframeId> ends = map.CovisibleKeyframes(loop.current, kNeighbours);
   ends.push_back(loop.current);
   const std::vector<LandmarkId> old = LandmarksAround(map, loop.old);
-  if (!SpreadCorrection(loop, map)) return false;
+  if (!SpreadCorrection(loop, held, map)) return false;
 
   std::vector<FusionCandidate> seen;
   for (const auto& [keypoint, landmark] : loop.old_landmarks) seen.push_back({landmark, keypoint});

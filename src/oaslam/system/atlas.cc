@@ -44,9 +44,10 @@ std::optional<Similarity> Locate(const Piece& piece, const Map& world, const std
                                  const SlamConfig& config, Relocalizer& relocalizer) {
   constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
   const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
-  const size_t step = std::max<size_t>(1, ids.size() / kMaxKeyframes);
+  const size_t step = (ids.size() + kMaxKeyframes - 1) / kMaxKeyframes;
   PieceLink link;
   link.AddCommon(world, trajectory, piece.trajectory);
+  if (!link.CanLocate(ids.size())) return std::nullopt;
   size_t tried = 0, found = 0;
   for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
     const Frame frame = FrameOf(piece.map, ids[i]);
@@ -65,7 +66,7 @@ Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piec
   for (Piece& piece : others) {
     piece.map.cameras = map.cameras;
     free_ids_ = Behind(free_ids_, NextIdsOf(piece.map));
-    waiting_.push_back({std::move(piece), Relocalizer(config_), {}});
+    waiting_.push_back({std::move(piece), Relocalizer(config_), {}, ++last_number_});
   }
   BeginMain(std::move(map), is_loaded);
 }
@@ -77,6 +78,7 @@ void Atlas::BeginMain(Map map, bool is_loaded) {
   main_ = std::make_unique<Session>(config_, std::move(map), ids, is_loaded);
   main_->tracker().SetRelocalizationMode(mode_);
   main_->tracker().SetMapping(mapping_);
+  if (is_shut_down_) main_->Shutdown();
 }
 
 Tracker::Outcome Atlas::Process(const Frame& frame) {
@@ -86,9 +88,10 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   if (resumption_ && !lost_since_) main_->SkipIds(resumption_->session().next_ids(), frame.index);
   Tracker::Outcome outcome = main_->Process(frame);
   if (outcome.gives_up) {
+    EndResumption(frame.index);
     Park(*main_);
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
-    ++main_number_;
+    main_number_ = ++last_number_;
   }
   outcome = Resume(frame, std::move(outcome));
   if (mapping_ && config_.runner.mode != "live") passed_.Add(frame, main_->tracker().HasTracked(frame.index));
@@ -127,13 +130,11 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
 // In the place of one that is lost, too, if there is one.
 void Atlas::BeginResumption(int frame_index) {
   EndResumption(frame_index);
-  MapCommand settle;
-  settle.frame_index = frame_index;
-  settle.settle = true;
-  main_->SubmitAndWait(std::move(settle));
+  Settle(*main_, frame_index);
   const NextIds ids = Behind(free_ids_, main_->next_ids());
   resumption_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
   resumption_->session().tracker().SetRelocalizationMode(mode_);
+  if (is_shut_down_) resumption_->session().Shutdown();
 }
 
 void Atlas::EndResumption(int frame_index) {
@@ -163,19 +164,28 @@ void Atlas::PromoteResumption() {
   Park(*main_);
   main_ = resumption_->TakeSession();
   resumption_.reset();
-  ++main_number_;
+  main_number_ = ++last_number_;
+}
+
+// Waits for all that is to be done, also in the background.
+void Atlas::Settle(Session& session, int frame_index) {
+  MapCommand settle;
+  settle.frame_index = frame_index;
+  settle.settle = true;
+  session.SubmitAndWait(std::move(settle));
 }
 
 // What a session has made waits from now on.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
-  rest.settle = true;
+  rest.settle = config_.runner.mode != "live";  // there the camera does not wait for a global bundle adjustment
   session.SubmitAndWait(std::move(rest));
   const std::shared_ptr<const Map> map = session.snapshot();
   free_ids_ = Behind(free_ids_, session.next_ids());
   if (map->keyframes.size() == 0) return;
   session.tracker().SettleTrajectory(*map);
-  waiting_.push_back({{*map, session.tracker().trajectory()}, Relocalizer(config_), {}});
+  const int number = &session == main_.get() ? main_number_ : ++last_number_;
+  waiting_.push_back({{*map, session.tracker().trajectory()}, Relocalizer(config_), {}, number});
 }
 
 // Looks for a keyframe of a session in the pieces that wait, in one of them at a time.
@@ -186,7 +196,10 @@ void Atlas::LookInWaiting(const Frame& frame, Session& session) {
   const auto anchor = AnchorOf(waiting->relocalizer.Find(frame, waiting->piece.map, mode_, frame.gravity_in_cam, rng), waiting->piece.map);
   if (!anchor) return;
   waiting->link.AddKeyframe(frame.index, *anchor);
-  const auto piece_from_world = waiting->link.Locate(*session.snapshot(), session.tracker().trajectory());
+  const auto locate = [&] { return waiting->link.Locate(*session.snapshot(), session.tracker().trajectory()); };
+  if (!locate()) return;
+  Settle(session, frame.index);  // what is still to be done may move the map
+  const auto piece_from_world = locate();
   if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session)) waiting_.erase(waiting);
 }
 
@@ -195,19 +208,24 @@ bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame
   if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map, piece.trajectory, world_from_piece)) return false;
   session.Join(piece.map, world_from_piece, frame_index);
   session.tracker().Adopt(piece.trajectory, world_from_piece.scale);
-  Log(LogLevel::kInfo, fmt::format("frame {}: the piece of frames {} to {}, {} keyframes, was joined", frame_index, piece.trajectory.front().frame_index,
-                                   piece.trajectory.back().frame_index, piece.map.keyframes.size()));
+  const auto frame_of = [&](KeyframeId id) { return piece.map.keyframes.At(id).frame_index; };
+  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
+  Log(LogLevel::kInfo, fmt::format("frame {}: a piece of {} keyframes, from frame {} on, was joined", frame_index, ids.size(), frame_of(ids.front())));
   return true;
 }
 
-// Joins what can be joined by the keyframes of the pieces, with the main one and with each other.
+// Joins what can be joined by the keyframes of the pieces, with the main one and with each other. Pairs that were tried as they are now are passed over.
 void Atlas::LocateWaiting() {
+  const auto is_new = [&](const Waiting& piece, int other, uint64_t version) {
+    return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;
+  };
   const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
   for (bool has_joined = true; std::exchange(has_joined, false);) {
     waiting_.sort([&](const Waiting& a, const Waiting& b) { return size_of(a) > size_of(b); });
     Relocalizer in_main(config_);
     for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
       const auto here = waiting++;
+      if (!is_new(*here, main_number_, main_->snapshot()->version)) continue;
       std::optional<Similarity> world_from_piece = Locate(here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
       if (!world_from_piece)
         if (const auto inverse = here->link.Locate(*main_->snapshot(), main_->tracker().trajectory())) world_from_piece = inverse->Inverse();
@@ -218,6 +236,7 @@ void Atlas::LocateWaiting() {
     for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
       for (auto other = std::next(into); other != waiting_.end();) {
         const auto here = other++;
+        if (!is_new(*here, into->number, into->piece.map.keyframes.size())) continue;
         const auto world_from_piece = Locate(here->piece, into->piece.map, into->piece.trajectory, mode_, config_, into->relocalizer);
         if (!world_from_piece) continue;
         if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map, here->piece.trajectory, *world_from_piece)) continue;
@@ -232,19 +251,23 @@ void Atlas::LocateWaiting() {
 }
 
 // Poses are asked for in its frame.
-bool Atlas::MustStayMain() const { return is_loaded_ || !main_->snapshot()->anchors.empty(); }
+bool Atlas::MustStayMain() const {
+  const Map& map = *main_->snapshot();
+  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty();
+}
 
 void Atlas::PromoteLargest() {
   const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
   const auto largest = std::ranges::max_element(waiting_, {}, size_of);
   if (largest == waiting_.end() || MustStayMain() || size_of(*largest) <= main_->snapshot()->keyframes.size()) return;
   Piece piece = std::move(largest->piece);
+  const int number = largest->number;
   waiting_.erase(largest);
   Park(*main_);
   BeginMain(std::move(piece.map), true);
   is_loaded_ = false;
-  main_->tracker().Adopt(std::move(piece.trajectory), 1);
-  ++main_number_;
+  main_->tracker().Adopt(piece.trajectory, 1);
+  main_number_ = number;
 }
 
 void Atlas::LookBack() {
@@ -263,6 +286,7 @@ void Atlas::LookBack() {
 }
 
 void Atlas::Finish() {
+  if (resumption_) resumption_->session().Newest();
   if (resumption_ && !JoinResumption(newest_frame_)) EndResumption(newest_frame_);
   if (mapping_) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
@@ -280,13 +304,18 @@ void Atlas::Finish() {
 }
 
 void Atlas::Shutdown() {
+  is_shut_down_ = true;
   if (resumption_) resumption_->session().Shutdown();
   main_->Shutdown();
 }
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections) {
+  if (resumption_) main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
-  if (resumption_) resumption_->AddDetections(frame_index, detections, outcome ? outcome->anchor : std::nullopt);
+  if (outcome && outcome->cam_from_world && !IsLost(*outcome)) lost_since_.reset();
+  if (!resumption_) return outcome;
+  resumption_->session().tracker().SkipIds(main_->tracker().next_ids());
+  resumption_->AddDetections(frame_index, detections, outcome ? outcome->anchor : std::nullopt);
   return outcome;
 }
 

@@ -3,6 +3,8 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <set>
+#include <tuple>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -17,6 +19,10 @@ namespace oaslam {
 
 // All pieces of map of a run: the one in whose frame poses are told; the one that a lost camera makes meanwhile; and those that wait until they are
 // known to lie in one of these. Pieces are joined, in any number, as soon as frames are found in both, by points, objects or both; none is thrown away.
+// - The camera is followed in the main piece: there is no other one in the making.
+// - It is lost there for a moment (Resumption::kPatience): another piece is begun, while each frame is still looked for in the main one.
+// - It is found there by objects, or by points on probation: both go on, until it is known how they lie to each other, and they are joined.
+// - It is found there for good, or lost in the new one, too: the new one waits. Where the new one has grown larger, the main one waits.
 class Atlas {
  public:
   // `is_loaded`: the camera is looked for in `map`. No two of the pieces share an id.
@@ -38,7 +44,7 @@ class Atlas {
   bool IsInitializing() const { return main_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
   Session& main() { return *main_; }
   const Session& main() const { return *main_; }
-  // Counts how often another piece took the main one's place: poses are told in its frame from then on.
+  // Of the main piece: poses are told in its frame. Another one has another number.
   int main_number() const { return main_number_; }
   // All but the main piece.
   std::vector<Piece> Others() const;
@@ -48,6 +54,7 @@ class Atlas {
     Piece piece;
     Relocalizer relocalizer;
     PieceLink link;  // of frames that were followed in a session, to this piece
+    int number = 0;
   };
 
   void BeginMain(Map map, bool is_loaded);
@@ -56,6 +63,7 @@ class Atlas {
   void EndResumption(int frame_index);
   bool JoinResumption(int frame_index);
   void PromoteResumption();
+  static void Settle(Session& session, int frame_index);
   void Park(Session& session);
   void LookInWaiting(const Frame& frame, Session& session);
   bool Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index, Session& session);
@@ -76,7 +84,9 @@ class Atlas {
   size_t turn_ = 0;   // whose of those that wait
   PassedFrames passed_;
   int newest_frame_ = 0;
-  int main_number_ = 0;
+  int main_number_ = 0, last_number_ = 0;
+  std::set<std::tuple<int, size_t, int, uint64_t>> tried_;  // pairs of pieces that were not joined
+  bool is_shut_down_ = false;
 };
 
 }  // namespace oaslam

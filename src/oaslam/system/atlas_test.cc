@@ -207,8 +207,8 @@ TEST(PieceLink, ACameraDoesNotJumpBetweenPieces) {
   };
   const std::vector<FramePose> first = way(0, 40, 1), second = way(45, 90, 1);
   EXPECT_TRUE(IsContinuous(map, first, map, second, Similarity()));
-  EXPECT_FALSE(IsContinuous(map, first, map, second, Similarity(1, Eigen::Quaterniond::Identity(), {0.5, 0, 0})));
-  EXPECT_TRUE(IsContinuous(map, first, map, way(90, 120, 1), Similarity(1, Eigen::Quaterniond::Identity(), {0.5, 0, 0})));  // too long after
+  EXPECT_FALSE(IsContinuous(map, first, map, second, Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));
+  EXPECT_TRUE(IsContinuous(map, first, map, way(90, 120, 1), Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));  // too long after
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ double MedianDepth(const Map& map, const Relocalization& found) {
 }
 
 struct Passed {
+  int frame_index = 0;
   double time = 0;
   Rigid3 cam_from_world;
   double depth = 0;  // median, of what its keyframe sees
@@ -38,7 +39,7 @@ void Append(const Map& map, std::span<const FramePose> trajectory, const Similar
     const auto reference = frame.state == TrackingState::kObjects ? std::nullopt : map.ResolveKeyframe(frame.reference);
     if (!reference) continue;
     const Rigid3 cam_from_map = frame.cam_from_reference * reference->cam_from_carrier * map.keyframes.At(reference->by).cam_from_world;
-    way.push_back({frame.timestamp, (Similarity(cam_from_map) * world_from_map.Inverse()).AsPose(),
+    way.push_back({frame.frame_index, frame.timestamp, (Similarity(cam_from_map) * world_from_map.Inverse()).AsPose(),
                    world_from_map.scale * map.MedianDepth(reference->by), is_other});
   }
 }
@@ -78,6 +79,12 @@ void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other,
   }
 }
 
+bool PieceLink::CanLocate(size_t keyframes) const {
+  int weight = WeightOf(true, true) * static_cast<int>(keyframes);
+  for (const auto& [frame, anchor] : anchors_) weight += WeightOf(anchor.in_other.by_points, anchor.of_keyframe);
+  return weight >= kMinWeight;
+}
+
 std::optional<Similarity> PieceLink::Locate(const Map& map, std::span<const FramePose> trajectory) const {
   std::vector<PosePair> pairs;
   std::vector<int> weights;
@@ -103,28 +110,31 @@ std::optional<Similarity> PieceLink::Locate(const Map& map, std::span<const Fram
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other, std::span<const FramePose> other_trajectory,
                   const Similarity& world_from_other) {
   constexpr double kMaxSeconds = 1, kMaxTimes = 2;
+  constexpr double kHandTurn = 3, kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
+  const auto is_step = [](const Step& step) { return step.seconds > 0 && step.seconds <= kMaxSeconds; };  // else of two videos, or after a long time
   constexpr double kTolerance = 0.03;  // of the depth, and rad: how well pieces fit to each other
   std::vector<Passed> way;
   Append(map, trajectory, Similarity(), false, way);
   Append(other, other_trajectory, world_from_other, true, way);
   // Where both have a frame that of this map counts, which comes first.
-  std::ranges::stable_sort(way, {}, &Passed::time);
-  const auto doubled = std::ranges::unique(way, {}, &Passed::time);
+  std::ranges::stable_sort(way, {}, &Passed::frame_index);
+  const auto doubled = std::ranges::unique(way, {}, &Passed::frame_index);
   way.erase(doubled.begin(), doubled.end());
   std::vector<double> speeds, turns;
   for (size_t i = 1; i < way.size(); ++i) {
     const Step step = StepBetween(way[i - 1], way[i]);
-    if (way[i - 1].is_other != way[i].is_other || step.seconds > kMaxSeconds) continue;
+    if (way[i - 1].is_other != way[i].is_other || !is_step(step)) continue;
     speeds.push_back(step.distance / step.seconds);
     turns.push_back(step.angle / step.seconds);
   }
   if (speeds.empty()) return true;
-  const double max_speed = kMaxTimes * NinetyFifth(std::move(speeds)), max_turn = kMaxTimes * NinetyFifth(std::move(turns));
+  const double max_speed = kMaxTimes * NinetyFifth(std::move(speeds)), max_turn = std::max(kHandTurn, kMaxTimes * NinetyFifth(std::move(turns)));
   for (size_t i = 1; i < way.size(); ++i) {
     const Step step = StepBetween(way[i - 1], way[i]);
-    if (way[i - 1].is_other == way[i].is_other || step.seconds > kMaxSeconds) continue;
+    if (way[i - 1].is_other == way[i].is_other || !is_step(step)) continue;
     const double depth = std::min(way[i - 1].depth, way[i].depth);
-    if (step.distance > max_speed * step.seconds + kTolerance * depth || step.angle > max_turn * step.seconds + kTolerance) return false;
+    const double max_distance = std::max(max_speed, kHandSpeed * depth) * step.seconds + kTolerance * depth;
+    if (step.distance > max_distance || step.angle > max_turn * step.seconds + kTolerance) return false;
   }
   return true;
 }

@@ -33,6 +33,8 @@ class PieceLink {
   // Of frames that were followed by points in both.
   void AddCommon(const Map& other, std::span<const FramePose> in_other, std::span<const FramePose> in_this);
 
+  // Whether it may be, if so many keyframes more are found.
+  bool CanLocate(size_t keyframes) const;
   // other_from_this, once it is well determined. `map` and `trajectory`: of this piece.
   std::optional<Similarity> Locate(const Map& map, std::span<const FramePose> trajectory) const;
 

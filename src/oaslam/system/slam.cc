@@ -284,7 +284,7 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
 
-// Of the newest map: one that the tracker saw before may be reset, or of another scale, by what is still queued.
+// Of the newest map: one that the tracker saw before may be of another scale by what is still queued.
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
   const std::shared_ptr<const Map> map = impl_->session().Newest();
   std::map<std::string, Anchor> anchors = map->anchors;
@@ -310,11 +310,11 @@ bool Slam::RemoveAnchor(const std::string& name) {
 std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report(); }
 
 void Slam::Finish() {
-  const Tracker& tracker = impl_->session().tracker();
-  if (tracker.IsInitializing() && !tracker.why_no_map().empty())
-    Log(LogLevel::kWarning, fmt::format("no map was made: {}; it takes a camera that moves sideways past things with texture, neither too fast nor too dark",
-                                        tracker.why_no_map()));
+  const std::string why_no_map = impl_->session().tracker().why_no_map();
   impl_->atlas_->Finish();
+  if (impl_->session().snapshot()->keyframes.empty() && !why_no_map.empty())
+    Log(LogLevel::kWarning, fmt::format("no map was made: {}; it takes a camera that moves sideways past things with texture, neither too fast nor too dark",
+                                        why_no_map));
 }
 
 std::vector<Slam::TimedPose> Slam::Trajectory() const {
@@ -327,10 +327,11 @@ std::vector<Slam::TimedPose> Slam::Trajectory() const {
 
 SavedMap Slam::Export() const {
   SavedMap saved{*impl_->session().snapshot(), impl_->loaded_trajectory_, impl_->class_names_, impl_->atlas_->Others()};
-  const auto& trajectory = impl_->session().tracker().trajectory();
-  saved.trajectory.insert(saved.trajectory.end(), trajectory.begin(), trajectory.end());
+  AdoptPoses(impl_->session().tracker().trajectory(), 1, saved.trajectory);
   return saved;
 }
+
+int Slam::MainPiece() const { return impl_->atlas_->main_number(); }
 
 void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
 

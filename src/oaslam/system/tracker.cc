@@ -77,7 +77,7 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   const TrackReport tracked = Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
-  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes) return GiveUp();
+  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes && map.anchors.empty()) return GiveUp();
   return Relocalize(frame, map);
 }
 
@@ -147,7 +147,9 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   FillInBeforeMap(map);
   const int points = static_cast<int>(map.landmarks.size());
   newest_keyframe_inliers_ = points;
-  return Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
+  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
+  outcome.depth = map.MedianDepth(newest_keyframe_);
+  return outcome;
 }
 
 // A pose found anew has to prove itself before it may be followed on thin evidence.
@@ -285,6 +287,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   newest_keyframe_inliers_ = other.newest_keyframe_inliers_;
   relocalized_frame_ = other.relocalized_frame_;
   relocalized_time_ = other.relocalized_time_;
+  usual_spread_ = other.usual_spread_;
   uses_ = std::move(other.uses_);
   EndBackfill();
   next_keyframe_ = other.next_keyframe_;
@@ -326,7 +329,9 @@ Tracker::Outcome Tracker::Present(const Map& map) const {
   const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference || phase_ != Phase::kTracking) return {};
   const auto seen = static_cast<int>(std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
-  return Outcome::Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
+  Outcome outcome = Outcome::Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
+  if (map.keyframes.Contains(last_->reference)) outcome.depth = map.MedianDepth(last_->reference);
+  return outcome;
 }
 
 void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
