@@ -215,6 +215,8 @@ class BadInput(unittest.TestCase):
             with sqlite3.connect(path) as database:
                 database.execute(statement)
             self.assert_map_refused(path, name, word)
+        for command in (("export", "--format", "tum"), ("localize", "--detections", DETECTIONS)):
+            self.assert_refused(oaslam(*command, "--map", whole, "--out", self.out, "--piece", "7"), "whole.map", "piece 7", "0 to 0")
 
     # ---- output
 

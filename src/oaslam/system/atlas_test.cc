@@ -175,7 +175,7 @@ TEST_F(AtlasTest, WithoutMappingNothingIsBegun) {
   EXPECT_EQ(reader.main().snapshot()->keyframes.size(), first->main().snapshot()->keyframes.size());
 }
 
-TEST(PassedFrames, KeepsWhatWasLostAndWhatIsBesideIt) {
+TEST(PassedFrames, KeepsWhatWasLostAndSomeBesideIt) {
   PassedFrames passed;
   for (int i = 0; i < 1000; ++i) {
     Frame frame;
@@ -184,11 +184,11 @@ TEST(PassedFrames, KeepsWhatWasLostAndWhatIsBesideIt) {
   }
   std::set<int> kept;
   for (const Frame& frame : passed.All()) kept.insert(frame.index);
-  for (int i = 99; i <= 110; ++i) EXPECT_TRUE(kept.contains(i)) << i;
-  EXPECT_FALSE(kept.contains(98));
-  EXPECT_FALSE(kept.contains(111));
+  for (int i = 75; i < 135; ++i) EXPECT_TRUE(kept.contains(i)) << i;
+  EXPECT_FALSE(kept.contains(50));
+  EXPECT_FALSE(kept.contains(160));
   EXPECT_TRUE(kept.contains(999));
-  EXPECT_LT(kept.size(), 200U);
+  EXPECT_LT(kept.size(), 240U);
 }
 
 // Two pieces that one camera went through: the second lies where it belongs, or is laid too far away.

@@ -1,9 +1,12 @@
 #include "oaslam/system/passed_frames.h"
 
+#include <algorithm>
+
 namespace oaslam {
 namespace {
 
 constexpr size_t kMaxKept = 1200, kMaxRecent = 150;  // some 50 KB each
+constexpr int kBeside = 30;  // frames that may tell how two pieces lie to each other
 
 }  // namespace
 
@@ -12,8 +15,11 @@ void PassedFrames::Add(const Frame& frame, bool is_tracked) {
   if (recent_.size() <= kMaxRecent) return;
   const Passed oldest = recent_.front();
   recent_.pop_front();
-  const bool is_beside_gap = !recent_.front().is_tracked || (!kept_.empty() && !kept_.back().is_tracked);
-  if (!oldest.is_tracked || is_beside_gap) kept_.push_back(oldest);
+  if (!oldest.is_tracked) last_lost_ = oldest.frame.index;
+  const auto next = recent_.begin() + std::min<std::ptrdiff_t>(kBeside, std::ssize(recent_));
+  const bool is_before_gap = std::any_of(recent_.begin(), next, [](const Passed& passed) { return !passed.is_tracked; });
+  const bool is_behind_gap = last_lost_ && oldest.frame.index - *last_lost_ <= kBeside;
+  if (is_before_gap || is_behind_gap) kept_.push_back(oldest);
   if (kept_.size() > kMaxKept) kept_.pop_front();
 }
 
