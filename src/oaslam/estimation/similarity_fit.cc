@@ -114,7 +114,9 @@ SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
   }
   for (const PosePair& pair : pairs) fit.is_inlier.push_back(IsInlier(pair, fit.b_from_a));
   fit.inliers = static_cast<int>(std::ranges::count(fit.is_inlier, true));
-  fit.success = 2 * fit.inliers > static_cast<int>(pairs.size());
+  // Where the cameras of b coincide, one of scale 0 takes those of a there.
+  const bool has_scale = fit.b_from_a.scale > 0 && fit.relative_sigma > 0 && std::isfinite(fit.relative_sigma);
+  fit.success = has_scale && 2 * fit.inliers > static_cast<int>(pairs.size());
   return fit;
 }
 

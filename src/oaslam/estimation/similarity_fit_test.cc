@@ -50,6 +50,14 @@ TEST(SimilarityFit, KnowsThatAStillCameraSaysNothingAboutScale) {
   EXPECT_TRUE(!fit.success || fit.relative_sigma > 0.1);
 }
 
+TEST(SimilarityFit, RefusesToShrinkAWayToAPoint) {
+  Rng rng(6);
+  std::vector<PosePair> pairs = Pairs(12, 0.03, 0, rng);
+  for (PosePair& pair : pairs) pair.cam_from_b.translation = -(pair.cam_from_b.rotation * Eigen::Vector3d(1, 2, 3));
+  const SimilarityFit fit = FitSimilarity(pairs);
+  EXPECT_TRUE(!fit.success || fit.relative_sigma > 0.1);
+}
+
 TEST(SimilarityFit, RefusesWhereMostDisagree) {
   Rng rng(5);
   EXPECT_FALSE(FitSimilarity(Pairs(40, 0.03, 0.8, rng)).success);

@@ -86,7 +86,10 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   // The main piece may make objects while its camera is lost, and anything in the frame after it has been found for good.
   if (resumption_ && lost_since_) main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
   if (resumption_ && !lost_since_) main_->SkipIds(resumption_->session().next_ids(), frame.index);
-  Tracker::Outcome outcome = main_->Process(frame);
+  const bool looks = MayLook(frame);
+  Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
+  const bool is_vain = IsLost(outcome) && !outcome.anchor;
+  if (looks) last_vain_look_ = is_vain ? std::optional(frame.timestamp) : std::nullopt;
   if (outcome.gives_up) {
     EndResumption(frame.index);
     Park(*main_);
@@ -96,6 +99,13 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   outcome = Resume(frame, std::move(outcome));
   if (mapping_ && config_.runner.mode != "live") passed_.Add(frame, main_->tracker().HasTracked(frame.index));
   return outcome;
+}
+
+// Where it was not found just now, and another piece follows it, it is looked for less often.
+bool Atlas::MayLook(const Frame& frame) const {
+  constexpr double kSeconds = 0.09;
+  if (!resumption_ || !resumption_->IsFollowing() || !last_vain_look_) return true;
+  return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
 // While points do not show where the camera is, a map of its own goes on from there.

@@ -57,6 +57,7 @@ class Atlas {
     int number = 0;
   };
 
+  bool MayLook(const Frame& frame) const;
   void BeginMain(Map map, bool is_loaded);
   Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
   void BeginResumption(int frame_index);
@@ -79,6 +80,7 @@ class Atlas {
   std::unique_ptr<Session> main_;
   std::optional<Resumption> resumption_;  // while lost
   std::optional<double> lost_since_;      // seconds
+  std::optional<double> last_vain_look_;  // seconds; of a lost camera in the main piece
   std::list<Waiting> waiting_;
   NextIds free_ids_;  // behind those of all that wait
   size_t turn_ = 0;   // whose of those that wait

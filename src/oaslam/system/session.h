@@ -18,6 +18,8 @@ class Session {
 
   // Tracks the next frame and hands the mapper what follows from it.
   Tracker::Outcome Process(const Frame& frame);
+  // A frame in which a lost camera is not looked for.
+  Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame); }
   // Of a frame that was processed before.
   std::optional<Tracker::Outcome> AddDetections(int frame_index, const std::vector<ObjectDetection>& detections) {
     return tracker_.AddDetections(frame_index, detections, *snapshot_);

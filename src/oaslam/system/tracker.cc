@@ -38,13 +38,22 @@ Tracker::Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loade
       next_keyframe_(ids.keyframe),
       object_tracks_{{}, ids.object, {}} {}
 
-Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
+Tracker::Outcome Tracker::PassOver(const Frame& frame) {
+  Take(frame);
+  return Lose(frame);
+}
+
+void Tracker::Take(const Frame& frame) {
   newest_frame_ = frame.index;
   constexpr size_t kMaxUndetected = 120;  // frames, some 50 KB each
   if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
   newest_ = frame;
   relocalization_.reset();
+}
+
+Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
+  Take(frame);
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const TrackReport tracked = Follow(frame, map);

@@ -53,6 +53,8 @@ class Tracker {
   void SetMapping(bool enabled) { mapping_ = enabled; }
 
   Outcome Track(const Frame& frame, const Map& map);
+  // A frame in which a lost camera is not looked for.
+  Outcome PassOver(const Frame& frame);
   // Takes over a map that Track asked for; back to initialising where the mapper refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
 
@@ -100,6 +102,7 @@ class Tracker {
   void SettleTrajectory(const Map& map);
 
  private:
+  void Take(const Frame& frame);
   enum class Phase { kInitializing, kTracking, kLost };
 
   // Of a pose, relative to a keyframe of the map.

@@ -17,6 +17,7 @@ constexpr double kRatio = 0.9;
 constexpr size_t kMaxReferences = 4;
 constexpr double kLostShare = 0.7;   // a new reference once the newest keeps less than this of its matches
 constexpr size_t kMaxRecent = 150;   // frames, some 50 KB each
+constexpr double kBetweenTries = 0.05;  // seconds: parallax takes its time
 constexpr double kStillPixels = 3;   // of the lowest level: less motion than this is none
 
 }  // namespace
@@ -78,7 +79,10 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
   std::optional<InitialMap> map;
   for (Reference& reference : references_) {
     const KeypointPairs pairs = Follow(reference, frame, camera);
-    if (!map && reference.matches >= needed) map = Try(reference, frame, camera, pairs, rng);
+    const bool is_due = !reference.last_try || frame.timestamp - *reference.last_try > kBetweenTries;
+    if (map || !is_due || reference.matches < needed) continue;
+    map = Try(reference, frame, camera, pairs, rng);
+    reference.last_try = frame.timestamp;
   }
   if (map) return map;
   std::erase_if(references_, [&](const Reference& r) { return r.matches < needed; });

@@ -35,6 +35,7 @@ class Initializer {
     std::vector<Eigen::Vector2d> last_seen;  // per key point
     int matches = 0;                         // with the newest frame
     int first_matches = 0;                   // with the frame after it
+    std::optional<double> last_try{};        // time of the newest frame that was too near for a map
   };
 
   // Matches of the two views that a map needs: fewer where the image has few corners.

@@ -75,6 +75,7 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
   for (int i = 0; i < 40 && !map; ++i) {
     Frame frame;
     frame.index = i;
+    frame.timestamp = i / 30.0;
     frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
     map = initializer.Process(frame, world.camera, rng);
     at = i;
@@ -95,6 +96,7 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.008 * i, Eigen::Vector3d::UnitY()));
     Frame frame;
     frame.index = i;
+    frame.timestamp = i / 30.0;
     frame.features = synthetic::MakeView(world, Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0), {}, views).features;
     EXPECT_FALSE(initializer.Process(frame, world.camera, rng)) << i;
   }
