@@ -101,10 +101,10 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   return outcome;
 }
 
-// Where it was not found just now, and another piece follows it, it is looked for less often.
+// Once it has been lost for a while, and was not found just now, it is looked for less often.
 bool Atlas::MayLook(const Frame& frame) const {
   constexpr double kSeconds = 0.09;
-  if (!resumption_ || !resumption_->IsFollowing() || !last_vain_look_) return true;
+  if (!resumption_ || !last_vain_look_) return true;
   return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 

@@ -27,8 +27,6 @@ class Resumption {
   void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections, const std::optional<PoseAnchor>& in_old);
   bool IsInitializing() const { return session_->tracker().IsInitializing(); }
 
-  // The camera is followed in the new map.
-  bool IsFollowing() const { return !IsInitializing() && !lost_since_; }
   // The new map lost its camera, too, for good.
   bool IsLost(double now) const { return lost_since_ && now - *lost_since_ >= kPatience; }
   static constexpr double kPatience = 0.33;  // seconds: most losses are short
