@@ -19,7 +19,7 @@ struct TwoViewOptions {
   double min_inlier_share = 0.5;   // of the matches
   double max_rival = 0.5;          // refused when another motion explains more than this share of what the best one does
   double min_parallax_deg = 1;     // of at least `min_points` points
-  double max_direction_sigma_deg = 3;  // standard deviation of the direction of translation: more, and rotation passes for translation
+  double max_direction_sigma_deg = 2;  // standard deviation of the direction of translation: more, and rotation passes for translation
 };
 
 struct TwoViewReport {
