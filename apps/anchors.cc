@@ -22,9 +22,11 @@ struct AnchorsOptions {
 
 constexpr const char* kPlaceForm = "NAME=MODEL@object:ID or NAME=MODEL@keyframe:ID:X,Y";
 
-std::pair<std::string, std::string> Split(const std::string& text, char separator, const std::string& whole, const char* form) {
+std::pair<std::string, std::string> Split(const std::string& text, char separator,
+                                          const std::string& whole, const char* form) {
   const size_t at = text.find(separator);
-  if (at == std::string::npos || at == 0 || at + 1 == text.size()) throw InputError(fmt::format("{} is not of the form {}", whole, form));
+  if (at == std::string::npos || at == 0 || at + 1 == text.size())
+    throw InputError(fmt::format("{} is not of the form {}", whole, form));
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
@@ -36,7 +38,8 @@ uint32_t ParseId(const std::string& text, const std::string& whole) {
 }
 
 // The ray through a pixel of a keyframe's image, as the camera gave it.
-void SetRay(const Map& map, const std::string& at, const std::string& whole, AnchorRequest& request) {
+void SetRay(const Map& map, const std::string& at, const std::string& whole,
+            AnchorRequest& request) {
   const auto [id, pixel] = Split(at, ':', whole, kPlaceForm);
   const auto [x, y] = Split(pixel, ',', whole, kPlaceForm);
   const std::optional<double> px = ParseNumber(x), py = ParseNumber(y);
@@ -50,12 +53,14 @@ void SetRay(const Map& map, const std::string& at, const std::string& whole, Anc
 }
 
 // On an object, content faces the camera that saw it last.
-void SetObject(const Map& map, const std::string& id, const std::string& whole, AnchorRequest& request) {
+void SetObject(const Map& map, const std::string& id, const std::string& whole,
+               AnchorRequest& request) {
   request.object = ParseId(id, whole);
   request.direction = Eigen::Vector3d::UnitZ();
   const Object* object = map.objects.Find(ObjectId(*request.object));
   if (!object || object->observations.empty()) return;  // refused later
-  if (const auto pose = map.ResolvePose(object->observations.back().anchor)) request.origin = pose->OriginInSource();
+  if (const auto pose = map.ResolvePose(object->observations.back().anchor))
+    request.origin = pose->OriginInSource();
 }
 
 void Place(const std::string& text, Map& map) {
@@ -65,14 +70,19 @@ void Place(const std::string& text, Map& map) {
   AnchorRequest request;
   request.name = name;
   request.model = model;
-  if (kind == "object") SetObject(map, at, text, request);
-  else if (kind == "keyframe") SetRay(map, at, text, request);
-  else throw InputError(fmt::format("{} is not of the form {}", text, kPlaceForm));
-  if (const AnchorReport report = PlaceAnchor(map, request, map.anchors); report.name.empty()) throw InputError(fmt::format("{}: {}", text, report.why_not));
+  if (kind == "object")
+    SetObject(map, at, text, request);
+  else if (kind == "keyframe")
+    SetRay(map, at, text, request);
+  else
+    throw InputError(fmt::format("{} is not of the form {}", text, kPlaceForm));
+  if (const AnchorReport report = PlaceAnchor(map, request, map.anchors); report.name.empty())
+    throw InputError(fmt::format("{}: {}", text, report.why_not));
 }
 
 void Change(const std::string& whole, const std::string& name, const AnchorEdit& edit, Map& map) {
-  if (const std::string problem = EditAnchor(name, edit, map.anchors); !problem.empty()) throw InputError(fmt::format("{}: {}", whole, problem));
+  if (const std::string problem = EditAnchor(name, edit, map.anchors); !problem.empty())
+    throw InputError(fmt::format("{}: {}", whole, problem));
 }
 
 void Edit(const AnchorsOptions& options, Map& map) {
@@ -88,14 +98,16 @@ void Edit(const AnchorsOptions& options, Map& map) {
     Change(text, name, {.name = other, .size = {}, .turn_rad = 0}, map);
   }
   for (const std::string& name : options.erase)
-    if (map.anchors.erase(name) == 0) throw InputError(fmt::format("--delete {}: there is no anchor of this name", name));
+    if (map.anchors.erase(name) == 0)
+      throw InputError(fmt::format("--delete {}: there is no anchor of this name", name));
 }
 
 void Print(const Map& map) {
   fmt::print("{:<16} {:<12} {:>8}  {:<26} {}\n", "name", "model", "size", "position", "on");
   for (const AnchorPose& a : PosesOf(map)) {
     const Eigen::Vector3d& x = a.world_from_anchor.translation;
-    fmt::print("{:<16} {:<12} {:>8.3f}  {:<26} {}\n", a.name, a.model, a.size, fmt::format("{:.4f} {:.4f} {:.4f}", x.x(), x.y(), x.z()),
+    fmt::print("{:<16} {:<12} {:>8.3f}  {:<26} {}\n", a.name, a.model, a.size,
+               fmt::format("{:.4f} {:.4f} {:.4f}", x.x(), x.y(), x.z()),
                a.object ? fmt::format("object {}", *a.object) : "points");
   }
   fmt::print("lengths in {}\n", map.is_metric ? "m" : "units of the map");
@@ -104,23 +116,35 @@ void Print(const Map& map) {
 void EditAnchors(const AnchorsOptions& options) {
   SavedMap saved = LoadMap(options.map);
   Edit(options, saved.map);
-  const bool is_edited = !options.place.empty() || !options.rename.empty() || !options.size.empty() || !options.erase.empty();
-  if (is_edited || !options.out.empty()) SaveMap(options.out.empty() ? options.map : options.out, saved);
+  const bool is_edited = !options.place.empty() || !options.rename.empty() ||
+                         !options.size.empty() || !options.erase.empty();
+  if (is_edited || !options.out.empty())
+    SaveMap(options.out.empty() ? options.map : options.out, saved);
   if (!options.quiet) Print(saved.map);
 }
 
 }  // namespace
 
 void AddAnchorsCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("anchors", "List the places of virtual content in a map; place, rename and delete them");
+  auto* command = app.add_subcommand(
+      "anchors", "List the places of virtual content in a map; place, rename and delete them");
   const auto options = std::make_shared<AnchorsOptions>();
-  command->add_option("map", options->map, "map file; edited in place unless --out is given")->required();
-  command->add_option("--place", options->place,
-                      "NAME=MODEL@object:ID: on top of an object; NAME=MODEL@keyframe:ID:X,Y: on the surface seen at a pixel of a keyframe. May be repeated")
+  command->add_option("map", options->map, "map file; edited in place unless --out is given")
+      ->required();
+  command
+      ->add_option("--place", options->place,
+                   "NAME=MODEL@object:ID: on top of an object; NAME=MODEL@keyframe:ID:X,Y: on the "
+                   "surface seen at a pixel of a keyframe. May be repeated")
       ->expected(1)
       ->take_all();
-  command->add_option("--size", options->size, "NAME=SIZE of the content's longest side, in units of the map; may be repeated")->expected(1)->take_all();
-  command->add_option("--rename", options->rename, "NAME=OTHER; may be repeated")->expected(1)->take_all();
+  command
+      ->add_option("--size", options->size,
+                   "NAME=SIZE of the content's longest side, in units of the map; may be repeated")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--rename", options->rename, "NAME=OTHER; may be repeated")
+      ->expected(1)
+      ->take_all();
   command->add_option("--delete", options->erase, "NAME; may be repeated")->expected(1)->take_all();
   command->add_option("--out", options->out, "write the edited map to this file instead");
   command->add_flag("--quiet", options->quiet, "print nothing");

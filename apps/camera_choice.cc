@@ -31,7 +31,9 @@ std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<
   return std::nullopt;
 }
 
-Camera StartFor(const CameraSettings& settings, const cv::Size& size) { return LoadCamera(settings.camera, size); }
+Camera StartFor(const CameraSettings& settings, const cv::Size& size) {
+  return LoadCamera(settings.camera, size);
+}
 
 // Where the map shows a rolling shutter, undoes it; returns its readout in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
@@ -39,12 +41,17 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   CalibrationPrior prior;
   prior.readout_sigma_s = 0.02;
   const SelfCalibration found = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
-  if (!found.success || std::abs(found.readout_s) < std::max(kMinReadoutS, kSigmas * found.readout_sigma_s)) return 0;
-  const Map with = Recalibrated(saved.map, camera, found, config.bundle, config.mapping.min_shared_landmarks);
-  saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle, config.mapping.min_shared_landmarks);
+  if (!found.success ||
+      std::abs(found.readout_s) < std::max(kMinReadoutS, kSigmas * found.readout_sigma_s))
+    return 0;
+  const Map with =
+      Recalibrated(saved.map, camera, found, config.bundle, config.mapping.min_shared_landmarks);
+  saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle,
+                             config.mapping.min_shared_landmarks);
   const SelfCalibration rest = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
-  spdlog::debug("rolling shutter: {:.2f} +- {:.2f} ms, left {:.2f}, residuals {:.3f}, then {:.3f}", 1000 * found.readout_s, 1000 * found.readout_sigma_s,
-                1000 * rest.readout_s, found.rmse, rest.rmse);
+  spdlog::debug("rolling shutter: {:.2f} +- {:.2f} ms, left {:.2f}, residuals {:.3f}, then {:.3f}",
+                1000 * found.readout_s, 1000 * found.readout_sigma_s, 1000 * rest.readout_s,
+                found.rmse, rest.rmse);
   return found.readout_s;
 }
 
@@ -53,8 +60,11 @@ void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap
   constexpr int kIterations = 20;
   for (Piece& piece : saved.pieces) {
     piece.map = WithCamera(piece.map, camera, saved.map.cameras[static_cast<size_t>(camera)]);
-    if (readout_s != 0) piece.map = WithoutReadout(piece.map, piece.trajectory, readout_s, config.bundle, config.mapping.min_shared_landmarks);
-    else ApplyCorrection(GlobalBundleAdjustment(piece.map, kIterations, config.bundle), piece.map);
+    if (readout_s != 0)
+      piece.map = WithoutReadout(piece.map, piece.trajectory, readout_s, config.bundle,
+                                 config.mapping.min_shared_landmarks);
+    else
+      ApplyCorrection(GlobalBundleAdjustment(piece.map, kIterations, config.bundle), piece.map);
   }
 }
 
@@ -65,13 +75,19 @@ void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMa
   camera.why_not = found.why_not;
   if (!found.success) return;
   // Two maps of the same images that differ by so much know the focal length no better.
-  if (camera.is_determined) found.focal_sigma_px = std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
+  if (camera.is_determined)
+    found.focal_sigma_px =
+        std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
   camera.is_determined = found.RelativeSigma() < kMaxRelativeSigma;
-  if (!camera.is_determined) camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length", 100 * found.RelativeSigma());
+  if (!camera.is_determined)
+    camera.why_not = fmt::format("maps of the same images differ by {:.1f} % in the focal length",
+                                 100 * found.RelativeSigma());
   found.camera.is_guess = !camera.is_determined;
   ImageTime now;
-  if (!saved.trajectory.empty()) now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};
-  saved.map = Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
+  if (!saved.trajectory.empty())
+    now = {saved.trajectory.back().frame_index, saved.trajectory.back().timestamp};
+  saved.map =
+      Recalibrated(saved.map, index, found, config.bundle, config.mapping.min_shared_landmarks);
   UpdateObjects(saved.map, {}, now, config.objects);
   camera.camera = found.camera;
   camera.focal_sigma_px = found.focal_sigma_px;
@@ -81,11 +97,15 @@ void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMa
 }  // namespace
 
 void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
-  app.add_option("--camera", settings.camera, "calibration file, fov:DEGREES for a guess, or auto (default): estimated from the images");
-  app.add_flag("--refine-camera", settings.refine, "take --camera for a start only, and estimate it from the images");
+  app.add_option(
+      "--camera", settings.camera,
+      "calibration file, fov:DEGREES for a guess, or auto (default): estimated from the images");
+  app.add_flag("--refine-camera", settings.refine,
+               "take --camera for a start only, and estimate it from the images");
 }
 
-CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images, const std::optional<Camera>& known, const SlamConfig& config,
+CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
+                              const std::optional<Camera>& known, const SlamConfig& config,
                               const CommonOptions& common) {
   cv::setNumThreads(1);
   const bool is_live = images.starts_with("webcam:");
@@ -93,8 +113,10 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
   CameraEstimationOptions options;
-  if (!settings.IsAuto()) options.start = StartFor(settings, image->image.size());
-  else if (known && known->width == image->image.cols && known->height == image->image.rows) options.start = known;
+  if (!settings.IsAuto())
+    options.start = StartFor(settings, image->image.size());
+  else if (known && known->width == image->image.cols && known->height == image->image.rows)
+    options.start = known;
   if (!is_live) options.focal_length_35mm = FocalLength35mm(images);
   spdlog::info("camera: estimating its focal length from the images");
   CameraEstimator estimator(config, options);
@@ -102,21 +124,27 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   const int parts = is_live ? 1 : kMaxParts;
   for (int part = 0; part < parts && image && !Interrupted(); ++part) {
     estimator.Forget();
-    while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds) && !Interrupted()) {
+    while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds) &&
+           !Interrupted()) {
       const double time = image->timestamp;
       estimator.Add(image->image, time);
       image = NextReadable(*source, time);
     }
     CameraEstimate found = estimator.Estimate();
-    if (part == 0 || found.is_determined || found.focal_sigma_px < estimate.focal_sigma_px) estimate = std::move(found);
+    if (part == 0 || found.is_determined || found.focal_sigma_px < estimate.focal_sigma_px)
+      estimate = std::move(found);
     if (estimate.is_determined) break;
   }
-  if (estimate.is_determined) spdlog::info("camera: {}, estimated from {} images", Describe(estimate), estimate.images);
-  else spdlog::warn("camera: not determined by the images: {}; goes on with a guess: {}", estimate.why_not, Describe(estimate));
+  if (estimate.is_determined)
+    spdlog::info("camera: {}, estimated from {} images", Describe(estimate), estimate.images);
+  else
+    spdlog::warn("camera: not determined by the images: {}; goes on with a guess: {}",
+                 estimate.why_not, Describe(estimate));
   return estimate;
 }
 
-void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera, SavedMap& saved) {
+void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera,
+                   SavedMap& saved) {
   const auto place = std::ranges::find(saved.map.cameras, camera.camera);
   if (place == saved.map.cameras.end()) return;
   const int index = static_cast<int>(place - saved.map.cameras.begin());

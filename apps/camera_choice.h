@@ -26,15 +26,18 @@ struct CameraSettings {
 // --camera, --refine-camera.
 void AddCameraOptions(CLI::App& app, CameraSettings& settings);
 
-// The camera of a source, from its images alone: as many parts of it as are needed, of a live one its first seconds. `known` is
-// where an estimate begins if nothing better is given, such as the camera of a map. Says what it found, and warns where the
-// images do not tell. Throws InputError as FrameInputs.
-CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images, const std::optional<Camera>& known, const SlamConfig& config,
+// The camera of a source, from its images alone: as many parts of it as are needed, of a live one
+// its first seconds. `known` is where an estimate begins if nothing better is given, such as the
+// camera of a map. Says what it found, and warns where the images do not tell. Throws InputError as
+// FrameInputs.
+CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
+                              const std::optional<Camera>& known, const SlamConfig& config,
                               const CommonOptions& common);
 
-// The last word on an estimated camera, from the whole map: bundle adjustment with its intrinsics, and all that follows from it
-// brought in line. `camera` and the map stay where the map does not tell.
-// `find_readout`: a rolling shutter that the map shows is undone, too.
-void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera, SavedMap& saved);
+// The last word on an estimated camera, from the whole map: bundle adjustment with its intrinsics,
+// and all that follows from it brought in line. `camera` and the map stay where the map does not
+// tell. `find_readout`: a rolling shutter that the map shows is undone, too.
+void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& camera,
+                   SavedMap& saved);
 
 }  // namespace oaslam::apps

@@ -4,7 +4,8 @@
 
 namespace oaslam::apps {
 
-// Each adds its subcommand to the application; its callback runs it, and throws InputError for bad input.
+// Each adds its subcommand to the application; its callback runs it, and throws InputError for bad
+// input.
 void AddDetectCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddMapObjectsCommand(CLI::App& app);

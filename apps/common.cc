@@ -24,11 +24,13 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr const char* kPlainPattern = "%^%l%$: %v";
 constexpr const char* kClearLine = "\r\033[K";
-constexpr int kPlainStepUnknownTotal = 100;  // frames between plain lines when the total is not known
+constexpr int kPlainStepUnknownTotal =
+    100;  // frames between plain lines when the total is not known
 
 std::string Duration(double seconds) {
   const int s = static_cast<int>(seconds + 0.5);
-  return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60) : fmt::format("{}:{:02}", s / 60, s % 60);
+  return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+                   : fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
 }  // namespace
@@ -42,20 +44,24 @@ void AddQuietOption(CLI::App& app, CommonOptions& options) {
       },
       "No progress, no notes: results only");
   app.add_flag_function(
-         "--verbose", [](int64_t) { spdlog::set_level(spdlog::level::debug); }, "Every note, such as why objects were merged or dropped")
+         "--verbose", [](int64_t) { spdlog::set_level(spdlog::level::debug); },
+         "Every note, such as why objects were merged or dropped")
       ->excludes("--quiet");
 }
 
 void AddConfigOptions(CLI::App& app, CommonOptions& options) {
-  app.add_option("--config", options.config, "Configuration file (YAML: sections of keys)")->type_name("YAML");
-  app.add_option("--set", options.set, "Sets one configuration key, e.g. tracking.min_inliers=25; may be repeated")
+  app.add_option("--config", options.config, "Configuration file (YAML: sections of keys)")
+      ->type_name("YAML");
+  app.add_option("--set", options.set,
+                 "Sets one configuration key, e.g. tracking.min_inliers=25; may be repeated")
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all();
 }
 
 void AddFrameOptions(CLI::App& app, CommonOptions& options) {
-  app.add_option("--from", options.from, "First frame, counted from 0")->check(CLI::NonNegativeNumber);
+  app.add_option("--from", options.from, "First frame, counted from 0")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--to", options.to, "One past the last frame")->check(CLI::NonNegativeNumber);
   app.add_option("--fps", options.fps,
                  "Frames a second, for images without time stamps, and in place of a video's own");
@@ -69,23 +75,32 @@ void AddExifOption(CLI::App& app, CommonOptions& options) {
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {
   const auto set = [&options](const std::string& text) {
-    const bool is_bare = text.empty() || text == "true";  // how CLI11 calls an option without its value
+    const bool is_bare =
+        text.empty() || text == "true";  // how CLI11 calls an option without its value
     const std::optional<double> seconds = is_bare ? 0 : ParseNumber(text);
     if (!seconds) throw CLI::ValidationError("--follow " + text, "expected seconds");
     options.follow_s = *seconds;
   };
   app.add_option_function<std::string>(
-         "--follow", set, "The folder of images grows: take new ones as they come, until a file named stop is in it, Ctrl-C, or SECONDS without one")
+         "--follow", set,
+         "The folder of images grows: take new ones as they come, until a file named stop is in "
+         "it, Ctrl-C, or SECONDS without one")
       ->type_name("[SECONDS]")
       ->expected(0, 1);
 }
 
 void AddPieceOption(CLI::App& app, int& piece) {
-  app.add_option("--piece", piece, "of a map in several pieces: which one, as `oaslam info` counts them; default 0, the largest")->type_name("N");
+  app.add_option("--piece", piece,
+                 "of a map in several pieces: which one, as `oaslam info` counts them; default 0, "
+                 "the largest")
+      ->type_name("N");
 }
 
 void AddClassesOption(CLI::App& app, CommonOptions& options) {
-  app.add_option("--classes", options.classes, "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); default: COCO")->type_name("FILE");
+  app.add_option("--classes", options.classes,
+                 "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); "
+                 "default: COCO")
+      ->type_name("FILE");
 }
 
 void AddCommonOptions(CLI::App& app, CommonOptions& options) {
@@ -105,7 +120,8 @@ SlamConfig LoadConfiguration(const CommonOptions& options) {
 }
 
 Classes LoadClasses(const CommonOptions& options) {
-  return options.classes.empty() ? Classes{CocoClassNames(), {}} : oaslam::LoadClasses(options.classes);
+  return options.classes.empty() ? Classes{CocoClassNames(), {}}
+                                 : oaslam::LoadClasses(options.classes);
 }
 
 ImageSourceOptions FrameRange(const CommonOptions& options) {
@@ -119,7 +135,8 @@ void EnsureOutputFolder(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
   fs::create_directories(path, error);
-  if (!fs::is_directory(path, error)) throw InputError(fmt::format("{}: the folder cannot be created", path));
+  if (!fs::is_directory(path, error))
+    throw InputError(fmt::format("{}: the folder cannot be created", path));
   const fs::path probe = fs::path(path) / fmt::format(".oaslam-{}", getpid());
   const bool writable = static_cast<bool>(std::ofstream(probe) << "x" << std::flush);
   fs::remove(probe, error);
@@ -127,13 +144,17 @@ void EnsureOutputFolder(const std::string& path) {
 }
 
 void EnsureOutputFile(const std::string& path) {
-  if (std::filesystem::is_directory(path)) throw InputError(path + ": a folder, --out asks for a file");
+  if (std::filesystem::is_directory(path))
+    throw InputError(path + ": a folder, --out asks for a file");
   const std::string folder = std::filesystem::path(path).parent_path().string();
   EnsureOutputFolder(folder.empty() ? "." : folder);
 }
 
 ProgressBar::ProgressBar(int total, bool quiet)
-    : total_(total), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()) {
+    : total_(total),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      start_(std::chrono::steady_clock::now()) {
   // A message in between takes the line of the bar, which is drawn anew below it.
   if (terminal_ && !quiet_) spdlog::set_pattern(std::string(kClearLine) + kPlainPattern);
 }
@@ -144,20 +165,23 @@ std::string ProgressBar::Line(const std::string& state, double seconds) const {
   const double rate = seconds > 0 ? done_ / seconds : 0;
   if (total_ <= 0) return fmt::format("{} frames  {:.1f}/s  {}", done_, rate, state);
   const double left = rate > 0 ? std::max(total_ - done_, 0) / rate : 0;
-  return fmt::format("{:3.0f} %  {}/{}  {:.1f}/s  {} left  {}", 100.0 * done_ / total_, done_, total_, rate, Duration(left), state);
+  return fmt::format("{:3.0f} %  {}/{}  {:.1f}/s  {} left  {}", 100.0 * done_ / total_, done_,
+                     total_, rate, Duration(left), state);
 }
 
 void ProgressBar::Update(int done, const std::string& state) {
   if (quiet_ || finished_) return;
   done_ = done;
   state_ = state;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
     if (drawn_s_ >= 0 && seconds - drawn_s_ < 0.1) return;
     drawn_s_ = seconds;
     fmt::print(stderr, "{}{}", kClearLine, Line(state, seconds));
     std::fflush(stderr);
-  } else if (done - printed_ >= (total_ > 0 ? std::max((total_ + 9) / 10, 1) : kPlainStepUnknownTotal)) {
+  } else if (done - printed_ >=
+             (total_ > 0 ? std::max((total_ + 9) / 10, 1) : kPlainStepUnknownTotal)) {
     printed_ = done;
     fmt::print(stderr, "{}\n", Line(state, seconds));
   }
@@ -166,7 +190,8 @@ void ProgressBar::Update(int done, const std::string& state) {
 void ProgressBar::Finish() {
   if (finished_ || quiet_) return;
   finished_ = true;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
     spdlog::set_pattern(kPlainPattern);
     fmt::print(stderr, "{}{} frames in {}\n", kClearLine, done_, Duration(seconds));

@@ -15,21 +15,21 @@ namespace oaslam::apps {
 // Options that several commands share.
 struct CommonOptions {
   bool quiet = false;
-  std::string config;             // path, empty: defaults
-  std::vector<std::string> set;   // section.key=value
-  int from = 0, to = -1;          // frames [from, to); -1: to the end
-  std::string classes;            // path, empty: COCO
+  std::string config;            // path, empty: defaults
+  std::vector<std::string> set;  // section.key=value
+  int from = 0, to = -1;         // frames [from, to); -1: to the end
+  std::string classes;           // path, empty: COCO
   std::optional<double> fps;
-  bool exif_rotation = false;  // images in files of their own are turned as their metadata says
+  bool exif_rotation = false;      // images in files of their own are turned as their metadata says
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
-void AddConfigOptions(CLI::App& app, CommonOptions& options);   // --config, --set
-void AddFrameOptions(CLI::App& app, CommonOptions& options);    // --from, --to, --fps
+void AddConfigOptions(CLI::App& app, CommonOptions& options);  // --config, --set
+void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps
 void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotation
-void AddFollowOption(CLI::App& app, CommonOptions& options);    // --follow
-void AddPieceOption(CLI::App& app, int& piece);                 // --piece, of a map file
+void AddFollowOption(CLI::App& app, CommonOptions& options);   // --follow
+void AddPieceOption(CLI::App& app, int& piece);                // --piece, of a map file
 void AddClassesOption(CLI::App& app, CommonOptions& options);
 // All of them. `options` must outlive the parsing.
 void AddCommonOptions(CLI::App& app, CommonOptions& options);

@@ -12,8 +12,9 @@ namespace oaslam::apps {
 // --model, may be repeated. Returns the option.
 CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files);
 
-// The built-in models of virtual content and those of files; with their meshes where the program itself draws them.
-// Throws InputError.
-std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files, bool with_meshes);
+// The built-in models of virtual content and those of files; with their meshes where the program
+// itself draws them. Throws InputError.
+std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files,
+                                               bool with_meshes);
 
 }  // namespace oaslam::apps

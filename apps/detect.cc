@@ -29,12 +29,14 @@ struct Found {
   double ms = 0;
 };
 
-// Goes through the images; those that `found` holds already are not done again. Saves now and then, so that a kill does
-// not lose all.
-void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options, Found& found) {
+// Goes through the images; those that `found` holds already are not done again. Saves now and then,
+// so that a kill does not lose all.
+void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options,
+               Found& found) {
   constexpr int kSaveEvery = 200;  // images
   // A pipe gets one document, at the end.
-  const bool is_file = !std::filesystem::exists(options.out) || std::filesystem::is_regular_file(options.out);
+  const bool is_file =
+      !std::filesystem::exists(options.out) || std::filesystem::is_regular_file(options.out);
   std::set<std::string> done_before;
   for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
   ProgressBar progress(source.size(), options.common.quiet);
@@ -66,8 +68,8 @@ int RunDetect(const DetectOptions& options) {
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
   const auto source = OpenImages(options.images, range);
-  spdlog::info("{}: layout {}, input {}x{}", options.detector.model, ToString(detector->layout()), detector->input_size().width,
-               detector->input_size().height);
+  spdlog::info("{}: layout {}, input {}x{}", options.detector.model, ToString(detector->layout()),
+               detector->input_size().width, detector->input_size().height);
   Found found;
   if (options.resume && std::filesystem::exists(options.out)) {
     found.images = LoadDetections(options.out).images();
@@ -82,8 +84,10 @@ int RunDetect(const DetectOptions& options) {
   }
   if (found.images.size() > done_before) SaveDetections(options.out, found.images);
   if (failure) std::rethrow_exception(failure);
-  if (found.images.empty() && !Interrupted()) throw InputError(options.images + ": no image could be read");
-  spdlog::info("{}{} objects in {} images, {:.1f} ms an image -> {}", Interrupted() ? "interrupted: " : "", found.boxes, found.detected,
+  if (found.images.empty() && !Interrupted())
+    throw InputError(options.images + ": no image could be read");
+  spdlog::info("{}{} objects in {} images, {:.1f} ms an image -> {}",
+               Interrupted() ? "interrupted: " : "", found.boxes, found.detected,
                found.detected > 0 ? found.ms / found.detected : 0.0, options.out);
   return Interrupted() ? 130 : 0;
 }
@@ -92,11 +96,18 @@ int RunDetect(const DetectOptions& options) {
 
 void AddDetectCommand(CLI::App& app) {
   auto options = std::make_shared<DetectOptions>();
-  CLI::App* command = app.add_subcommand("detect", "Run an object detector on images and save what it finds");
-  command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
+  CLI::App* command =
+      app.add_subcommand("detect", "Run an object detector on images and save what it finds");
+  command
+      ->add_option("--images", options->images,
+                   "TUM folder, list file, folder of images, video, or webcam:N")
+      ->required();
   AddDetectorOptions(*command, options->detector)->required();
-  command->add_option("--out", options->out, "Where to write the detections (JSON)")->required()->type_name("FILE");
-  command->add_flag("--resume", options->resume, "Go on with the file of an interrupted run: its images are not done again");
+  command->add_option("--out", options->out, "Where to write the detections (JSON)")
+      ->required()
+      ->type_name("FILE");
+  command->add_flag("--resume", options->resume,
+                    "Go on with the file of an interrupted run: its images are not done again");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);

@@ -41,7 +41,8 @@ void AddAlign(CLI::App& app, EvaluateOptions& o) {
 }
 
 void PrintRow(const char* name, const ErrorStatistics& s, const char* unit) {
-  fmt::print("{:<26} {:>10.5f} {:>10.5f} {:>10.5f} {:>10.5f} {:>7}  {}\n", name, s.rmse, s.mean, s.median, s.max, s.count, unit);
+  fmt::print("{:<26} {:>10.5f} {:>10.5f} {:>10.5f} {:>10.5f} {:>7}  {}\n", name, s.rmse, s.mean,
+             s.median, s.max, s.count, unit);
 }
 
 // results/foo/trajectory.txt is foo.
@@ -51,14 +52,17 @@ std::string CurveName(const std::string& path) {
   return is_ours ? file.parent_path().filename().string() : file.stem().string();
 }
 
-void PlotErrors(const EvaluateOptions& o, const std::vector<StampedPose>& groundtruth, const TrajectoryReport& first) {
+void PlotErrors(const EvaluateOptions& o, const std::vector<StampedPose>& groundtruth,
+                const TrajectoryReport& first) {
   std::vector<TimeCurve> curves;
   const auto add = [&](const std::string& path, const TrajectoryReport& report) {
-    curves.push_back({fmt::format("{}: ATE {:.2f} cm", CurveName(path), 100 * report.position.rmse), report.position_errors});
+    curves.push_back({fmt::format("{}: ATE {:.2f} cm", CurveName(path), 100 * report.position.rmse),
+                      report.position_errors});
   };
   add(o.estimate, first);
   for (const std::string& path : o.compare) {
-    const TrajectoryReport report = EvaluateTrajectory(groundtruth, LoadTrajectory(path), ParseAlign(o.align));
+    const TrajectoryReport report =
+        EvaluateTrajectory(groundtruth, LoadTrajectory(path), ParseAlign(o.align));
     if (!report.success) throw InputError(fmt::format("{}: {}", path, report.why_not));
     add(path, report);
   }
@@ -70,39 +74,53 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
   if (!report.success) throw InputError(fmt::format("{}: {}", o.estimate, report.why_not));
   const double scale = report.reference_from_estimate.scale;
-  fmt::print("{:<26} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse", "mean", "median", "max", "count");
+  fmt::print("{:<26} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse", "mean", "median", "max",
+             "count");
   PrintRow("ATE position", report.position, "m");
   PrintRow("ATE rotation", report.rotation_deg, "deg");
   for (const double interval : {0.0, 1.0}) {
     const RelativeReport relative = EvaluateRelative(groundtruth, estimate, scale, interval);
-    PrintRow(interval == 0 ? "RPE translation, a frame" : "RPE translation, a second", relative.translation, "m");
-    PrintRow(interval == 0 ? "RPE rotation, a frame" : "RPE rotation, a second", relative.rotation_deg, "deg");
+    PrintRow(interval == 0 ? "RPE translation, a frame" : "RPE translation, a second",
+             relative.translation, "m");
+    PrintRow(interval == 0 ? "RPE rotation, a frame" : "RPE rotation, a second",
+             relative.rotation_deg, "deg");
   }
-  fmt::print("poses {} of {} with ground truth, align {}, scale {:.6f}\n", report.pairs, estimate.size(), o.align, scale);
+  fmt::print("poses {} of {} with ground truth, align {}, scale {:.6f}\n", report.pairs,
+             estimate.size(), o.align, scale);
   if (!o.plot_errors.empty()) PlotErrors(o, groundtruth, report);
   if (o.plot.empty()) return;
   auto aligned = estimate;
-  for (StampedPose& pose : aligned) pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
+  for (StampedPose& pose : aligned)
+    pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
   std::vector<StampedPose> shown;  // the time of the estimate only
   for (const StampedPose& pose : groundtruth)
-    if (pose.timestamp >= estimate.front().timestamp - 0.05 && pose.timestamp <= estimate.back().timestamp + 0.05) shown.push_back(pose);
-  SaveTrajectoryPlot(o.plot, shown, aligned, fmt::format("{}: ATE {:.2f} cm over {} poses", fs::path(o.estimate).filename().string(), 100 * report.position.rmse, report.pairs));
+    if (pose.timestamp >= estimate.front().timestamp - 0.05 &&
+        pose.timestamp <= estimate.back().timestamp + 0.05)
+      shown.push_back(pose);
+  SaveTrajectoryPlot(
+      o.plot, shown, aligned,
+      fmt::format("{}: ATE {:.2f} cm over {} poses", fs::path(o.estimate).filename().string(),
+                  100 * report.position.rmse, report.pairs));
 }
 
 // What takes the map's frame to that of the ground truth.
 Alignment AlignMap(const EvaluateOptions& o) {
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
-  const TrajectoryReport report = EvaluateTrajectory(LoadTrajectory(groundtruth), LoadTrajectory(o.map_trajectory), ParseAlign(o.align));
+  const TrajectoryReport report = EvaluateTrajectory(
+      LoadTrajectory(groundtruth), LoadTrajectory(o.map_trajectory), ParseAlign(o.align));
   if (!report.success) throw InputError(fmt::format("{}: {}", o.map_trajectory, report.why_not));
   return report.reference_from_estimate;
 }
 
 // All frames that were asked about: as given, or of frames.csv beside the poses.
-std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& poses_path, const std::vector<StampedPose>& poses) {
+std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& poses_path,
+                               const std::vector<StampedPose>& poses) {
   if (!o.frames.empty()) return LoadFrameTimes(o.frames);
   const fs::path beside = fs::path(poses_path).parent_path() / "frames.csv";
   if (fs::exists(beside)) return LoadFrameTimes(beside.string());
-  Log(LogLevel::kWarning, fmt::format("{}: no frames.csv beside it and no --frames: shares are of its poses only", poses_path));
+  Log(LogLevel::kWarning,
+      fmt::format("{}: no frames.csv beside it and no --frames: shares are of its poses only",
+                  poses_path));
   std::vector<double> times;
   for (const StampedPose& pose : poses) times.push_back(pose.timestamp);
   return times;
@@ -110,8 +128,9 @@ std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& pose
 
 void PrintRelocalization(const RelocalizationErrors& errors) {
   const RelocalizationFigures figures = Summarize(errors);
-  fmt::print("{}: {} frames, {:.1f} % answered, {:.1f} % false, median {:.1f} cm {:.2f} deg\n", errors.name, errors.frames, 100 * figures.accepted,
-             100 * figures.false_share, 100 * figures.median_position, figures.median_rotation_deg);
+  fmt::print("{}: {} frames, {:.1f} % answered, {:.1f} % false, median {:.1f} cm {:.2f} deg\n",
+             errors.name, errors.frames, 100 * figures.accepted, 100 * figures.false_share,
+             100 * figures.median_position, figures.median_rotation_deg);
   const auto row = [](const char* name, const auto& values) {
     fmt::print("  {:<12}", name);
     for (const double v : values) fmt::print(" {:>7.1f} %", 100 * v);
@@ -125,11 +144,15 @@ void PrintRelocalization(const RelocalizationErrors& errors) {
 }
 
 // candidates.txt and frames.csv of `localize`, beside poses.txt.
-std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path, const std::vector<StampedPose>& groundtruth, const Alignment& alignment) {
+std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path,
+                                              const std::vector<StampedPose>& groundtruth,
+                                              const Alignment& alignment) {
   const fs::path folder = fs::path(poses_path).parent_path();
   std::vector<std::pair<double, double>> confidences;
-  for (const auto& row : LoadColumns((folder / "frames.csv").string(), {"timestamp", "confidence"})) confidences.emplace_back(row[0], row[1]);
-  return CompareHypotheses(groundtruth, LoadScoredPoses((folder / "candidates.txt").string()), confidences, alignment);
+  for (const auto& row : LoadColumns((folder / "frames.csv").string(), {"timestamp", "confidence"}))
+    confidences.emplace_back(row[0], row[1]);
+  return CompareHypotheses(groundtruth, LoadScoredPoses((folder / "candidates.txt").string()),
+                           confidences, alignment);
 }
 
 void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
@@ -138,7 +161,8 @@ void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
   std::vector<RelocalizationErrors> curves;
   for (const std::string& path : o.poses) {
     const auto poses = LoadTrajectory(path);
-    curves.push_back(CompareRelocalization(groundtruth, poses, FrameTimes(o, path, poses), alignment));
+    curves.push_back(
+        CompareRelocalization(groundtruth, poses, FrameTimes(o, path, poses), alignment));
     curves.back().name = CurveName(path);
   }
   for (const std::string& path : o.errors) {
@@ -146,17 +170,20 @@ void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
     curves.back().name = CurveName(path);
   }
   for (const RelocalizationErrors& curve : curves) PrintRelocalization(curve);
-  if (!o.hypotheses.empty()) SaveHypothesisErrors(o.hypotheses, HypothesesBeside(o.poses.front(), groundtruth, alignment));
+  if (!o.hypotheses.empty())
+    SaveHypothesisErrors(o.hypotheses, HypothesesBeside(o.poses.front(), groundtruth, alignment));
   if (!o.plot.empty()) SaveRecallPlot(o.plot, curves, "Frames localized within a distance");
 }
 
 void PrintReliability(const std::string& name, const Reliability& reliability) {
-  fmt::print("{}: {} hypotheses, calibration error {:.3f}, Brier score {:.3f}\n", name, reliability.count, reliability.calibration_error, reliability.brier);
+  fmt::print("{}: {} hypotheses, calibration error {:.3f}, Brier score {:.3f}\n", name,
+             reliability.count, reliability.calibration_error, reliability.brier);
   fmt::print("  {:>10} {:>8} {:>16} {:>10}\n", "confidence", "frames", "mean confidence", "right");
   for (size_t i = 0; i < reliability.bins.size(); ++i) {
     const ReliabilityBin& bin = reliability.bins[i];
     if (bin.count > 0)
-      fmt::print("  {:>5.1f}-{:<4.1f} {:>8} {:>16.3f} {:>8.1f} %\n", static_cast<double>(i) / 10, static_cast<double>(i + 1) / 10, bin.count, bin.mean_confidence,
+      fmt::print("  {:>5.1f}-{:<4.1f} {:>8} {:>16.3f} {:>8.1f} %\n", static_cast<double>(i) / 10,
+                 static_cast<double>(i + 1) / 10, bin.count, bin.mean_confidence,
                  100 * bin.share_right);
   }
 }
@@ -167,7 +194,9 @@ void EvaluateReliabilityCommand(const EvaluateOptions& o) {
     curves.push_back({CurveName(path), SummarizeReliability(LoadHypothesisErrors(path))});
     PrintReliability(curves.back().name, curves.back().reliability);
   }
-  if (!o.plot.empty()) SaveReliabilityPlot(o.plot, curves, "How often a pose is right that is given with a confidence");
+  if (!o.plot.empty())
+    SaveReliabilityPlot(o.plot, curves,
+                        "How often a pose is right that is given with a confidence");
 }
 
 void EvaluateStatesCommand(const EvaluateOptions& o) {
@@ -176,7 +205,8 @@ void EvaluateStatesCommand(const EvaluateOptions& o) {
     rows.push_back(LoadStates((fs::path(path) / "frames.csv").string()));
     rows.back().name = fs::absolute(path).lexically_normal().filename().string();
     fmt::print("{}:", rows.back().name);
-    for (const char* state : {"tracking", "relocalized", "objects", "filled", "initializing", "lost"})
+    for (const char* state :
+         {"tracking", "relocalized", "objects", "filled", "initializing", "lost"})
       fmt::print(" {} {}", state, std::ranges::count(rows.back().states, state));
     fmt::print("\n");
   }
@@ -186,10 +216,10 @@ void EvaluateStatesCommand(const EvaluateOptions& o) {
 void EvaluateObjectsCommand(const EvaluateOptions& o) {
   const auto mapped = LoadObjects(o.objects), truth = LoadTrueObjects(o.truth);
   const ObjectReport report = EvaluateObjects(mapped, truth, AlignMap(o));
-  fmt::print("{} mapped, {} true, {} matched: recall {:.3f}, precision {:.3f}\n", mapped.size(), truth.size(), report.matches.size(), report.recall,
-             report.precision);
-  fmt::print("median centre error {:.3f} of the longest half axis, median size error {:.1f} %\n", report.median_centre,
-             100 * (std::exp(report.median_log_size) - 1));
+  fmt::print("{} mapped, {} true, {} matched: recall {:.3f}, precision {:.3f}\n", mapped.size(),
+             truth.size(), report.matches.size(), report.recall, report.precision);
+  fmt::print("median centre error {:.3f} of the longest half axis, median size error {:.1f} %\n",
+             report.median_centre, 100 * (std::exp(report.median_log_size) - 1));
   std::vector<bool> found(truth.size()), right(mapped.size());
   for (const ObjectMatch& match : report.matches) found[match.truth] = right[match.mapped] = true;
   for (size_t i = 0; i < truth.size(); ++i)
@@ -206,31 +236,55 @@ void AddEvaluateCommand(CLI::App& app) {
   CLI::App* evaluate = app.add_subcommand("evaluate", "Compare results with ground truth");
   evaluate->require_subcommand(1);
 
-  CLI::App* trajectory = evaluate->add_subcommand("trajectory", "Absolute and relative error of a trajectory (TUM format)");
+  CLI::App* trajectory = evaluate->add_subcommand(
+      "trajectory", "Absolute and relative error of a trajectory (TUM format)");
   trajectory->add_option("estimate", o.estimate, "Trajectory")->required();
   trajectory->add_option("groundtruth", o.groundtruth, "Ground truth")->required();
   trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
-  auto* plot_errors = trajectory->add_option("--plot-errors", o.plot_errors, "Draw the error of each position over time into this SVG");
-  trajectory->add_option("--compare", o.compare, "Another trajectory for --plot-errors; may be repeated")->expected(1)->take_all()->needs(plot_errors);
+  auto* plot_errors = trajectory->add_option(
+      "--plot-errors", o.plot_errors, "Draw the error of each position over time into this SVG");
+  trajectory
+      ->add_option("--compare", o.compare, "Another trajectory for --plot-errors; may be repeated")
+      ->expected(1)
+      ->take_all()
+      ->needs(plot_errors);
   trajectory->callback([options] { EvaluateTrajectoryCommand(*options); });
 
-  CLI::App* relocalization = evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");
-  relocalization->add_option("--poses", o.poses, "poses.txt of localize; repeat it to compare")->expected(1)->take_all()->required();
-  relocalization->add_option("--errors", o.errors, "Errors of another system: frame,position_error_m,rotation_error_deg")->expected(1)->take_all();
+  CLI::App* relocalization =
+      evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");
+  relocalization->add_option("--poses", o.poses, "poses.txt of localize; repeat it to compare")
+      ->expected(1)
+      ->take_all()
+      ->required();
+  relocalization
+      ->add_option("--errors", o.errors,
+                   "Errors of another system: frame,position_error_m,rotation_error_deg")
+      ->expected(1)
+      ->take_all();
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
-                             "Ground truth of the mapping run, where it is another sequence than the query's; default: --groundtruth");
-  relocalization->add_option("--frames", o.frames, "All frames asked about (frames.csv or a list with time stamps); default: frames.csv beside the poses");
+                             "Ground truth of the mapping run, where it is another sequence than "
+                             "the query's; default: --groundtruth");
+  relocalization->add_option("--frames", o.frames,
+                             "All frames asked about (frames.csv or a list with time stamps); "
+                             "default: frames.csv beside the poses");
   relocalization->add_option("--hypotheses", o.hypotheses,
-                             "Write confidence and error of each frame's best hypothesis into this CSV, for `evaluate reliability` (of the first --poses)");
-  relocalization->add_option("--plot", o.plot, "Draw the share of frames against the error into this SVG");
+                             "Write confidence and error of each frame's best hypothesis into this "
+                             "CSV, for `evaluate reliability` (of the first --poses)");
+  relocalization->add_option("--plot", o.plot,
+                             "Draw the share of frames against the error into this SVG");
   relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });
 
-  CLI::App* reliability = evaluate->add_subcommand("reliability", "How often poses are right that are given with a confidence");
-  reliability->add_option("hypotheses", o.hypothesis_files, "Files that `evaluate relocalization --hypotheses` wrote")->required();
+  CLI::App* reliability = evaluate->add_subcommand(
+      "reliability", "How often poses are right that are given with a confidence");
+  reliability
+      ->add_option("hypotheses", o.hypothesis_files,
+                   "Files that `evaluate relocalization --hypotheses` wrote")
+      ->required();
   reliability->add_option("--plot", o.plot, "Draw the reliability diagram into this SVG");
   reliability->callback([options] { EvaluateReliabilityCommand(*options); });
 
-  CLI::App* states = evaluate->add_subcommand("states", "What became of each frame of one or more runs");
+  CLI::App* states =
+      evaluate->add_subcommand("states", "What became of each frame of one or more runs");
   states->add_option("runs", o.runs, "Output folders of `oaslam run`")->required();
   states->add_option("--plot", o.plot, "Draw the states over time into this SVG");
   states->callback([options] { EvaluateStatesCommand(*options); });
@@ -242,11 +296,15 @@ void AddEvaluateCommand(CLI::App& app) {
 
   for (CLI::App* command : {relocalization, objects}) {
     command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
-    command->add_option("--map-trajectory", o.map_trajectory, "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth")
+    command
+        ->add_option(
+            "--map-trajectory", o.map_trajectory,
+            "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth")
         ->required();
   }
   for (CLI::App* command : {trajectory, relocalization, objects}) AddAlign(*command, o);
-  for (CLI::App* command : {trajectory, relocalization, reliability, states, objects}) AddQuietOption(*command, o.common);
+  for (CLI::App* command : {trajectory, relocalization, reliability, states, objects})
+    AddQuietOption(*command, o.common);
 }
 
 }  // namespace oaslam::apps

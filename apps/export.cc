@@ -18,7 +18,9 @@ struct ExportOptions {
   int piece = 0;
 };
 
-bool IsFolderFormat(const std::string& format) { return format == "colmap" || format == "nerfstudio"; }
+bool IsFolderFormat(const std::string& format) {
+  return format == "colmap" || format == "nerfstudio";
+}
 
 // Readers tell a format by the extension.
 void CheckExtension(const ExportOptions& options) {
@@ -46,8 +48,9 @@ void Export(const ExportOptions& options) {
   if (IsFolderFormat(options.format)) {
     ImageSourceOptions range = FrameRange(options.common);
     range.color = true;
-    const KeyframeImages images =
-        options.images.empty() ? ImagesByTime(saved.map) : FindImages(saved.map, options.images, range, options.out);
+    const KeyframeImages images = options.images.empty()
+                                      ? ImagesByTime(saved.map)
+                                      : FindImages(saved.map, options.images, range, options.out);
     if (options.format == "colmap") ExportColmap(options.out, saved, images);
     if (options.format == "nerfstudio") ExportNerfstudio(options.out, saved, images);
   }
@@ -66,17 +69,19 @@ void AddExportCommand(CLI::App& app) {
   const auto options = std::make_shared<ExportOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  command->add_option("--format", options->format, "ply, obj, gltf, colmap, nerfstudio, tum or json")
+  command
+      ->add_option("--format", options->format, "ply, obj, gltf, colmap, nerfstudio, tum or json")
       ->required()
       ->check(CLI::IsMember({"ply", "obj", "gltf", "colmap", "nerfstudio", "tum", "json"}));
   command
       ->add_option("--out", options->out,
                    "file; a folder for colmap and nerfstudio. gltf: .gltf (text) or .glb (binary)")
       ->required();
-  command->add_option("--images", options->images,
-                      "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found by "
-                      "time; a video's frames are written "
-                      "to images/. Without: names are time stamps");
+  command->add_option(
+      "--images", options->images,
+      "colmap, nerfstudio: the images of the run (TUM folder, list file, folder, video), found by "
+      "time; a video's frames are written "
+      "to images/. Without: names are time stamps");
   command->add_flag("--ellipsoids", options->ellipsoids, "ply: the objects as meshes, too");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);

@@ -15,7 +15,8 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
   if (!sources.gravity.empty()) gravity_ = GravityTrack::Load(sources.gravity);
   detector_ = LoadDetector(sources.detector);
-  // Only a network gains from OpenCV's threads: to hand out the small images of a pyramid costs more than to scale them.
+  // Only a network gains from OpenCV's threads: to hand out the small images of a pyramid costs
+  // more than to scale them.
   if (!detector_) cv::setNumThreads(1);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
@@ -29,10 +30,14 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   ahead_ = NextReadable();
   if (!ahead_) throw InputError(fmt::format("{}: no readable image", sources.images));
   const bool is_auto = IsAutoCamera(sources.camera);
-  camera_ = sources.known_camera ? *sources.known_camera : LoadCamera(is_auto ? "fov:65" : sources.camera, ahead_->image.size());
+  camera_ = sources.known_camera
+                ? *sources.known_camera
+                : LoadCamera(is_auto ? "fov:65" : sources.camera, ahead_->image.size());
   if (sources.live && detector_)
-    background_ = std::make_unique<BackgroundDetector>([this](const cv::Mat& image) { return detector_->Detect(image); });
-  if (camera_.is_guess && !sources.known_camera && !is_auto) spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
+    background_ = std::make_unique<BackgroundDetector>(
+        [this](const cv::Mat& image) { return detector_->Detect(image); });
+  if (camera_.is_guess && !sources.known_camera && !is_auto)
+    spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
 }
 
 std::optional<InputImage> FrameInputs::NextReadable() {
@@ -42,7 +47,8 @@ std::optional<InputImage> FrameInputs::NextReadable() {
       continue;
     }
     if (last_timestamp_ && !(image->timestamp > *last_timestamp_)) {
-      spdlog::warn("image {} ({}): time stamp {:.6f} is not after {:.6f}, skipped", image->index, image->name, image->timestamp, *last_timestamp_);
+      spdlog::warn("image {} ({}): time stamp {:.6f} is not after {:.6f}, skipped", image->index,
+                   image->name, image->timestamp, *last_timestamp_);
       continue;
     }
     last_timestamp_ = image->timestamp;

@@ -20,17 +20,23 @@ struct ObjectSummary {
 void PrintCameras(const Map& map) {
   for (size_t i = 0; i < map.cameras.size(); ++i) {
     const Camera& c = map.cameras[i];
-    fmt::print("camera {}     {}{} x {}, {}{}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}{}\n", i, c.name.empty() ? "" : c.name + ", ", c.width, c.height,
-               c.model == LensModel::kFisheye ? "fisheye" : "pinhole", c.HasDistortion() ? " with distortion" : "", c.fx, c.fy, c.cx, c.cy,
+    fmt::print("camera {}     {}{} x {}, {}{}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}{}\n", i,
+               c.name.empty() ? "" : c.name + ", ", c.width, c.height,
+               c.model == LensModel::kFisheye ? "fisheye" : "pinhole",
+               c.HasDistortion() ? " with distortion" : "", c.fx, c.fy, c.cx, c.cy,
                c.is_guess ? " (a guess)" : "");
   }
 }
 
 void PrintPoints(const Map& map) {
   size_t observations = 0, keypoints = 0;
-  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) { observations += landmark.observations.size(); });
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { keypoints += keyframe.features->keypoints.size(); });
-  fmt::print("keyframes    {} ({} key points), {} retired\n", map.keyframes.size(), keypoints, map.retired.size());
+  map.landmarks.ForEach(
+      [&](LandmarkId, const Landmark& landmark) { observations += landmark.observations.size(); });
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    keypoints += keyframe.features->keypoints.size();
+  });
+  fmt::print("keyframes    {} ({} key points), {} retired\n", map.keyframes.size(), keypoints,
+             map.retired.size());
   fmt::print("landmarks    {}, {} observations\n", map.landmarks.size(), observations);
   if (!map.anchors.empty()) fmt::print("anchors      {}\n", map.anchors.size());
 }
@@ -43,7 +49,8 @@ void PrintTimes(const SavedMap& saved) {
     last = any ? std::max(last, t) : t;
     any = true;
   };
-  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { add(keyframe.timestamp); });
+  saved.map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& keyframe) { add(keyframe.timestamp); });
   for (const FramePose& pose : saved.trajectory) add(pose.timestamp);
   fmt::print("trajectory   {} frames\n", saved.trajectory.size());
   if (any) fmt::print("time         {:.3f} s to {:.3f} s ({:.1f} s)\n", first, last, last - first);
@@ -63,31 +70,39 @@ void PrintObjects(const SavedMap& saved) {
     ++summary.mapped;
     summary.sizes.push_back(2 * object.ellipsoid.half_axes.maxCoeff());
   });
-  fmt::print("objects      {} mapped, {} candidates, {} observations\n", mapped, saved.map.objects.size() - mapped, observations);
+  fmt::print("objects      {} mapped, {} candidates, {} observations\n", mapped,
+             saved.map.objects.size() - mapped, observations);
   for (auto& [category, summary] : classes) {
     std::ranges::sort(summary.sizes);
     fmt::print("  {:<16} {}", NameOf(saved.class_names, category), summary.mapped);
     if (summary.candidates > 0) fmt::print(" + {} candidates", summary.candidates);
-    for (size_t i = 0; i < summary.sizes.size(); ++i) fmt::print("{}{:.3g}", i == 0 ? ", diameter " : " ", summary.sizes[i]);
+    for (size_t i = 0; i < summary.sizes.size(); ++i)
+      fmt::print("{}{:.3g}", i == 0 ? ", diameter " : " ", summary.sizes[i]);
     fmt::print("\n");
   }
 }
 
 void PrintInfo(const std::string& path) {
   const SavedMap saved = LoadMap(path);
-  fmt::print("file         {}, {:.2f} MB\n", path, static_cast<double>(std::filesystem::file_size(path)) / 1e6);
+  fmt::print("file         {}, {:.2f} MB\n", path,
+             static_cast<double>(std::filesystem::file_size(path)) / 1e6);
   fmt::print("integrity    ok (checksum and invariants verified)\n");
   PrintCameras(saved.map);
   PrintPoints(saved.map);
   PrintTimes(saved);
   PrintObjects(saved);
   for (size_t i = 0; i < saved.pieces.size(); ++i)
-    fmt::print("piece {}      {} keyframes, {} landmarks, {} frames: not joined with the map, in a frame and unit of its own\n", i + 1,
-               saved.pieces[i].map.keyframes.size(), saved.pieces[i].map.landmarks.size(), saved.pieces[i].trajectory.size());
+    fmt::print(
+        "piece {}      {} keyframes, {} landmarks, {} frames: not joined with the map, in a frame "
+        "and unit of its own\n",
+        i + 1, saved.pieces[i].map.keyframes.size(), saved.pieces[i].map.landmarks.size(),
+        saved.pieces[i].trajectory.size());
   fmt::print("unit         {}\n", saved.map.is_metric ? "metre" : "arbitrary");
   if (const auto& up = saved.map.up)
     fmt::print("up           {:.4f} {:.4f} {:.4f} ({})\n", up->x(), up->y(), up->z(),
-               saved.map.up_keyframes > 0 ? fmt::format("gravity measured in {} keyframes", saved.map.up_keyframes) : "from how the cameras were held");
+               saved.map.up_keyframes > 0
+                   ? fmt::format("gravity measured in {} keyframes", saved.map.up_keyframes)
+                   : "from how the cameras were held");
 }
 
 }  // namespace

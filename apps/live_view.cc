@@ -23,19 +23,24 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
   auto* viewer = app.add_option_function<std::vector<std::string>>(
       "--viewer",
       [&settings](const std::vector<std::string>& given) {
-        const std::optional<double> port =
-            given.empty() || given[0].empty() || given[0] == "{}" ? kViewerPort : ParseNumber(given[0]);
+        const std::optional<double> port = given.empty() || given[0].empty() || given[0] == "{}"
+                                               ? kViewerPort
+                                               : ParseNumber(given[0]);
         if (!port || *port < 0 || *port > 65535 || *port != std::floor(*port))
           throw InputError(fmt::format("--viewer {}: allowed: a port from 0 to 65535", given[0]));
         settings.port = static_cast<int>(*port);
       },
-      fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free", kViewerPort));
+      fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free",
+                  kViewerPort));
   viewer->type_name("[PORT]")->expected(0, 1);
-  app.add_option("--bind", settings.bind,
-                 "address the page is served at; 0.0.0.0: open to other machines, which may look only")
+  app.add_option(
+         "--bind", settings.bind,
+         "address the page is served at; 0.0.0.0: open to other machines, which may look only")
       ->type_name("ADDR");
-  app.add_flag("--viewer-stay", settings.stay, "go on serving the finished map until Ctrl-C")->needs(viewer);
-  app.add_flag("--viewer-paused", settings.paused, "wait for a viewer to start the run")->needs(viewer);
+  app.add_flag("--viewer-stay", settings.stay, "go on serving the finished map until Ctrl-C")
+      ->needs(viewer);
+  app.add_flag("--viewer-paused", settings.paused, "wait for a viewer to start the run")
+      ->needs(viewer);
 }
 
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
@@ -52,7 +57,8 @@ std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& ground
 }
 
 LiveView::LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
-                   const std::vector<StampedPose>& groundtruth, std::shared_ptr<const ModelLibrary> models, bool quiet)
+                   const std::vector<StampedPose>& groundtruth,
+                   std::shared_ptr<const ModelLibrary> models, bool quiet)
     : settings_(settings) {
   if (!settings.port) return;
   ViewerOptions options{.address = settings.bind,
@@ -67,7 +73,8 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
       return AlignGroundtruth(groundtruth, trajectory);
     };
   viewer_ = std::make_unique<Viewer>(std::move(options));
-  status_ = {.live = true, .paused = settings.paused, .mapping = true, .dropped = 0, .title = title};
+  status_ = {
+      .live = true, .paused = settings.paused, .mapping = true, .dropped = 0, .title = title};
   ShowStatus();
   if (!quiet) spdlog::info("viewer: {}", viewer_->url());
 }
@@ -78,7 +85,8 @@ void LiveView::ShowStatus() {
   shown_ = status_;
 }
 
-void LiveView::CarryOut(const ViewerCommand& command, Slam& slam, const std::function<void()>& reset) {
+void LiveView::CarryOut(const ViewerCommand& command, Slam& slam,
+                        const std::function<void()>& reset) {
   using Kind = ViewerCommand::Kind;
   switch (command.kind) {
     case Kind::kPause:
@@ -110,7 +118,8 @@ void LiveView::CarryOut(const ViewerCommand& command, Slam& slam, const std::fun
       Tell(slam, command.anchor, slam.EditAnchor(command.anchor, command.edit));
       break;
     case Kind::kRemoveAnchor:
-      Tell(slam, command.anchor, slam.RemoveAnchor(command.anchor) ? "" : "there is none of this name");
+      Tell(slam, command.anchor,
+           slam.RemoveAnchor(command.anchor) ? "" : "there is none of this name");
       break;
   }
 }
@@ -120,7 +129,8 @@ void LiveView::Tell(const Slam& slam, const std::string& anchor, const std::stri
   if (problem.empty())
     viewer_->UpdateMap(slam.View().map);
   else
-    viewer_->ShowEvent(frame_, "anchor", anchor.empty() ? problem : fmt::format("{}: {}", anchor, problem));
+    viewer_->ShowEvent(frame_, "anchor",
+                       anchor.empty() ? problem : fmt::format("{}: {}", anchor, problem));
 }
 
 double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {
@@ -128,7 +138,8 @@ double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {
   const auto start = std::chrono::steady_clock::now();
   int wait_ms = 0;
   do {
-    for (const ViewerCommand& command : viewer_->TakeCommands(wait_ms)) CarryOut(command, slam, reset);
+    for (const ViewerCommand& command : viewer_->TakeCommands(wait_ms))
+      CarryOut(command, slam, reset);
     ShowStatus();
     wait_ms = kWaitMs;
   } while (status_.paused && steps_ == 0 && !Interrupted());
@@ -137,7 +148,8 @@ double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped) {
+void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingResult& result,
+                    int dropped) {
   if (!viewer_) return;
   frame_ = result.frame;
   FrameRecord record;
@@ -168,7 +180,8 @@ void LiveView::Finish(const SavedMap& saved, bool interrupted) {
     spdlog::info("finished; the viewer stays at {} until Ctrl-C", viewer_->url());
     while (!Interrupted())
       for (const ViewerCommand& command : viewer_->TakeCommands(kWaitMs))
-        if (command.IsOfAnchors()) viewer_->ShowEvent(frame_, "anchor", "the run is over: open its map with oaslam view");
+        if (command.IsOfAnchors())
+          viewer_->ShowEvent(frame_, "anchor", "the run is over: open its map with oaslam view");
   }
   viewer_->Shutdown();
 }

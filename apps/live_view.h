@@ -34,11 +34,12 @@ class LiveView {
  public:
   // `models`: virtual content that viewers may place.
   LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,
-           const std::vector<StampedPose>& groundtruth, std::shared_ptr<const ModelLibrary> models, bool quiet);
+           const std::vector<StampedPose>& groundtruth, std::shared_ptr<const ModelLibrary> models,
+           bool quiet);
 
   bool IsOpen() const { return viewer_ != nullptr; }
-  // Carries out what viewers asked for since the last image, `reset` where they want a new map; waits while they hold
-  // the run. Returns the seconds it waited.
+  // Carries out what viewers asked for since the last image, `reset` where they want a new map;
+  // waits while they hold the run. Returns the seconds it waited.
   double Obey(Slam& slam, const std::function<void()>& reset);
   void Show(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped);
   // The finished map; serves on until Ctrl-C where that was asked for.

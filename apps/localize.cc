@@ -37,16 +37,20 @@ struct LocalizeOptions {
 // poses.txt, candidates.txt, frames.csv (docs/formats.md).
 class LocalizeResults {
  public:
-  explicit LocalizeResults(const std::string& folder) : folder_(folder), frames_(folder + "/frames.csv") {
+  explicit LocalizeResults(const std::string& folder)
+      : folder_(folder), frames_(folder + "/frames.csv") {
     if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
-    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms,object_score,object_margin,focal_length\n";
+    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
+               "features,ms,object_score,object_margin,focal_length\n";
   }
 
   void Add(int index, double timestamp, const RelocalizationResult& r) {
-    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n", index, timestamp, ToString(r.evidence), r.confidence,
-                           r.inlier_points, r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score, r.object_margin,
-                           r.camera ? r.camera->fx : focal_length_);
-    for (const auto& c : r.candidates) candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
+    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
+                           index, timestamp, ToString(r.evidence), r.confidence, r.inlier_points,
+                           r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score,
+                           r.object_margin, r.camera ? r.camera->fx : focal_length_);
+    for (const auto& c : r.candidates)
+      candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
     if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
     ++count_;
     ++by_evidence_[static_cast<size_t>(r.evidence)];
@@ -61,12 +65,19 @@ class LocalizeResults {
     SavePresence(saved);
     SaveTrajectory(folder_ + "/poses.txt", poses_);
     SaveScoredPoses(folder_ + "/candidates.txt", candidates_);
-    SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map, .trajectory = {}, .groundtruth = {}, .localized = poses_, .names = saved.class_names,
+    SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map,
+                                      .trajectory = {},
+                                      .groundtruth = {},
+                                      .localized = poses_,
+                                      .names = saved.class_names,
                                       .title = "oaslam localize"});
     if (quiet) return;
-    fmt::print("{} of {} images localized ({} by points, {} by points from objects, {} by objects alone); results in {}\n", poses_.size(), count_,
-               by_evidence_[static_cast<size_t>(PoseEvidence::kPoints)], by_evidence_[static_cast<size_t>(PoseEvidence::kPointsAndObjects)],
-               by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], folder_);
+    fmt::print(
+        "{} of {} images localized ({} by points, {} by points from objects, {} by objects alone); "
+        "results in {}\n",
+        poses_.size(), count_, by_evidence_[static_cast<size_t>(PoseEvidence::kPoints)],
+        by_evidence_[static_cast<size_t>(PoseEvidence::kPointsAndObjects)],
+        by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], folder_);
   }
 
  private:
@@ -74,8 +85,17 @@ class LocalizeResults {
     nlohmann::ordered_json objects = nlohmann::ordered_json::array();
     for (const ObjectPresence& p : presence_) {
       const std::string category = NameOf(saved.class_names, p.category_id);
-      objects.push_back({{"id", p.id}, {"category_id", p.category_id}, {"category", category}, {"expected", p.expected}, {"seen", p.seen}, {"missing", p.is_missing}});
-      if (p.is_missing) spdlog::warn("object {} ({}): moved or gone, seen in its place in {} of {} images that should show it", p.id, category, p.seen, p.expected);
+      objects.push_back({{"id", p.id},
+                         {"category_id", p.category_id},
+                         {"category", category},
+                         {"expected", p.expected},
+                         {"seen", p.seen},
+                         {"missing", p.is_missing}});
+      if (p.is_missing)
+        spdlog::warn(
+            "object {} ({}): moved or gone, seen in its place in {} of {} images that should show "
+            "it",
+            p.id, category, p.seen, p.expected);
     }
     WriteTextFile(folder_ + "/presence.json", JsonText(objects, 1) + "\n");
   }
@@ -121,7 +141,8 @@ FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::option
           .known_camera = known};
 }
 
-// The camera of a source whose images are of one camera: of those found in the map first, the one with the most points.
+// The camera of a source whose images are of one camera: of those found in the map first, the one
+// with the most points.
 std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
   constexpr int kEnough = 5, kMaxImages = 200;
   FrameInputs inputs(SourcesOf(options, std::nullopt), options.common);
@@ -132,23 +153,32 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamCo
   for (int i = 0; i < kMaxImages && found < kEnough && !Interrupted(); ++i) {
     const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
-    RelocalizationResult r = slam.RelocalizeWithUnknownCamera(frame->input, RelocalizationModeOf(options.relocalization));
+    RelocalizationResult r = slam.RelocalizeWithUnknownCamera(
+        frame->input, RelocalizationModeOf(options.relocalization));
     if (!r.camera) continue;
     ++found;
     if (!best.camera || r.inlier_points > best.inlier_points) best = std::move(r);
   }
   if (!best.camera) {
-    spdlog::warn("camera: none of the first images is found in the map, whatever the focal length; goes on with a guess: {:.1f} px", inputs.camera().fx);
+    spdlog::warn(
+        "camera: none of the first images is found in the map, whatever the focal length; goes on "
+        "with a guess: {:.1f} px",
+        inputs.camera().fx);
     return inputs.camera();
   }
   const bool is_of_map = best.focal_sigma_px <= 0;
-  spdlog::info("camera: focal length {:.1f} px, {}", best.camera->fx, is_of_map ? "that of the map's camera" : "found by the map");
+  spdlog::info("camera: focal length {:.1f} px, {}", best.camera->fx,
+               is_of_map ? "that of the map's camera" : "found by the map");
   return best.camera;
 }
 
-void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
+void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
+                    LocalizeResults& results) {
   const bool is_auto = IsAutoCamera(options.camera);
-  FrameInputs inputs(SourcesOf(options, is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt), options.common);
+  FrameInputs inputs(
+      SourcesOf(options,
+                is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt),
+      options.common);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
   slam.Load(options.map, options.piece);
@@ -156,7 +186,8 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   UseClassFile(options.common, slam);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
-  Recording recording(options.recording, LoadModels(options.models, options.recording.IsAskedFor()), slam, inputs.camera());
+  Recording recording(options.recording, LoadModels(options.models, options.recording.IsAskedFor()),
+                      slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
   std::exception_ptr failure;
@@ -164,7 +195,8 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
     while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
       RelocalizationResult result;
       if (options.every_frame) {
-        result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode, frame->input.gravity_in_cam)
+        result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode,
+                                                            frame->input.gravity_in_cam)
                          : slam.Relocalize(frame->input, mode);
         recording.Add(*frame, result);
       } else {
@@ -185,14 +217,21 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config, Lo
   if (failure) std::rethrow_exception(failure);
 }
 
-void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config, LocalizeResults& results) {
-  if (options.detections.empty()) throw InputError("localize: neither --images nor --detections given");
+void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config,
+                        LocalizeResults& results) {
+  if (options.detections.empty())
+    throw InputError("localize: neither --images nor --detections given");
   if (options.relocalization != "objects")
-    throw InputError(fmt::format("localize: --relocalization {} needs --images; without, only objects", options.relocalization));
-  if (IsAutoCamera(options.camera)) throw InputError("localize: --camera auto needs --images; give a calibration");
+    throw InputError(
+        fmt::format("localize: --relocalization {} needs --images; without, only objects",
+                    options.relocalization));
+  if (IsAutoCamera(options.camera))
+    throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
-  const auto images = SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
-  GravityTrack gravity = options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
+  const auto images =
+      SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  GravityTrack gravity =
+      options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Slam slam(config, camera);
   slam.Load(options.map, options.piece);
   UseClassFile(options.common, slam);
@@ -200,7 +239,8 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   int done = 0;
   for (const TimedDetections& image : images) {
     if (Interrupted()) break;
-    const RelocalizationResult result = slam.RelocalizeByObjects(image.detections, gravity.At(image.timestamp));
+    const RelocalizationResult result =
+        slam.RelocalizeByObjects(image.detections, gravity.At(image.timestamp));
     results.Add(image.index, image.timestamp, result);
     progress.Update(++done, ToString(result.evidence));
   }
@@ -210,7 +250,8 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
 }
 
 int Localize(const LocalizeOptions& options) {
-  if (options.recording.IsAskedFor() && options.images.empty()) throw InputError("localize: --record needs --images");
+  if (options.recording.IsAskedFor() && options.images.empty())
+    throw InputError("localize: --record needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadPiece(options.map, options.piece);
   EnsureOutputFolder(options.out);
@@ -218,8 +259,10 @@ int Localize(const LocalizeOptions& options) {
   InstallInterruptHandler();
   std::exception_ptr failure;
   try {
-    if (options.images.empty()) LocalizeDetections(options, config, results);
-    else LocalizeImages(options, config, results);
+    if (options.images.empty())
+      LocalizeDetections(options, config, results);
+    else
+      LocalizeImages(options, config, results);
   } catch (const std::exception&) {
     failure = std::current_exception();
   }
@@ -231,19 +274,29 @@ int Localize(const LocalizeOptions& options) {
 }  // namespace
 
 void AddLocalizeCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("localize", "Find images in a saved map, which stays as it is");
+  auto* command =
+      app.add_subcommand("localize", "Find images in a saved map, which stays as it is");
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
-  command->add_option("--camera", options->camera, "calibration file, fov:DEGREES for a guess, or auto (default): that of the map, or found by its points");
-  auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
+  command->add_option(
+      "--images", options->images,
+      "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
+  command->add_option("--camera", options->camera,
+                      "calibration file, fov:DEGREES for a guess, or auto (default): that of the "
+                      "map, or found by its points");
+  auto* detections =
+      command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();
-  command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
+  command
+      ->add_option("--relocalization", options->relocalization,
+                   "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
-  command->add_flag("--every-frame", options->every_frame, "find each image by itself instead of following the camera");
-  command->add_option("--gravity", options->gravity, "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
+  command->add_flag("--every-frame", options->every_frame,
+                    "find each image by itself instead of following the camera");
+  command->add_option("--gravity", options->gravity,
+                      "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   auto* record = AddRecordingOptions(*command, options->recording);
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);

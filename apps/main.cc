@@ -15,9 +15,12 @@ void InstallLogger() {
   spdlog::set_pattern("%^%l%$: %v");
   oaslam::SetLogSink([](oaslam::LogLevel level, const std::string& message) {
     switch (level) {
-      case oaslam::LogLevel::kDebug: return spdlog::debug(message);
-      case oaslam::LogLevel::kInfo: return spdlog::info(message);
-      case oaslam::LogLevel::kWarning: return spdlog::warn(message);
+      case oaslam::LogLevel::kDebug:
+        return spdlog::debug(message);
+      case oaslam::LogLevel::kInfo:
+        return spdlog::info(message);
+      case oaslam::LogLevel::kWarning:
+        return spdlog::warn(message);
     }
   });
 }

@@ -52,29 +52,31 @@ std::vector<PosedDetections> PoseDetections(const Options& options, const Camera
   for (const TimedDetections& image : images) {
     const StampedPose* pose = NearestPose(poses, image.timestamp);
     if (!pose) continue;
-    frames.push_back(
-        {image.index, image.timestamp, pose->world_from_cam.Inverse(), IdealDetections(camera, image.detections)});
+    frames.push_back({image.index, image.timestamp, pose->world_from_cam.Inverse(),
+                      IdealDetections(camera, image.detections)});
   }
   if (frames.empty())
-    throw InputError(fmt::format("{}: none of its poses is within {} s of an image of {}", options.trajectory,
-                                 kMaxTimeDifference, options.detections));
+    throw InputError(fmt::format("{}: none of its poses is within {} s of an image of {}",
+                                 options.trajectory, kMaxTimeDifference, options.detections));
   if (frames.size() < images.size())
-    spdlog::warn("{} of {} images have no pose within {} s: skipped", images.size() - frames.size(), images.size(),
-                 kMaxTimeDifference);
+    spdlog::warn("{} of {} images have no pose within {} s: skipped", images.size() - frames.size(),
+                 images.size(), kMaxTimeDifference);
   return frames;
 }
 
-void WriteResults(const Options& options, const KnownPoseMap& result, const ClassNames& names, size_t frames,
-                  const Stopwatch& watch) {
+void WriteResults(const Options& options, const KnownPoseMap& result, const ClassNames& names,
+                  size_t frames, const Stopwatch& watch) {
   const std::filesystem::path out(options.out);
   SavedMap saved{result.map, {}, names};
   std::vector<StampedPose> trajectory;
   int objects = 0;
   result.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     trajectory.push_back({keyframe.timestamp, keyframe.cam_from_world.Inverse()});
-    saved.trajectory.push_back({keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
+    saved.trajectory.push_back(
+        {keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
   });
-  result.map.objects.ForEach([&](ObjectId, const Object& object) { objects += object.state == ObjectState::kMapped; });
+  result.map.objects.ForEach(
+      [&](ObjectId, const Object& object) { objects += object.state == ObjectState::kMapped; });
   SaveTrajectory((out / "trajectory.txt").string(), trajectory);
   SaveTrajectory((out / "keyframes.txt").string(), trajectory);
   SaveObjectsJson((out / "objects.json").string(), result.map, names);
@@ -101,7 +103,8 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
                                           {"mean_iou", result.mean_iou}};
   WriteTextFile((out / "summary.json").string(), JsonText(summary, 2) + "\n");
   if (!options.common.quiet)
-    fmt::print("{} objects from {} images, mean IoU {:.3f}, in {:.1f} s\n", objects, frames, result.mean_iou, wall_s);
+    fmt::print("{} objects from {} images, mean IoU {:.3f}, in {:.1f} s\n", objects, frames,
+               result.mean_iou, wall_s);
 }
 
 void MapObjects(const Options& options) {
@@ -112,8 +115,9 @@ void MapObjects(const Options& options) {
   const std::vector<PosedDetections> frames = PoseDetections(options, camera);
   EnsureOutputFolder(options.out);
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
-  const KnownPoseMap result = MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,
-                                                       [&](int done) { progress.Update(done, "mapping objects"); });
+  const KnownPoseMap result =
+      MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,
+                               [&](int done) { progress.Update(done, "mapping objects"); });
   progress.Finish();
   WriteResults(options, result, classes.names, frames.size(), watch);
 }
@@ -122,13 +126,15 @@ void MapObjects(const Options& options) {
 
 void AddMapObjectsCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("map-objects", "Map objects from poses that are already known (ARKit, COLMAP, another SLAM)");
+  CLI::App* command = app.add_subcommand(
+      "map-objects", "Map objects from poses that are already known (ARKit, COLMAP, another SLAM)");
   command->add_option("--trajectory", options->trajectory, "Poses, TUM format, camera to world")
       ->required()
       ->type_name("TUM")
       ->check(CLI::ExistingFile);
-  command->add_option("--camera", options->camera, "Calibration file")->required()->type_name("CAM");
+  command->add_option("--camera", options->camera, "Calibration file")
+      ->required()
+      ->type_name("CAM");
   command->add_option("--detections", options->detections, "Detections; names are time stamps")
       ->required()
       ->type_name("JSON")

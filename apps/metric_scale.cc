@@ -20,14 +20,18 @@ double ParseNumber(const std::string& option, const std::string& text, const std
 
 double ParseMetres(const std::string& option, const std::string& text) {
   const double metres = ParseNumber(option, text, "length");
-  if (metres < 1e-3 || metres > 1e4) throw InputError(fmt::format("{}: length {} m, allowed: 0.001 to 10000", option, text));
+  if (metres < 1e-3 || metres > 1e4)
+    throw InputError(fmt::format("{}: length {} m, allowed: 0.001 to 10000", option, text));
   return metres;
 }
 
 // "left=right"; throws without the "=".
-std::pair<std::string, std::string> SplitAtEquals(const std::string& option, const std::string& text, const std::string& form) {
+std::pair<std::string, std::string> SplitAtEquals(const std::string& option,
+                                                  const std::string& text,
+                                                  const std::string& form) {
   const size_t equals = text.rfind('=');
-  if (equals == std::string::npos) throw InputError(fmt::format("{} {}: expected {}", option, text, form));
+  if (equals == std::string::npos)
+    throw InputError(fmt::format("{} {}: expected {}", option, text, form));
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
@@ -36,7 +40,8 @@ int CategoryOf(const ClassNames& names, const std::string& name) {
   const auto nearest = std::ranges::min_element(names, {}, edits);
   if (nearest == names.end()) throw InputError("--scale-object: no classes are known");
   if (nearest->second == name) return nearest->first;
-  throw InputError(fmt::format("--scale-object: class \"{}\" is not known, the nearest is \"{}\"", name, nearest->second));
+  throw InputError(fmt::format("--scale-object: class \"{}\" is not known, the nearest is \"{}\"",
+                               name, nearest->second));
 }
 
 // Extent of an ellipsoid along a unit direction.
@@ -44,23 +49,31 @@ double ExtentAlong(const Ellipsoid& e, const Eigen::Vector3d& direction) {
   return 2 * e.half_axes.cwiseProduct(e.rotation.conjugate() * direction).norm();
 }
 
-Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double timestamp, const std::string& option) {
+Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double timestamp,
+                           const std::string& option) {
   constexpr double kMaxGap = 0.1;  // seconds
-  const auto nearest = std::ranges::min_element(trajectory, {}, [&](const StampedPose& p) { return std::abs(p.timestamp - timestamp); });
+  const auto nearest = std::ranges::min_element(
+      trajectory, {}, [&](const StampedPose& p) { return std::abs(p.timestamp - timestamp); });
   if (nearest == trajectory.end() || std::abs(nearest->timestamp - timestamp) > kMaxGap)
-    throw InputError(fmt::format("{}: no pose within {} s of time stamp {}", option, kMaxGap, timestamp));
+    throw InputError(
+        fmt::format("{}: no pose within {} s of time stamp {}", option, kMaxGap, timestamp));
   return nearest->world_from_cam.translation;
 }
 
 }  // namespace
 
 void AddScaleOptions(CLI::App& app, ScaleSettings& settings) {
-  auto* object = app.add_option("--scale-object", settings.object, "metric scale from mapped objects of known height: CLASS=HEIGHT_M, e.g. cup=0.095");
-  app.add_option("--scale-from", settings.from, "metric scale from --groundtruth (gt), or from the camera's distance between two time stamps: T1:T2=METRES")
+  auto* object = app.add_option(
+      "--scale-object", settings.object,
+      "metric scale from mapped objects of known height: CLASS=HEIGHT_M, e.g. cup=0.095");
+  app.add_option("--scale-from", settings.from,
+                 "metric scale from --groundtruth (gt), or from the camera's distance between two "
+                 "time stamps: T1:T2=METRES")
       ->excludes(object);
 }
 
-MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names, const std::vector<StampedPose>& groundtruth)
+MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
+                         const std::vector<StampedPose>& groundtruth)
     : groundtruth_(groundtruth) {
   if (!settings.object.empty()) {
     kind_ = Kind::kObject;
@@ -77,7 +90,8 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
     text_ = "--scale-from " + settings.from;
     const auto [times, metres] = SplitAtEquals("--scale-from", settings.from, "gt or T1:T2=METRES");
     const size_t colon = times.find(':');
-    if (colon == std::string::npos) throw InputError(fmt::format("{}: expected gt or T1:T2=METRES", text_));
+    if (colon == std::string::npos)
+      throw InputError(fmt::format("{}: expected gt or T1:T2=METRES", text_));
     from_s_ = ParseNumber(text_, times.substr(0, colon), "time stamp");
     to_s_ = ParseNumber(text_, times.substr(colon + 1), "time stamp");
     metres_ = ParseMetres(text_, metres);
@@ -85,10 +99,13 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
 }
 
 double MetricScale::FromObjects(const Map& map) const {
-  if (!map.up) throw InputError(text_ + ": the map's vertical is not known: the camera has turned too little about it");
+  if (!map.up)
+    throw InputError(
+        text_ + ": the map's vertical is not known: the camera has turned too little about it");
   std::vector<double> heights;
   map.objects.ForEach([&](ObjectId, const Object& object) {
-    if (object.state == ObjectState::kMapped && object.category_id == category_id_) heights.push_back(ExtentAlong(object.ellipsoid, *map.up));
+    if (object.state == ObjectState::kMapped && object.category_id == category_id_)
+      heights.push_back(ExtentAlong(object.ellipsoid, *map.up));
   });
   if (heights.empty()) throw InputError(text_ + ": no object of this class was mapped");
   std::ranges::sort(heights);
@@ -96,14 +113,16 @@ double MetricScale::FromObjects(const Map& map) const {
   return metres_ / ((heights[(n - 1) / 2] + heights[n / 2]) / 2);
 }
 
-double MetricScale::MetresPerUnit(const Map& map, const std::vector<StampedPose>& trajectory) const {
+double MetricScale::MetresPerUnit(const Map& map,
+                                  const std::vector<StampedPose>& trajectory) const {
   if (kind_ == Kind::kObject) return FromObjects(map);
   if (kind_ == Kind::kGroundtruth) {
     const TrajectoryReport report = EvaluateTrajectory(groundtruth_, trajectory, AlignMode::kSim3);
     if (!report.success) throw InputError(text_ + ": " + report.why_not);
     return report.reference_from_estimate.scale;
   }
-  const double units = (PositionAt(trajectory, to_s_, text_) - PositionAt(trajectory, from_s_, text_)).norm();
+  const double units =
+      (PositionAt(trajectory, to_s_, text_) - PositionAt(trajectory, from_s_, text_)).norm();
   if (units <= 0) throw InputError(text_ + ": the camera is at the same place at both time stamps");
   return metres_ / units;
 }

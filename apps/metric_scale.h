@@ -20,10 +20,12 @@ void AddScaleOptions(CLI::App& app, ScaleSettings& settings);
 class MetricScale {
  public:
   // Throws InputError for settings that no map can satisfy.
-  MetricScale(const ScaleSettings& settings, const ClassNames& names, const std::vector<StampedPose>& groundtruth);
+  MetricScale(const ScaleSettings& settings, const ClassNames& names,
+              const std::vector<StampedPose>& groundtruth);
 
   bool IsAskedFor() const { return kind_ != Kind::kNone; }
-  // Metres of one unit of the map. Throws InputError where the map or the trajectory lacks what it takes.
+  // Metres of one unit of the map. Throws InputError where the map or the trajectory lacks what it
+  // takes.
   double MetresPerUnit(const Map& map, const std::vector<StampedPose>& trajectory) const;
 
  private:
@@ -31,7 +33,7 @@ class MetricScale {
   double FromObjects(const Map& map) const;
 
   Kind kind_ = Kind::kNone;
-  std::string text_;      // as given, for messages
+  std::string text_;  // as given, for messages
   int category_id_ = 0;
   double metres_ = 0, from_s_ = 0, to_s_ = 0;
   std::vector<StampedPose> groundtruth_;

@@ -21,15 +21,20 @@ struct ObjectsOptions {
 ObjectId ParseId(const std::string& text, const Map& map, const std::string& option) {
   uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) throw InputError(fmt::format("{}: \"{}\" is not the id of an object", option, text));
+  if (error != std::errc() || end != text.data() + text.size())
+    throw InputError(fmt::format("{}: \"{}\" is not the id of an object", option, text));
   const Object* object = map.objects.Find(ObjectId(value));
-  if (!object || object->state != ObjectState::kMapped) throw InputError(fmt::format("{}: the map has no object {}; oaslam objects MAP lists them", option, value));
+  if (!object || object->state != ObjectState::kMapped)
+    throw InputError(
+        fmt::format("{}: the map has no object {}; oaslam objects MAP lists them", option, value));
   return ObjectId(value);
 }
 
-std::pair<std::string, std::string> Split(const std::string& text, char separator, const std::string& form) {
+std::pair<std::string, std::string> Split(const std::string& text, char separator,
+                                          const std::string& form) {
   const size_t at = text.find(separator);
-  if (at == std::string::npos || at == 0 || at + 1 == text.size()) throw InputError(fmt::format("{} is not of the form {}", text, form));
+  if (at == std::string::npos || at == 0 || at + 1 == text.size())
+    throw InputError(fmt::format("{} is not of the form {}", text, form));
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
@@ -42,20 +47,26 @@ void Edit(const ObjectsOptions& options, const ObjectsConfig& config, Map& map) 
     const auto [first, second] = Split(text, ',', "--merge ID,ID");
     const ObjectId a = ParseId(first, map, "--merge"), b = ParseId(second, map, "--merge");
     if (a == b) throw InputError(fmt::format("--merge {}: is one object", text));
-    if (!MergeObjects(map, a, b, config)) throw InputError(fmt::format("--merge {}: the objects are of two classes, or no ellipsoid explains the boxes of both", text));
+    if (!MergeObjects(map, a, b, config))
+      throw InputError(fmt::format(
+          "--merge {}: the objects are of two classes, or no ellipsoid explains the boxes of both",
+          text));
   }
   for (const std::string& text : options.erase) map.objects.Erase(ParseId(text, map, "--delete"));
 }
 
 void Print(const SavedMap& saved) {
   const char* unit = saved.map.is_metric ? "m" : "units of the map";
-  fmt::print("{:>4}  {:<16} {:<16} {:<26} {:<22} {:>6} {:>5}\n", "id", "name", "class", "center", "size", "boxes", "IoU");
+  fmt::print("{:>4}  {:<16} {:<16} {:<26} {:<22} {:>6} {:>5}\n", "id", "name", "class", "center",
+             "size", "boxes", "IoU");
   saved.map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
     const std::string category = NameOf(saved.class_names, object.category_id);
     const Eigen::Vector3d c = object.ellipsoid.center, s = 2 * object.ellipsoid.half_axes;
-    fmt::print("{:>4}  {:<16} {:<16} {:<26} {:<22} {:>6} {:>5.2f}\n", id.value, object.name.empty() ? category : object.name, category,
-               fmt::format("{:.3f} {:.3f} {:.3f}", c.x(), c.y(), c.z()), fmt::format("{:.3f} {:.3f} {:.3f}", s.x(), s.y(), s.z()), object.total_observations,
+    fmt::print("{:>4}  {:<16} {:<16} {:<26} {:<22} {:>6} {:>5.2f}\n", id.value,
+               object.name.empty() ? category : object.name, category,
+               fmt::format("{:.3f} {:.3f} {:.3f}", c.x(), c.y(), c.z()),
+               fmt::format("{:.3f} {:.3f} {:.3f}", s.x(), s.y(), s.z()), object.total_observations,
                object.mean_iou);
   });
   fmt::print("lengths in {}\n", unit);
@@ -65,20 +76,34 @@ void Objects(const ObjectsOptions& options) {
   const SlamConfig config = LoadConfiguration(options.common);
   SavedMap saved = LoadMap(options.map);
   Edit(options, config.objects, saved.map);
-  const bool is_edited = !options.rename.empty() || !options.erase.empty() || !options.merge.empty();
-  if (is_edited || !options.out.empty()) SaveMap(options.out.empty() ? options.map : options.out, saved);
+  const bool is_edited =
+      !options.rename.empty() || !options.erase.empty() || !options.merge.empty();
+  if (is_edited || !options.out.empty())
+    SaveMap(options.out.empty() ? options.map : options.out, saved);
   if (!options.common.quiet) Print(saved);
 }
 
 }  // namespace
 
 void AddObjectsCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("objects", "List the objects of a map; rename, merge and delete them");
+  auto* command =
+      app.add_subcommand("objects", "List the objects of a map; rename, merge and delete them");
   const auto options = std::make_shared<ObjectsOptions>();
-  command->add_option("map", options->map, "map file; edited in place unless --out is given")->required();
-  command->add_option("--rename", options->rename, "ID=NAME: a name of its own; may be repeated")->expected(1)->take_all();
-  command->add_option("--merge", options->merge, "ID,ID: one object was mapped twice; the first stays. May be repeated")->expected(1)->take_all();
-  command->add_option("--delete", options->erase, "ID: forget an object; may be repeated. After renaming and merging")->expected(1)->take_all();
+  command->add_option("map", options->map, "map file; edited in place unless --out is given")
+      ->required();
+  command->add_option("--rename", options->rename, "ID=NAME: a name of its own; may be repeated")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option("--merge", options->merge,
+                   "ID,ID: one object was mapped twice; the first stays. May be repeated")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option("--delete", options->erase,
+                   "ID: forget an object; may be repeated. After renaming and merging")
+      ->expected(1)
+      ->take_all();
   command->add_option("--out", options->out, "write the edited map to this file instead");
   AddCommonOptions(*command, options->common);
   command->callback([options] { Objects(*options); });

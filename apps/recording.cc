@@ -33,8 +33,8 @@ CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
       ->type_name("FILE");
 }
 
-Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models, const Slam& slam,
-                     const Camera& camera)
+Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models,
+                     const Slam& slam, const Camera& camera)
     : models_(std::move(models)), camera_(camera) {
   if (!settings.IsAskedFor()) return;
   video_.emplace(settings.path);

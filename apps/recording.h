@@ -24,13 +24,13 @@ struct RecordingSettings {
 // Returns --record.
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
 
-// The video of a run: each image as the camera sees it without distortion, with the content of the map's anchors in it
-// (docs/recording.md). Without a path none of its functions does anything.
+// The video of a run: each image as the camera sees it without distortion, with the content of the
+// map's anchors in it (docs/recording.md). Without a path none of its functions does anything.
 class Recording {
  public:
   // `models` have their meshes. Throws InputError where the video's file cannot be written.
-  Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models, const Slam& slam,
-            const Camera& camera);
+  Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models,
+            const Slam& slam, const Camera& camera);
 
   // An image just given to Process, with the map that the tracker saw.
   void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);

@@ -29,7 +29,8 @@ struct RunOptions {
   RecordingSettings recording;
   std::vector<std::string> models;
   CameraSettings camera;
-  std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth, gravity;
+  std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects",
+                                                              groundtruth, gravity;
   std::optional<int> seed;
   std::optional<double> readout_ms;
 };
@@ -73,7 +74,8 @@ class LivePace {
 
 void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
   for (const BackgroundDetector::Result& found : inputs.TakeLate())
-    results.Detected(found.frame, static_cast<int>(found.detections.size()), slam.AddDetections(found.frame, found.detections));
+    results.Detected(found.frame, static_cast<int>(found.detections.size()),
+                     slam.AddDetections(found.frame, found.detections));
 }
 
 // One more than the largest index of a frame of the map, or of the pieces with it.
@@ -86,11 +88,14 @@ int FirstFreeFrame(const SavedMap& saved) {
 }
 
 // Of the images from `first_frame` on: those before come from the map that the run began with.
-std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& frames, int first_frame) {
+std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& frames,
+                                         int first_frame) {
   std::vector<StampedPose> trajectory;
   for (const FramePose& frame : frames) {
-    const auto reference = frame.frame_index < first_frame ? std::nullopt : map.ResolvePose(frame.reference);
-    if (reference) trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+    const auto reference =
+        frame.frame_index < first_frame ? std::nullopt : map.ResolvePose(frame.reference);
+    if (reference)
+      trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
   }
   return trajectory;
 }
@@ -102,7 +107,8 @@ std::optional<Camera> CameraOfMap(const std::string& path) {
 }
 
 // Returns why not; then all keep their unit, and are to be saved all the same.
-std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std::vector<StampedPose>& trajectory, RunResults& results) {
+std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
+                                 std::vector<StampedPose>& trajectory, RunResults& results) {
   if (!scale.IsAskedFor()) return nullptr;
   try {
     const double factor = scale.MetresPerUnit(saved.map, trajectory);
@@ -121,16 +127,21 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved, std:
 std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
   if (!options.camera.IsEstimated()) return std::nullopt;
   if (!options.detections.empty()) LoadDetections(options.detections);
-  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config, options.common);
+  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config,
+                        options.common);
 }
 
 // From the whole map, which is then that of this camera.
-std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first, const SlamConfig& config, bool find_readout, SavedMap& saved) {
+std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first,
+                                           const SlamConfig& config, bool find_readout,
+                                           SavedMap& saved) {
   if (!first) return std::nullopt;
   CameraEstimate estimate = *first;
   RefineWithMap(config, find_readout, estimate, saved);
-  if (estimate.is_determined) spdlog::info("camera: {}, estimated from the images", Describe(estimate));
-  else spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate.why_not);
+  if (estimate.is_determined)
+    spdlog::info("camera: {}, estimated from the images", Describe(estimate));
+  else
+    spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate.why_not);
   return estimate;
 }
 
@@ -140,19 +151,24 @@ int Run(const RunOptions& options) {
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
   InstallInterruptHandler();  // the first image of a growing folder may be long in coming
-  const std::vector<StampedPose> groundtruth = options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
+                                                   ? std::vector<StampedPose>{}
+                                                   : LoadTrajectory(options.groundtruth);
   EnsureOutputFolder(options.out);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
-  FrameInputs inputs({options.images, options.camera.camera, options.detections, options.detector, is_live, options.viewer.port || options.recording.IsAskedFor(),
-                      options.gravity, first_estimate ? std::optional(first_estimate->camera) : std::nullopt},
-                     options.common);
+  FrameInputs inputs(
+      {options.images, options.camera.camera, options.detections, options.detector, is_live,
+       options.viewer.port || options.recording.IsAskedFor(), options.gravity,
+       first_estimate ? std::optional(first_estimate->camera) : std::nullopt},
+      options.common);
   const Classes classes = ClassesFor(options.common, inputs.detector());
   const MetricScale scale(options.scale, classes.names, groundtruth);
 
   Slam slam(config, inputs.camera());
   const auto set_classes = [&](bool is_loaded) {
     // A class file says what holds from now on; without one a loaded map goes on as it was made.
-    if (!is_loaded || inputs.detector() || !options.common.classes.empty()) slam.SetClassNames(classes.names);
+    if (!is_loaded || inputs.detector() || !options.common.classes.empty())
+      slam.SetClassNames(classes.names);
     if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
   };
   int first_frame = 0;
@@ -209,25 +225,29 @@ int Run(const RunOptions& options) {
   SavedMap saved = slam.Export();
   if (options.readout_ms) {
     const auto undo = [&](const Map& map, std::vector<FramePose>& trajectory) {
-      return WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle, config.mapping.min_shared_landmarks);
+      return WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle,
+                            config.mapping.min_shared_landmarks);
     };
     saved.map = undo(saved.map, saved.trajectory);
     for (Piece& piece : saved.pieces) piece.map = undo(piece.map, piece.trajectory);
   }
-  const std::optional<CameraEstimate> estimate = LastEstimate(first_estimate, config, !options.readout_ms, saved);
+  const std::optional<CameraEstimate> estimate =
+      LastEstimate(first_estimate, config, !options.readout_ms, saved);
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
   std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory, first_frame);
   if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
   std::vector<std::vector<StampedPose>> pieces;
-  for (const Piece& piece : saved.pieces) pieces.push_back(FinalTrajectory(piece.map, piece.trajectory, first_frame));
-  const size_t tracked = results.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s, interrupted);
+  for (const Piece& piece : saved.pieces)
+    pieces.push_back(FinalTrajectory(piece.map, piece.trajectory, first_frame));
+  const size_t tracked =
+      results.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s, interrupted);
   if (!options.map_out.empty()) SaveMap(options.map_out, saved);
   if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);
   if (!options.common.quiet)
-    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", tracked, done, saved.map.keyframes.size(),
-               saved.map.landmarks.size(), options.out);
+    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", tracked,
+               done, saved.map.keyframes.size(), saved.map.landmarks.size(), options.out);
   view.Finish(saved, interrupted);
   return interrupted ? 130 : 0;
 }
@@ -235,23 +255,36 @@ int Run(const RunOptions& options) {
 }  // namespace
 
 void AddRunCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
+  auto* command =
+      app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
-  command->add_option("--images", options->images, "TUM folder, list file, folder of images, video, or webcam:N")->required();
+  command
+      ->add_option("--images", options->images,
+                   "TUM folder, list file, folder of images, video, or webcam:N")
+      ->required();
   AddCameraOptions(*command, options->camera);
-  auto* detections = command->add_option("--detections", options->detections, "JSON with the boxes of all images");
+  auto* detections =
+      command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   command->add_option("--out", options->out, "folder for the results")->required();
   command->add_option("--map-out", options->map_out, "save the map to this file");
-  command->add_option("--map-in", options->map_in, "start from this map: relocalize in it, go on mapping");
+  command->add_option("--map-in", options->map_in,
+                      "start from this map: relocalize in it, go on mapping");
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
-  command->add_option("--relocalization", options->relocalization, "points, objects or points+objects (default)")
+  command
+      ->add_option("--relocalization", options->relocalization,
+                   "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
-  command->add_option("--rolling-shutter", options->readout_ms, "milliseconds in which the camera reads out an image, top row to bottom row: undone in the last optimisation; found by itself with --camera auto")
+  command
+      ->add_option("--rolling-shutter", options->readout_ms,
+                   "milliseconds in which the camera reads out an image, top row to bottom row: "
+                   "undone in the last optimisation; found by itself with --camera auto")
       ->type_name("MS")
       ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
-  command->add_option("--gravity", options->gravity, "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
+  command->add_option(
+      "--gravity", options->gravity,
+      "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
   AddScaleOptions(*command, options->scale);
   AddViewerOptions(*command, options->viewer);
   AddRecordingOptions(*command, options->recording);

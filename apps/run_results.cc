@@ -20,7 +20,8 @@ namespace {
 
 double Percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::ranges::nth_element(values, place);
   return *place;
 }
@@ -40,28 +41,36 @@ double MeanObjectIou(const Map& map) {
 
 int CountMappedObjects(const Map& map) {
   int count = 0;
-  map.objects.ForEach([&](ObjectId, const Object& object) { count += object.state == ObjectState::kMapped; });
+  map.objects.ForEach(
+      [&](ObjectId, const Object& object) { count += object.state == ObjectState::kMapped; });
   return count;
 }
 
-std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference, const Alignment& map_from_reference) {
+std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference,
+                                    const Alignment& map_from_reference) {
   std::vector<StampedPose> poses;
-  for (const StampedPose& pose : reference) poses.push_back({pose.timestamp, map_from_reference * pose.world_from_cam});
+  for (const StampedPose& pose : reference)
+    poses.push_back({pose.timestamp, map_from_reference * pose.world_from_cam});
   return poses;
 }
 
 // Where from, the intrinsics, and the standard deviation of an estimated focal length.
-nlohmann::ordered_json CameraSummary(const Camera& camera, const std::optional<CameraEstimate>& estimate) {
+nlohmann::ordered_json CameraSummary(const Camera& camera,
+                                     const std::optional<CameraEstimate>& estimate) {
   nlohmann::ordered_json summary;
-  summary["source"] = !estimate ? (camera.is_guess ? "guess" : "given") : estimate->is_determined ? "images" : "guess";
+  summary["source"] = !estimate                 ? (camera.is_guess ? "guess" : "given")
+                      : estimate->is_determined ? "images"
+                                                : "guess";
   summary["fx"] = camera.fx;
   summary["fy"] = camera.fy;
   summary["cx"] = camera.cx;
   summary["cy"] = camera.cy;
   summary["distortion"] = camera.distortion;
   if (!estimate) return summary;
-  if (std::isfinite(estimate->focal_sigma_px)) summary["sigma_f"] = Rounded(estimate->focal_sigma_px, .01);
-  if (estimate->readout_s != 0) summary["rolling_shutter_ms"] = Rounded(1000 * estimate->readout_s, .01);
+  if (std::isfinite(estimate->focal_sigma_px))
+    summary["sigma_f"] = Rounded(estimate->focal_sigma_px, .01);
+  if (estimate->readout_s != 0)
+    summary["rolling_shutter_ms"] = Rounded(1000 * estimate->readout_s, .01);
   if (!estimate->is_determined) summary["why_not"] = estimate->why_not;
   return summary;
 }
@@ -83,30 +92,41 @@ nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPos
 
 std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
   std::vector<StampedPose> poses;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { poses.push_back({k.timestamp, k.cam_from_world.Inverse()}); });
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
+  });
   std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
   return poses;
 }
 
-RunResults::RunResults(const std::string& folder, const SlamConfig& config) : folder_(folder), config_(config) {}
+RunResults::RunResults(const std::string& folder, const SlamConfig& config)
+    : folder_(folder), config_(config) {}
 
 void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   std::ofstream csv(folder_ + "/frames.csv");
-  csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_ms,filled,depth,piece\n";
+  csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
+         "ms_track,ms_objects,cpu_ms,filled,depth,piece\n";
   for (const auto& [index, r] : frames_) {
-    const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {}, &StampedPose::timestamp);
-    csv << fmt::format("{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{}\n", index, r.timestamp, ToString(r.state), r.keypoints,
-                       r.matched, r.inliers, r.detections, r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth, r.piece);
+    const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {},
+                                                                        &StampedPose::timestamp);
+    csv << fmt::format(
+        "{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{}\n", index,
+        r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections, r.objects,
+        r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth, r.piece);
   }
 }
 
 void RunResults::WriteCamera() const {
-  const std::string note = !estimate_ ? "as given" : estimate_->is_determined ? Describe(*estimate_) + ", estimated from the images" : "a guess: " + estimate_->why_not;
+  const std::string note = !estimate_ ? "as given"
+                           : estimate_->is_determined
+                               ? Describe(*estimate_) + ", estimated from the images"
+                               : "a guess: " + estimate_->why_not;
   std::ofstream(folder_ + "/camera.yaml") << CameraText(camera_, note);
 }
 
 void RunResults::Detected(int frame, int detections, std::optional<int> objects) {
-  const auto found = std::ranges::find(frames_.rbegin(), frames_.rend(), frame, [](const auto& entry) { return entry.second.frame; });
+  const auto found = std::ranges::find(frames_.rbegin(), frames_.rend(), frame,
+                                       [](const auto& entry) { return entry.second.frame; });
   if (found == frames_.rend()) return;
   found->second.detections = detections;
   found->second.objects = objects.value_or(0);
@@ -122,16 +142,22 @@ void RunResults::Scale(double factor) {
 
 // In a frame and a unit of its own each.
 void RunResults::WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const {
-  for (int i = 1; std::filesystem::remove(fmt::format("{}/piece_{}.txt", folder_, i)); ++i);  // of a run before
-  for (size_t i = 0; i < pieces.size(); ++i) SaveTrajectory(fmt::format("{}/piece_{}.txt", folder_, i + 1), pieces[i]);
+  for (int i = 1; std::filesystem::remove(fmt::format("{}/piece_{}.txt", folder_, i)); ++i)
+    ;  // of a run before
+  for (size_t i = 0; i < pieces.size(); ++i)
+    SaveTrajectory(fmt::format("{}/piece_{}.txt", folder_, i + 1), pieces[i]);
 }
 
-size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<std::vector<StampedPose>>& pieces, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted) {
+size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
+                          const std::vector<std::vector<StampedPose>>& pieces,
+                          const std::vector<StampedPose>& groundtruth, double wall_s,
+                          bool interrupted) {
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
     // Those told in the frame of another piece are left out.
-    if (r.world_from_cam && r.piece == main_piece_) live.push_back({r.timestamp, *r.world_from_cam});
+    if (r.world_from_cam && r.piece == main_piece_)
+      live.push_back({r.timestamp, *r.world_from_cam});
     ms.push_back(r.ms_total);
   }
   WriteFrames(trajectory);
@@ -152,23 +178,34 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["landmarks"] = saved.map.landmarks.size();
   summary["objects"] = CountMappedObjects(saved.map);
   summary["pieces"] = nlohmann::ordered_json::array({PieceSummary(saved.map, trajectory)});
-  for (size_t i = 0; i < pieces.size(); ++i) summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
+  for (size_t i = 0; i < pieces.size(); ++i)
+    summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;
   summary["camera"] = CameraSummary(camera_, estimate_);
   summary["ms_median"] = Rounded(Percentile(ms, .5), .01);
-  summary["ms_mean"] = ms.empty() ? 0 : Rounded(std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size()), .01);
+  summary["ms_mean"] =
+      ms.empty()
+          ? 0
+          : Rounded(std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size()),
+                    .01);
   summary["ms_p95"] = Rounded(Percentile(ms, .95), .01);
   summary["cpu_s"] = Rounded(ProcessCpuSeconds(), .01);
   summary["wall_s"] = Rounded(wall_s, .01);
   summary["peak_rss_mb"] = Rounded(PeakRssMb(), .1);
   if (pace_.images > 0) {
-    summary["detector"] = {{"images", pace_.images},
-                           {"ms_mean", Rounded(pace_.busy_ms / pace_.images, .1)},
-                           {"rate_hz", detector_wall_s_ > 0 ? Rounded(pace_.images / detector_wall_s_, .1) : 0}};
+    summary["detector"] = {
+        {"images", pace_.images},
+        {"ms_mean", Rounded(pace_.busy_ms / pace_.images, .1)},
+        {"rate_hz", detector_wall_s_ > 0 ? Rounded(pace_.images / detector_wall_s_, .1) : 0}};
   }
   summary["mean_iou"] = Rounded(MeanObjectIou(saved.map), 1e-4);
-  MapPlot plot{.map = &saved.map, .trajectory = trajectory, .groundtruth = {}, .localized = {}, .names = saved.class_names, .title = "oaslam run"};
+  MapPlot plot{.map = &saved.map,
+               .trajectory = trajectory,
+               .groundtruth = {},
+               .localized = {},
+               .names = saved.class_names,
+               .title = "oaslam run"};
   if (!groundtruth.empty()) {
     const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
     if (report.success) {

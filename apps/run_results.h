@@ -17,7 +17,9 @@ class RunResults {
  public:
   RunResults(const std::string& folder, const SlamConfig& config);
 
-  void Add(int source_index, const TrackingResult& result) { frames_.emplace_back(source_index, result); }
+  void Add(int source_index, const TrackingResult& result) {
+    frames_.emplace_back(source_index, result);
+  }
   // What a detector found later in a frame that was added before.
   void Detected(int frame, int detections, std::optional<int> objects);
   // `wall_s`: of the time that the detector had.
@@ -37,7 +39,9 @@ class RunResults {
   // `interrupted`: the run ended early; what there is gets written all the same.
   // Returns the number of frames with a final pose.
   // `pieces`: the trajectories of those of `saved`.
-  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory, const std::vector<std::vector<StampedPose>>& pieces, const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
+  size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
+                const std::vector<std::vector<StampedPose>>& pieces,
+                const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);
 
  private:
   void WriteFrames(const std::vector<StampedPose>& trajectory) const;

@@ -10,7 +10,8 @@
 
 namespace oaslam::apps {
 
-std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table, const std::string& path,
+std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
+                                                   const std::string& path,
                                                    const CommonOptions& options) {
   std::vector<TimedDetections> images;
   bool stamped = true;
@@ -33,16 +34,20 @@ std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table, 
     if (!stamped) images[i].timestamp = static_cast<double>(i) / options.fps.value_or(30);
   }
   const auto size = static_cast<int>(images.size());
-  const int from = std::min(options.from, size), to = options.to < 0 ? size : std::min(options.to, size);
-  if (from >= to) throw InputError(fmt::format("{}: no image within [{}, {}) of its {}", path, from, to, size));
+  const int from = std::min(options.from, size),
+            to = options.to < 0 ? size : std::min(options.to, size);
+  if (from >= to)
+    throw InputError(fmt::format("{}: no image within [{}, {}) of its {}", path, from, to, size));
   return {images.begin() + from, images.begin() + to};
 }
 
-std::vector<ObjectDetection> IdealDetections(const Camera& camera, const std::vector<Detection>& detections) {
+std::vector<ObjectDetection> IdealDetections(const Camera& camera,
+                                             const std::vector<Detection>& detections) {
   std::vector<ObjectDetection> ideal;
   for (const Detection& d : detections) {
     const Box box = UndistortBox(camera, d.box);
-    if (box.Area() > 0) ideal.push_back({d.category_id, d.score, box, TruncatedEdges(camera, d.box)});
+    if (box.Area() > 0)
+      ideal.push_back({d.category_id, d.score, box, TruncatedEdges(camera, d.box)});
   }
   return ideal;
 }

@@ -18,12 +18,15 @@ struct TimedDetections {
   std::vector<Detection> detections;
 };
 
-// Images of a detection file by their names: a name that is a number is a time stamp, of others image i is at i/fps
-// (30). Ordered by time stamp or name, then cut to --from/--to. Throws InputError when nothing remains.
-std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table, const std::string& path,
+// Images of a detection file by their names: a name that is a number is a time stamp, of others
+// image i is at i/fps (30). Ordered by time stamp or name, then cut to --from/--to. Throws
+// InputError when nothing remains.
+std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
+                                                   const std::string& path,
                                                    const CommonOptions& options);
 
 // Into the ideal image of the camera.
-std::vector<ObjectDetection> IdealDetections(const Camera& camera, const std::vector<Detection>& detections);
+std::vector<ObjectDetection> IdealDetections(const Camera& camera,
+                                             const std::vector<Detection>& detections);
 
 }  // namespace oaslam::apps

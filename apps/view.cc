@@ -33,7 +33,8 @@ struct ViewOptions {
 // Frames of the map by their times, in microseconds.
 std::map<int64_t, int> FramesWithPictures(const SavedMap& saved) {
   std::set<int> wanted;
-  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) { wanted.insert(keyframe.frame_index); });
+  saved.map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& keyframe) { wanted.insert(keyframe.frame_index); });
   saved.map.objects.ForEach([&](ObjectId, const Object& object) {
     for (const ObjectObservation& o : object.observations) wanted.insert(o.frame_index);
   });
@@ -87,7 +88,8 @@ void SaveAnchors(const std::string& path, int piece, const Map& shown, const Anc
     throw InputError(fmt::format("{}: has changed since it was opened", path));
   saved.map.anchors = anchors;
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
-    throw InputError(fmt::format("{}: has changed since it was opened: {}", path, problems.front()));
+    throw InputError(
+        fmt::format("{}: has changed since it was opened: {}", path, problems.front()));
   LeadWithPiece(path, piece, saved);
   SaveMap(path, saved);
 }
@@ -97,11 +99,14 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
   if (command.kind == Kind::kEditAnchor) return EditAnchor(command.anchor, command.edit, anchors);
-  return anchors.erase(command.anchor) > 0 ? "" : fmt::format("there is no anchor \"{}\"", command.anchor);
+  return anchors.erase(command.anchor) > 0
+             ? ""
+             : fmt::format("there is no anchor \"{}\"", command.anchor);
 }
 
 // Does what viewers ask for, until it is stopped: what was asked for meanwhile is written once.
-void Obey(const std::string& map_file, int piece, Map map, Viewer& viewer, const std::stop_token& stop) {
+void Obey(const std::string& map_file, int piece, Map map, Viewer& viewer,
+          const std::stop_token& stop) {
   constexpr int kWaitMs = 100, kNoFrame = -1;
   while (!stop.stop_requested()) {
     Anchors anchors = map.anchors;
@@ -124,11 +129,13 @@ void View(const ViewOptions& options) {
   if (!std::filesystem::exists(options.path, error))
     throw InputError(fmt::format("{}: there is no such file or folder", options.path));
   const SavedRun run = LoadSavedRun(options.path, options.map, options.piece);
-  const std::vector<StampedPose> groundtruth =
-      options.groundtruth.empty() ? std::vector<StampedPose>{} : LoadTrajectory(options.groundtruth);
+  const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
+                                                   ? std::vector<StampedPose>{}
+                                                   : LoadTrajectory(options.groundtruth);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
-  const std::unique_ptr<ImageSource> images = options.images.empty() ? nullptr : OpenImages(options.images, range);
+  const std::unique_ptr<ImageSource> images =
+      options.images.empty() ? nullptr : OpenImages(options.images, range);
   const EndSignal end;
   cv::setNumThreads(1);
 
@@ -146,15 +153,20 @@ void View(const ViewOptions& options) {
   Viewer viewer(std::move(viewer_options));
   viewer.ShowMap(std::make_shared<const Map>(run.saved.map), run.saved.trajectory);
   viewer.ShowNotes(run.notes);
-  viewer.ShowStatus({.live = false, .paused = false, .mapping = false, .dropped = 0, .title = options.path});
-  if (run.map_file.empty()) spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
+  viewer.ShowStatus(
+      {.live = false, .paused = false, .mapping = false, .dropped = 0, .title = options.path});
+  if (run.map_file.empty())
+    spdlog::warn("{}: no map file in it (--map), so no landmarks", options.path);
   std::jthread reader;
   if (images)
-    reader = std::jthread(
-        [&](const std::stop_token& stop) { ReadPictures(*images, FramesWithPictures(run.saved), viewer, stop); });
+    reader = std::jthread([&](const std::stop_token& stop) {
+      ReadPictures(*images, FramesWithPictures(run.saved), viewer, stop);
+    });
   std::jthread editor;
   if (!run.map_file.empty())
-    editor = std::jthread([&](const std::stop_token& stop) { Obey(run.map_file, options.piece, run.saved.map, viewer, stop); });
+    editor = std::jthread([&](const std::stop_token& stop) {
+      Obey(run.map_file, options.piece, run.saved.map, viewer, stop);
+    });
   fmt::print("{}\n", viewer.url());
   std::fflush(stdout);
   spdlog::info("open it in a browser; Ctrl-C ends");
@@ -167,18 +179,25 @@ void View(const ViewOptions& options) {
 }  // namespace
 
 void AddViewCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("view", "Show a saved map, or the folder of a run, in the browser");
+  auto* command =
+      app.add_subcommand("view", "Show a saved map, or the folder of a run, in the browser");
   const auto options = std::make_shared<ViewOptions>();
-  command->add_option("path", options->path, "map file, or folder that run, localize or map-objects wrote")->required();
+  command
+      ->add_option("path", options->path,
+                   "map file, or folder that run, localize or map-objects wrote")
+      ->required();
   command->add_option("--map", options->map, "map file that belongs to the folder");
   AddPieceOption(*command, options->piece);
   command->add_option("--images", options->images,
                       "images the map was made of: colours, pictures of keyframes and objects");
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   AddModelOption(*command, options->models);
-  command->add_option("--port", options->port, fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
+  command
+      ->add_option("--port", options->port,
+                   fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
       ->check(CLI::Range(0, 65535));
-  command->add_option("--bind", options->bind, "address to serve at; 0.0.0.0: open to other machines")
+  command
+      ->add_option("--bind", options->bind, "address to serve at; 0.0.0.0: open to other machines")
       ->type_name("ADDR");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);

@@ -1,4 +1,5 @@
-// Whether the work of a frame grows with the map: a camera that walks along a wall, with maps of 50, 300 and 1000 keyframes.
+// Whether the work of a frame grows with the map: a camera that walks along a wall, with maps of
+// 50, 300 and 1000 keyframes.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -27,7 +28,8 @@ struct Corridor {
     // Ids ascend along the walk, as they do where landmarks are made on the way.
     const int count = static_cast<int>((length + 4) * 120);
     for (int i = 0; i < count; ++i) {
-      world.points.emplace_back(-2 + (length + 4) * i / count, rng.Uniform(-0.5, 0.5), rng.Uniform(-1.3, 1.3));
+      world.points.emplace_back(-2 + (length + 4) * i / count, rng.Uniform(-0.5, 0.5),
+                                rng.Uniform(-1.3, 1.3));
       world.descriptors.push_back(synthetic::RandomDescriptor(rng));
       world.max_distance.push_back(3 * std::pow(1.2, rng.Uniform(0, 4)));
       world.angles_rad.push_back(0);
@@ -48,10 +50,12 @@ const Corridor& CorridorOf(int64_t keyframes) {
 
 void TrackAFrame(benchmark::State& state) {
   const Corridor& c = CorridorOf(state.range(0));
-  const Keyframe& last = c.mapped.map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2)));
+  const Keyframe& last =
+      c.mapped.map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2)));
   int inliers = 0;
   for (auto _ : state) {
-    const TrackReport first = TrackFromLastFrame(c.frame, c.mapped.map, *last.features, last.landmarks, PoseAt(c.here + 0.01), 15);
+    const TrackReport first = TrackFromLastFrame(c.frame, c.mapped.map, *last.features,
+                                                 last.landmarks, PoseAt(c.here + 0.01), 15);
     inliers = TrackLocalMap(c.frame, c.mapped.map, first, {}).inliers;
   }
   state.counters["landmarks"] = static_cast<double>(c.mapped.map.landmarks.size());
@@ -84,8 +88,14 @@ void PublishASnapshot(benchmark::State& state) {
 BENCHMARK(PublishASnapshot)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
 // Edits of a global one.
-void PublishASnapshotOfAChangedMap(benchmark::State& state) { PublishAndEdit(state, CorridorOf(state.range(0)).mapped.map.landmarks.Ids()); }
-BENCHMARK(PublishASnapshotOfAChangedMap)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
+void PublishASnapshotOfAChangedMap(benchmark::State& state) {
+  PublishAndEdit(state, CorridorOf(state.range(0)).mapped.map.landmarks.Ids());
+}
+BENCHMARK(PublishASnapshotOfAChangedMap)
+    ->Arg(50)
+    ->Arg(300)
+    ->Arg(1000)
+    ->Unit(benchmark::kMicrosecond);
 
 void IndexThePlaces(benchmark::State& state) {
   const Map& map = CorridorOf(state.range(0)).mapped.map;
@@ -96,7 +106,8 @@ BENCHMARK(IndexThePlaces)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMillis
 void FindThePlace(benchmark::State& state) {
   const Corridor& c = CorridorOf(state.range(0));
   const PlaceIndex index(c.mapped.map);
-  for (auto _ : state) benchmark::DoNotOptimize(index.RankPlaces(c.mapped.map, index.Find(*c.frame.features), 5));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(index.RankPlaces(c.mapped.map, index.Find(*c.frame.features), 5));
 }
 BENCHMARK(FindThePlace)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 

@@ -1,4 +1,5 @@
-// The kernels of a frame, on a rendered texture of 640 x 480; OpenCV's own beside them where it has one.
+// The kernels of a frame, on a rendered texture of 640 x 480; OpenCV's own beside them where it has
+// one.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
@@ -19,7 +20,8 @@ namespace {
 
 // tools/bench counts instructions by runs of a known number of calls.
 void FixedCalls(benchmark::internal::Benchmark* benchmark) {
-  if (const char* calls = std::getenv("OASLAM_BENCH_CALLS")) benchmark->Iterations(std::atoi(calls));
+  if (const char* calls = std::getenv("OASLAM_BENCH_CALLS"))
+    benchmark->Iterations(std::atoi(calls));
 }
 
 const cv::Mat& Scene() {
@@ -27,10 +29,13 @@ const cv::Mat& Scene() {
     Rng rng(1);
     cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
     for (int i = 0; i < 600; ++i)
-      cv::rectangle(image, cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)), cv::Scalar(rng.Index(256)), -1);
+      cv::rectangle(image,
+                    cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)),
+                    cv::Scalar(rng.Index(256)), -1);
     cv::Mat noise(image.size(), CV_8UC1);
     for (int y = 0; y < noise.rows; ++y)
-      for (int x = 0; x < noise.cols; ++x) noise.at<uint8_t>(y, x) = static_cast<uint8_t>(rng.Index(12));
+      for (int x = 0; x < noise.cols; ++x)
+        noise.at<uint8_t>(y, x) = static_cast<uint8_t>(rng.Index(12));
     cv::GaussianBlur(image + noise, image, {3, 3}, 0.8);
     return image;
   }();
@@ -57,7 +62,8 @@ BENCHMARK(FastOfOpenCv)->Apply(FixedCalls);
 
 void Blur(benchmark::State& state) {
   cv::Mat blurred(Scene().size(), CV_8UC1);
-  for (auto _ : state) BlurGaussian7(View(Scene()), blurred.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred.step));
+  for (auto _ : state)
+    BlurGaussian7(View(Scene()), blurred.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred.step));
 }
 BENCHMARK(Blur)->Apply(FixedCalls);
 
@@ -71,19 +77,24 @@ BENCHMARK(BlurOfOpenCv)->Apply(FixedCalls);
 // Of one key point.
 void Orientation(benchmark::State& state) {
   const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
-  for (auto _ : state) benchmark::DoNotOptimize(DirectionOf(PatchMoments(center, static_cast<std::ptrdiff_t>(Scene().step))));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        DirectionOf(PatchMoments(center, static_cast<std::ptrdiff_t>(Scene().step))));
 }
 BENCHMARK(Orientation)->Apply(FixedCalls);
 
 void Description(benchmark::State& state) {
   const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
-  for (auto _ : state) benchmark::DoNotOptimize(Describe(center, static_cast<std::ptrdiff_t>(Scene().step), {800, 640}));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        Describe(center, static_cast<std::ptrdiff_t>(Scene().step), {800, 640}));
 }
 BENCHMARK(Description)->Apply(FixedCalls);
 
 void Extraction(benchmark::State& state) {
   cv::setNumThreads(1);
-  OrbExtractor extractor({}, {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
+  OrbExtractor extractor({},
+                         {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
   for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(Scene(), 1000));
 }
 BENCHMARK(Extraction)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
@@ -104,7 +115,8 @@ void Hamming(benchmark::State& state) {
   for (Descriptor& d : descriptors) d = synthetic::RandomDescriptor(rng);
   for (auto _ : state) {
     int best = 256;
-    for (const Descriptor& d : descriptors) best = std::min(best, HammingDistance(descriptors[0], d) + 1);
+    for (const Descriptor& d : descriptors)
+      best = std::min(best, HammingDistance(descriptors[0], d) + 1);
     benchmark::DoNotOptimize(best);
   }
 }
@@ -114,7 +126,9 @@ BENCHMARK(Hamming)->Apply(FixedCalls);
 void BandSearch(benchmark::State& state) {
   Rng rng(3);
   BandPoints points;
-  for (int i = 0; i < 1000; ++i) points.Add({static_cast<float>(rng.Uniform(0, 640)), static_cast<float>(rng.Uniform(0, 480))}, 4);
+  for (int i = 0; i < 1000; ++i)
+    points.Add({static_cast<float>(rng.Uniform(0, 640)), static_cast<float>(rng.Uniform(0, 480))},
+               4);
   std::vector<int32_t> found;
   for (auto _ : state) benchmark::DoNotOptimize(PointsNearLine(points, {0.6F, 0.8F, -400}, found));
 }
@@ -134,7 +148,8 @@ void FollowLastFrame(benchmark::State& state) {
   const Tracked t;
   const Keyframe& last = t.mapped.map.keyframes.At(KeyframeId(4));
   for (auto _ : state)
-    benchmark::DoNotOptimize(TrackFromLastFrame(t.frame, t.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5), 15));
+    benchmark::DoNotOptimize(TrackFromLastFrame(t.frame, t.mapped.map, *last.features,
+                                                last.landmarks, synthetic::PoseOnArc({}, 2.5), 15));
 }
 BENCHMARK(FollowLastFrame)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 
@@ -144,8 +159,13 @@ void PoseRefinement(benchmark::State& state) {
   std::vector<PointObservation> observations;
   const Rigid3 truth = synthetic::PoseOnArc({}, 3);
   for (size_t i = 0; i < 300; ++i)
-    observations.push_back({t.world.points[i], ProjectIdeal(t.world.camera, truth * t.world.points[i]) + Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(i % 10 ? 1 : 40)), 1});
-  for (auto _ : state) benchmark::DoNotOptimize(RefinePose(t.world.camera, synthetic::PoseOnArc({}, 2.8), observations));
+    observations.push_back({t.world.points[i],
+                            ProjectIdeal(t.world.camera, truth * t.world.points[i]) +
+                                Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(i % 10 ? 1 : 40)),
+                            1});
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        RefinePose(t.world.camera, synthetic::PoseOnArc({}, 2.8), observations));
 }
 BENCHMARK(PoseRefinement)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 

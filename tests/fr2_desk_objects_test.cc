@@ -1,6 +1,6 @@
-// The paper's real detections of TUM fr2/desk, with the poses of an RGB-D SLAM system: the first 700 frames are mapped,
-// later ones are found in that map by their objects. Figures of objects-study.md less what rounding and thinning may
-// cost.
+// The paper's real detections of TUM fr2/desk, with the poses of an RGB-D SLAM system: the first
+// 700 frames are mapped, later ones are found in that map by their objects. Figures of
+// objects-study.md less what rounding and thinning may cost.
 
 #include <gtest/gtest.h>
 
@@ -62,8 +62,9 @@ Map Permuted(const Map& map) {
   });
   Rng rng(1);
   for (size_t i = mapped.size() - 1; i > 0; --i)
-    std::swap(permuted.objects.MutableAt(mapped[i]).ellipsoid.center,
-              permuted.objects.MutableAt(mapped[rng.Index(static_cast<int>(i) + 1)]).ellipsoid.center);
+    std::swap(
+        permuted.objects.MutableAt(mapped[i]).ellipsoid.center,
+        permuted.objects.MutableAt(mapped[rng.Index(static_cast<int>(i) + 1)]).ellipsoid.center);
   return permuted;
 }
 
@@ -78,9 +79,12 @@ Recall Relocalize(const Desk& desk, const Map& map, size_t first, size_t step) {
   for (size_t i = first; i < desk.frames.size(); i += step) {
     ++count;
     const PosedDetections& frame = desk.frames[i];
-    const auto candidates = RelocalizeByObjects(frame.detections, desk.camera, map, {}, std::nullopt, rng);
+    const auto candidates =
+        RelocalizeByObjects(frame.detections, desk.camera, map, {}, std::nullopt, rng);
     if (candidates.empty()) continue;
-    const double error = (candidates[0].cam_from_world.OriginInSource() - frame.cam_from_world.OriginInSource()).norm();
+    const double error =
+        (candidates[0].cam_from_world.OriginInSource() - frame.cam_from_world.OriginInSource())
+            .norm();
     recall.within_20cm += error < 0.2;
     recall.accepted += candidates[0].accepted;
     recall.false_accepted += candidates[0].accepted && error > 0.5;

@@ -1,5 +1,5 @@
-// The rooms of docs/architecture.md and the arrows between them: who may include whom. The build alone cannot tell, because all rooms
-// share one include folder.
+// The rooms of docs/architecture.md and the arrows between them: who may include whom. The build
+// alone cannot tell, because all rooms share one include folder.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -73,7 +73,9 @@ std::vector<std::string> IncludesOf(const std::string& text) {
   return found;
 }
 
-bool IsQuoted(const std::string& text, const std::string& include) { return text.find('"' + include + '"') != std::string::npos; }
+bool IsQuoted(const std::string& text, const std::string& include) {
+  return text.find('"' + include + '"') != std::string::npos;
+}
 
 // What is wrong with one include, empty if nothing.
 std::string Problem(const Rooms& rooms, const SourceFile& file, const std::string& include) {
@@ -117,7 +119,8 @@ std::vector<SourceFile> FilesUnder(const std::filesystem::path& folder, const st
     if (extension != ".h" && extension != ".cc") continue;
     std::stringstream text;
     text << std::ifstream(entry.path()).rdbuf();
-    files.push_back({prefix + std::filesystem::relative(entry.path(), folder).string(), text.str()});
+    files.push_back(
+        {prefix + std::filesystem::relative(entry.path(), folder).string(), text.str()});
   }
   return files;
 }
@@ -125,14 +128,16 @@ std::vector<SourceFile> FilesUnder(const std::filesystem::path& folder, const st
 TEST(IncludeGraph, TheCodeKeepsToTheArchitecture) {
   const std::filesystem::path root = OASLAM_SOURCE_DIR;
   std::vector<SourceFile> files = FilesUnder(root / "src" / "oaslam", "");
-  for (SourceFile& header : FilesUnder(root / "include" / "oaslam", "public/")) files.push_back(std::move(header));
+  for (SourceFile& header : FilesUnder(root / "include" / "oaslam", "public/"))
+    files.push_back(std::move(header));
   ASSERT_GT(files.size(), 20u);
   EXPECT_THAT(Violations(Architecture(), files), ::testing::IsEmpty());
 }
 
 TEST(IncludeGraph, TheBuildLinksNothingElse) {
   std::stringstream text;
-  text << std::ifstream(std::filesystem::path(OASLAM_SOURCE_DIR) / "src" / "CMakeLists.txt").rdbuf();
+  text
+      << std::ifstream(std::filesystem::path(OASLAM_SOURCE_DIR) / "src" / "CMakeLists.txt").rdbuf();
   const std::string build = text.str();
   const std::regex call(R"(oaslam_room\((\w+)([^)]*)\))");
   const std::regex link(R"(oaslam_(\w+))");
@@ -149,7 +154,8 @@ TEST(IncludeGraph, TheBuildLinksNothingElse) {
 
 TEST(IncludeGraph, NoCycles) {
   for (const auto& [room, below] : Architecture())
-    for (const std::string& other : below) EXPECT_FALSE(Closure(Architecture(), other).contains(room)) << room << " " << other;
+    for (const std::string& other : below)
+      EXPECT_FALSE(Closure(Architecture(), other).contains(room)) << room << " " << other;
 }
 
 std::vector<std::string> Check(const std::string& path, const std::string& text) {
@@ -158,26 +164,35 @@ std::vector<std::string> Check(const std::string& path, const std::string& text)
 
 TEST(IncludeGraph, ForbiddenArrowsAreFound) {
   using ::testing::ElementsAre;
-  EXPECT_THAT(Check("tracking/a.cc", "#include \"oaslam/mapping/b.h\"\n"),
-              ElementsAre("tracking/a.cc includes oaslam/mapping/b.h: tracking may not enter mapping"));
-  EXPECT_THAT(Check("objects/a_test.cc", "  #  include <oaslam/tracking/b.h>\n"),
-              ElementsAre("objects/a_test.cc includes oaslam/tracking/b.h: objects may not enter tracking"));
+  EXPECT_THAT(
+      Check("tracking/a.cc", "#include \"oaslam/mapping/b.h\"\n"),
+      ElementsAre("tracking/a.cc includes oaslam/mapping/b.h: tracking may not enter mapping"));
+  EXPECT_THAT(
+      Check("objects/a_test.cc", "  #  include <oaslam/tracking/b.h>\n"),
+      ElementsAre(
+          "objects/a_test.cc includes oaslam/tracking/b.h: objects may not enter tracking"));
   EXPECT_THAT(Check("map/a.h", "#include \"oaslam/slam.h\""),
               ElementsAre("map/a.h includes oaslam/slam.h: the public face is system's alone"));
-  EXPECT_THAT(Check("public/slam.h", "#include \"oaslam/map/map.h\""),
-              ElementsAre("public/slam.h includes oaslam/map/map.h: a public header may not show a room"));
-  EXPECT_THAT(Check("io/a.cc", "#include \"common.h\""), ElementsAre("io/a.cc includes common.h: not under oaslam/"));
+  EXPECT_THAT(
+      Check("public/slam.h", "#include \"oaslam/map/map.h\""),
+      ElementsAre("public/slam.h includes oaslam/map/map.h: a public header may not show a room"));
+  EXPECT_THAT(Check("io/a.cc", "#include \"common.h\""),
+              ElementsAre("io/a.cc includes common.h: not under oaslam/"));
   EXPECT_THAT(Check("io/a.cc", "#include \"oaslam/apps/common.h\""),
               ElementsAre("io/a.cc includes oaslam/apps/common.h: no such room"));
-  EXPECT_THAT(Check("cellar/a.cc", ""), ElementsAre("cellar/a.cc: a room that is not in the table"));
+  EXPECT_THAT(Check("cellar/a.cc", ""),
+              ElementsAre("cellar/a.cc: a room that is not in the table"));
 }
 
 TEST(IncludeGraph, AllowedArrowsPass) {
-  EXPECT_THAT(Check("tracking/a.cc",
-                    "#include <vector>\n#include <opencv2/core.hpp>\n#include \"oaslam/tracking/a.h\"\n"
-                    "#include \"oaslam/matching/b.h\"\n#include \"oaslam/util/check.h\"\n#include \"oaslam/types.h\"\n"),
+  EXPECT_THAT(
+      Check("tracking/a.cc",
+            "#include <vector>\n#include <opencv2/core.hpp>\n#include \"oaslam/tracking/a.h\"\n"
+            "#include \"oaslam/matching/b.h\"\n#include \"oaslam/util/check.h\"\n#include "
+            "\"oaslam/types.h\"\n"),
+      ::testing::IsEmpty());
+  EXPECT_THAT(Check("system/a.cc", "#include \"oaslam/slam.h\"\n#include \"oaslam/objects/b.h\"\n"),
               ::testing::IsEmpty());
-  EXPECT_THAT(Check("system/a.cc", "#include \"oaslam/slam.h\"\n#include \"oaslam/objects/b.h\"\n"), ::testing::IsEmpty());
   EXPECT_THAT(Check("map/a_test.cc", "#include \"synthetic_world.h\"\n"), ::testing::IsEmpty());
 }
 

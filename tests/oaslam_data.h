@@ -7,7 +7,8 @@
 
 namespace oaslam::testing {
 
-// A file or folder of the real sequences that OASLAM_DATA points to; nothing where it is not there, and the test skips, saying so.
+// A file or folder of the real sequences that OASLAM_DATA points to; nothing where it is not there,
+// and the test skips, saying so.
 inline std::optional<std::filesystem::path> FindData(const std::string& relative_path) {
   const char* root = std::getenv("OASLAM_DATA");
   if (root == nullptr) return std::nullopt;
@@ -18,6 +19,6 @@ inline std::optional<std::filesystem::path> FindData(const std::string& relative
 
 }  // namespace oaslam::testing
 
-#define OASLAM_SKIP_WITHOUT_DATA(relative_path)           \
+#define OASLAM_SKIP_WITHOUT_DATA(relative_path)    \
   if (!::oaslam::testing::FindData(relative_path)) \
   GTEST_SKIP() << "needs " << (relative_path) << " under OASLAM_DATA"

@@ -25,8 +25,9 @@ inline std::shared_ptr<const Features> RandomFeatures(int count, Rng& rng) {
   features->pyramid = PyramidScales(7, 1.25);
   features->bounds = {-2.5, -1.25, 642, 481};
   for (int i = 0; i < count; ++i) {
-    features->keypoints.push_back({Eigen::Vector2d(rng.Uniform(0, 640), rng.Uniform(0, 480)).cast<float>(), static_cast<float>(rng.Uniform(0, 6)),
-                                   static_cast<uint8_t>(rng.Index(7))});
+    features->keypoints.push_back(
+        {Eigen::Vector2d(rng.Uniform(0, 640), rng.Uniform(0, 480)).cast<float>(),
+         static_cast<float>(rng.Uniform(0, 6)), static_cast<uint8_t>(rng.Index(7))});
     features->descriptors.push_back({rng.Next(), rng.Next(), rng.Next(), rng.Next()});
   }
   features->BuildGrid();
@@ -38,15 +39,18 @@ inline Object RandomObject(const Map& map, Rng& rng) {
   object.category_id = rng.Index(80);
   if (rng.Index(2) == 0) object.name = "my \"own\" thing";
   object.state = static_cast<ObjectState>(rng.Index(3));
-  object.ellipsoid = {Eigen::Vector3d(rng.Gaussian(1), rng.Gaussian(1), 4), Eigen::Vector3d(0.2, 0.3, rng.Uniform(0.1, 0.4)), RandomPose(rng).rotation};
+  object.ellipsoid = {Eigen::Vector3d(rng.Gaussian(1), rng.Gaussian(1), 4),
+                      Eigen::Vector3d(0.2, 0.3, rng.Uniform(0.1, 0.4)), RandomPose(rng).rotation};
   object.covariance.diagonal().setConstant(rng.Uniform(0.01, 0.02));
   object.mean_iou = rng.Uniform(0.3, 0.9);
   object.total_observations = 40 + rng.Index(100);
   object.last_seen_frame = rng.Index(300);
   const auto ids = map.keyframes.Ids();
   for (int i = 0; i < 5; ++i)
-    object.observations.push_back({10 * i, ids[rng.Index(static_cast<int>(ids.size()))], RandomPose(rng), 0, Box{1.5, 2.25, 30 + i * 0.125, 40},
-                                   rng.Uniform(0.3, 0.9), static_cast<unsigned char>(rng.Index(16))});
+    object.observations.push_back({10 * i, ids[rng.Index(static_cast<int>(ids.size()))],
+                                   RandomPose(rng), 0, Box{1.5, 2.25, 30 + i * 0.125, 40},
+                                   rng.Uniform(0.3, 0.9),
+                                   static_cast<unsigned char>(rng.Index(16))});
   for (uint32_t i = 0; i < 6; ++i) {
     object.landmarks.push_back(LandmarkId(3 * i));
     object.landmark_votes.push_back(static_cast<uint16_t>(rng.Index(500)));
@@ -54,12 +58,27 @@ inline Object RandomObject(const Map& map, Rng& rng) {
   return object;
 }
 
-// A map with every kind of content: erased and merged landmarks, a retired keyframe, merged objects, two cameras.
+// A map with every kind of content: erased and merged landmarks, a retired keyframe, merged
+// objects, two cameras.
 inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
   SavedMap saved;
   Map& map = saved.map;
-  map.cameras.push_back({.width = 640, .height = 480, .fx = 520.9, .fy = 521, .cx = 325.1, .cy = 249.7, .distortion = {0.2, -0.7, 0, 0.001, 0.9}, .name = "a"});
-  map.cameras.push_back({.model = LensModel::kFisheye, .width = 848, .height = 800, .fx = 286, .fy = 287, .cx = 421, .cy = 398, .is_guess = true});
+  map.cameras.push_back({.width = 640,
+                         .height = 480,
+                         .fx = 520.9,
+                         .fy = 521,
+                         .cx = 325.1,
+                         .cy = 249.7,
+                         .distortion = {0.2, -0.7, 0, 0.001, 0.9},
+                         .name = "a"});
+  map.cameras.push_back({.model = LensModel::kFisheye,
+                         .width = 848,
+                         .height = 800,
+                         .fx = 286,
+                         .fy = 287,
+                         .cx = 421,
+                         .cy = 398,
+                         .is_guess = true});
   for (int k = 0; k < options.keyframes; ++k) {
     Keyframe keyframe;
     keyframe.frame_index = 7 * k;
@@ -73,10 +92,13 @@ inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
   const auto ids = map.keyframes.Ids();
   for (int i = 0; i < options.landmarks; ++i) {
     const auto first = static_cast<size_t>(rng.Index(options.keyframes));
-    const LandmarkId id = map.AddLandmark({rng.Gaussian(2), rng.Gaussian(2), rng.Uniform(2, 9)}, ids[first]);
+    const LandmarkId id =
+        map.AddLandmark({rng.Gaussian(2), rng.Gaussian(2), rng.Uniform(2, 9)}, ids[first]);
     for (int v = 0; v < options.views; ++v)
       for (int attempt = 0; attempt < 200; ++attempt)
-        if (map.AddObservation(id, ids[(first + v) % ids.size()], static_cast<uint32_t>(rng.Index(options.keypoints)))) break;
+        if (map.AddObservation(id, ids[(first + v) % ids.size()],
+                               static_cast<uint32_t>(rng.Index(options.keypoints))))
+          break;
     if (map.landmarks.At(id).observations.size() < 2)
       map.EraseLandmark(id);
     else
@@ -85,13 +107,15 @@ inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
   map.EraseLandmark(LandmarkId(5));
   for (const KeyframeId id : ids) map.UpdateCovisibility(id, 2);
   map.RetireKeyframe(ids[2]);
-  for (int i = 0; i < options.objects; ++i) map.objects.Insert(ObjectId(static_cast<uint32_t>(i + 1)), RandomObject(map, rng));
+  for (int i = 0; i < options.objects; ++i)
+    map.objects.Insert(ObjectId(static_cast<uint32_t>(i + 1)), RandomObject(map, rng));
   if (options.objects > 0) map.merged_objects.Insert(ObjectId(0), ObjectId(1));
   map.up = Eigen::Vector3d(0.1, -0.9, 0.2).normalized();
   map.up_keyframes = 7;
   map.version = 41;
   for (int i = 0; i < 20; ++i)
-    saved.trajectory.push_back({i, 1.5 + i / 30.0, ids[static_cast<size_t>(i) % ids.size()], RandomPose(rng), static_cast<TrackingState>(i % 5)});
+    saved.trajectory.push_back({i, 1.5 + i / 30.0, ids[static_cast<size_t>(i) % ids.size()],
+                                RandomPose(rng), static_cast<TrackingState>(i % 5)});
   saved.class_names = {{41, "cup"}, {56, "chair"}};
   return saved;
 }

@@ -24,11 +24,13 @@ constexpr int kLag = 6;  // images that the detector is behind
 
 struct Clip {
   explicit Clip(int from, int to)
-      : camera(LoadCamera(kFolder + "/camera.yaml", {0, 0})), table(LoadDetections(kFolder + "/detections.json")) {
+      : camera(LoadCamera(kFolder + "/camera.yaml", {0, 0})),
+        table(LoadDetections(kFolder + "/detections.json")) {
     const auto source = OpenImages(kFolder + "/video.mp4", {.from = from, .to = to});
     while (const auto image = source->Next()) {
       images.push_back({image->image.clone(), image->timestamp, {}, true});
-      detections.push_back(table.Find(fmt::format("{:06}.jpg", from + static_cast<int>(detections.size()))));
+      detections.push_back(
+          table.Find(fmt::format("{:06}.jpg", from + static_cast<int>(detections.size()))));
     }
   }
 
@@ -39,13 +41,15 @@ struct Clip {
   std::vector<std::vector<Detection>> detections;
 };
 
-// Processes a clip with a detector that is late; returns how many mapped objects it has seen in all.
+// Processes a clip with a detector that is late; returns how many mapped objects it has seen in
+// all.
 int Follow(const Clip& clip, Slam& slam) {
   int seen = 0;
   std::vector<int> frames;
   for (size_t i = 0; i < clip.images.size(); ++i) {
     frames.push_back(slam.Process(clip.images[i]).frame);
-    if (i >= kLag) seen += slam.AddDetections(frames[i - kLag], clip.detections[i - kLag]).value_or(0);
+    if (i >= kLag)
+      seen += slam.AddDetections(frames[i - kLag], clip.detections[i - kLag]).value_or(0);
   }
   return seen;
 }
@@ -80,7 +84,9 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   second.Load(folder / "desk.map");
   ASSERT_THAT(second.Anchors(), SizeIs(1));
   EXPECT_EQ(second.Anchors().front().name, "sign");
-  EXPECT_LT((second.Anchors().front().world_from_anchor.translation - placed.world_from_anchor.translation).norm(),
+  EXPECT_LT((second.Anchors().front().world_from_anchor.translation -
+             placed.world_from_anchor.translation)
+                .norm(),
             1e-12);
   EXPECT_GT(Follow(Clip(200, 260), second), 60);  // each image shows several
   // It goes with the object, whose ellipsoid is refined meanwhile.

@@ -11,35 +11,39 @@
 #include "oaslam/map/map.h"
 #include "oaslam/util/rng.h"
 
-// A world of points with repeatable descriptors, seen by cameras on an arc around it: for tests and benchmarks.
+// A world of points with repeatable descriptors, seen by cameras on an arc around it: for tests and
+// benchmarks.
 namespace oaslam::synthetic {
 
 struct WorldOptions {
   int points = 800;
   int cameras = 8;
-  double arc_deg = 60;    // that the cameras cover, looking at the centre
-  double radius = 3;      // of the arc; the points fill 4 x 2.4 x 2 around the centre
+  double arc_deg = 60;  // that the cameras cover, looking at the centre
+  double radius = 3;    // of the arc; the points fill 4 x 2.4 x 2 around the centre
   uint64_t seed = 1;
 };
 
 struct World {
   Camera camera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
   std::vector<Eigen::Vector3d> points;
-  std::vector<Descriptor> descriptors;   // per point
-  std::vector<double> max_distance;      // per point: seen at octave 0 from there
-  std::vector<float> angles_rad;         // per point
+  std::vector<Descriptor> descriptors;  // per point
+  std::vector<double> max_distance;     // per point: seen at octave 0 from there
+  std::vector<float> angles_rad;        // per point
   std::vector<Rigid3> cam_from_world;
 };
 
 // A camera at `center` that looks at `target`, upright (y down, world z up).
 inline Rigid3 LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target) {
-  const Eigen::Vector3d z = (target - center).normalized(), x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d z = (target - center).normalized(),
+                        x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
   Eigen::Matrix3d world_from_cam;
   world_from_cam << x, z.cross(x), z;
   return Rigid3(world_from_cam, center).Inverse();
 }
 
-inline Descriptor RandomDescriptor(Rng& rng) { return {rng.Next(), rng.Next(), rng.Next(), rng.Next()}; }
+inline Descriptor RandomDescriptor(Rng& rng) {
+  return {rng.Next(), rng.Next(), rng.Next(), rng.Next()};
+}
 
 inline Rigid3 PoseOnArc(const WorldOptions& options, double angle_deg) {
   const double a = angle_deg * std::numbers::pi / 180;
@@ -56,16 +60,18 @@ inline World MakeWorld(const WorldOptions& options) {
     world.angles_rad.push_back(static_cast<float>(rng.Uniform(0, 2 * std::numbers::pi)));
   }
   for (int k = 0; k < options.cameras; ++k)
-    world.cam_from_world.push_back(
-        PoseOnArc(options, options.cameras == 1 ? 0 : options.arc_deg * (static_cast<double>(k) / (options.cameras - 1) - 0.5)));
+    world.cam_from_world.push_back(PoseOnArc(
+        options, options.cameras == 1
+                     ? 0
+                     : options.arc_deg * (static_cast<double>(k) / (options.cameras - 1) - 0.5)));
   return world;
 }
 
 struct ViewOptions {
-  double noise_px = 0.5;    // at octave 0; grows with the octave
-  int flipped_bits = 12;    // of 256, per view
-  double missed = 0.1;      // share of visible points without a key point
-  int clutter = 50;         // key points of nothing
+  double noise_px = 0.5;  // at octave 0; grows with the octave
+  int flipped_bits = 12;  // of 256, per view
+  double missed = 0.1;    // share of visible points without a key point
+  int clutter = 50;       // key points of nothing
 };
 
 struct View {
@@ -73,11 +79,13 @@ struct View {
   std::vector<int> point_of_keypoint;  // -1: clutter
 };
 
-inline View MakeView(const World& world, const Rigid3& cam_from_world, const ViewOptions& options, Rng& rng) {
+inline View MakeView(const World& world, const Rigid3& cam_from_world, const ViewOptions& options,
+                     Rng& rng) {
   auto features = std::make_shared<Features>();
   features->bounds = IdealImageBounds(world.camera);
   View view;
-  const auto add = [&](const Eigen::Vector2d& px, float angle, int octave, const Descriptor& descriptor, int point) {
+  const auto add = [&](const Eigen::Vector2d& px, float angle, int octave,
+                       const Descriptor& descriptor, int point) {
     features->keypoints.push_back({px.cast<float>(), angle, static_cast<uint8_t>(octave)});
     features->descriptors.push_back(descriptor);
     view.point_of_keypoint.push_back(point);
@@ -87,8 +95,10 @@ inline View MakeView(const World& world, const Rigid3& cam_from_world, const Vie
     if (x.z() < 0.1 || rng.Uniform(0, 1) < options.missed) continue;
     const int octave = features->pyramid.PredictLevel(x.norm(), world.max_distance[i]);
     const double sigma = options.noise_px * features->pyramid.scale[octave];
-    const Eigen::Vector2d px = ProjectIdeal(world.camera, x) + Eigen::Vector2d(rng.Gaussian(sigma), rng.Gaussian(sigma));
-    if (px.x() < 0 || px.y() < 0 || px.x() >= world.camera.width || px.y() >= world.camera.height) continue;
+    const Eigen::Vector2d px =
+        ProjectIdeal(world.camera, x) + Eigen::Vector2d(rng.Gaussian(sigma), rng.Gaussian(sigma));
+    if (px.x() < 0 || px.y() < 0 || px.x() >= world.camera.width || px.y() >= world.camera.height)
+      continue;
     Descriptor descriptor = world.descriptors[i];
     for (int b = 0; b < options.flipped_bits; ++b) {
       const int bit = rng.Index(256);
@@ -98,7 +108,8 @@ inline View MakeView(const World& world, const Rigid3& cam_from_world, const Vie
   }
   for (int i = 0; i < options.clutter; ++i)
     add({rng.Uniform(0, world.camera.width), rng.Uniform(0, world.camera.height)},
-        static_cast<float>(rng.Uniform(0, 2 * std::numbers::pi)), rng.Index(features->pyramid.levels), RandomDescriptor(rng), -1);
+        static_cast<float>(rng.Uniform(0, 2 * std::numbers::pi)),
+        rng.Index(features->pyramid.levels), RandomDescriptor(rng), -1);
   features->BuildGrid();
   view.features = features;
   return view;
@@ -113,17 +124,21 @@ struct MapOptions {
 };
 
 // The motion exp(noise) applied on the left.
-inline Rigid3 Disturb(const Rigid3& pose, double translation_sigma, double rotation_sigma_rad, Rng& rng) {
-  const Eigen::Vector3d w(rng.Gaussian(rotation_sigma_rad), rng.Gaussian(rotation_sigma_rad), rng.Gaussian(rotation_sigma_rad));
-  const Eigen::Vector3d t(rng.Gaussian(translation_sigma), rng.Gaussian(translation_sigma), rng.Gaussian(translation_sigma));
+inline Rigid3 Disturb(const Rigid3& pose, double translation_sigma, double rotation_sigma_rad,
+                      Rng& rng) {
+  const Eigen::Vector3d w(rng.Gaussian(rotation_sigma_rad), rng.Gaussian(rotation_sigma_rad),
+                          rng.Gaussian(rotation_sigma_rad));
+  const Eigen::Vector3d t(rng.Gaussian(translation_sigma), rng.Gaussian(translation_sigma),
+                          rng.Gaussian(translation_sigma));
   const double angle = w.norm();
-  const Eigen::Quaterniond turn =
-      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle)) : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond turn = angle > 0
+                                      ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle))
+                                      : Eigen::Quaterniond::Identity();
   return Rigid3(turn, t) * pose;
 }
 
 struct MappedWorld {
-  Map map;                                  // a keyframe per camera of the world, ids 0, 1, ...
+  Map map;                                    // a keyframe per camera of the world, ids 0, 1, ...
   std::vector<LandmarkId> landmark_of_point;  // invalid where seen by fewer than two cameras
 };
 
@@ -140,24 +155,28 @@ inline MappedWorld MakeMap(const World& world, const MapOptions& options) {
     keyframe.frame_index = static_cast<int>(10 * k);
     keyframe.timestamp = k;
     keyframe.cam_from_world = k == 0 ? world.cam_from_world[k]
-                                     : Disturb(world.cam_from_world[k], options.translation_noise, options.rotation_noise_rad, rng);
+                                     : Disturb(world.cam_from_world[k], options.translation_noise,
+                                               options.rotation_noise_rad, rng);
     keyframe.features = view.features;
     keyframe.landmarks.resize(view.features->keypoints.size());
     map.keyframes.Insert(KeyframeId(k), std::move(keyframe));
     for (uint32_t i = 0; i < view.point_of_keypoint.size(); ++i)
-      if (view.point_of_keypoint[i] >= 0) seen[view.point_of_keypoint[i]].push_back({KeyframeId(k), i});
+      if (view.point_of_keypoint[i] >= 0)
+        seen[view.point_of_keypoint[i]].push_back({KeyframeId(k), i});
   }
   result.landmark_of_point.resize(world.points.size());
   for (size_t i = 0; i < world.points.size(); ++i) {
     if (seen[i].size() < 2) continue;
-    const Eigen::Vector3d noise(rng.Gaussian(options.position_noise), rng.Gaussian(options.position_noise),
+    const Eigen::Vector3d noise(rng.Gaussian(options.position_noise),
+                                rng.Gaussian(options.position_noise),
                                 rng.Gaussian(options.position_noise));
     const LandmarkId id = map.AddLandmark(world.points[i] + noise, seen[i].front().keyframe);
     for (const Observation& o : seen[i]) map.AddObservation(id, o.keyframe, o.keypoint);
     map.UpdateLandmark(id);
     result.landmark_of_point[i] = id;
   }
-  for (uint32_t k = 0; k < world.cam_from_world.size(); ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+  for (uint32_t k = 0; k < world.cam_from_world.size(); ++k)
+    map.UpdateCovisibility(KeyframeId(k), 15);
   return result;
 }
 

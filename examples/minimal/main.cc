@@ -1,4 +1,5 @@
-// Feeds a video and the boxes of a detector of its own to the library: minimal VIDEO FOCAL_LENGTH_PX [FRAMES]
+// Feeds a video and the boxes of a detector of its own to the library: minimal VIDEO
+// FOCAL_LENGTH_PX [FRAMES]
 #include <cstdio>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
@@ -16,14 +17,17 @@ std::vector<oaslam::Detection> Detect(const cv::Mat& bgr) {
   std::vector<oaslam::Detection> found;
   for (const auto& contour : contours)
     if (const cv::Rect r = cv::boundingRect(contour); r.area() > 1500)
-      found.push_back({.category_id = 0, .score = 0.9, .box = {double(r.x), double(r.y), double(r.br().x), double(r.br().y)}});
+      found.push_back({.category_id = 0,
+                       .score = 0.9,
+                       .box = {double(r.x), double(r.y), double(r.br().x), double(r.br().y)}});
   return found;
 }
 
 int main(int argc, char** argv) {
   cv::VideoCapture video(argc > 2 ? argv[1] : "");
   cv::Mat image;
-  if (!video.read(image)) return std::fprintf(stderr, "usage: minimal VIDEO FOCAL_LENGTH_PX [FRAMES]\n"), 2;
+  if (!video.read(image))
+    return std::fprintf(stderr, "usage: minimal VIDEO FOCAL_LENGTH_PX [FRAMES]\n"), 2;
   oaslam::Camera camera{.width = image.cols, .height = image.rows};
   camera.fx = camera.fy = std::atof(argv[2]);
   camera.cx = 0.5 * (image.cols - 1);
@@ -32,7 +36,8 @@ int main(int argc, char** argv) {
   oaslam::Slam slam(oaslam::SlamConfig{}, camera);
   const int frames = argc > 3 ? std::atoi(argv[3]) : 1 << 30;
   for (int i = 0; i < frames && !image.empty(); ++i, video.read(image)) {
-    const oaslam::TrackingResult result = slam.Process({.image = image, .timestamp = i / 30.0, .detections = Detect(image)});
+    const oaslam::TrackingResult result =
+        slam.Process({.image = image, .timestamp = i / 30.0, .detections = Detect(image)});
     if (result.world_from_cam) {
       const Eigen::Vector3d p = result.world_from_cam->translation;
       std::printf("%d %s %.3f %.3f %.3f\n", i, oaslam::ToString(result.state), p.x(), p.y(), p.z());
@@ -40,5 +45,6 @@ int main(int argc, char** argv) {
   }
   slam.Finish();
   const oaslam::MapSnapshot map = slam.Snapshot();
-  std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.keyframes.size(), map.landmarks.size(), map.objects.size());
+  std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.keyframes.size(),
+              map.landmarks.size(), map.objects.size());
 }

@@ -6,8 +6,9 @@
 namespace oaslam {
 
 enum class LensModel {
-  kPinhole,     // pinhole with radial-tangential distortion: k1 k2 p1 p2 k3 (OpenCV's order; zeros: none)
-  kFisheye,     // equidistant (Kannala-Brandt) distortion: k1 k2 k3 k4
+  kPinhole,  // pinhole with radial-tangential distortion: k1 k2 p1 p2 k3 (OpenCV's order; zeros:
+             // none)
+  kFisheye,  // equidistant (Kannala-Brandt) distortion: k1 k2 k3 k4
 };
 
 // A calibrated camera. Pixel centres are at integer coordinates; distances in pixels.

@@ -25,9 +25,10 @@ struct CameraEstimate {
   // 1 sigma; infinite where it is a guess.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   std::string why_not;
-  // In which the camera reads out an image from its top row to its bottom row (below 0: upwards); 0: at once, or not known.
+  // In which the camera reads out an image from its top row to its bottom row (below 0: upwards);
+  // 0: at once, or not known.
   double readout_s = 0;
-  int images = 0;  // that it is from
+  int images = 0;   // that it is from
   double rmse = 0;  // of the points, in units of their scale
 };
 

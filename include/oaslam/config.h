@@ -7,14 +7,15 @@
 
 namespace oaslam {
 
-// Every parameter of the system: its default, its unit and why. A configuration file names them `section.key`
-// ; VisitFields below binds names and bounds.
+// Every parameter of the system: its default, its unit and why. A configuration file names them
+// `section.key` ; VisitFields below binds names and bounds.
 
 struct FeaturesConfig {
-  int count = 1000;            // key points a frame (doubled until initialised)
-  double scale_factor = 1.2;   // between pyramid levels
+  int count = 1000;           // key points a frame (doubled until initialised)
+  double scale_factor = 1.2;  // between pyramid levels
   int levels = 8;
-  int resolution = 640;        // images with many more pixels than this x 3/4 of this are scaled down to so many; results stay in pixels of the given image
+  int resolution = 640;  // images with many more pixels than this x 3/4 of this are scaled down to
+                         // so many; results stay in pixels of the given image
   int fast_threshold = 20;     // grey levels
   int min_fast_threshold = 7;  // in cells where the first finds nothing
 };
@@ -22,57 +23,65 @@ struct FeaturesConfig {
 struct TrackingConfig {
   int min_init_matches = 100;        // between the two views of the initialisation
   double min_init_parallax_deg = 2;  // that half of `min_init_matches` points have
-  int min_inliers = 30;              // a pose with fewer map points is lost (15 in the first frames after initialisation)
+  int min_inliers =
+      30;  // a pose with fewer map points is lost (15 in the first frames after initialisation)
   int min_relocalization_inliers = 50;
   double min_keyframe_interval = 0.1;  // seconds, unless much of the view is new
   double max_keyframe_interval = 1;    // seconds
   double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
-  double max_object_sigma = 0.015;     // of the distance: an object-only pose less certain is no part of a trajectory
-  int reset_below_keyframes = 6;       // lost with a smaller map: start anew
+  double max_object_sigma =
+      0.015;  // of the distance: an object-only pose less certain is no part of a trajectory
+  int reset_below_keyframes = 6;  // lost with a smaller map: start anew
 };
 
 struct MappingConfig {
   int covisible_neighbors = 20;      // keyframes to triangulate with and to fuse with
   int min_shared_landmarks = 15;     // an edge of the covisibility graph
   double min_parallax_cos = 0.9998;  // rays closer than this are not triangulated
-  double keyframe_redundancy = 0.9;  // share of landmarks seen by 3 others at the same scale: redundant
-  std::string loop_closing = "on";   // on | off
+  double keyframe_redundancy =
+      0.9;  // share of landmarks seen by 3 others at the same scale: redundant
+  std::string loop_closing = "on";  // on | off
 };
 
 struct BundleConfig {
   int local_iterations = 10;
-  int max_local_keyframes = 25;      // free keyframes of a local bundle adjustment
-  std::string objects = "none";      // "poses": detections of mapped objects pull at keyframes; "full": and at the ellipsoids
+  int max_local_keyframes = 25;  // free keyframes of a local bundle adjustment
+  std::string objects = "none";  // "poses": detections of mapped objects pull at keyframes; "full":
+                                 // and at the ellipsoids
 };
 
 struct ObjectsConfig {
-  std::string model = "robust";      // "paper": Wasserstein distance, 9 dof; "robust": docs/objects.md
-  double min_score = 0.5;            // detections at or below are not mapped
-  double min_iou_box = 0.3;          // association gate, last box
-  double min_iou_projection = 0.2;   // association gate, projected ellipsoid
-  int min_shared_points = 10;        // tau: association by landmarks
-  double max_box_age_s = 0.5;        // a last box older than this says nothing, unless it is of the image before
-  double drop_after_s = 2;           // an unreconstructed track unseen for longer, and in five images, is dropped
-  double min_parallax_deg = 10;      // first ellipsoid
-  int min_observations = 40;         // insertion into the map: detections in a video of 30 Hz; in slower ones each counts for up to six
-  double min_accept_iou = 0.3;       // insertion: overlap of projection and detection
-  double min_accept_share = 0.9;     // insertion: share of observations with that overlap (1 in the paper)
-  double fusion_iou = 0.2;           // duplicates: IoU of the 3-D boxes
+  std::string model = "robust";  // "paper": Wasserstein distance, 9 dof; "robust": docs/objects.md
+  double min_score = 0.5;        // detections at or below are not mapped
+  double min_iou_box = 0.3;      // association gate, last box
+  double min_iou_projection = 0.2;  // association gate, projected ellipsoid
+  int min_shared_points = 10;       // tau: association by landmarks
+  double max_box_age_s =
+      0.5;  // a last box older than this says nothing, unless it is of the image before
+  double drop_after_s =
+      2;  // an unreconstructed track unseen for longer, and in five images, is dropped
+  double min_parallax_deg = 10;  // first ellipsoid
+  int min_observations = 40;    // insertion into the map: detections in a video of 30 Hz; in slower
+                                // ones each counts for up to six
+  double min_accept_iou = 0.3;  // insertion: overlap of projection and detection
+  double min_accept_share =
+      0.9;                  // insertion: share of observations with that overlap (1 in the paper)
+  double fusion_iou = 0.2;  // duplicates: IoU of the 3-D boxes
 };
 
 struct RelocalizationConfig {
-  double min_score = 0.3;            // detections below are not used
+  double min_score = 0.3;  // detections below are not used
   int max_detections = 24;
   int ransac_iterations = 300;
-  double accept_margin = 5;          // statistic S (docs/objects.md) less that of the best pose elsewhere
-  double accept_evidence = 34;       // S / 2 + margin, vision only (tools/acceptance)
+  double accept_margin = 5;  // statistic S (docs/objects.md) less that of the best pose elsewhere
+  double accept_evidence = 34;  // S / 2 + margin, vision only (tools/acceptance)
   int accept_objects = 4;
-  int min_matches = 30;              // guided points that confirm an object pose
+  int min_matches = 30;  // guided points that confirm an object pose
 };
 
 struct RunnerConfig {
-  std::string mode = "lockstep";     // sequential | lockstep | live
-  int lag = 2;                       // lockstep: the tracker of frame k sees the map of frame k - lag
+  std::string mode = "lockstep";  // sequential | lockstep | live
+  int lag = 2;                    // lockstep: the tracker of frame k sees the map of frame k - lag
   int seed = 0;
 };
 

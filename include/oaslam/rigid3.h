@@ -4,8 +4,8 @@
 
 namespace oaslam {
 
-// A rigid motion x_in_b = b_from_a * x_in_a. Named after its direction, so that a wrong product is visible:
-// c_from_a = c_from_b * b_from_a.
+// A rigid motion x_in_b = b_from_a * x_in_a. Named after its direction, so that a wrong product is
+// visible: c_from_a = c_from_b * b_from_a.
 struct Rigid3 {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();

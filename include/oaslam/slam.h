@@ -21,48 +21,56 @@ struct SavedMap;   // internal content of a map file
 struct FrameView;  // internal: what the tracker made of a frame
 
 struct ImageInput {
-  cv::Mat image;                      // 8-bit, one channel or BGR, of the camera's size
-  double timestamp = 0;               // seconds, ascending
-  std::vector<Detection> detections;  // of an object detector, in pixels of this image; may be empty
-  bool detections_follow = false;     // a slower detector gives them later, by AddDetections
-  // Gravity in the camera's frame (OpenCV axes) where a sensor gives it, of any length. Of an accelerometer give the
-  // length too: it tells how much the hand shook. Where keyframes have it, the map's vertical comes from them.
+  cv::Mat image;         // 8-bit, one channel or BGR, of the camera's size
+  double timestamp = 0;  // seconds, ascending
+  std::vector<Detection>
+      detections;                  // of an object detector, in pixels of this image; may be empty
+  bool detections_follow = false;  // a slower detector gives them later, by AddDetections
+  // Gravity in the camera's frame (OpenCV axes) where a sensor gives it, of any length. Of an
+  // accelerometer give the length too: it tells how much the hand shook. Where keyframes have it,
+  // the map's vertical comes from them.
   std::optional<Eigen::Vector3d> gravity_in_cam{};
 };
 
-// The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in the frame and unit of the map.
+// The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in
+// the frame and unit of the map.
 struct TrackingResult {
   int frame = 0;
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
-  int keypoints = 0, matched = 0, inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
-  int detections = 0, objects = 0;              // detections: of this image, all; objects: mapped objects seen in it
-  double confidence = 0;                        // [0, 1], that the pose is right (RelocalizationResult)
-  double depth = 0;                             // median, of the landmarks in view; map units; 0 where none stand for the pose
-  // Grows where a camera that was lost could not be found in its map, and goes on in a new one: poses of different numbers are in different
-  // frames and units. What was mapped before is kept, and joined as soon as it is seen again.
+  int keypoints = 0, matched = 0,
+      inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
+  int detections = 0,
+      objects = 0;        // detections: of this image, all; objects: mapped objects seen in it
+  double confidence = 0;  // [0, 1], that the pose is right (RelocalizationResult)
+  double depth = 0;  // median, of the landmarks in view; map units; 0 where none stand for the pose
+  // Grows where a camera that was lost could not be found in its map, and goes on in a new one:
+  // poses of different numbers are in different frames and units. What was mapped before is kept,
+  // and joined as soon as it is seen again.
   int piece = 0;
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
-  double cpu_ms = 0;                            // CPU time from image in to pose out; mapping not counted
+  double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted
 };
 
 // The answer to one image that is to be found in the map by itself.
 struct RelocalizationResult {
   PoseEvidence evidence = PoseEvidence::kNone;  // what stands for the pose; kNone: not found
   std::optional<Rigid3> world_from_cam;
-  double confidence = 0;                        // [0, 1]: how often a best hypothesis with this evidence is right, accepted or not
-  double object_score = 0, object_margin = 0;   // of the best hypothesis from objects, where these were asked
+  double confidence =
+      0;  // [0, 1]: how often a best hypothesis with this evidence is right, accepted or not
+  double object_score = 0,
+         object_margin = 0;  // of the best hypothesis from objects, where these were asked
   int inlier_points = 0, matched_objects = 0;
-  double sigma_position = 0;                    // map units, 1 sigma
+  double sigma_position = 0;  // map units, 1 sigma
   struct Candidate {
     Rigid3 world_from_cam;
-    double score = 0;                           // higher is better; comparable within one image
+    double score = 0;  // higher is better; comparable within one image
   };
-  std::vector<Candidate> candidates;            // best hypotheses, the accepted one first
+  std::vector<Candidate> candidates;  // best hypotheses, the accepted one first
   std::string why_not;
-  std::optional<Camera> camera;                 // where it was not known
-  double focal_sigma_px = 0;                    // of that camera; 0 where it is one of the map's
+  std::optional<Camera> camera;  // where it was not known
+  double focal_sigma_px = 0;     // of that camera; 0 where it is one of the map's
   double ms_features = 0, ms = 0;
 };
 
@@ -71,7 +79,8 @@ struct ObjectPresence {
   uint32_t id = 0;
   int category_id = 0;
   int expected = 0, seen = 0;  // images that should have shown it in its place, and did
-  bool is_missing = false;     // it has been moved or taken away, beyond what its detection rate explains
+  bool is_missing =
+      false;  // it has been moved or taken away, beyond what its detection rate explains
 };
 
 // What is in the map, for display and for applications.
@@ -82,13 +91,14 @@ struct MapSnapshot {
     Ellipsoid ellipsoid;
     int observations = 0;
   };
-  std::vector<Rigid3> keyframes;           // world_from_cam
+  std::vector<Rigid3> keyframes;  // world_from_cam
   std::vector<Eigen::Vector3d> landmarks;
   std::vector<Object> objects;
 };
 
-// Monocular SLAM with points and objects. Not thread-safe: one thread calls; mapping runs on a thread of its own
-// (runner.mode). Throws InputError for a configuration, image, or map file that cannot be used.
+// Monocular SLAM with points and objects. Not thread-safe: one thread calls; mapping runs on a
+// thread of its own (runner.mode). Throws InputError for a configuration, image, or map file that
+// cannot be used.
 class Slam {
  public:
   Slam(const SlamConfig& config, const Camera& camera);
@@ -96,46 +106,58 @@ class Slam {
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
 
-  // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than the last throws InputError.
+  // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than
+  // the last throws InputError.
   TrackingResult Process(const ImageInput& input);
 
-  // Detections of an image that was processed with `detections_follow`, by its TrackingResult::frame: they count for that image, at the pose it had.
-  // Images ascend; those passed over have none. Returns how many mapped objects were seen, or nothing where the image is too old (4 s at 30 Hz)
-  // or had no pose. A lost camera that is found in that image goes on from there.
+  // Detections of an image that was processed with `detections_follow`, by its
+  // TrackingResult::frame: they count for that image, at the pose it had. Images ascend; those
+  // passed over have none. Returns how many mapped objects were seen, or nothing where the image is
+  // too old (4 s at 30 Hz) or had no pose. A lost camera that is found in that image goes on from
+  // there.
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
-  // Finds one image in the map, independent of all others; the map stays as it is. `gravity_in_cam`: direction of gravity in the camera's
-  // frame, any length, where known; without, that of the input.
-  RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
-                                  const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
-  // The same for an image whose camera is not known: as if a camera of the map had taken it, or with a focal length that its points tell.
-  // This Slam's camera counts for the size of the image alone.
-  RelocalizationResult RelocalizeWithUnknownCamera(const ImageInput& input, RelocalizationMode mode,
-                                                   const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // Finds one image in the map, independent of all others; the map stays as it is.
+  // `gravity_in_cam`: direction of gravity in the camera's frame, any length, where known; without,
+  // that of the input.
+  RelocalizationResult Relocalize(
+      const ImageInput& input, RelocalizationMode mode,
+      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // The same for an image whose camera is not known: as if a camera of the map had taken it, or
+  // with a focal length that its points tell. This Slam's camera counts for the size of the image
+  // alone.
+  RelocalizationResult RelocalizeWithUnknownCamera(
+      const ImageInput& input, RelocalizationMode mode,
+      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
   // The same from detections alone.
-  RelocalizationResult RelocalizeByObjects(const std::vector<Detection>& detections,
-                                           const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  RelocalizationResult RelocalizeByObjects(
+      const std::vector<Detection>& detections,
+      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
 
   // How Process finds back after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
 
-  // Localization only, after Load: Process follows the camera in the map and leaves the map as it is. On by default.
+  // Localization only, after Load: Process follows the camera in the map and leaves the map as it
+  // is. On by default.
   void SetMapping(bool enabled);
 
   // Names of the detector's categories, saved with the map; COCO's without.
   void SetClassNames(std::map<int, std::string> names);
 
-  // Which classes move, and which are parts of which; saved with the map. Nothing that moves is mapped or followed: objects of these classes
-  // leave the map, and key points in their boxes are not used (where detections come with the image).
+  // Which classes move, and which are parts of which; saved with the map. Nothing that moves is
+  // mapped or followed: objects of these classes leave the map, and key points in their boxes are
+  // not used (where detections come with the image).
   void SetClassRelations(const ClassRelations& relations);
 
-  // While the map is only read (without mapping, or by Relocalize): what was seen of its objects, in the order of ids.
+  // While the map is only read (without mapping, or by Relocalize): what was seen of its objects,
+  // in the order of ids.
   std::vector<ObjectPresence> Presence() const;
 
   // Gives up the pose it follows: the next image is looked for in the map by itself.
   void ForceRelocalization();
 
-  // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment, with loops, and with the object it stands on.
+  // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
+  // with loops, and with the object it stands on.
   std::vector<AnchorPose> Anchors() const;
   AnchorReport PlaceAnchor(const AnchorRequest& request);
   // Returns why it cannot be changed, or an empty text.
@@ -154,20 +176,24 @@ class Slam {
   };
   std::vector<TimedPose> Trajectory() const;
 
-  // Waits until all that was seen is in the map, and optimises it a last time. Process may go on afterwards.
+  // Waits until all that was seen is in the map, and optimises it a last time. Process may go on
+  // afterwards.
   void Finish();
-  // TrackingResult::piece of the map: after Finish that may be another one than that of the last image.
+  // TrackingResult::piece of the map: after Finish that may be another one than that of the last
+  // image.
   int MainPiece() const;
   // The map with the trajectory so far.
   SavedMap Export() const;
   void Save(const std::string& path) const;
-  // Replaces the map; the next image is relocalized in it. The file's camera may differ from this one. `piece`: which one of a map in several (0: the
-  // largest); the others are joined with it once images link them.
+  // Replaces the map; the next image is relocalized in it. The file's camera may differ from this
+  // one. `piece`: which one of a map in several (0: the largest); the others are joined with it
+  // once images link them.
   void Load(const std::string& path, int piece = 0);
 
   // Forgets everything.
   void Reset();
-  // Ends the mapping thread; nothing is lost, later calls map on the caller's thread. Idempotent. Also done by the destructor.
+  // Ends the mapping thread; nothing is lost, later calls map on the caller's thread. Idempotent.
+  // Also done by the destructor.
   void Shutdown();
 
  private:

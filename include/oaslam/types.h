@@ -27,7 +27,8 @@ struct Detection {
   int category_id = 0;
   double score = 0;  // (0, 1]
   Box box;           // pixels of the original (distorted) image
-  std::optional<std::array<double, 5>> ellipse{};  // cx, cy, width, height, theta [rad] where the detector gives one
+  std::optional<std::array<double, 5>>
+      ellipse{};  // cx, cy, width, height, theta [rad] where the detector gives one
 };
 
 // {x : |diag(1/half_axes) * rotation^T * (x - center)| <= 1}; rotation is world_from_object.

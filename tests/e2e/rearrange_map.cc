@@ -1,5 +1,6 @@
-// rearrange_map IN OUT SEED [COPIES]: the same objects at exchanged places, a wrong map that only their arrangement tells from the right one. With
-// COPIES: the map as it is, and beside it that many less one with exchanged places, a large map with many objects of each class.
+// rearrange_map IN OUT SEED [COPIES]: the same objects at exchanged places, a wrong map that only
+// their arrangement tells from the right one. With COPIES: the map as it is, and beside it that
+// many less one with exchanged places, a large map with many objects of each class.
 
 #include <fmt/format.h>
 
@@ -22,10 +23,12 @@ std::vector<Object> MappedObjects(const Map& map) {
   return objects;
 }
 
-// None keeps its place (Sattolo's cycle), each its height: what stands on the table stands on the table.
+// None keeps its place (Sattolo's cycle), each its height: what stands on the table stands on the
+// table.
 void ExchangePlaces(std::vector<Object>& objects, const Eigen::Vector3d& up, Rng& rng) {
   for (size_t i = objects.size(); i-- > 1;) {
-    Eigen::Vector3d &a = objects[i].ellipsoid.center, &b = objects[rng.Index(static_cast<int>(i))].ellipsoid.center;
+    Eigen::Vector3d &a = objects[i].ellipsoid.center,
+                    &b = objects[rng.Index(static_cast<int>(i))].ellipsoid.center;
     std::swap(a, b);
     const Eigen::Vector3d rise = up * up.dot(a - b);
     a -= rise;
@@ -36,13 +39,15 @@ void ExchangePlaces(std::vector<Object>& objects, const Eigen::Vector3d& up, Rng
 double Extent(const std::vector<Object>& objects) {
   double extent = 0;
   for (const Object& a : objects)
-    for (const Object& b : objects) extent = std::max(extent, (a.ellipsoid.center - b.ellipsoid.center).norm());
+    for (const Object& b : objects)
+      extent = std::max(extent, (a.ellipsoid.center - b.ellipsoid.center).norm());
   return extent;
 }
 
 void Rearrange(Map& map, int copies, Rng& rng) {
   const std::vector<Object> original = MappedObjects(map);
-  const Eigen::Vector3d up = map.up.value_or(-Eigen::Vector3d::UnitY()), side = up.unitOrthogonal(), ahead = up.cross(side);
+  const Eigen::Vector3d up = map.up.value_or(-Eigen::Vector3d::UnitY()), side = up.unitOrthogonal(),
+                        ahead = up.cross(side);
   const double spacing = 1.5 * Extent(original);
   uint32_t next = 0;
   for (const ObjectId id : map.objects.Ids()) {

@@ -16,10 +16,12 @@ const Eigen::Vector3d kUp(0, -1, 0);  // of level cameras
 // Two cameras before a level table of landmarks 1 below them, with a cup on it.
 Map Table() {
   Map map;
-  map.cameras.push_back({.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5});
+  map.cameras.push_back(
+      {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5});
   Rng rng(7);
   std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < 200; ++i) points.emplace_back(rng.Uniform(-1, 1), 1 + rng.Gaussian(0.003), rng.Uniform(2, 4));
+  for (int i = 0; i < 200; ++i)
+    points.emplace_back(rng.Uniform(-1, 1), 1 + rng.Gaussian(0.003), rng.Uniform(2, 4));
   auto features = std::make_shared<Features>();
   features->bounds = {0, 0, 640, 480};
   features->keypoints.resize(points.size());
@@ -38,7 +40,9 @@ Map Table() {
   }
   Object cup;
   cup.state = ObjectState::kMapped;
-  cup.ellipsoid = {{0.3, 0.9, 3}, {0.05, 0.05, 0.1}, Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitX()))};
+  cup.ellipsoid = {{0.3, 0.9, 3},
+                   {0.05, 0.05, 0.1},
+                   Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitX()))};
   cup.observations.emplace_back().anchor = KeyframeId(1);
   map.objects.Insert(ObjectId(4), cup);
   return map;
@@ -67,7 +71,9 @@ TEST(Anchors, ALevelPlaneIsPreferredWhereUpIsKnown) {
   map.up = Eigen::Vector3d(0.01, -1, 0).normalized();
   const Placement placement = FindPlace(map, Click({0.1, 1, 3}));
   ASSERT_TRUE(placement.anchor);
-  EXPECT_GT((WorldFromAnchor(map, *placement.anchor)->rotation * Eigen::Vector3d::UnitY()).dot(*map.up), 1 - 1e-9);
+  EXPECT_GT(
+      (WorldFromAnchor(map, *placement.anchor)->rotation * Eigen::Vector3d::UnitY()).dot(*map.up),
+      1 - 1e-9);
 }
 
 TEST(Anchors, StandOnTopOfAnObjectAndGoWithIt) {
@@ -90,7 +96,8 @@ TEST(Anchors, GoWithTheirKeyframesAndTheUnit) {
   const AnchorReport report = PlaceAnchor(map, Click({0, 1, 3}), map.anchors);
   ASSERT_EQ(report.name, "flag 1") << report.why_not;
   const Rigid3 before = PosesOf(map).at(0).world_from_anchor;
-  const Rigid3 correction(Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {1, 2, 3});
+  const Rigid3 correction(Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())),
+                          {1, 2, 3});
   for (const KeyframeId id : map.keyframes.Ids()) {
     Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
     pose = pose * correction.Inverse();
@@ -100,10 +107,12 @@ TEST(Anchors, GoWithTheirKeyframesAndTheUnit) {
   EXPECT_LT(after.rotation.angularDistance(correction.rotation * before.rotation), 1e-9);
   const double size = map.anchors.at("flag 1").size;
   map.Scale(2);
-  EXPECT_LT((PosesOf(map).at(0).world_from_anchor.translation - 2 * after.translation).norm(), 1e-9);
+  EXPECT_LT((PosesOf(map).at(0).world_from_anchor.translation - 2 * after.translation).norm(),
+            1e-9);
   EXPECT_DOUBLE_EQ(map.anchors.at("flag 1").size, 2 * size);
   map.RetireKeyframe(map.anchors.at("flag 1").keyframe);
-  EXPECT_LT((PosesOf(map).at(0).world_from_anchor.translation - 2 * after.translation).norm(), 1e-9);
+  EXPECT_LT((PosesOf(map).at(0).world_from_anchor.translation - 2 * after.translation).norm(),
+            1e-9);
 }
 
 TEST(Anchors, RefuseWhatIsNoPlace) {
@@ -138,16 +147,20 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
   EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("name of a model"));
 
   const Rigid3 before = anchors.at("door").cam_from_anchor;
-  EXPECT_THAT(EditAnchor("door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors), IsEmpty());
+  EXPECT_THAT(EditAnchor("door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors),
+              IsEmpty());
   ASSERT_FALSE(anchors.contains("door"));
   const Anchor& gate = anchors.at("gate");
   EXPECT_EQ(gate.size, 0.5);
   EXPECT_EQ(gate.cam_from_anchor.translation, before.translation);
-  const Eigen::Vector3d x = before.rotation.conjugate() * (gate.cam_from_anchor.rotation * Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d x =
+      before.rotation.conjugate() * (gate.cam_from_anchor.rotation * Eigen::Vector3d::UnitZ());
   EXPECT_LT((x - Eigen::Vector3d::UnitX()).norm(), 1e-9);
 
-  EXPECT_THAT(EditAnchor("gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors), HasSubstr("already"));
-  EXPECT_THAT(EditAnchor("gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors), HasSubstr("must be from 1e-06 to"));
+  EXPECT_THAT(EditAnchor("gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors),
+              HasSubstr("already"));
+  EXPECT_THAT(EditAnchor("gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors),
+              HasSubstr("must be from 1e-06 to"));
   EXPECT_THAT(EditAnchor("none", {}, anchors), HasSubstr("no anchor \"none\""));
   EXPECT_EQ(anchors.at("gate").size, 0.5);
 }

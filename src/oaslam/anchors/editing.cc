@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMaxName = 64;       // bytes
+constexpr size_t kMaxName = 64;      // bytes
 constexpr size_t kMaxAnchors = 200;  // all are told to every viewer when one has moved
 
 bool IsName(const std::string& name) {
@@ -20,24 +20,31 @@ bool IsName(const std::string& name) {
 
 std::string ProblemOfName(const std::string& name, const Anchors& anchors) {
   if (!IsName(name) || name.find('=') != std::string::npos)
-    return fmt::format("the name of an anchor has 1 to {} bytes, none of them a control character or \"=\"", kMaxName);
+    return fmt::format(
+        "the name of an anchor has 1 to {} bytes, none of them a control character or \"=\"",
+        kMaxName);
   if (anchors.contains(name)) return fmt::format("there is an anchor \"{}\" already", name);
   return "";
 }
 
 std::string FreeName(const std::string& model, const Anchors& anchors) {
   for (int number = 1;; ++number)
-    if (std::string name = fmt::format("{} {}", model, number); !anchors.contains(name)) return name;
+    if (std::string name = fmt::format("{} {}", model, number); !anchors.contains(name))
+      return name;
 }
 
 }  // namespace
 
 AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& anchors) {
-  if (anchors.size() >= kMaxAnchors) return {"", fmt::format("a map holds at most {} anchors", kMaxAnchors)};
+  if (anchors.size() >= kMaxAnchors)
+    return {"", fmt::format("a map holds at most {} anchors", kMaxAnchors)};
   if (!IsName(request.model))
-    return {"", fmt::format("the name of a model has 1 to {} bytes, none of them a control character", kMaxName)};
+    return {"",
+            fmt::format("the name of a model has 1 to {} bytes, none of them a control character",
+                        kMaxName)};
   const std::string name = request.name.empty() ? FreeName(request.model, anchors) : request.name;
-  if (const std::string problem = ProblemOfName(name, anchors); !problem.empty()) return {"", problem};
+  if (const std::string problem = ProblemOfName(name, anchors); !problem.empty())
+    return {"", problem};
   Placement placement = FindPlace(map, request);
   if (!placement.anchor) return {"", placement.why_not};
   anchors.emplace(name, std::move(*placement.anchor));
@@ -52,7 +59,8 @@ std::string EditAnchor(const std::string& name, const AnchorEdit& edit, Anchors&
   if (!std::isfinite(edit.turn_rad)) return "the angle is no number";
   const bool is_renamed = edit.name && *edit.name != name;
   if (is_renamed)
-    if (const std::string problem = ProblemOfName(*edit.name, anchors); !problem.empty()) return problem;
+    if (const std::string problem = ProblemOfName(*edit.name, anchors); !problem.empty())
+      return problem;
   Anchor& anchor = found->second;
   if (edit.size) anchor.size = *edit.size;
   Eigen::Quaterniond& rotation = anchor.cam_from_anchor.rotation;
@@ -69,8 +77,10 @@ std::vector<AnchorPose> PosesOf(const Map& map) {
   for (const auto& [name, anchor] : map.anchors) {
     const std::optional<Rigid3> pose = WorldFromAnchor(map, anchor);
     if (!pose) continue;
-    const std::optional<ObjectId> object = anchor.object.IsValid() ? map.ResolveObject(anchor.object) : std::nullopt;
-    poses.push_back({name, anchor.model, anchor.size, *pose, object ? std::optional(object->value) : std::nullopt});
+    const std::optional<ObjectId> object =
+        anchor.object.IsValid() ? map.ResolveObject(anchor.object) : std::nullopt;
+    poses.push_back({name, anchor.model, anchor.size, *pose,
+                     object ? std::optional(object->value) : std::nullopt});
   }
   return poses;
 }

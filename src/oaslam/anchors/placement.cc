@@ -31,14 +31,16 @@ Eigen::Vector3d UpOf(const Map& map) {
 Eigen::Quaterniond StandUp(const Eigen::Vector3d& up, const Eigen::Vector3d& to_viewer) {
   constexpr double kMinLevel = 1e-3;  // seen from right above, any front will do
   Eigen::Vector3d front = to_viewer - to_viewer.dot(up) * up;
-  if (front.norm() < kMinLevel * to_viewer.norm() || !(to_viewer.norm() > 0)) front = up.unitOrthogonal();
+  if (front.norm() < kMinLevel * to_viewer.norm() || !(to_viewer.norm() > 0))
+    front = up.unitOrthogonal();
   front.normalize();
   Eigen::Matrix3d axes;
   axes << up.cross(front), up, front;
   return Eigen::Quaterniond(axes).normalized();
 }
 
-std::optional<Anchor> CarriedBy(const Map& map, KeyframeId keyframe, const Rigid3& world_from_anchor) {
+std::optional<Anchor> CarriedBy(const Map& map, KeyframeId keyframe,
+                                const Rigid3& world_from_anchor) {
   const std::optional<Rigid3> cam_from_world = map.ResolvePose(keyframe);
   if (!cam_from_world) return std::nullopt;
   Anchor anchor;
@@ -57,7 +59,8 @@ Placement OnObject(const Map& map, ObjectId id, const AnchorRequest& request) {
   const Eigen::Vector3d in_axes = (e.rotation.conjugate() * up).cwiseQuotient(e.half_axes);
   const Eigen::Vector3d top = up / in_axes.norm();  // from the center
   const Rigid3 world_from_anchor(StandUp(up, request.origin - e.center), e.center + top);
-  std::optional<Anchor> anchor = CarriedBy(map, object->observations.back().anchor, world_from_anchor);
+  std::optional<Anchor> anchor =
+      CarriedBy(map, object->observations.back().anchor, world_from_anchor);
   if (!anchor) return {std::nullopt, fmt::format("object {} has no keyframe", id.value)};
   anchor->object = *now;
   anchor->offset = map.ResolvePose(anchor->keyframe)->rotation * top;
@@ -75,19 +78,22 @@ KeyframeId SeesMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
   std::map<KeyframeId, int> counts;
   for (const LandmarkId id : landmarks)
     for (const Observation& o : map.landmarks.At(id).observations) ++counts[o.keyframe];
-  const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
+  const auto most =
+      std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
   return most == counts.end() ? KeyframeId() : most->first;
 }
 
-// Landmarks about a ray, but those of mapped objects: what is asked for is what these stand on, or what is behind them.
+// Landmarks about a ray, but those of mapped objects: what is asked for is what these stand on, or
+// what is behind them.
 struct Surroundings {
   std::vector<LandmarkId> ids;
   std::vector<Eigen::Vector3d> points;
 };
 
-Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                            double half_angle_rad) {
-  constexpr double kMargin = 1.25;  // landmarks on an edge lie outside of the ellipsoid that fits the box
+Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin,
+                            const Eigen::Vector3d& direction, double half_angle_rad) {
+  constexpr double kMargin =
+      1.25;  // landmarks on an edge lie outside of the ellipsoid that fits the box
   std::vector<Ellipsoid> objects;
   map.objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
@@ -99,14 +105,17 @@ Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin, const
   map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
     const Eigen::Vector3d x = landmark.position - origin;
     if (x.dot(direction) < min_cosine * x.norm() || !(x.norm() > 0)) return;
-    if (std::ranges::any_of(objects, [&](const Ellipsoid& e) { return Contains(e, landmark.position); })) return;
+    if (std::ranges::any_of(objects,
+                            [&](const Ellipsoid& e) { return Contains(e, landmark.position); }))
+      return;
     found.ids.push_back(id);
     found.points.push_back(landmark.position);
   });
   return found;
 }
 
-// The level plane that most points lie on, at their median height; most surfaces that things stand on are level.
+// The level plane that most points lie on, at their median height; most surfaces that things stand
+// on are level.
 PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
                   const Eigen::Vector3d& viewpoint, double tolerance) {
   constexpr size_t kMaxTried = 200;  // heights, of points at equal steps
@@ -131,24 +140,27 @@ PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vecto
   return best;
 }
 
-std::optional<PlaneFit> FitSurface(const std::vector<Eigen::Vector3d>& points, const std::optional<Eigen::Vector3d>& up,
+std::optional<PlaneFit> FitSurface(const std::vector<Eigen::Vector3d>& points,
+                                   const std::optional<Eigen::Vector3d>& up,
                                    const Eigen::Vector3d& viewpoint) {
   constexpr double kTolerance = 0.006;  // of the distance
   constexpr size_t kMinInliers = 8, kMinLevelInliers = 6;
-  constexpr double kLevelShare = 0.5;  // of the inliers of any other plane: two more parameters find more of them
+  constexpr double kLevelShare =
+      0.5;  // of the inliers of any other plane: two more parameters find more of them
   Rng rng(0);
   std::optional<PlaneFit> any = FitPlane(points, viewpoint, kTolerance, rng);
   if (up) {
     PlaneFit level = FitLevel(points, up->normalized(), viewpoint, kTolerance);
     const double others = any ? static_cast<double>(any->inliers.size()) : 0;
-    if (level.inliers.size() >= kMinLevelInliers && static_cast<double>(level.inliers.size()) >= kLevelShare * others)
+    if (level.inliers.size() >= kMinLevelInliers &&
+        static_cast<double>(level.inliers.size()) >= kLevelShare * others)
       return level;
   }
   return any && any->inliers.size() >= kMinInliers ? any : std::nullopt;
 }
 
-std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                                   double half_angle_rad) {
+std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin,
+                                   const Eigen::Vector3d& direction, double half_angle_rad) {
   const auto [ids, points] = LandmarksAbout(map, origin, direction, half_angle_rad);
   const std::optional<PlaneFit> fit = FitSurface(points, map.up, origin);
   if (!fit) return std::nullopt;
@@ -182,8 +194,11 @@ Placement OnPoints(const Map& map, const AnchorRequest& request) {
 }  // namespace
 
 std::string ProblemOfSize(double size) {
-  constexpr double kMin = 1e-6, kMax = 1e6;  // any map's unit may be small or large, and be scaled again
-  return size >= kMin && size <= kMax ? "" : fmt::format("size {}, must be from {} to {}", size, kMin, kMax);
+  constexpr double kMin = 1e-6,
+                   kMax = 1e6;  // any map's unit may be small or large, and be scaled again
+  return size >= kMin && size <= kMax
+             ? ""
+             : fmt::format("size {}, must be from {} to {}", size, kMin, kMax);
 }
 
 Placement FindPlace(const Map& map, const AnchorRequest& request) {
@@ -191,8 +206,10 @@ Placement FindPlace(const Map& map, const AnchorRequest& request) {
   if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
     return {std::nullopt, "the ray has no direction"};
   if (request.size != 0)
-    if (const std::string problem = ProblemOfSize(request.size); !problem.empty()) return {std::nullopt, problem};
-  Placement placement = request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
+    if (const std::string problem = ProblemOfSize(request.size); !problem.empty())
+      return {std::nullopt, problem};
+  Placement placement =
+      request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
   if (!placement.anchor) return placement;
   placement.anchor->model = request.model;
   if (request.size > 0) placement.anchor->size = request.size;

@@ -9,7 +9,8 @@
 namespace oaslam {
 namespace {
 
-// An object that is not in front of the camera: as wrong as a box can be, so that no step gains by going there.
+// An object that is not in front of the camera: as wrong as a box can be, so that no step gains by
+// going there.
 constexpr double kBehindError = 15;
 
 using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
@@ -18,7 +19,8 @@ using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
 Eigen::Matrix<double, 6, 6> CarriedMotion(const Rigid3& cam_from_keyframe) {
   const Eigen::Matrix3d rotation = cam_from_keyframe.rotation.toRotationMatrix();
   Eigen::Matrix<double, 6, 6> motion;
-  motion << rotation, Skew(cam_from_keyframe.translation) * rotation, Eigen::Matrix3d::Zero(), rotation;
+  motion << rotation, Skew(cam_from_keyframe.translation) * rotation, Eigen::Matrix3d::Zero(),
+      rotation;
   return motion;
 }
 
@@ -42,22 +44,30 @@ Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change) {
   return Moved(start, all);
 }
 
-BoxEdgeCost::BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape, const std::optional<Rigid3>& fixed_pose)
-    : measured_(measured), ellipsoid_(ellipsoid), free_shape_(free_shape), fixed_pose_(fixed_pose), weight_(std::sqrt(measured.score) / (kHuberPx * DetectorPixel(*measured.camera))) {
+BoxEdgeCost::BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid,
+                         bool free_shape, const std::optional<Rigid3>& fixed_pose)
+    : measured_(measured),
+      ellipsoid_(ellipsoid),
+      free_shape_(free_shape),
+      fixed_pose_(fixed_pose),
+      weight_(std::sqrt(measured.score) / (kHuberPx * DetectorPixel(*measured.camera))) {
   set_num_residuals(4);
   if (!fixed_pose_) mutable_parameter_block_sizes()->push_back(7);
   if (free_shape_) mutable_parameter_block_sizes()->push_back(7);
 }
 
-bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals,
+                           double** jacobians) const {
   const size_t shape_index = fixed_pose_ ? 0 : 1;
   const Rigid3 keyframe_from_world = fixed_pose_ ? *fixed_pose_ : FromBlock(AsPose(parameters[0]));
-  const Ellipsoid ellipsoid = free_shape_ ? Changed(ellipsoid_, AsShape(parameters[shape_index])) : ellipsoid_;
+  const Ellipsoid ellipsoid =
+      free_shape_ ? Changed(ellipsoid_, AsShape(parameters[shape_index])) : ellipsoid_;
   const auto view = ViewEllipsoid(ellipsoid, measured_.cam_from_keyframe * keyframe_from_world);
   Eigen::Map<Eigen::Vector4d> residual(residuals);
   Eigen::Vector4d used = Eigen::Vector4d::Zero();  // rows with a derivative, weighted
   if (view) {
-    residual = weight_ * EdgeResidual(OutlineBox(view->outline, *measured_.camera), measured_.box, measured_.truncated);
+    residual = weight_ * EdgeResidual(OutlineBox(view->outline, *measured_.camera), measured_.box,
+                                      measured_.truncated);
     for (int row = 0; row < 4; ++row)
       if (!(measured_.truncated & (1 << row)) || residual[row] != 0) used[row] = weight_;
   } else {
@@ -70,7 +80,8 @@ bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals, d
     if (view) {
       Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangent_by_block;
       PoseManifold().MinusJacobian(parameters[0], tangent_by_block.data());
-      j = used.asDiagonal() * DifferentiateByPose(*view, *measured_.camera) * CarriedMotion(measured_.cam_from_keyframe) * tangent_by_block;
+      j = used.asDiagonal() * DifferentiateByPose(*view, *measured_.camera) *
+          CarriedMotion(measured_.cam_from_keyframe) * tangent_by_block;
     }
   }
   if (free_shape_ && jacobians[shape_index]) {
@@ -82,9 +93,11 @@ bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals, d
 }
 
 ShapePriorCost::ShapePriorCost(const Ellipsoid& ellipsoid, bool upright)
-    : log_axes_(ellipsoid.half_axes.array().log()), rows_(ShapePriorRows(kPriorWeightPx / kHuberPx, upright)) {}
+    : log_axes_(ellipsoid.half_axes.array().log()),
+      rows_(ShapePriorRows(kPriorWeightPx / kHuberPx, upright)) {}
 
-bool ShapePriorCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool ShapePriorCost::Evaluate(const double* const* parameters, double* residuals,
+                              double** jacobians) const {
   const Eigen::Vector3d log_axes = log_axes_ + Eigen::Map<const Eigen::Vector3d>(parameters[0] + 3);
   Eigen::Map<Eigen::Vector4d>{residuals} = rows_ * log_axes;
   if (!jacobians || !jacobians[0]) return true;

@@ -13,7 +13,8 @@
 
 namespace oaslam {
 
-// A change of an ellipsoid as a Ceres parameter block: centre (world), log half axes, turn about its third axis [rad]; zero at first.
+// A change of an ellipsoid as a Ceres parameter block: centre (world), log half axes, turn about
+// its third axis [rad]; zero at first.
 using ShapeBlock = std::array<double, 7>;
 Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change);
 
@@ -21,18 +22,21 @@ Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change);
 struct BoxMeasurement {
   const Camera* camera = nullptr;
   Rigid3 cam_from_keyframe;
-  Box box;                      // ideal image
+  Box box;  // ideal image
   double score = 1;
   unsigned char truncated = 0;  // EdgeBits
 };
 
-// The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in units of the 10 px at which
-// Huber's kernel begins (objects-study.md, section 5.2), with analytic derivatives. Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given; the shape, if
-// it is `free_shape`.
+// The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in
+// units of the 10 px at which Huber's kernel begins (objects-study.md, section 5.2), with analytic
+// derivatives. Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given;
+// the shape, if it is `free_shape`.
 class BoxEdgeCost final : public ceres::CostFunction {
  public:
-  BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape, const std::optional<Rigid3>& fixed_pose);
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+  BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape,
+              const std::optional<Rigid3>& fixed_pose);
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
 
  private:
   BoxMeasurement measured_;
@@ -46,7 +50,8 @@ class BoxEdgeCost final : public ceres::CostFunction {
 class ShapePriorCost final : public ceres::SizedCostFunction<4, 7> {
  public:
   ShapePriorCost(const Ellipsoid& ellipsoid, bool upright);
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
 
  private:
   Eigen::Vector3d log_axes_;

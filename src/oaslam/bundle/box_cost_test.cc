@@ -11,13 +11,20 @@ namespace {
 
 const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 510, .cx = 318, .cy = 242};
 
-Rigid3 KeyframePose() { return {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized())), {0.3, -0.4, 1.2}}; }
+Rigid3 KeyframePose() {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized())),
+          {0.3, -0.4, 1.2}};
+}
 
-Rigid3 CamFromKeyframe() { return {Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.2, 1, 0.5).normalized())), {0.05, -0.02, 0.1}}; }
+Rigid3 CamFromKeyframe() {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.2, 1, 0.5).normalized())),
+          {0.05, -0.02, 0.1}};
+}
 
 Ellipsoid SomeEllipsoid() {
   Ellipsoid ellipsoid;
-  ellipsoid.center = (CamFromKeyframe() * KeyframePose()).Inverse() * Eigen::Vector3d(0.2, -0.1, 2.5);
+  ellipsoid.center =
+      (CamFromKeyframe() * KeyframePose()).Inverse() * Eigen::Vector3d(0.2, -0.1, 2.5);
   ellipsoid.half_axes = {0.2, 0.3, 0.15};
   ellipsoid.rotation = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 1, 0).normalized());
   return ellipsoid;
@@ -48,7 +55,9 @@ TEST(BoxEdgeCost, DerivativesAgreeWithNumericOnes) {
     for (const bool free_pose : {true, false}) {
       for (const bool free_shape : {true, false}) {
         if (!free_pose && !free_shape) continue;
-        const BoxEdgeCost cost(Measured(static_cast<unsigned char>(truncated)), SomeEllipsoid(), free_shape, free_pose ? std::nullopt : std::optional(KeyframePose()));
+        const BoxEdgeCost cost(Measured(static_cast<unsigned char>(truncated)), SomeEllipsoid(),
+                               free_shape,
+                               free_pose ? std::nullopt : std::optional(KeyframePose()));
         std::vector<const ceres::Manifold*> manifolds;
         std::vector<const double*> blocks;
         if (free_pose) {
@@ -74,7 +83,10 @@ TEST(BoxEdgeCost, IsZeroForTheProjectionItself) {
   const BoxEdgeCost cost(measured, SomeEllipsoid(), false, std::nullopt);
   EXPECT_LT(ResidualOf(cost, {pose.data()}).norm(), 1e-9);
   // A turn of the camera of 10 px: one sigma an edge, weighted by the score.
-  const PoseBlock turned = ToBlock(Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(10 / kCamera.fx, Eigen::Vector3d::UnitY())), Eigen::Vector3d::Zero()) * KeyframePose());
+  const PoseBlock turned = ToBlock(
+      Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(10 / kCamera.fx, Eigen::Vector3d::UnitY())),
+             Eigen::Vector3d::Zero()) *
+      KeyframePose());
   const Eigen::Vector4d off = ResidualOf(cost, {turned.data()});
   EXPECT_NEAR(std::abs(off[0]), std::sqrt(0.8), 0.1);
   EXPECT_NEAR(std::abs(off[2]), std::sqrt(0.8), 0.1);

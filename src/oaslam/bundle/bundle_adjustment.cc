@@ -8,7 +8,8 @@
 namespace oaslam {
 namespace {
 
-// Observers beyond the free keyframes that share the most landmarks with them: more hardly add to what holds the window in place.
+// Observers beyond the free keyframes that share the most landmarks with them: more hardly add to
+// what holds the window in place.
 constexpr size_t kMaxFixedKeyframes = 40;
 constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
 
@@ -30,9 +31,11 @@ std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<Lan
     for (const Observation& o : map.landmarks.At(id).observations) ++shared[o.keyframe];
   for (const KeyframeId id : except) shared.erase(id);
   std::vector<std::pair<KeyframeId, int>> ranked(shared.begin(), shared.end());
-  std::ranges::stable_sort(ranked, std::ranges::greater{}, [](const auto& entry) { return entry.second; });
+  std::ranges::stable_sort(ranked, std::ranges::greater{},
+                           [](const auto& entry) { return entry.second; });
   std::vector<KeyframeId> strongest;
-  for (size_t i = 0; i < std::min(ranked.size(), kMaxFixedKeyframes); ++i) strongest.push_back(ranked[i].first);
+  for (size_t i = 0; i < std::min(ranked.size(), kMaxFixedKeyframes); ++i)
+    strongest.push_back(ranked[i].first);
   return strongest;
 }
 
@@ -44,7 +47,8 @@ void SelectObjects(const Map& map, const std::string& how, BundleSelection& sele
       const auto carried = map.ResolveKeyframe(o.anchor);
       return carried && std::ranges::binary_search(selection.free_keyframes, carried->by);
     };
-    if (object.state == ObjectState::kMapped && std::ranges::any_of(object.observations, is_free)) selection.objects.push_back(id);
+    if (object.state == ObjectState::kMapped && std::ranges::any_of(object.observations, is_free))
+      selection.objects.push_back(id);
   });
 }
 
@@ -58,15 +62,18 @@ KeyframeId FirstKeyframe(const Map& map) {
 
 }  // namespace
 
-BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const BundleConfig& config) {
+BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
+                                       const BundleConfig& config) {
   std::vector<KeyframeId> window = map.CovisibleKeyframes(newest, config.max_local_keyframes - 1);
   window.push_back(newest);
   std::ranges::sort(window);
   BundleSelection selection;
   selection.landmarks = LandmarksSeenBy(map, window);
   selection.fixed_keyframes = StrongestObservers(map, selection.landmarks, window);
-  // Without observers from outside the oldest of the window holds the gauge; its scale is then held by damping alone.
-  const bool hold_oldest = window.front() == FirstKeyframe(map) || selection.fixed_keyframes.empty();
+  // Without observers from outside the oldest of the window holds the gauge; its scale is then held
+  // by damping alone.
+  const bool hold_oldest =
+      window.front() == FirstKeyframe(map) || selection.fixed_keyframes.empty();
   if (hold_oldest) selection.fixed_keyframes.push_back(window.front());
   std::ranges::sort(selection.fixed_keyframes);
   selection.free_keyframes.assign(window.begin() + (hold_oldest ? 1 : 0), window.end());
@@ -74,7 +81,8 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest, const 
   return SolveBundle(map, selection, {config.local_iterations, kLocalTolerance});
 }
 
-BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const BundleConfig& config, const std::stop_token& stop) {
+BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const BundleConfig& config,
+                                        const std::stop_token& stop) {
   BundleSelection selection;
   selection.free_keyframes = map.keyframes.Ids();
   if (selection.free_keyframes.empty()) return {};
@@ -92,7 +100,8 @@ void ApplyCorrection(const BundleCorrection& correction, Map& map) {
     if (Landmark* landmark = map.landmarks.Mutable(id)) landmark->position = point;
   for (const auto& [id, ellipsoid] : correction.objects)
     if (Object* object = map.objects.Mutable(id)) object->ellipsoid = ellipsoid;
-  for (const auto& [landmark, keyframe] : correction.outliers) map.EraseObservation(landmark, keyframe);
+  for (const auto& [landmark, keyframe] : correction.outliers)
+    map.EraseObservation(landmark, keyframe);
   for (const auto& [id, point] : correction.points)
     if (map.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);
 }
@@ -100,12 +109,14 @@ void ApplyCorrection(const BundleCorrection& correction, Map& map) {
 void ApplyLateCorrection(const BundleCorrection& correction, const Map& corrected, Map& map) {
   std::map<KeyframeId, Rigid3> motions;  // new_world_from_old_world
   for (const auto& [id, pose] : correction.poses)
-    if (const Keyframe* keyframe = map.keyframes.Find(id)) motions[id] = pose.Inverse() * keyframe->cam_from_world;
+    if (const Keyframe* keyframe = map.keyframes.Find(id))
+      motions[id] = pose.Inverse() * keyframe->cam_from_world;
   if (!corrected.keyframes.empty()) motions.try_emplace(FirstKeyframe(corrected));
   for (const KeyframeId id : map.keyframes.Ids()) {
     if (corrected.keyframes.Contains(id)) continue;
     Keyframe& late = map.keyframes.MutableAt(id);
-    const auto neighbour = std::ranges::find_if(late.covisible, [&](const Covisible& c) { return motions.contains(c.keyframe); });
+    const auto neighbour = std::ranges::find_if(
+        late.covisible, [&](const Covisible& c) { return motions.contains(c.keyframe); });
     if (neighbour == late.covisible.end()) continue;
     const Rigid3 motion = motions.at(neighbour->keyframe);
     motions[id] = motion;
@@ -114,7 +125,8 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
   for (const LandmarkId id : map.landmarks.Ids()) {
     if (corrected.landmarks.Contains(id)) continue;
     Landmark& late = map.landmarks.MutableAt(id);
-    const auto by = std::ranges::find_if(late.observations, [&](const Observation& o) { return motions.contains(o.keyframe); });
+    const auto by = std::ranges::find_if(
+        late.observations, [&](const Observation& o) { return motions.contains(o.keyframe); });
     if (by != late.observations.end()) late.position = motions.at(by->keyframe) * late.position;
   }
   BundleCorrection of_points = correction;

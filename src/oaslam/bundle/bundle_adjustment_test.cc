@@ -21,11 +21,14 @@ struct Errors {
   double centers = 0, points = 0;  // RMS
 };
 
-Errors ErrorsOf(const Map& map, const synthetic::World& world, const std::vector<LandmarkId>& landmark_of_point) {
+Errors ErrorsOf(const Map& map, const synthetic::World& world,
+                const std::vector<LandmarkId>& landmark_of_point) {
   Errors e;
   int centers = 0, points = 0;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    e.centers += (keyframe.cam_from_world.OriginInSource() - world.cam_from_world[id.value].OriginInSource()).squaredNorm();
+    e.centers +=
+        (keyframe.cam_from_world.OriginInSource() - world.cam_from_world[id.value].OriginInSource())
+            .squaredNorm();
     ++centers;
   });
   for (size_t i = 0; i < landmark_of_point.size(); ++i)
@@ -49,7 +52,8 @@ TEST(BundleAdjustment, GlobalRecoversADisturbedWorld) {
   ApplyCorrection(correction, map);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
   const Errors after = ErrorsOf(map, world, landmarks);
-  EXPECT_LT(after.centers, 0.3 * before.centers);  // what is left is mostly scale, which nothing fixes
+  EXPECT_LT(after.centers,
+            0.3 * before.centers);  // what is left is mostly scale, which nothing fixes
   EXPECT_LT(after.points, 0.3 * before.points);
 }
 
@@ -61,12 +65,15 @@ TEST(BundleAdjustment, LocalIsHeldByFixedObservers) {
     Keyframe& keyframe = map.keyframes.MutableAt(KeyframeId(k));
     keyframe.cam_from_world = synthetic::Disturb(keyframe.cam_from_world, 0.05, 0.02, rng);
   }
-  const BundleCorrection correction = LocalBundleAdjustment(map, KeyframeId(9), BundleConfig{.local_iterations = 10, .max_local_keyframes = 4});
+  const BundleCorrection correction = LocalBundleAdjustment(
+      map, KeyframeId(9), BundleConfig{.local_iterations = 10, .max_local_keyframes = 4});
   ASSERT_TRUE(correction.success);
   EXPECT_EQ(correction.poses.size(), 4U);
   ApplyCorrection(correction, map);
   for (const auto& [id, pose] : correction.poses)
-    EXPECT_LT((pose.OriginInSource() - world.cam_from_world[id.value].OriginInSource()).norm(), 0.01) << id.value;
+    EXPECT_LT((pose.OriginInSource() - world.cam_from_world[id.value].OriginInSource()).norm(),
+              0.01)
+        << id.value;
 }
 
 TEST(BundleAdjustment, OutliersAreFoundAndErased) {
@@ -75,7 +82,9 @@ TEST(BundleAdjustment, OutliersAreFoundAndErased) {
   // Landmarks far off their place in one view: their key point moves to one of clutter.
   std::vector<std::pair<LandmarkId, KeyframeId>> wrong;
   const KeyframeId keyframe_id(3);
-  for (uint32_t i = 0, free = static_cast<uint32_t>(map.keyframes.At(keyframe_id).landmarks.size()) - 1; wrong.size() < 15; ++i) {
+  for (uint32_t i = 0,
+                free = static_cast<uint32_t>(map.keyframes.At(keyframe_id).landmarks.size()) - 1;
+       wrong.size() < 15; ++i) {
     const LandmarkId id = map.keyframes.At(keyframe_id).landmarks[i];
     if (!id.IsValid() || map.landmarks.At(id).observations.size() < 4) continue;
     map.EraseObservation(id, keyframe_id);
@@ -86,7 +95,8 @@ TEST(BundleAdjustment, OutliersAreFoundAndErased) {
   ASSERT_TRUE(correction.success);
   EXPECT_THAT(correction.outliers, testing::IsSupersetOf(wrong));
   size_t observations = 0;
-  map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) { observations += landmark.observations.size(); });
+  map.landmarks.ForEach(
+      [&](LandmarkId, const Landmark& landmark) { observations += landmark.observations.size(); });
   EXPECT_LT(correction.outliers.size(), wrong.size() + observations / 10);
   ApplyCorrection(correction, map);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
@@ -100,7 +110,8 @@ TEST(BundleAdjustment, TheSameMapGivesTheSameBits) {
   const BundleCorrection b = LocalBundleAdjustment(Map(map), KeyframeId(4), BundleConfig{});
   ASSERT_EQ(a.points.size(), b.points.size());
   for (size_t i = 0; i < a.points.size(); ++i) EXPECT_EQ(a.points[i].second, b.points[i].second);
-  for (size_t i = 0; i < a.poses.size(); ++i) EXPECT_EQ(a.poses[i].second.translation, b.poses[i].second.translation);
+  for (size_t i = 0; i < a.poses.size(); ++i)
+    EXPECT_EQ(a.poses[i].second.translation, b.poses[i].second.translation);
   EXPECT_EQ(a.outliers, b.outliers);
 }
 
@@ -130,26 +141,38 @@ void AddObjects(const synthetic::World& world, Map& map) {
     object.ellipsoid.center = {-1.0 + 0.4 * i, 0.3 * (i % 3), 0.1 * (i % 2)};
     object.ellipsoid.half_axes = {0.15, 0.15, 0.2};
     for (uint32_t k = 0; k < world.cam_from_world.size(); ++k)
-      object.observations.push_back({static_cast<int>(10 * k), KeyframeId(k), {}, 0, *ProjectToBox(object.ellipsoid, world.cam_from_world[k], world.camera), 1, 0});
+      object.observations.push_back(
+          {static_cast<int>(10 * k),
+           KeyframeId(k),
+           {},
+           0,
+           *ProjectToBox(object.ellipsoid, world.cam_from_world[k], world.camera),
+           1,
+           0});
     map.objects.Insert(ObjectId(i), std::move(object));
   }
 }
 
 double CenterError(const Map& map, const Map& truth) {
   double sum = 0;
-  truth.objects.ForEach([&](ObjectId id, const Object& object) { sum += (map.objects.At(id).ellipsoid.center - object.ellipsoid.center).squaredNorm(); });
+  truth.objects.ForEach([&](ObjectId id, const Object& object) {
+    sum += (map.objects.At(id).ellipsoid.center - object.ellipsoid.center).squaredNorm();
+  });
   return std::sqrt(sum / static_cast<double>(truth.objects.size()));
 }
 
 // All but the objects grows around the first camera: points cannot see that.
 void ScaleAroundFirst(double factor, Map& map) {
   const Eigen::Vector3d center = map.keyframes.At(KeyframeId(0)).cam_from_world.OriginInSource();
-  const auto scaled = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return center + factor * (x - center); };
+  const auto scaled = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+    return center + factor * (x - center);
+  };
   for (const KeyframeId id : map.keyframes.Ids()) {
     Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
     pose.translation = -(pose.rotation * scaled(pose.OriginInSource()));
   }
-  for (const LandmarkId id : map.landmarks.Ids()) map.landmarks.MutableAt(id).position = scaled(map.landmarks.At(id).position);
+  for (const LandmarkId id : map.landmarks.Ids())
+    map.landmarks.MutableAt(id).position = scaled(map.landmarks.At(id).position);
 }
 
 TEST(BundleAdjustment, BoxesOfKnownEllipsoidsSetTheScale) {
@@ -161,7 +184,8 @@ TEST(BundleAdjustment, BoxesOfKnownEllipsoidsSetTheScale) {
   ScaleAroundFirst(1.1, map);
   const auto error_with = [&, &known = landmarks](const std::string& how) {
     Map adjusted = map;
-    const BundleCorrection correction = GlobalBundleAdjustment(map, 20, BundleConfig{.objects = how});
+    const BundleCorrection correction =
+        GlobalBundleAdjustment(map, 20, BundleConfig{.objects = how});
     EXPECT_TRUE(correction.success);
     EXPECT_EQ(correction.objects.size(), how == "full" ? 6U : 0U);
     ApplyCorrection(correction, adjusted);
@@ -184,7 +208,9 @@ TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
     e.half_axes *= 1.4;
   }
   const double before = CenterError(map, truth);
-  ApplyCorrection(LocalBundleAdjustment(map, KeyframeId(5), BundleConfig{.max_local_keyframes = 3, .objects = "full"}), map);
+  ApplyCorrection(LocalBundleAdjustment(map, KeyframeId(5),
+                                        BundleConfig{.max_local_keyframes = 3, .objects = "full"}),
+                  map);
   EXPECT_LT(CenterError(map, truth), 0.15 * before);
   EXPECT_NEAR(map.objects.At(ObjectId(0)).ellipsoid.half_axes.maxCoeff(), 0.2, 0.03);
 }
@@ -192,31 +218,38 @@ TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
 TEST(BundleAdjustment, ALateCorrectionTakesNewcomersAlong) {
   const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 6});
   const Map truth = synthetic::MakeMap(world, MapOptions{}).map;
-  // All but the first keyframe and their landmarks are displaced, and the last keyframe was not there yet.
+  // All but the first keyframe and their landmarks are displaced, and the last keyframe was not
+  // there yet.
   Map now = truth;
   const Rigid3 displaced(Eigen::Quaterniond::Identity(), {0.1, 0, 0});
   for (uint32_t k = 1; k < 6; ++k) {
     Keyframe& keyframe = now.keyframes.MutableAt(KeyframeId(k));
     keyframe.cam_from_world = keyframe.cam_from_world * displaced.Inverse();
   }
-  const LandmarkId newcomer = now.AddLandmark(Eigen::Vector3d(0.3, 0.2, 0.1) + displaced.translation, KeyframeId(4));
+  const LandmarkId newcomer =
+      now.AddLandmark(Eigen::Vector3d(0.3, 0.2, 0.1) + displaced.translation, KeyframeId(4));
   for (const uint32_t k : {4U, 5U}) {
     const auto& taken = now.keyframes.At(KeyframeId(k)).landmarks;
     const auto free = std::ranges::find_if(taken, [](LandmarkId id) { return !id.IsValid(); });
-    ASSERT_TRUE(now.AddObservation(newcomer, KeyframeId(k), static_cast<uint32_t>(free - taken.begin())));
+    ASSERT_TRUE(
+        now.AddObservation(newcomer, KeyframeId(k), static_cast<uint32_t>(free - taken.begin())));
   }
   Map corrected = truth;
   corrected.keyframes.Erase(KeyframeId(5));
   BundleCorrection correction;
   correction.success = true;
-  for (uint32_t k = 1; k < 5; ++k) correction.poses.emplace_back(KeyframeId(k), truth.keyframes.At(KeyframeId(k)).cam_from_world);
+  for (uint32_t k = 1; k < 5; ++k)
+    correction.poses.emplace_back(KeyframeId(k), truth.keyframes.At(KeyframeId(k)).cam_from_world);
   Object refitted;
   refitted.ellipsoid.center = {1, 2, 3};
   now.objects.Insert(ObjectId(0), refitted);
   correction.objects.emplace_back(ObjectId(0), Ellipsoid{});
   ApplyLateCorrection(correction, corrected, now);
   EXPECT_EQ(now.objects.At(ObjectId(0)).ellipsoid.center, refitted.ellipsoid.center);
-  EXPECT_LT((now.keyframes.At(KeyframeId(5)).cam_from_world.translation - truth.keyframes.At(KeyframeId(5)).cam_from_world.translation).norm(), 1e-9);
+  EXPECT_LT((now.keyframes.At(KeyframeId(5)).cam_from_world.translation -
+             truth.keyframes.At(KeyframeId(5)).cam_from_world.translation)
+                .norm(),
+            1e-9);
   EXPECT_LT((now.landmarks.At(newcomer).position - Eigen::Vector3d(0.3, 0.2, 0.1)).norm(), 1e-9);
   EXPECT_THAT(now.CheckInvariants(), testing::IsEmpty());
 }

@@ -32,13 +32,17 @@ class StopCallback final : public ceres::IterationCallback {
   std::stop_token stop_;
 };
 
-// The parameters and residuals of one adjustment, for our own solver where that will do (points alone, few cameras), else for Ceres. Blocks of a kind are contiguous and ascend with their ids: Ceres orders blocks of an
-// elimination group by address, so this makes its result a function of the map alone.
+// The parameters and residuals of one adjustment, for our own solver where that will do (points
+// alone, few cameras), else for Ceres. Blocks of a kind are contiguous and ascend with their ids:
+// Ceres orders blocks of an elimination group by address, so this makes its result a function of
+// the map alone.
 class BundleProblem {
  public:
-  BundleProblem(const Map& map, const BundleSelection& selection) : map_(map), selection_(selection), huber_(std::sqrt(kChi2TwoDof)) {
+  BundleProblem(const Map& map, const BundleSelection& selection)
+      : map_(map), selection_(selection), huber_(std::sqrt(kChi2TwoDof)) {
     poses_.reserve(selection.free_keyframes.size());
-    for (const KeyframeId id : selection.free_keyframes) poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
+    for (const KeyframeId id : selection.free_keyframes)
+      poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
     CollectObservations();
     is_small_ = poses_.size() <= kMaxDensePoses && selection.objects.empty();
     if (is_small_) return;
@@ -52,14 +56,16 @@ class BundleProblem {
   bool Solve(int max_iterations, const BundleEffort& effort) {
     if (is_small_) return SolveSmall(max_iterations, effort);
     ceres::Solver::Options options;
-    options.linear_solver_type = poses_.size() <= kMaxDensePoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    options.linear_solver_type =
+        poses_.size() <= kMaxDensePoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (auto& point : points_) options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
     for (auto& pose : poses_) options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
     for (auto& shape : shapes_) options.linear_solver_ordering->AddElementToGroup(shape.data(), 2);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
-    options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // as fast, and on one thread: CHOLMOD brings OpenMP's
+    options.sparse_linear_algebra_library_type =
+        ceres::EIGEN_SPARSE;  // as fast, and on one thread: CHOLMOD brings OpenMP's
     options.function_tolerance = effort.tolerance;
     StopCallback stop(effort.stop);
     options.callbacks.push_back(&stop);
@@ -68,7 +74,8 @@ class BundleProblem {
     ceres::Solve(options, problem_.get(), &summary);
     iterations_ += static_cast<int>(summary.iterations.size());
     if (summary.termination_type == ceres::USER_FAILURE) return false;
-    if (!summary.IsSolutionUsable()) Log(LogLevel::kWarning, "bundle adjustment: " + summary.message);
+    if (!summary.IsSolutionUsable())
+      Log(LogLevel::kWarning, "bundle adjustment: " + summary.message);
     return summary.IsSolutionUsable();
   }
 
@@ -102,12 +109,17 @@ class BundleProblem {
     BundleCorrection correction;
     correction.success = true;
     correction.iterations = iterations_;
-    for (size_t i = 0; i < poses_.size(); ++i) correction.poses.emplace_back(selection_.free_keyframes[i], FromBlock(poses_[i]));
-    for (size_t i = 0; i < points_.size(); ++i) correction.points.emplace_back(point_ids_[i], points_[i]);
-    for (size_t i = 0; i < shapes_.size(); ++i) correction.objects.emplace_back(selection_.objects[i], Changed(ellipsoids_[i], shapes_[i]));
+    for (size_t i = 0; i < poses_.size(); ++i)
+      correction.poses.emplace_back(selection_.free_keyframes[i], FromBlock(poses_[i]));
+    for (size_t i = 0; i < points_.size(); ++i)
+      correction.points.emplace_back(point_ids_[i], points_[i]);
+    for (size_t i = 0; i < shapes_.size(); ++i)
+      correction.objects.emplace_back(selection_.objects[i], Changed(ellipsoids_[i], shapes_[i]));
     const std::vector<double> chi2 = Chi2OfAll();
     for (size_t i = 0; i < chi2.size(); ++i)
-      if (IsOutlier(chi2[i])) correction.outliers.emplace_back(point_ids_[observations_[i].point], observations_[i].keyframe);
+      if (IsOutlier(chi2[i]))
+        correction.outliers.emplace_back(point_ids_[observations_[i].point],
+                                         observations_[i].keyframe);
     return correction;
   }
 
@@ -141,10 +153,12 @@ class BundleProblem {
       const size_t before = observations_.size();
       for (const Observation& o : landmark.observations) {
         const int pose = IndexOfFree(o.keyframe);
-        if (pose < 0 && !std::ranges::binary_search(selection_.fixed_keyframes, o.keyframe)) continue;
+        if (pose < 0 && !std::ranges::binary_search(selection_.fixed_keyframes, o.keyframe))
+          continue;
         const Keyframe& by = map_.keyframes.At(o.keyframe);
         const Keypoint& keypoint = by.features->keypoints[o.keypoint];
-        observations_.push_back({o.keyframe, static_cast<int>(points_.size()), pose, &by, keypoint.px.cast<double>(),
+        observations_.push_back({o.keyframe, static_cast<int>(points_.size()), pose, &by,
+                                 keypoint.px.cast<double>(),
                                  static_cast<double>(by.features->pyramid.scale[keypoint.octave])});
       }
       if (observations_.size() - before < 2) {
@@ -172,7 +186,8 @@ class BundleProblem {
         seen.free_cost = &free_costs_.emplace_back(camera, seen.px, seen.sigma_px);
         problem_->AddResidualBlock(seen.free_cost, &loss_, poses_[seen.pose].data(), point);
       } else {
-        seen.fixed_cost = &fixed_costs_.emplace_back(camera, seen.by->cam_from_world, seen.px, seen.sigma_px);
+        seen.fixed_cost =
+            &fixed_costs_.emplace_back(camera, seen.by->cam_from_world, seen.px, seen.sigma_px);
         problem_->AddResidualBlock(seen.fixed_cost, &loss_, point);
       }
     }
@@ -182,7 +197,8 @@ class BundleProblem {
     CamerasAndPoints state;
     for (size_t i = 0; i < poses_.size(); ++i) {
       state.poses.push_back(FromBlock(poses_[i]));
-      state.cameras.push_back(&map_.cameras[map_.keyframes.At(selection_.free_keyframes[i]).camera]);
+      state.cameras.push_back(
+          &map_.cameras[map_.keyframes.At(selection_.free_keyframes[i]).camera]);
     }
     for (const KeyframeId id : selection_.fixed_keyframes) {
       const Keyframe& keyframe = map_.keyframes.At(id);
@@ -194,11 +210,15 @@ class BundleProblem {
     sights.reserve(observations_.size());
     for (const Seen& seen : observations_) {
       if (!seen.is_active) continue;
-      const int fixed = static_cast<int>(poses_.size() + (std::ranges::lower_bound(selection_.fixed_keyframes, seen.keyframe) - selection_.fixed_keyframes.begin()));
-      sights.push_back({seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px});
+      const int fixed = static_cast<int>(
+          poses_.size() + (std::ranges::lower_bound(selection_.fixed_keyframes, seen.keyframe) -
+                           selection_.fixed_keyframes.begin()));
+      sights.push_back(
+          {seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px});
     }
-    const SchurReport report =
-        MinimizeReprojection(sights, static_cast<int>(poses_.size()), {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state);
+    const SchurReport report = MinimizeReprojection(
+        sights, static_cast<int>(poses_.size()),
+        {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state);
     iterations_ += report.iterations;
     if (!report.success) return false;
     for (size_t i = 0; i < poses_.size(); ++i) poses_[i] = ToBlock(state.poses[i]);
@@ -220,18 +240,24 @@ class BundleProblem {
     double* shape = selection_.free_objects ? shapes_[index].data() : nullptr;
     if (shape) {
       problem_->AddParameterBlock(shape, 7);
-      problem_->AddResidualBlock(&shape_priors_.emplace_back(ellipsoids_[index], map_.up.has_value()), nullptr, shape);
+      problem_->AddResidualBlock(
+          &shape_priors_.emplace_back(ellipsoids_[index], map_.up.has_value()), nullptr, shape);
     }
     for (const ObjectObservation& o : map_.objects.At(selection_.objects[index]).observations) {
       const auto carried = map_.ResolveKeyframe(o.anchor);
       const int pose = IndexOfFree(carried->by);
       if (pose < 0 && !shape) continue;
-      const BoxMeasurement measured{&map_.cameras[o.camera], o.cam_from_anchor * carried->cam_from_carrier, o.box, o.score, o.truncated};
-      const auto fixed_pose = pose < 0 ? std::optional(map_.keyframes.At(carried->by).cam_from_world) : std::nullopt;
+      const BoxMeasurement measured{&map_.cameras[o.camera],
+                                    o.cam_from_anchor * carried->cam_from_carrier, o.box, o.score,
+                                    o.truncated};
+      const auto fixed_pose =
+          pose < 0 ? std::optional(map_.keyframes.At(carried->by).cam_from_world) : std::nullopt;
       std::vector<double*> blocks;
       if (pose >= 0) blocks.push_back(poses_[pose].data());
       if (shape) blocks.push_back(shape);
-      problem_->AddResidualBlock(&box_costs_.emplace_back(measured, ellipsoids_[index], shape != nullptr, fixed_pose), &box_loss_, blocks);
+      problem_->AddResidualBlock(
+          &box_costs_.emplace_back(measured, ellipsoids_[index], shape != nullptr, fixed_pose),
+          &box_loss_, blocks);
     }
   }
 
@@ -243,10 +269,12 @@ class BundleProblem {
     chi2.reserve(observations_.size());
     for (const Seen& seen : observations_) {
       const Eigen::Vector3d& x = points_[seen.point];
-      const Eigen::Vector3d p = seen.pose >= 0 ? free_poses[seen.pose] * x.homogeneous() : seen.by->cam_from_world * x;
-      chi2.push_back(p.z() > 0 ? (ProjectIdeal(map_.cameras[seen.by->camera], p) - seen.px).squaredNorm() /
-                                     (seen.sigma_px * seen.sigma_px)
-                               : std::numeric_limits<double>::infinity());
+      const Eigen::Vector3d p =
+          seen.pose >= 0 ? free_poses[seen.pose] * x.homogeneous() : seen.by->cam_from_world * x;
+      chi2.push_back(
+          p.z() > 0 ? (ProjectIdeal(map_.cameras[seen.by->camera], p) - seen.px).squaredNorm() /
+                          (seen.sigma_px * seen.sigma_px)
+                    : std::numeric_limits<double>::infinity());
     }
     return chi2;
   }
@@ -265,7 +293,8 @@ class BundleProblem {
   std::deque<ShapePriorCost> shape_priors_;
   PoseManifold manifold_;
   ceres::HuberLoss huber_, box_loss_{1};
-  ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)), ceres::TAKE_OWNERSHIP};
+  ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)),
+                                   ceres::TAKE_OWNERSHIP};
   std::unique_ptr<ceres::Problem> problem_;
   bool is_small_ = false;  // solved by MinimizeReprojection
   bool is_robust_ = true;
@@ -274,16 +303,20 @@ class BundleProblem {
 
 }  // namespace
 
-BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, const BundleEffort& effort) {
+BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection,
+                             const BundleEffort& effort) {
   if (selection.free_keyframes.empty()) return {};
   BundleProblem problem(map, selection);
   if (problem.observation_count() == 0) return {};
   const double initial_cost = problem.RobustCost();
   const int first_stage = (effort.iterations + 1) / 2;
   if (!problem.Solve(first_stage, effort)) return {};
-  // Few outliers hardly pull through the kernel, and they are erased: the next adjustment is without them.
+  // Few outliers hardly pull through the kernel, and they are erased: the next adjustment is
+  // without them.
   constexpr double kNegligibleOutliers = 0.01;
-  if (problem.DropOutliers() > kNegligibleOutliers && !problem.Solve(std::max(1, effort.iterations - first_stage), effort)) return {};
+  if (problem.DropOutliers() > kNegligibleOutliers &&
+      !problem.Solve(std::max(1, effort.iterations - first_stage), effort))
+    return {};
   BundleCorrection correction = problem.Correction();
   correction.initial_cost = initial_cost;
   correction.final_cost = problem.RobustCost();

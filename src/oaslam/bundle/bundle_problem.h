@@ -17,12 +17,13 @@ struct BundleSelection {
 };
 
 struct BundleEffort {
-  int iterations = 10;       // at most
-  double tolerance = 1e-3;   // a stage ends with a step that lowers the cost by less than this share
-  std::stop_token stop{};    // asked to, it gives up
+  int iterations = 10;      // at most
+  double tolerance = 1e-3;  // a stage ends with a step that lowers the cost by less than this share
+  std::stop_token stop{};   // asked to, it gives up
 };
 
 // Solves in two stages of at most half the iterations each, the second without outliers.
-BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection, const BundleEffort& effort);
+BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection,
+                             const BundleEffort& effort);
 
 }  // namespace oaslam

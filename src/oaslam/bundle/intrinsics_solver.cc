@@ -20,7 +20,7 @@ using MatrixPixelShared = Eigen::Matrix<double, 2, kShared>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
-constexpr double kHeld = 1e12;   // information on a parameter that is held
+constexpr double kHeld = 1e12;    // information on a parameter that is held
 constexpr double kRidge = 1e-10;  // of a block's largest diagonal: the unit of length is free
 
 struct Loss {
@@ -45,8 +45,9 @@ SharedStep PriorInformation(const IntrinsicsPrior& prior) {
 SharedStep Difference(const IntrinsicsState& state, const IntrinsicsPrior& prior) {
   const Camera &camera = state.camera, &from = prior.camera;
   SharedStep d;
-  d << std::log(camera.fx / from.fx), camera.cx - from.cx, camera.cy - from.cy, camera.distortion[0] - from.distortion[0],
-      camera.distortion[1] - from.distortion[1], state.readout_s - prior.readout_s;
+  d << std::log(camera.fx / from.fx), camera.cx - from.cx, camera.cy - from.cy,
+      camera.distortion[0] - from.distortion[0], camera.distortion[1] - from.distortion[1],
+      state.readout_s - prior.readout_s;
   return d;
 }
 
@@ -76,7 +77,8 @@ class Solver {
       const Eigen::Vector3d p = state.poses[s.pose] * state.points[s.point];
       double chi2 = kBehindChi2;
       if (p.z() >= kMinDepth)
-        chi2 = (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px).squaredNorm() * s.inverse_sigma * s.inverse_sigma;
+        chi2 = (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px).squaredNorm() *
+               s.inverse_sigma * s.inverse_sigma;
       cost += LossOf(chi2, huber_chi2_).cost;
     }
     return cost;
@@ -107,7 +109,8 @@ class Solver {
       const PointBlock& b = points_[point];
       Eigen::Vector3d back = -b.gradient - b.by_intrinsics.transpose() * of_camera;
       for (int i = first_[point]; i < first_[point + 1]; ++i)
-        if (sights_[i].pose > 0) back -= cross_[i].transpose() * step.segment<6>(RowOf(sights_[i].pose));
+        if (sights_[i].pose > 0)
+          back -= cross_[i].transpose() * step.segment<6>(RowOf(sights_[i].pose));
       state.points[point] += b.inverse * back;
     }
     for (size_t k = 1; k < state.poses.size(); ++k) {
@@ -130,7 +133,8 @@ class Solver {
     const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
     if (factor.info() != Eigen::Success) return MatrixShared::Zero();
     // The intrinsics come last, so that their part of the factor is what the others leave of them.
-    const Eigen::MatrixXd corner = Eigen::MatrixXd(factor.matrixL()).bottomRightCorner<kShared, kShared>();
+    const Eigen::MatrixXd corner =
+        Eigen::MatrixXd(factor.matrixL()).bottomRightCorner<kShared, kShared>();
     return corner * corner.transpose();
   }
 
@@ -154,9 +158,11 @@ class Solver {
     return false;
   }
 
-  void LinearizePoint(const IntrinsicsState& state, const std::vector<Eigen::Matrix3d>& rotations, size_t point) {
+  void LinearizePoint(const IntrinsicsState& state, const std::vector<Eigen::Matrix3d>& rotations,
+                      size_t point) {
     PointBlock& b = points_[point];
-    b = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), MatrixSharedPoint::Zero()};
+    b = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(),
+         MatrixSharedPoint::Zero()};
     if (is_left_out_[point] || IsBehind(state, point)) {
       // It has no useful derivative: it neither moves nor pulls.
       for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
@@ -165,9 +171,11 @@ class Solver {
     }
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
       const RolledSight& s = sights_[i];
-      const Eigen::Vector3d p = rotations[s.pose] * state.points[point] + state.poses[s.pose].translation;
+      const Eigen::Vector3d p =
+          rotations[s.pose] * state.points[point] + state.poses[s.pose].translation;
       const PixelDerivatives d = PixelWithDerivatives(state.camera, p);
-      const Eigen::Vector2d residual = s.inverse_sigma * (d.px + state.readout_s * s.by_readout - s.px);
+      const Eigen::Vector2d residual =
+          s.inverse_sigma * (d.px + state.readout_s * s.by_readout - s.px);
       const double weight = LossOf(residual.squaredNorm(), huber_chi2_).weight;
       const Matrix23 by_p = s.inverse_sigma * d.by_point;
       const Matrix23 by_point = by_p * rotations[s.pose];
@@ -210,10 +218,12 @@ class Solver {
     corner = intrinsics_hessian_;
     corner.diagonal() *= 1 + damping;
     right.tail<kShared>() = -intrinsics_gradient_;
-    for (size_t point = 0; point < points_.size(); ++point) Eliminate(point, damping, at, system, right);
+    for (size_t point = 0; point < points_.size(); ++point)
+      Eliminate(point, damping, at, system, right);
   }
 
-  void Eliminate(size_t point, double damping, int at, Eigen::MatrixXd& system, Eigen::VectorXd& right) {
+  void Eliminate(size_t point, double damping, int at, Eigen::MatrixXd& system,
+                 Eigen::VectorXd& right) {
     PointBlock& b = points_[point];
     Eigen::Matrix3d hessian = b.hessian;
     hessian.diagonal() *= 1 + damping;
@@ -240,9 +250,10 @@ class Solver {
   IntrinsicsPrior prior_;
   SharedStep prior_information_;
   double huber_chi2_;
-  std::vector<int> first_;         // sight of each point
-  std::vector<char> is_left_out_;  // points behind a camera from the start: what they pull at is wrong
-  std::vector<Matrix63> cross_;    // per sight: pose by point
+  std::vector<int> first_;  // sight of each point
+  std::vector<char>
+      is_left_out_;  // points behind a camera from the start: what they pull at is wrong
+  std::vector<Matrix63> cross_;  // per sight: pose by point
   std::vector<PoseBlock> by_pose_;
   std::vector<PointBlock> points_;
   MatrixShared intrinsics_hessian_;
@@ -251,8 +262,9 @@ class Solver {
 
 }  // namespace
 
-SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights, const IntrinsicsPrior& prior,
-                                   const SchurOptions& options, IntrinsicsState& state) {
+SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights,
+                                   const IntrinsicsPrior& prior, const SchurOptions& options,
+                                   IntrinsicsState& state) {
   constexpr double kMaxDamping = 1e6;
   SchurReport report;
   if (sights.empty() || state.poses.size() < 2) return report;
@@ -283,8 +295,9 @@ SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights, const In
   return report;
 }
 
-Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(
-    std::span<const RolledSight> sights, const IntrinsicsPrior& prior, const IntrinsicsState& state) {
+Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(std::span<const RolledSight> sights,
+                                                                const IntrinsicsPrior& prior,
+                                                                const IntrinsicsState& state) {
   if (sights.empty() || state.poses.size() < 2) return MatrixShared::Zero();
   Solver solver(sights, prior, 0, state);
   solver.Linearize(state);

@@ -23,7 +23,8 @@ Block ToBlock(const Similarity& s) {
 }
 
 Similarity FromBlock(const Block& b) {
-  return {std::exp(b[7]), Eigen::Quaterniond(b[3], b[0], b[1], b[2]).normalized(), {b[4], b[5], b[6]}};
+  return {
+      std::exp(b[7]), Eigen::Quaterniond(b[3], b[0], b[1], b[2]).normalized(), {b[4], b[5], b[6]}};
 }
 
 // The motion that is left over: measured * from * to^-1, which should be the identity.
@@ -40,8 +41,10 @@ struct EdgeResidual {
     using std::exp;
     const T measured_scale(measured.scale);
     const T scale = measured_scale * exp(from[7] - to[7]);
-    const Quaternion rotation = measured.rotation.cast<T>() * from_rotation * to_rotation.conjugate();
-    const Vector here = measured_scale * (measured.rotation.cast<T>() * from_translation) + measured.translation.cast<T>();
+    const Quaternion rotation =
+        measured.rotation.cast<T>() * from_rotation * to_rotation.conjugate();
+    const Vector here = measured_scale * (measured.rotation.cast<T>() * from_translation) +
+                        measured.translation.cast<T>();
     Eigen::Map<Eigen::Matrix<T, 7, 1>> r(residual);
     r.template head<3>() = (here - scale * (rotation * to_translation)) / T(depth);
     r.template segment<3>(3) = (rotation.w() < T(0) ? T(-2) : T(2)) * rotation.vec();
@@ -52,8 +55,10 @@ struct EdgeResidual {
 
 }  // namespace
 
-std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Similarity>& nodes, const std::vector<PoseGraphEdge>& edges,
-                                                         const std::vector<char>& fixed, double depth) {
+std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Similarity>& nodes,
+                                                         const std::vector<PoseGraphEdge>& edges,
+                                                         const std::vector<char>& fixed,
+                                                         double depth) {
   std::vector<Block> blocks;
   for (const Similarity& node : nodes) blocks.push_back(ToBlock(node));
   ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<4>> manifold;
@@ -65,11 +70,13 @@ std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Simil
     if (fixed[i]) problem.SetParameterBlockConstant(blocks[i].data());
   }
   for (const PoseGraphEdge& edge : edges)
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(new EdgeResidual{edge.to_from_from, depth}), nullptr,
-                             blocks[edge.from].data(), blocks[edge.to].data());
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 7, 8, 8>(
+                                 new EdgeResidual{edge.to_from_from, depth}),
+                             nullptr, blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // one thread; CHOLMOD brings OpenMP's
+  options.sparse_linear_algebra_library_type =
+      ceres::EIGEN_SPARSE;  // one thread; CHOLMOD brings OpenMP's
   options.max_num_iterations = 50;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;

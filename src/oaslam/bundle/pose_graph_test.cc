@@ -10,7 +10,9 @@
 namespace oaslam {
 namespace {
 
-Eigen::Vector3d Center(const Similarity& cam_from_world) { return cam_from_world.Inverse() * Eigen::Vector3d(0, 0, 0); }
+Eigen::Vector3d Center(const Similarity& cam_from_world) {
+  return cam_from_world.Inverse() * Eigen::Vector3d(0, 0, 0);
+}
 
 Similarity OnCircle(double angle) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
@@ -21,7 +23,9 @@ TEST(Similarity, ProductsAndInverseAreThoseOfTheMaps) {
   Rng rng(1);
   const auto random = [&] {
     const Eigen::Vector3d axis(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(-1, 1));
-    return Similarity(rng.Uniform(0.5, 2), Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), axis.normalized())), 3 * axis);
+    return Similarity(rng.Uniform(0.5, 2),
+                      Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), axis.normalized())),
+                      3 * axis);
   };
   for (int i = 0; i < 20; ++i) {
     const Similarity a = random(), b = random();
@@ -39,7 +43,9 @@ TEST(PoseGraph, AnEdgeAcrossTheLoopTakesBackTheDrift) {
   std::vector<Similarity> truth, drifted;
   for (int i = 0; i < kCount; ++i) truth.push_back(OnCircle(2 * std::numbers::pi * i / kCount));
   drifted.push_back(truth[0]);
-  const Similarity error(1.01, Eigen::Quaterniond(Eigen::AngleAxisd(0.004, Eigen::Vector3d(1, 2, 0).normalized())), {0.004, 0, 0});
+  const Similarity error(
+      1.01, Eigen::Quaterniond(Eigen::AngleAxisd(0.004, Eigen::Vector3d(1, 2, 0).normalized())),
+      {0.004, 0, 0});
   std::vector<PoseGraphEdge> edges;
   for (int i = 1; i < kCount; ++i) {
     const Similarity step = error * truth[i] * truth[i - 1].Inverse();
@@ -48,7 +54,8 @@ TEST(PoseGraph, AnEdgeAcrossTheLoopTakesBackTheDrift) {
   }
   const auto worst = [&](const std::vector<Similarity>& nodes) {
     double most = 0;
-    for (int i = 0; i < kCount; ++i) most = std::max(most, (Center(nodes[i]) - Center(truth[i])).norm());
+    for (int i = 0; i < kCount; ++i)
+      most = std::max(most, (Center(nodes[i]) - Center(truth[i])).norm());
     return most;
   };
   std::vector<Similarity> start = drifted;
@@ -67,7 +74,8 @@ TEST(PoseGraph, WhatHoldsAlreadyStays) {
   std::vector<PoseGraphEdge> edges;
   for (int i = 0; i < 10; ++i) nodes.push_back(OnCircle(0.1 * i));
   for (int i = 1; i < 10; ++i) edges.push_back({i - 1, i, nodes[i] * nodes[i - 1].Inverse()});
-  const std::vector<Similarity> moved = OptimizePoseGraph(nodes, edges, std::vector<char>(10, 0), 2).value();
+  const std::vector<Similarity> moved =
+      OptimizePoseGraph(nodes, edges, std::vector<char>(10, 0), 2).value();
   for (int i = 0; i < 10; ++i) EXPECT_LT((Center(moved[i]) - Center(nodes[i])).norm(), 1e-9);
 }
 

@@ -1,10 +1,10 @@
 #include "oaslam/bundle/reprojection_cost.h"
 
-#include "oaslam/geometry/skew.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "oaslam/geometry/skew.h"
 
 namespace oaslam {
 namespace {
@@ -14,7 +14,8 @@ using Matrix27 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
 using Matrix76 = Eigen::Matrix<double, 7, 6, Eigen::RowMajor>;
 using Matrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
-// At or behind the camera there is no projection: a large constant error, so that no step gains by going there.
+// At or behind the camera there is no projection: a large constant error, so that no step gains by
+// going there.
 constexpr double kMinDepth = 1e-6, kBehindError = 100;
 
 Eigen::Quaterniond Exp(const Eigen::Vector3d& w) {
@@ -36,11 +37,16 @@ Eigen::Matrix<double, 4, 3> LeftDerivative(const Eigen::Quaterniond& q) {
   return 0.5 * d;
 }
 
-Eigen::Map<const Eigen::Quaterniond> Rotation(const double* pose) { return Eigen::Map<const Eigen::Quaterniond>(pose); }
-Eigen::Map<const Eigen::Vector3d> Translation(const double* pose) { return Eigen::Map<const Eigen::Vector3d>(pose + 4); }
+Eigen::Map<const Eigen::Quaterniond> Rotation(const double* pose) {
+  return Eigen::Map<const Eigen::Quaterniond>(pose);
+}
+Eigen::Map<const Eigen::Vector3d> Translation(const double* pose) {
+  return Eigen::Map<const Eigen::Vector3d>(pose + 4);
+}
 
 // Writes the residual of a point in the camera; returns its derivative by that point.
-Matrix23 Project(const Eigen::Vector3d& p, double fx, double fy, const Eigen::Vector2d& px_minus_center, double* residuals) {
+Matrix23 Project(const Eigen::Vector3d& p, double fx, double fy,
+                 const Eigen::Vector2d& px_minus_center, double* residuals) {
   Matrix23 d = Matrix23::Zero();
   if (p.z() < kMinDepth) {
     residuals[0] = residuals[1] = kBehindError;
@@ -92,7 +98,8 @@ bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) co
 bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
   Eigen::Map<Matrix67> j(jacobian);
   j.setZero();
-  // The columns of LeftDerivative are orthogonal and of length 1/2: its left inverse is four times its transpose.
+  // The columns of LeftDerivative are orthogonal and of length 1/2: its left inverse is four times
+  // its transpose.
   const Eigen::Matrix<double, 3, 4> dw = 4 * LeftDerivative(Rotation(x)).transpose();
   j.topLeftCorner<3, 4>() = Skew(Translation(x)) * dw;
   j.topRightCorner<3, 3>().setIdentity();
@@ -101,9 +108,12 @@ bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
 }
 
 ReprojectionCost::ReprojectionCost(const Camera& camera, const Eigen::Vector2d& px, double sigma_px)
-    : fx_(camera.fx / sigma_px), fy_(camera.fy / sigma_px), px_minus_center_((px - Eigen::Vector2d(camera.cx, camera.cy)) / sigma_px) {}
+    : fx_(camera.fx / sigma_px),
+      fy_(camera.fy / sigma_px),
+      px_minus_center_((px - Eigen::Vector2d(camera.cx, camera.cy)) / sigma_px) {}
 
-bool ReprojectionCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool ReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
+                                double** jacobians) const {
   Matrix23 by_point_in_cam = Matrix23::Zero();
   const Eigen::Map<const Eigen::Quaterniond> q = Rotation(parameters[0]);
   const Eigen::Map<const Eigen::Vector3d> x(parameters[1]);
@@ -118,33 +128,39 @@ bool ReprojectionCost::Evaluate(const double* const* parameters, double* residua
   if (jacobians[0]) {
     // x + 2 w (v x x) + 2 v x (v x x) by v and by w.
     const Eigen::Matrix3d by_vector =
-        -2 * q.w() * Skew(x) + 2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
+        -2 * q.w() * Skew(x) +
+        2 * (v * x.transpose() + v.dot(x) * Eigen::Matrix3d::Identity() - 2 * x * v.transpose());
     Eigen::Map<Matrix27> j(jacobians[0]);
     j.leftCols<3>().noalias() = by_point_in_cam * by_vector;
     j.col(3).noalias() = by_point_in_cam * cross;
     j.rightCols<3>() = by_point_in_cam;
   }
-  if (jacobians[1]) Eigen::Map<Matrix23>(jacobians[1]).noalias() = by_point_in_cam * q.toRotationMatrix();
+  if (jacobians[1])
+    Eigen::Map<Matrix23>(jacobians[1]).noalias() = by_point_in_cam * q.toRotationMatrix();
   return true;
 }
 
-FixedPoseReprojectionCost::FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world, const Eigen::Vector2d& px,
-                                                     double sigma_px)
+FixedPoseReprojectionCost::FixedPoseReprojectionCost(const Camera& camera,
+                                                     const Rigid3& cam_from_world,
+                                                     const Eigen::Vector2d& px, double sigma_px)
     : fx_(camera.fx / sigma_px),
       fy_(camera.fy / sigma_px),
       px_minus_center_((px - Eigen::Vector2d(camera.cx, camera.cy)) / sigma_px),
       rotation_(cam_from_world.rotation.toRotationMatrix()),
       translation_(cam_from_world.translation) {}
 
-bool FixedPoseReprojectionCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool FixedPoseReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
+                                         double** jacobians) const {
   Matrix23 by_point_in_cam = Matrix23::Zero();
   if (active_) {
-    const Eigen::Vector3d p = rotation_ * Eigen::Map<const Eigen::Vector3d>(parameters[0]) + translation_;
+    const Eigen::Vector3d p =
+        rotation_ * Eigen::Map<const Eigen::Vector3d>(parameters[0]) + translation_;
     by_point_in_cam = Project(p, fx_, fy_, px_minus_center_, residuals);
   } else {
     residuals[0] = residuals[1] = 0;
   }
-  if (jacobians && jacobians[0]) Eigen::Map<Matrix23>(jacobians[0]).noalias() = by_point_in_cam * rotation_;
+  if (jacobians && jacobians[0])
+    Eigen::Map<Matrix23>(jacobians[0]).noalias() = by_point_in_cam * rotation_;
   return true;
 }
 

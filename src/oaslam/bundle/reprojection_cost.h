@@ -16,7 +16,8 @@ using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3& pose);
 Rigid3 FromBlock(const PoseBlock& block);
 
-// A small motion (translation, rotation vector) applied after the pose: about the camera, so that rotation and translation hardly mix.
+// A small motion (translation, rotation vector) applied after the pose: about the camera, so that
+// rotation and translation hardly mix.
 class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 7; }
@@ -27,16 +28,17 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-// (projection - observation) / sigma in the ideal image, with analytic derivatives. Switched off it is zero: cheaper than taking the
-// residual out of the problem.
+// (projection - observation) / sigma in the ideal image, with analytic derivatives. Switched off it
+// is zero: cheaper than taking the residual out of the problem.
 class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
   ReprojectionCost(const Camera& camera, const Eigen::Vector2d& px, double sigma_px);
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
   void set_active(bool active) { active_ = active; }
 
  private:
-  double fx_, fy_;                 // divided by sigma
+  double fx_, fy_;                   // divided by sigma
   Eigen::Vector2d px_minus_center_;  // divided by sigma
   bool active_ = true;
 };
@@ -44,8 +46,10 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
 // The same from a pose that stays.
 class FixedPoseReprojectionCost final : public ceres::SizedCostFunction<2, 3> {
  public:
-  FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world, const Eigen::Vector2d& px, double sigma_px);
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+  FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world,
+                            const Eigen::Vector2d& px, double sigma_px);
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
   void set_active(bool active) { active_ = active; }
 
  private:

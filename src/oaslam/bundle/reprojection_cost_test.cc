@@ -10,7 +10,8 @@ namespace {
 const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 510, .cx = 318, .cy = 242};
 
 Rigid3 SomePose() {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized())), {0.3, -0.4, 1.2}};
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized())),
+          {0.3, -0.4, 1.2}};
 }
 
 Eigen::Vector3d SomePoint() { return SomePose().Inverse() * Eigen::Vector3d(0.4, -0.3, 2.5); }

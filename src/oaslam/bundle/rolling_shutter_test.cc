@@ -19,7 +19,9 @@ constexpr double kReadoutS = 0.03, kFrameS = 1.0 / 30;
 Rigid3 PoseAt(double time) {
   const Rigid3 on_arc = synthetic::PoseOnArc({}, -30 + 6 * time + 4 * std::sin(5 * time));
   const Eigen::Vector3d turn(0.06 * std::sin(7 * time), 0.05 * std::cos(6 * time), 0);
-  return Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())), Eigen::Vector3d::Zero()) * on_arc;
+  return Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())),
+                Eigen::Vector3d::Zero()) *
+         on_arc;
 }
 
 struct Film {
@@ -45,13 +47,17 @@ Film MakeFilm() {
       const Eigen::Vector2d still = ProjectIdeal(camera, keyframe.cam_from_world * x);
       Eigen::Vector2d px = still;
       for (int round = 0; round < 3; ++round)
-        px = ProjectIdeal(camera, PoseAt(keyframe.timestamp + ((px.y() + 0.5) / camera.height - 0.5) * kReadoutS) * x);
+        px = ProjectIdeal(
+            camera,
+            PoseAt(keyframe.timestamp + ((px.y() + 0.5) / camera.height - 0.5) * kReadoutS) * x);
       rolled.keypoints[i].px += (px - still).cast<float>();
     }
     rolled.BuildGrid();
     for (const int step : {-1, 0, 1}) {
       const double time = keyframe.timestamp + step * kFrameS;
-      film.trajectory.push_back({10 * static_cast<int>(id.value) + step, time, id, PoseAt(time) * PoseAt(keyframe.timestamp).Inverse(), TrackingState::kTracking});
+      film.trajectory.push_back({10 * static_cast<int>(id.value) + step, time, id,
+                                 PoseAt(time) * PoseAt(keyframe.timestamp).Inverse(),
+                                 TrackingState::kTracking});
     }
     map.keyframes.MutableAt(id).features = std::make_shared<const Features>(rolled);
   }
@@ -62,7 +68,8 @@ Film MakeFilm() {
 double CenterError(const Map& map, const synthetic::World& world) {
   double sum = 0;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-    sum += (k.cam_from_world.OriginInSource() - world.cam_from_world[id.value].OriginInSource()).squaredNorm();
+    sum += (k.cam_from_world.OriginInSource() - world.cam_from_world[id.value].OriginInSource())
+               .squaredNorm();
   });
   return std::sqrt(sum / static_cast<double>(map.keyframes.size()));
 }

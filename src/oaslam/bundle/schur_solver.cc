@@ -17,7 +17,8 @@ using Matrix63 = Eigen::Matrix<double, 6, 3>;
 using Matrix66 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// At or behind the camera there is no projection: a large constant error, so that no step gains by going there.
+// At or behind the camera there is no projection: a large constant error, so that no step gains by
+// going there.
 constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
 
 struct Loss {
@@ -37,7 +38,8 @@ struct Cam {
 
 class Solver {
  public:
-  Solver(std::span<const PointSight> sights, int free_poses, const SchurOptions& options, const CamerasAndPoints& state)
+  Solver(std::span<const PointSight> sights, int free_poses, const SchurOptions& options,
+         const CamerasAndPoints& state)
       : sights_(sights), free_poses_(free_poses), options_(options), cross_(sights.size()) {
     first_.assign(state.points.size() + 1, 0);
     for (const PointSight& s : sights) ++first_[s.point + 1];
@@ -49,7 +51,8 @@ class Solver {
     point_inverses_.resize(state.points.size());
     const std::vector<Cam> cams = CamsOf(state);
     is_left_out_.resize(state.points.size());
-    for (size_t point = 0; point < state.points.size(); ++point) is_left_out_[point] = IsBehind(point, state.points[point], cams);
+    for (size_t point = 0; point < state.points.size(); ++point)
+      is_left_out_[point] = IsBehind(point, state.points[point], cams);
   }
 
   double Cost(const CamerasAndPoints& state) const {
@@ -57,8 +60,12 @@ class Solver {
     double cost = 0;
     for (const PointSight& s : sights_) {
       if (is_left_out_[s.point]) continue;
-      const Eigen::Vector3d p = cams[s.pose].rotation * state.points[s.point] + cams[s.pose].translation;
-      cost += LossOf(p.z() < kMinDepth ? kBehindChi2 : ResidualOf(s, p, *state.cameras[s.pose]).squaredNorm(), options_.huber_chi2).cost;
+      const Eigen::Vector3d p =
+          cams[s.pose].rotation * state.points[s.point] + cams[s.pose].translation;
+      cost += LossOf(p.z() < kMinDepth ? kBehindChi2
+                                       : ResidualOf(s, p, *state.cameras[s.pose]).squaredNorm(),
+                     options_.huber_chi2)
+                  .cost;
     }
     return cost;
   }
@@ -108,10 +115,12 @@ class Solver {
     for (int k = 0; k < free_poses_; ++k) {
       system.block<6, 6>(6 * k, 6 * k) = pose_hessians_[k];
       system.block<6, 6>(6 * k, 6 * k).diagonal() *= 1 + damping;
-      system.block<6, 6>(6 * k, 6 * k).diagonal().array() += 1e-12 * (1 + pose_hessians_[k].diagonal().maxCoeff());  // of a camera that sees nothing
+      system.block<6, 6>(6 * k, 6 * k).diagonal().array() +=
+          1e-12 * (1 + pose_hessians_[k].diagonal().maxCoeff());  // of a camera that sees nothing
       right.segment<6>(6 * k) = -pose_gradients_[k];
     }
-    for (size_t point = 0; point < point_hessians_.size(); ++point) EliminatePoint(point, damping, system, right);
+    for (size_t point = 0; point < point_hessians_.size(); ++point)
+      EliminatePoint(point, damping, system, right);
     const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
     if (factor.info() != Eigen::Success) return false;
     const Eigen::VectorXd step = factor.solve(right);
@@ -119,7 +128,8 @@ class Solver {
     for (size_t point = 0; point < point_hessians_.size(); ++point) {
       Eigen::Vector3d back = -point_gradients_[point];
       for (int i = first_[point]; i < first_[point + 1]; ++i)
-        if (sights_[i].pose < free_poses_) back.noalias() -= cross_[i].transpose() * step.segment<6>(6 * sights_[i].pose);
+        if (sights_[i].pose < free_poses_)
+          back.noalias() -= cross_[i].transpose() * step.segment<6>(6 * sights_[i].pose);
       state.points[point] += point_inverses_[point] * back;
     }
     for (int k = 0; k < free_poses_; ++k) {
@@ -137,17 +147,21 @@ class Solver {
   static std::vector<Cam> CamsOf(const CamerasAndPoints& state) {
     std::vector<Cam> cams;
     cams.reserve(state.poses.size());
-    for (const Rigid3& pose : state.poses) cams.push_back({pose.rotation.toRotationMatrix(), pose.translation});
+    for (const Rigid3& pose : state.poses)
+      cams.push_back({pose.rotation.toRotationMatrix(), pose.translation});
     return cams;
   }
 
-  static Eigen::Vector2d ResidualOf(const PointSight& s, const Eigen::Vector3d& p, const Camera& camera) {
+  static Eigen::Vector2d ResidualOf(const PointSight& s, const Eigen::Vector3d& p,
+                                    const Camera& camera) {
     const double inverse_z = 1 / p.z();
-    return s.inverse_sigma * Eigen::Vector2d(camera.fx * p.x() * inverse_z + camera.cx - s.px.x(), camera.fy * p.y() * inverse_z + camera.cy - s.px.y());
+    return s.inverse_sigma * Eigen::Vector2d(camera.fx * p.x() * inverse_z + camera.cx - s.px.x(),
+                                             camera.fy * p.y() * inverse_z + camera.cy - s.px.y());
   }
 
   static Matrix23 Derivative(const PointSight& s, const Eigen::Vector3d& p, const Camera& camera) {
-    const double inverse_z = 1 / p.z(), fx = s.inverse_sigma * camera.fx * inverse_z, fy = s.inverse_sigma * camera.fy * inverse_z;
+    const double inverse_z = 1 / p.z(), fx = s.inverse_sigma * camera.fx * inverse_z,
+                 fy = s.inverse_sigma * camera.fy * inverse_z;
     Matrix23 d;
     d << fx, 0, -fx * p.x() * inverse_z, 0, fy, -fy * p.y() * inverse_z;
     return d;
@@ -169,7 +183,8 @@ class Solver {
   }
 
   // Fills the lower half of the system.
-  void EliminatePoint(size_t point, double damping, Eigen::MatrixXd& system, Eigen::VectorXd& right) {
+  void EliminatePoint(size_t point, double damping, Eigen::MatrixXd& system,
+                      Eigen::VectorXd& right) {
     Eigen::Matrix3d hessian = point_hessians_[point];
     hessian.diagonal() *= 1 + damping;
     hessian.diagonal().array() += 1e-12 * (1 + hessian.diagonal().maxCoeff());
@@ -181,16 +196,19 @@ class Solver {
       const Matrix63 scaled = cross_[i] * inverse;
       right.segment<6>(6 * row).noalias() += scaled * point_gradients_[point];
       for (int j = first_[point]; j < first_[point + 1]; ++j)
-        if (sights_[j].pose <= row) system.block<6, 6>(6 * row, 6 * sights_[j].pose).noalias() -= scaled * cross_[j].transpose();
+        if (sights_[j].pose <= row)
+          system.block<6, 6>(6 * row, 6 * sights_[j].pose).noalias() -=
+              scaled * cross_[j].transpose();
     }
   }
 
   std::span<const PointSight> sights_;
   int free_poses_;
   SchurOptions options_;
-  std::vector<int> first_;       // sight of each point
-  std::vector<char> is_left_out_;  // points that are behind a camera from the start: what they would pull at is wrong anyway
-  std::vector<Matrix63> cross_;  // per sight: pose by point
+  std::vector<int> first_;         // sight of each point
+  std::vector<char> is_left_out_;  // points that are behind a camera from the start: what they
+                                   // would pull at is wrong anyway
+  std::vector<Matrix63> cross_;    // per sight: pose by point
   std::vector<Matrix66> pose_hessians_;
   std::vector<Vector6> pose_gradients_;
   std::vector<Eigen::Matrix3d> point_hessians_, point_inverses_;
@@ -199,7 +217,8 @@ class Solver {
 
 }  // namespace
 
-SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_poses, const SchurOptions& options, CamerasAndPoints& state) {
+SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_poses,
+                                 const SchurOptions& options, CamerasAndPoints& state) {
   constexpr double kMaxDamping = 1e6;
   OASLAM_CHECK(free_poses <= static_cast<int>(state.poses.size()));
   SchurReport report;

@@ -26,47 +26,60 @@ Problem MakeProblem(int free, double noise_px, double wrong_share = 0) {
     for (int k = 0; k < static_cast<int>(p.truth.poses.size()); ++k) {
       const Eigen::Vector3d x = p.truth.poses[k] * p.truth.points[i];
       if (x.z() < 0.1 || rng.Uniform(0, 1) < 0.3) continue;
-      Eigen::Vector2d px = ProjectIdeal(p.world.camera, x) + Eigen::Vector2d(rng.Gaussian(noise_px), rng.Gaussian(noise_px));
-      if (rng.Uniform(0, 1) < wrong_share) px += Eigen::Vector2d(rng.Uniform(-80, 80), rng.Uniform(-80, 80));
+      Eigen::Vector2d px = ProjectIdeal(p.world.camera, x) +
+                           Eigen::Vector2d(rng.Gaussian(noise_px), rng.Gaussian(noise_px));
+      if (rng.Uniform(0, 1) < wrong_share)
+        px += Eigen::Vector2d(rng.Uniform(-80, 80), rng.Uniform(-80, 80));
       p.sights.push_back({k, i, px, 1});
     }
   }
   p.state = p.truth;
-  for (int k = 0; k < free; ++k) p.state.poses[k] = synthetic::Disturb(p.state.poses[k], 0.03, 0.01, rng);
-  for (Eigen::Vector3d& x : p.state.points) x += Eigen::Vector3d(rng.Gaussian(0.03), rng.Gaussian(0.03), rng.Gaussian(0.03));
+  for (int k = 0; k < free; ++k)
+    p.state.poses[k] = synthetic::Disturb(p.state.poses[k], 0.03, 0.01, rng);
+  for (Eigen::Vector3d& x : p.state.points)
+    x += Eigen::Vector3d(rng.Gaussian(0.03), rng.Gaussian(0.03), rng.Gaussian(0.03));
   return p;
 }
 
 double PoseError(const Problem& p, int free) {
   double worst = 0;
-  for (int k = 0; k < free; ++k) worst = std::max(worst, (p.state.poses[k].OriginInSource() - p.truth.poses[k].OriginInSource()).norm());
+  for (int k = 0; k < free; ++k)
+    worst = std::max(
+        worst, (p.state.poses[k].OriginInSource() - p.truth.poses[k].OriginInSource()).norm());
   return worst;
 }
 
 double SumOfSquares(const Problem& p) {
   double sum = 0;
-  for (const PointSight& s : p.sights) sum += (ProjectIdeal(p.world.camera, p.state.poses[s.pose] * p.state.points[s.point]) - s.px).squaredNorm();
+  for (const PointSight& s : p.sights)
+    sum += (ProjectIdeal(p.world.camera, p.state.poses[s.pose] * p.state.points[s.point]) - s.px)
+               .squaredNorm();
   return sum;
 }
 
 TEST(SchurSolver, FindsTheTruthOfExactSights) {
   Problem p = MakeProblem(6, 0);
-  const SchurReport report = MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state);
+  const SchurReport report =
+      MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state);
   EXPECT_TRUE(report.success);
   EXPECT_LT(SumOfSquares(p), 1e-6);
   EXPECT_LT(PoseError(p, 6), 1e-5);
-  for (size_t k = 6; k < 8; ++k) EXPECT_EQ(p.state.poses[k].translation, p.truth.poses[k].translation);
+  for (size_t k = 6; k < 8; ++k)
+    EXPECT_EQ(p.state.poses[k].translation, p.truth.poses[k].translation);
 }
 
 TEST(SchurSolver, EndsAtAMinimum) {
   Problem p = MakeProblem(6, 1);
-  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 50, .tolerance = 1e-12}, p.state).success);
+  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 50, .tolerance = 1e-12}, p.state)
+                  .success);
   const double best = SumOfSquares(p);
   Rng rng(9);
   for (int i = 0; i < 20; ++i) {
     Problem moved = p;
-    for (int k = 0; k < 6; ++k) moved.state.poses[k] = synthetic::Disturb(moved.state.poses[k], 1e-4, 1e-5, rng);
-    for (Eigen::Vector3d& x : moved.state.points) x += 1e-4 * Eigen::Vector3d(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1));
+    for (int k = 0; k < 6; ++k)
+      moved.state.poses[k] = synthetic::Disturb(moved.state.poses[k], 1e-4, 1e-5, rng);
+    for (Eigen::Vector3d& x : moved.state.points)
+      x += 1e-4 * Eigen::Vector3d(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1));
     EXPECT_GT(SumOfSquares(moved), best);
   }
 }
@@ -74,7 +87,9 @@ TEST(SchurSolver, EndsAtAMinimum) {
 TEST(SchurSolver, TheKernelHoldsOutliersBack) {
   Problem plain = MakeProblem(6, 0.5, 0.05), robust = plain;
   MinimizeReprojection(plain.sights, 6, {.max_iterations = 30, .tolerance = 1e-6}, plain.state);
-  MinimizeReprojection(robust.sights, 6, {.max_iterations = 30, .tolerance = 1e-6, .huber_chi2 = 5.991}, robust.state);
+  MinimizeReprojection(robust.sights, 6,
+                       {.max_iterations = 30, .tolerance = 1e-6, .huber_chi2 = 5.991},
+                       robust.state);
   EXPECT_LT(PoseError(robust, 6), 0.4 * PoseError(plain, 6));
 }
 
@@ -82,7 +97,8 @@ TEST(SchurSolver, ACameraThatSeesNothingStaysAndDoesNoHarm) {
   Problem p = MakeProblem(6, 0);
   std::erase_if(p.sights, [](const PointSight& s) { return s.pose == 2; });
   const Rigid3 blind = p.state.poses[2];
-  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state).success);
+  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state)
+                  .success);
   EXPECT_LT((p.state.poses[2].translation - blind.translation).norm(), 1e-9);
   EXPECT_LT((p.state.poses[4].OriginInSource() - p.truth.poses[4].OriginInSource()).norm(), 1e-4);
 }
@@ -101,7 +117,10 @@ TEST(SchurSolver, NothingToDoAndAskedToStop) {
 TEST(SchurSolver, APointBehindItsCamerasDoesNoHarm) {
   Problem p = MakeProblem(6, 0.3);
   p.state.points[7] = p.state.poses[0].Inverse() * Eigen::Vector3d(0, 0, -1);
-  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 20, .tolerance = 1e-6, .huber_chi2 = 5.991}, p.state).success);
+  ASSERT_TRUE(MinimizeReprojection(p.sights, 6,
+                                   {.max_iterations = 20, .tolerance = 1e-6, .huber_chi2 = 5.991},
+                                   p.state)
+                  .success);
   EXPECT_LT(PoseError(p, 6), 0.02) << PoseError(MakeProblem(6, 0.3), 6);
 }
 

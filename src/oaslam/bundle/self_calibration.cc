@@ -49,12 +49,16 @@ std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
   return spread;
 }
 
-// How far a point at rest seems to move, for each second of the readout, since its row is not the middle one.
-Eigen::Vector2d ByReadout(const Camera& camera, const Keyframe& keyframe, const CameraMotion& motion, const Eigen::Vector3d& point, const Eigen::Vector2d& raw) {
+// How far a point at rest seems to move, for each second of the readout, since its row is not the
+// middle one.
+Eigen::Vector2d ByReadout(const Camera& camera, const Keyframe& keyframe,
+                          const CameraMotion& motion, const Eigen::Vector3d& point,
+                          const Eigen::Vector2d& raw) {
   const Eigen::Vector3d p = keyframe.cam_from_world * point;
   const auto velocity = motion.At(keyframe.timestamp);
   if (!velocity || p.z() <= 0) return Eigen::Vector2d::Zero();
-  return ((raw.y() + 0.5) / camera.height - 0.5) * PixelWithDerivatives(camera, p).by_point * velocity->Of(p);
+  return ((raw.y() + 0.5) / camera.height - 0.5) * PixelWithDerivatives(camera, p).by_point *
+         velocity->Of(p);
 }
 
 Problem Collect(const Map& map, int camera, std::span<const FramePose> trajectory) {
@@ -73,8 +77,10 @@ Problem Collect(const Map& map, int camera, std::span<const FramePose> trajector
       const Features& features = *map.keyframes.At(o.keyframe).features;
       const Keypoint& k = features.keypoints[o.keypoint];
       const Eigen::Vector2d raw = Distort(problem.state.camera, k.px.cast<double>());
-      const PointSight sight{static_cast<int>(place - problem.keyframes.begin()), point, raw, 1.0 / features.pyramid.scale[k.octave]};
-      problem.sights.push_back({sight, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe), motion, landmark.position, raw)});
+      const PointSight sight{static_cast<int>(place - problem.keyframes.begin()), point, raw,
+                             1.0 / features.pyramid.scale[k.octave]};
+      problem.sights.push_back({sight, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe),
+                                                 motion, landmark.position, raw)});
     }
     if (problem.sights.size() - before < 2) {
       problem.sights.resize(before);
@@ -90,7 +96,8 @@ IntrinsicsPrior PriorOf(const Camera& camera, const CalibrationPrior& prior) {
   const double longer = std::max(camera.width, camera.height);
   IntrinsicsPrior p{prior.camera.value_or(camera), 0, {}};
   const double center = prior.center_sigma * longer;
-  p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma, prior.readout_sigma_s;
+  p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma,
+      prior.readout_sigma_s;
   return p;
 }
 
@@ -115,16 +122,17 @@ std::vector<RolledSight> InliersOf(const Problem& problem) {
   return inliers;
 }
 
-// Variance of the residuals, and by how much errors of neighbours in an image have the same sign: the
-// design effect, var(sum) / sum(var) over cells of the image (Kish 1965). A motion that the poses do
-// not follow, a distortion that the model lacks, and matches that err alike show in it.
+// Variance of the residuals, and by how much errors of neighbours in an image have the same sign:
+// the design effect, var(sum) / sum(var) over cells of the image (Kish 1965). A motion that the
+// poses do not follow, a distortion that the model lacks, and matches that err alike show in it.
 struct Noise {
   double variance = 1, design_effect = 1;
 };
 
 Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights) {
   constexpr int kCells = 8;  // along the longer side
-  const double cell = std::max(state.camera.width, state.camera.height) / static_cast<double>(kCells);
+  const double cell =
+      std::max(state.camera.width, state.camera.height) / static_cast<double>(kCells);
   std::map<std::array<int, 3>, std::pair<Eigen::Vector2d, double>> cells;
   double sum = 0;
   std::vector<char> is_seen(state.points.size());
@@ -134,16 +142,18 @@ Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights)
     if (!residual) continue;
     sum += residual->squaredNorm();
     points += !std::exchange(is_seen[s.point], 1);
-    auto& [total, squares] =
-        cells.try_emplace({s.pose, static_cast<int>(s.px.x() / cell), static_cast<int>(s.px.y() / cell)},
-                          Eigen::Vector2d::Zero(), 0.0)
-            .first->second;
+    auto& [total, squares] = cells
+                                 .try_emplace({s.pose, static_cast<int>(s.px.x() / cell),
+                                               static_cast<int>(s.px.y() / cell)},
+                                              Eigen::Vector2d::Zero(), 0.0)
+                                 .first->second;
     total += *residual;
     squares += residual->squaredNorm();
   }
   double together = 0;
   for (const auto& [key, entry] : cells) together += entry.first.squaredNorm();
-  const double freedom = 2.0 * static_cast<double>(sights.size()) - 3.0 * points - 6.0 * static_cast<double>(state.poses.size());
+  const double freedom = 2.0 * static_cast<double>(sights.size()) - 3.0 * points -
+                         6.0 * static_cast<double>(state.poses.size());
   return {sum / std::max(freedom, 1.0), sum > 0 ? std::max(1.0, together / sum) : 1};
 }
 
@@ -167,23 +177,28 @@ double ShareWithParallax(const IntrinsicsState& state, std::span<const RolledSig
 
 double LargestTurn(const IntrinsicsState& state) {
   double largest = 0;
-  for (const Rigid3& a : state.poses) largest = std::max(largest, a.rotation.angularDistance(state.poses.front().rotation));
+  for (const Rigid3& a : state.poses)
+    largest = std::max(largest, a.rotation.angularDistance(state.poses.front().rotation));
   return largest;
 }
 
-std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state, std::span<const RolledSight> inliers) {
+std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state,
+                   std::span<const RolledSight> inliers) {
   const double focal = found.camera.fx / std::max(found.camera.width, found.camera.height);
   if (ShareWithParallax(state, inliers) < kMinParallaxShare)
     return "the camera only turned: it has to move sideways, too";
   if (!(found.RelativeSigma() <= kMaxRelativeSigma)) {
-    const std::string how = std::isfinite(found.RelativeSigma())
-                                ? fmt::format("the focal length is only known to {:.1f} %", 100 * found.RelativeSigma())
-                                : std::string("the focal length is open");
-    return how + (LargestTurn(state) < kMinTurnRad
-                      ? ": the camera moved without turning"
-                      : ": the motion tells too little of it (moving straight ahead, or a flat scene)");
+    const std::string how =
+        std::isfinite(found.RelativeSigma())
+            ? fmt::format("the focal length is only known to {:.1f} %", 100 * found.RelativeSigma())
+            : std::string("the focal length is open");
+    return how +
+           (LargestTurn(state) < kMinTurnRad
+                ? ": the camera moved without turning"
+                : ": the motion tells too little of it (moving straight ahead, or a flat scene)");
   }
-  if (focal < kMinFocal || focal > kMaxFocal) return fmt::format("no plausible focal length ({:.0f} pixels)", found.camera.fx);
+  if (focal < kMinFocal || focal > kMaxFocal)
+    return fmt::format("no plausible focal length ({:.0f} pixels)", found.camera.fx);
   return {};
 }
 
@@ -230,23 +245,32 @@ Problem PartOf(const Problem& whole, int from, int to) {
   return part;
 }
 
-// The standard deviation of log(focal length) that a solved problem has for itself; infinite where open.
-double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSight> inliers, const IntrinsicsPrior& known) {
+// The standard deviation of log(focal length) that a solved problem has for itself; infinite where
+// open.
+double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSight> inliers,
+                        const IntrinsicsPrior& known) {
   const Noise noise = NoiseOf(state, inliers);
-  const double variance = noise.variance * noise.design_effect * InformationOnIntrinsics(inliers, known, state).inverse()(0, 0);
-  return std::isfinite(variance) && variance > 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
+  const double variance = noise.variance * noise.design_effect *
+                          InformationOnIntrinsics(inliers, known, state).inverse()(0, 0);
+  return std::isfinite(variance) && variance > 0 ? std::sqrt(variance)
+                                                 : std::numeric_limits<double>::infinity();
 }
 
-// How much more parts of the walk, each by itself, differ in the focal length than their own standard deviations allow (Birge 1932): at least
-// 1. Errors that stay the same all through a part show in it, such as what a rolling shutter does to its motion.
+// How much more parts of the walk, each by itself, differ in the focal length than their own
+// standard deviations allow (Birge 1932): at least
+// 1. Errors that stay the same all through a part show in it, such as what a rolling shutter does
+// to its motion.
 double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
   constexpr int kParts = 4, kMinKeyframesOfPart = 6;
-  const int count = static_cast<int>(whole.keyframes.size()), parts = std::min(kParts, count / kMinKeyframesOfPart);
+  const int count = static_cast<int>(whole.keyframes.size()),
+            parts = std::min(kParts, count / kMinKeyframesOfPart);
   double sum = 0;
   int told = 0;
   for (int part = 0; part < parts; ++part) {
     Problem p = PartOf(whole, part * count / parts, (part + 1) * count / parts);
-    if (p.landmarks.size() < kMinPoints || !MinimizeWithIntrinsics(p.sights, known, {20, 1e-4, 0, {}}, p.state).success) continue;
+    if (p.landmarks.size() < kMinPoints ||
+        !MinimizeWithIntrinsics(p.sights, known, {20, 1e-4, 0, {}}, p.state).success)
+      continue;
     const double sigma = StatisticalSigma(p.state, p.sights, known);
     if (!std::isfinite(sigma)) continue;
     const double off = std::log(p.state.camera.fx / whole.state.camera.fx) / sigma;
@@ -256,14 +280,16 @@ double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
   return told > 1 ? std::sqrt(std::max(1.0, sum / (told - 1))) : 1;
 }
 
-SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory, bool with_parts) {
+SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior,
+                                  std::span<const FramePose> trajectory, bool with_parts) {
   Problem problem = Collect(map, camera, trajectory);
   SelfCalibration found;
   found.camera = problem.state.camera;
   found.keyframes = static_cast<int>(problem.keyframes.size());
   found.observations = static_cast<int>(problem.sights.size());
   if (found.keyframes < kMinKeyframes || problem.landmarks.size() < kMinPoints) {
-    found.why_not = fmt::format("too little was mapped: {} keyframes, {} landmarks seen twice", found.keyframes, problem.landmarks.size());
+    found.why_not = fmt::format("too little was mapped: {} keyframes, {} landmarks seen twice",
+                                found.keyframes, problem.landmarks.size());
     return found;
   }
   const IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
@@ -284,7 +310,8 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
   const auto information = InformationOnIntrinsics(inliers, known, problem.state);
   const Eigen::Matrix<double, kShared, kShared> covariance = information.inverse();
   if (covariance.allFinite() && covariance(0, 0) > 0) {
-    const SharedStep sigma = (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
+    const SharedStep sigma =
+        (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
     if (with_parts) {
       Problem kept = problem;
       kept.sights = inliers;
@@ -296,8 +323,10 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
     found.k2_sigma = sigma[4];
     found.readout_sigma_s = sigma[kIntrinsics];
   }
-  for (size_t i = 0; i < problem.keyframes.size(); ++i) found.poses.emplace_back(problem.keyframes[i], problem.state.poses[i]);
-  for (size_t i = 0; i < problem.landmarks.size(); ++i) found.points.emplace_back(problem.landmarks[i], problem.state.points[i]);
+  for (size_t i = 0; i < problem.keyframes.size(); ++i)
+    found.poses.emplace_back(problem.keyframes[i], problem.state.poses[i]);
+  for (size_t i = 0; i < problem.landmarks.size(); ++i)
+    found.points.emplace_back(problem.landmarks[i], problem.state.points[i]);
   found.why_not = WhyNot(found, problem.state, inliers);
   found.success = found.why_not.empty();
   return found;
@@ -305,22 +334,27 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
 
 }  // namespace
 
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory) {
+SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior,
+                              std::span<const FramePose> trajectory) {
   return SelfCalibrateHere(map, camera, prior, trajectory, true);
 }
 
-SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior, std::span<const FramePose> trajectory) {
+SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior,
+                                     std::span<const FramePose> trajectory) {
   return SelfCalibrateHere(map, camera, prior, trajectory, false);
 }
 
-Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration, const BundleConfig& config,
-                 int min_shared_landmarks) {
+Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
+                 const BundleConfig& config, int min_shared_landmarks) {
   constexpr int kIterations = 20;
   Map changed = WithCamera(map, camera, calibration.camera);
-  for (const auto& [id, pose] : calibration.poses) changed.keyframes.MutableAt(id).cam_from_world = pose;
-  for (const auto& [id, point] : calibration.points) changed.landmarks.MutableAt(id).position = point;
+  for (const auto& [id, pose] : calibration.poses)
+    changed.keyframes.MutableAt(id).cam_from_world = pose;
+  for (const auto& [id, point] : calibration.points)
+    changed.landmarks.MutableAt(id).position = point;
   ApplyCorrection(GlobalBundleAdjustment(changed, kIterations, config), changed);
-  for (const KeyframeId id : changed.keyframes.Ids()) changed.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : changed.keyframes.Ids())
+    changed.UpdateCovisibility(id, min_shared_landmarks);
   return changed;
 }
 

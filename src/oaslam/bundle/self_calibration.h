@@ -33,13 +33,13 @@ struct SelfCalibration {
   bool success = false;
   std::string why_not;
   Camera camera;
-  // 1 sigma, with the correlation of errors between neighbours in an image, and enlarged by how much parts of the walk differ; infinite: not
-  // determined.
+  // 1 sigma, with the correlation of errors between neighbours in an image, and enlarged by how
+  // much parts of the walk differ; infinite: not determined.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   double center_sigma_px = 0, k1_sigma = 0, k2_sigma = 0;
   double readout_s = 0, readout_sigma_s = 0;  // of a rolling shutter, where it was asked for
-  double parts_ratio = 1;  // by which it was enlarged
-  double rmse = 0;  // of the inliers, in units of the key points' scale
+  double parts_ratio = 1;                     // by which it was enlarged
+  double rmse = 0;                            // of the inliers, in units of the key points' scale
   int keyframes = 0, observations = 0, inliers = 0;
   std::vector<std::pair<KeyframeId, Rigid3>> poses;            // of the keyframes used, ascending
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // of the landmarks used, ascending
@@ -53,10 +53,13 @@ struct SelfCalibration {
 // not guessed, where the motion leaves the focal length open: turning on the spot, moving without
 // turning, and anything else by which its standard deviation stays above 2 %. `trajectory`
 // tells how the camera moved while it read out its images.
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior = {}, std::span<const FramePose> trajectory = {});
+SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior = {},
+                              std::span<const FramePose> trajectory = {});
 
-// The same in a third of the time, without a look at parts of the walk: the standard deviation is that of one map, which can be bent as a whole.
-SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior = {}, std::span<const FramePose> trajectory = {});
+// The same in a third of the time, without a look at parts of the walk: the standard deviation is
+// that of one map, which can be bent as a whole.
+SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior = {},
+                                     std::span<const FramePose> trajectory = {});
 
 // The map with that camera, after a global bundle adjustment of everything with it.
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,

@@ -15,8 +15,12 @@ namespace {
 using testing::HasSubstr;
 
 Camera Guess(const Camera& camera, double factor) {
-  Camera guess{.width = camera.width, .height = camera.height, .fx = factor * camera.fx,
-               .fy = factor * camera.fy, .cx = 0.5 * (camera.width - 1), .cy = 0.5 * (camera.height - 1)};
+  Camera guess{.width = camera.width,
+               .height = camera.height,
+               .fx = factor * camera.fx,
+               .fy = factor * camera.fy,
+               .cx = 0.5 * (camera.width - 1),
+               .cy = 0.5 * (camera.height - 1)};
   guess.is_guess = true;
   return guess;
 }
@@ -79,10 +83,12 @@ TEST(SelfCalibration, RecalibratedMapIsConsistent) {
 TEST(SelfCalibration, RefusesACameraThatOnlyTurns) {
   synthetic::World world = synthetic::MakeWorld({.points = 800, .cameras = 12});
   for (int k = 0; k < 12; ++k)
-    world.cam_from_world[k] = synthetic::LookAt({0, -3, 0.3}, {-1.1 + 0.2 * k, 0, 0.3 * std::sin(k)});
+    world.cam_from_world[k] =
+        synthetic::LookAt({0, -3, 0.3}, {-1.1 + 0.2 * k, 0, 0.3 * std::sin(k)});
   for (const double factor : {0.75, 1.0, 1.25}) {
     const SelfCalibration found = SelfCalibrate(MapByGuess(world, world.camera, factor), 0);
-    EXPECT_FALSE(found.success) << factor << ' ' << found.camera.fx << " +- " << found.focal_sigma_px;
+    EXPECT_FALSE(found.success) << factor << ' ' << found.camera.fx << " +- "
+                                << found.focal_sigma_px;
   }
 }
 
@@ -100,7 +106,9 @@ TEST(SelfCalibration, RefusesStraightAheadTowardsAPlane) {
 
 TEST(SelfCalibration, RefusesMotionWithoutTurning) {
   synthetic::World world = synthetic::MakeWorld({.points = 800, .cameras = 12});
-  for (int k = 0; k < 12; ++k) world.cam_from_world[k] = synthetic::LookAt({-0.8 + 0.12 * k, -3, 0.2}, {-0.8 + 0.12 * k, 0, 0.2});
+  for (int k = 0; k < 12; ++k)
+    world.cam_from_world[k] =
+        synthetic::LookAt({-0.8 + 0.12 * k, -3, 0.2}, {-0.8 + 0.12 * k, 0, 0.2});
   const SelfCalibration found = SelfCalibrate(MapByGuess(world, world.camera, 1.1), 0);
   EXPECT_FALSE(found.success) << found.camera.fx << " +- " << found.focal_sigma_px;
   EXPECT_THAT(found.why_not, HasSubstr("without turning"));

@@ -16,13 +16,14 @@
 namespace oaslam {
 namespace {
 
-// A model on its anchor: the middle of its bounds' bottom on the origin, its longest side of the anchor's size.
+// A model on its anchor: the middle of its bounds' bottom on the origin, its longest side of the
+// anchor's size.
 struct Placed {
   const Mesh* mesh = nullptr;
   Rigid3 cam_from_anchor;
-  double scale = 1;         // anchor's unit per one of the mesh
-  Eigen::Vector3d origin;   // of the anchor, in the mesh
-  Eigen::Vector3d sides;    // in the anchor's unit
+  double scale = 1;        // anchor's unit per one of the mesh
+  Eigen::Vector3d origin;  // of the anchor, in the mesh
+  Eigen::Vector3d sides;   // in the anchor's unit
 
   Eigen::Vector3d InCamera(const Eigen::Vector3f& position) const {
     return cam_from_anchor * (scale * (position.cast<double>() - origin));
@@ -71,24 +72,28 @@ cv::Rect PixelsAround(const std::vector<Eigen::Vector3d>& in_cam, double near, c
   const auto within = [](double value, int end) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(end)));
   };
-  const int x1 = within(std::floor(left), size.width), x2 = within(std::ceil(right) + 1, size.width);
-  const int y1 = within(std::floor(top), size.height), y2 = within(std::ceil(bottom) + 1, size.height);
+  const int x1 = within(std::floor(left), size.width),
+            x2 = within(std::ceil(right) + 1, size.width);
+  const int y1 = within(std::floor(top), size.height),
+            y2 = within(std::ceil(bottom) + 1, size.height);
   return {x1, y1, std::max(x2 - x1, 0), std::max(y2 - y1, 0)};
 }
 
 // The box around a model, `margin` times its sides wider; its floor alone where `is_flat`.
-cv::Rect PixelsOf(const Placed& placed, double margin, bool is_flat, double near, const Camera& camera,
-                  const cv::Size& size) {
+cv::Rect PixelsOf(const Placed& placed, double margin, bool is_flat, double near,
+                  const Camera& camera, const cv::Size& size) {
   std::vector<Eigen::Vector3d> corners;
   for (const double x : {-0.5, 0.5})
     for (const double y : {0.0, is_flat ? 0.0 : 1.0})
       for (const double z : {-0.5, 0.5})
-        corners.push_back(placed.cam_from_anchor *
-                          Eigen::Vector3d(x * (1 + margin), y, z * (1 + margin)).cwiseProduct(placed.sides));
+        corners.push_back(
+            placed.cam_from_anchor *
+            Eigen::Vector3d(x * (1 + margin), y, z * (1 + margin)).cwiseProduct(placed.sides));
   return PixelsAround(corners, near, camera, size);
 }
 
-// Light in [0, 1] on a surface by its normal in the anchor's frame: a bright sky, and a lamp above and ahead.
+// Light in [0, 1] on a surface by its normal in the anchor's frame: a bright sky, and a lamp above
+// and ahead.
 float LightOn(const Eigen::Vector3f& normal) {
   static const Eigen::Vector3f kLamp = Eigen::Vector3f(0.35F, 0.8F, 0.5F).normalized();
   return 0.40F + 0.12F * normal.y() + 0.55F * std::max(0.0F, normal.dot(kLamp));
@@ -100,8 +105,10 @@ void DrawModel(const Placed& placed, Raster& raster) {
   in_cam.reserve(mesh.positions.size());
   for (const Eigen::Vector3f& p : mesh.positions) in_cam.push_back(placed.InCamera(p));
   for (const auto& triangle : mesh.triangles) {
-    const Eigen::Vector3d &a = in_cam[triangle[0]], &b = in_cam[triangle[1]], &c = in_cam[triangle[2]];
-    const float side = (b - a).cross(c - a).dot(a) <= 0 ? 1.0F : -1.0F;  // of a sheet, the one that is seen
+    const Eigen::Vector3d &a = in_cam[triangle[0]], &b = in_cam[triangle[1]],
+                          &c = in_cam[triangle[2]];
+    const float side =
+        (b - a).cross(c - a).dot(a) <= 0 ? 1.0F : -1.0F;  // of a sheet, the one that is seen
     std::array<Raster::Vertex, 3> vertices;
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t v = triangle[i];
@@ -118,31 +125,38 @@ struct Occluder {
   Box outline;
 };
 
-// All mapped ones but those in which content stands: the ellipsoid of a table bulges over its board.
+// All mapped ones but those in which content stands: the ellipsoid of a table bulges over its
+// board.
 std::vector<Occluder> OccludersIn(const ArFrame& frame, const std::vector<Placed>& content) {
-  constexpr double kRaised = 0.05;  // of the content's size: what stands on top of an ellipsoid is outside
+  constexpr double kRaised =
+      0.05;  // of the content's size: what stands on top of an ellipsoid is outside
   std::vector<Eigen::Vector3d> feet;
   const Rigid3 world_from_cam = frame.cam_from_world->Inverse();
   for (const Placed& placed : content)
-    feet.push_back(world_from_cam * (placed.cam_from_anchor * Eigen::Vector3d(0, kRaised * placed.sides.maxCoeff(), 0)));
+    feet.push_back(world_from_cam * (placed.cam_from_anchor *
+                                     Eigen::Vector3d(0, kRaised * placed.sides.maxCoeff(), 0)));
   std::vector<Occluder> occluders;
   frame.map->objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
-    if (std::ranges::any_of(feet, [&](const auto& foot) { return Contains(object.ellipsoid, foot); })) return;
+    if (std::ranges::any_of(feet,
+                            [&](const auto& foot) { return Contains(object.ellipsoid, foot); }))
+      return;
     // One that the camera is in, or beside, hides nothing.
     if (const auto outline = ProjectToBox(object.ellipsoid, *frame.cam_from_world, frame.camera))
-      occluders.push_back({object.ellipsoid, EllipsoidFront(object.ellipsoid, *frame.cam_from_world), *outline});
+      occluders.push_back(
+          {object.ellipsoid, EllipsoidFront(object.ellipsoid, *frame.cam_from_world), *outline});
   });
   return occluders;
 }
 
 // A soft dark spot on the plane that a model stands on.
-void DrawShadow(const Placed& placed, const std::vector<Occluder>& occluders, double near, const Camera& camera,
-                cv::Mat& picture) {
+void DrawShadow(const Placed& placed, const std::vector<Occluder>& occluders, double near,
+                const Camera& camera, cv::Mat& picture) {
   constexpr double kDarkness = 0.5, kMargin = 0.4;
   const cv::Rect box = PixelsOf(placed, kMargin, true, near, camera, picture.size());
   const Rigid3 anchor_from_cam = placed.cam_from_anchor.Inverse();
-  const double half_x = 0.5 * (1 + kMargin) * placed.sides.x(), half_z = 0.5 * (1 + kMargin) * placed.sides.z();
+  const double half_x = 0.5 * (1 + kMargin) * placed.sides.x(),
+               half_z = 0.5 * (1 + kMargin) * placed.sides.z();
   if (!(half_x > 0) || !(half_z > 0)) return;
   const cv::Rect2d area = box;
   const Box around{area.x, area.y, area.br().x, area.br().y};
@@ -176,17 +190,20 @@ void DrawContent(const ArFrame& frame, const ModelLibrary& models, cv::Mat& pict
   double near = std::numeric_limits<double>::max();
   for (const Placed& placed : content) near = std::min(near, kNear * placed.sides.maxCoeff());
   cv::Rect area;
-  for (const Placed& placed : content) area |= PixelsOf(placed, 0, false, near, frame.camera, picture.size());
+  for (const Placed& placed : content)
+    area |= PixelsOf(placed, 0, false, near, frame.camera, picture.size());
   if (area.empty()) return;
   const std::vector<Occluder> occluders = OccludersIn(frame, content);
   for (const Placed& placed : content) DrawShadow(placed, occluders, near, frame.camera, picture);
   Raster raster(frame.camera, area, near);
   for (const Placed& placed : content) DrawModel(placed, raster);
-  for (const Occluder& occluder : occluders) raster.HideBehind(occluder.ellipsoid, *frame.cam_from_world);
+  for (const Occluder& occluder : occluders)
+    raster.HideBehind(occluder.ellipsoid, *frame.cam_from_world);
   raster.BlendInto(picture);
 }
 
-void DrawArPicture(const ArFrame& frame, const ModelLibrary& models, const ClassNames& names, cv::Mat& picture) {
+void DrawArPicture(const ArFrame& frame, const ModelLibrary& models, const ClassNames& names,
+                   cv::Mat& picture) {
   // Outlines first: what stands before an object covers its outline too.
   DrawOutlines(frame, names, picture);
   DrawContent(frame, models, picture);

@@ -22,10 +22,12 @@ struct ArFrame {
   double confidence = 0;                 // [0, 1], of the pose
 };
 
-// Draws into an ideal image of the camera (8-bit BGR) the outlines of mapped objects with their names, the content of
-// the map's anchors with a shadow where it stands, hidden where a mapped ellipsoid lies before it, and a line that says
-// what is known. Content is lit from above and ahead, whatever lights the scene.
-void DrawArPicture(const ArFrame& frame, const ModelLibrary& models, const ClassNames& names, cv::Mat& picture);
+// Draws into an ideal image of the camera (8-bit BGR) the outlines of mapped objects with their
+// names, the content of the map's anchors with a shadow where it stands, hidden where a mapped
+// ellipsoid lies before it, and a line that says what is known. Content is lit from above and
+// ahead, whatever lights the scene.
+void DrawArPicture(const ArFrame& frame, const ModelLibrary& models, const ClassNames& names,
+                   cv::Mat& picture);
 
 // The content alone.
 void DrawContent(const ArFrame& frame, const ModelLibrary& models, cv::Mat& picture);

@@ -11,9 +11,12 @@ constexpr double kSize = 1, kDistance = 4;
 const cv::Scalar kBackground(210, 90, 160);
 
 // Off centre, as of a cropped image.
-Camera OffCentre() { return {.width = 320, .height = 240, .fx = 300, .fy = 290, .cx = 190.3, .cy = 99.2}; }
+Camera OffCentre() {
+  return {.width = 320, .height = 240, .fx = 300, .fy = 290, .cx = 190.3, .cy = 99.2};
+}
 
-// An anchor whose content the first keyframe sees upright from its front, `kDistance` ahead, at half its height.
+// An anchor whose content the first keyframe sees upright from its front, `kDistance` ahead, at
+// half its height.
 Map MapWith(const std::string& model) {
   Map map;
   map.keyframes.Insert(KeyframeId(0), Keyframe());
@@ -53,7 +56,8 @@ struct Face {
 };
 Face FrontOfCube() {
   const Camera camera = OffCentre();
-  const double depth = kDistance - kSize / 2, x = camera.fx * kSize / 2 / depth, y = camera.fy * kSize / 2 / depth;
+  const double depth = kDistance - kSize / 2, x = camera.fx * kSize / 2 / depth,
+               y = camera.fy * kSize / 2 / depth;
   return {camera.cx - x, camera.cy - y, camera.cx + x, camera.cy + y};
 }
 
@@ -83,7 +87,8 @@ TEST(DrawContent, IsHiddenByAnEllipsoidBefore) {
   EXPECT_EQ(cv::countNonZero(Drawn(map)), 0);
   // In part: a ball whose outline has its right end in the middle of the cube.
   map = MapWith("cube");
-  AddEllipsoid(map, {-0.5, 0, 2}, 0.485);  // sin(atan(0.5 / 2)) * hypot(0.5, 2): it touches the axis
+  AddEllipsoid(map, {-0.5, 0, 2},
+               0.485);  // sin(atan(0.5 / 2)) * hypot(0.5, 2): it touches the axis
   const cv::Mat changed = Drawn(map);
   const Face face = FrontOfCube();
   const Camera camera = OffCentre();
@@ -125,7 +130,8 @@ TEST(DrawContent, AnUnknownModelIsAWireBox) {
   const Face face = FrontOfCube();
   const double middle = (face.left + face.right) / 2;
   EXPECT_TRUE(changed.at<uchar>(static_cast<int>(face.top + 1.5), static_cast<int>(middle)));
-  EXPECT_FALSE(changed.at<uchar>(static_cast<int>((face.top + face.bottom) / 2), static_cast<int>(middle)));
+  EXPECT_FALSE(
+      changed.at<uchar>(static_cast<int>((face.top + face.bottom) / 2), static_cast<int>(middle)));
 }
 
 TEST(DrawContent, GoesWithTheAnchor) {
@@ -133,8 +139,9 @@ TEST(DrawContent, GoesWithTheAnchor) {
   const int near = cv::countNonZero(Drawn(map));
   map.Scale(2);
   EXPECT_EQ(map.anchors.at("it").size, 2 * kSize);
-  EXPECT_NEAR(cv::countNonZero(Drawn(map)), near, 2);  // the same picture of a world in another unit
-  map.anchors.at("it").keyframe = KeyframeId(3);       // not in the map
+  EXPECT_NEAR(cv::countNonZero(Drawn(map)), near,
+              2);                                 // the same picture of a world in another unit
+  map.anchors.at("it").keyframe = KeyframeId(3);  // not in the map
   EXPECT_EQ(cv::countNonZero(Drawn(map)), 0);
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 using Vector = Eigen::Vector3f;
 
-// As on a golf course: the round of grass has the width of the cloth, so that the pole stands in the middle.
+// As on a golf course: the round of grass has the width of the cloth, so that the pole stands in
+// the middle.
 Mesh Flag() {
   MeshBuilder builder;
   constexpr float kRadius = 0.36F;
@@ -25,7 +26,8 @@ Mesh Flag() {
     for (int j = 0; j < kColumns; ++j) {
       const float s = static_cast<float>(j) / (kColumns - 1), t = static_cast<float>(i) / kBands;
       const float wave = s * std::sin(8 * s - 1.1F * t);
-      cloth[i].emplace_back(0.015F + (kRadius - 0.015F) * s, 0.935F - 0.27F * t - 0.02F * s * s, 0.04F * wave);
+      cloth[i].emplace_back(0.015F + (kRadius - 0.015F) * s, 0.935F - 0.27F * t - 0.02F * s * s,
+                            0.04F * wave);
     }
   builder.AddSheet(cloth, bands);
   return std::move(builder).Finish();
@@ -52,7 +54,8 @@ Mesh Crate() {
   for (int axis = 0; axis < 3; ++axis)
     for (const bool a : {false, true})
       for (const bool b : {false, true}) {
-        // Beams along one axis reach between those along the others, so that no faces lie in each other.
+        // Beams along one axis reach between those along the others, so that no faces lie in each
+        // other.
         Vector min, max;
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         const float inset = axis == 1 ? 0 : kBeam;
@@ -84,24 +87,28 @@ Mesh Robot() {
   const Vector shell = LinearRgb(0x4a90c2), light = LinearRgb(0xeef3f7), dark = LinearRgb(0x2b3440),
                glow = LinearRgb(0x7cf0d8), warm = LinearRgb(0xf2a33a);
   for (const float side : {-1.0F, 1.0F}) {
-    builder.AddBox({side * 0.11F - 0.06F, 0, -0.07F}, {side * 0.11F + 0.06F, 0.06F, 0.13F}, dark);   // foot
-    builder.AddCone({side * 0.11F, 0.06F, 0}, 0.16F, 0.035F, 0.035F, 10, dark);                      // leg
-    builder.AddEllipsoid({side * 0.265F, 0.50F, 0}, {0.055F, 0.055F, 0.055F}, 12, dark);             // shoulder
-    builder.AddCone({side * 0.285F, 0.29F, 0}, 0.19F, 0.033F, 0.038F, 10, shell);                    // arm
-    builder.AddEllipsoid({side * 0.285F, 0.27F, 0.01F}, {0.048F, 0.048F, 0.048F}, 12, light);        // hand
-    builder.AddEllipsoid({side * 0.085F, 0.765F, 0.165F}, {0.036F, 0.042F, 0.022F}, 12, glow);       // eye
-    builder.AddCone({side * 0.235F, 0.715F, 0}, 0.09F, 0.028F, 0.028F, 10, warm);                    // ear
+    builder.AddBox({side * 0.11F - 0.06F, 0, -0.07F}, {side * 0.11F + 0.06F, 0.06F, 0.13F},
+                   dark);                                                        // foot
+    builder.AddCone({side * 0.11F, 0.06F, 0}, 0.16F, 0.035F, 0.035F, 10, dark);  // leg
+    builder.AddEllipsoid({side * 0.265F, 0.50F, 0}, {0.055F, 0.055F, 0.055F}, 12,
+                         dark);                                                    // shoulder
+    builder.AddCone({side * 0.285F, 0.29F, 0}, 0.19F, 0.033F, 0.038F, 10, shell);  // arm
+    builder.AddEllipsoid({side * 0.285F, 0.27F, 0.01F}, {0.048F, 0.048F, 0.048F}, 12,
+                         light);  // hand
+    builder.AddEllipsoid({side * 0.085F, 0.765F, 0.165F}, {0.036F, 0.042F, 0.022F}, 12,
+                         glow);                                                    // eye
+    builder.AddCone({side * 0.235F, 0.715F, 0}, 0.09F, 0.028F, 0.028F, 10, warm);  // ear
   }
-  builder.AddBox({-0.21F, 0.21F, -0.13F}, {0.21F, 0.57F, 0.13F}, shell);      // body
-  builder.AddBox({-0.13F, 0.27F, -0.187F}, {0.13F, 0.53F, -0.13F}, dark);     // pack on the back
-  builder.AddBox({-0.13F, 0.32F, 0.13F}, {0.13F, 0.50F, 0.145F}, light);      // plate on the chest
+  builder.AddBox({-0.21F, 0.21F, -0.13F}, {0.21F, 0.57F, 0.13F}, shell);   // body
+  builder.AddBox({-0.13F, 0.27F, -0.187F}, {0.13F, 0.53F, -0.13F}, dark);  // pack on the back
+  builder.AddBox({-0.13F, 0.32F, 0.13F}, {0.13F, 0.50F, 0.145F}, light);   // plate on the chest
   builder.AddEllipsoid({0.07F, 0.44F, 0.145F}, {0.03F, 0.03F, 0.015F}, 12, warm);
   builder.AddBox({-0.09F, 0.36F, 0.145F}, {0.02F, 0.385F, 0.152F}, dark);
-  builder.AddCone({0, 0.57F, 0}, 0.05F, 0.06F, 0.06F, 12, dark);              // neck
-  builder.AddBox({-0.22F, 0.62F, -0.15F}, {0.22F, 0.89F, 0.15F}, light);      // head
-  builder.AddBox({-0.18F, 0.665F, 0.15F}, {0.18F, 0.85F, 0.165F}, dark);      // face
-  builder.AddBox({-0.06F, 0.69F, 0.165F}, {0.06F, 0.705F, 0.172F}, glow);     // mouth
-  builder.AddCone({0, 0.89F, 0}, 0.07F, 0.011F, 0.011F, 8, dark);             // antenna
+  builder.AddCone({0, 0.57F, 0}, 0.05F, 0.06F, 0.06F, 12, dark);           // neck
+  builder.AddBox({-0.22F, 0.62F, -0.15F}, {0.22F, 0.89F, 0.15F}, light);   // head
+  builder.AddBox({-0.18F, 0.665F, 0.15F}, {0.18F, 0.85F, 0.165F}, dark);   // face
+  builder.AddBox({-0.06F, 0.69F, 0.165F}, {0.06F, 0.705F, 0.172F}, glow);  // mouth
+  builder.AddCone({0, 0.89F, 0}, 0.07F, 0.011F, 0.011F, 8, dark);          // antenna
   builder.AddEllipsoid({0, 0.972F, 0}, {0.028F, 0.028F, 0.028F}, 12, warm);
   return std::move(builder).Finish();
 }
@@ -127,8 +134,11 @@ Mesh WireCube() {
 }  // namespace
 
 const std::vector<std::pair<std::string, Mesh>>& BuiltinModels() {
-  static const std::vector<std::pair<std::string, Mesh>> models = {
-      {"flag", Flag()}, {"arrow", Arrow()}, {"cube", Crate()}, {"tree", Tree()}, {"robot", Robot()}};
+  static const std::vector<std::pair<std::string, Mesh>> models = {{"flag", Flag()},
+                                                                   {"arrow", Arrow()},
+                                                                   {"cube", Crate()},
+                                                                   {"tree", Tree()},
+                                                                   {"robot", Robot()}};
   return models;
 }
 

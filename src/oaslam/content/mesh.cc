@@ -29,15 +29,18 @@ std::string GlbOf(const Mesh& mesh, const std::string& name) {
   using Json = GltfBuffer::Json;
   GltfBuffer buffer;
   std::vector<uint32_t> indices;
-  for (const auto& triangle : mesh.triangles) indices.insert(indices.end(), triangle.begin(), triangle.end());
+  for (const auto& triangle : mesh.triangles)
+    indices.insert(indices.end(), triangle.begin(), triangle.end());
   const Json attributes = {{"POSITION", buffer.AddVectors(ToDouble(mesh.positions))},
                            {"NORMAL", buffer.AddVectors(ToDouble(mesh.normals))},
                            {"COLOR_0", buffer.AddVectors(ToDouble(mesh.colors))}};
-  const Json primitive = {{"attributes", attributes}, {"indices", buffer.AddIndices(indices)}, {"material", 0}};
+  const Json primitive = {
+      {"attributes", attributes}, {"indices", buffer.AddIndices(indices)}, {"material", 0}};
   // Both sides are seen, since a cloth is one sheet.
-  const Json material = {{"name", name},
-                         {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}},
-                         {"doubleSided", true}};
+  const Json material = {
+      {"name", name},
+      {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}},
+      {"doubleSided", true}};
   const auto list = [](const Json& item) {
     Json items = Json::array();
     items.push_back(item);

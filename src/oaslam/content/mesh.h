@@ -8,7 +8,8 @@
 
 namespace oaslam {
 
-// A model of virtual content. Of its own unit, y up, standing on the origin, its front towards +z, as in glTF.
+// A model of virtual content. Of its own unit, y up, standing on the origin, its front towards +z,
+// as in glTF.
 struct Mesh {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals;  // per vertex, of unit length

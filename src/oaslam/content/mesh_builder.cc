@@ -16,7 +16,9 @@ constexpr float kTurn = 2 * std::numbers::pi_v<float>;
 }  // namespace
 
 Eigen::Vector3f LinearRgb(uint32_t srgb) {
-  const auto channel = [&](int shift) { return LinearFromSrgb(static_cast<float>(srgb >> shift & 0xFF) / 255); };
+  const auto channel = [&](int shift) {
+    return LinearFromSrgb(static_cast<float>(srgb >> shift & 0xFF) / 255);
+  };
   return {channel(16), channel(8), channel(0)};
 }
 
@@ -43,11 +45,13 @@ void MeshBuilder::AddBox(const Vector& min, const Vector& max, const Vector& col
       along_u[u] = max[u];
       along_v[v] = max[v];
       const uint32_t a = AddVertex(corner, normal, color), b = AddVertex(along_u, normal, color);
-      AddQuad(a, b, AddVertex(along_u + along_v - corner, normal, color), AddVertex(along_v, normal, color));
+      AddQuad(a, b, AddVertex(along_u + along_v - corner, normal, color),
+              AddVertex(along_v, normal, color));
     }
 }
 
-void MeshBuilder::AddDisc(const Vector& center, float radius, int sides, float normal_y, const Vector& color) {
+void MeshBuilder::AddDisc(const Vector& center, float radius, int sides, float normal_y,
+                          const Vector& color) {
   const Vector normal(0, normal_y, 0);
   const uint32_t middle = AddVertex(center, normal, color);
   for (int i = 0; i < sides; ++i) {
@@ -61,8 +65,8 @@ void MeshBuilder::AddDisc(const Vector& center, float radius, int sides, float n
   }
 }
 
-void MeshBuilder::AddCone(const Vector& bottom, float height, float bottom_radius, float top_radius, int sides,
-                          const Vector& color) {
+void MeshBuilder::AddCone(const Vector& bottom, float height, float bottom_radius, float top_radius,
+                          int sides, const Vector& color) {
   const Vector top = bottom + Vector(0, height, 0);
   const auto first = static_cast<uint32_t>(mesh_.positions.size());
   const float slope = (bottom_radius - top_radius) / height;
@@ -82,15 +86,18 @@ void MeshBuilder::AddCone(const Vector& bottom, float height, float bottom_radiu
   if (top_radius > 0) AddDisc(top, top_radius, sides, 1, color);
 }
 
-void MeshBuilder::AddEllipsoid(const Vector& center, const Vector& half_axes, int sides, const Vector& color) {
+void MeshBuilder::AddEllipsoid(const Vector& center, const Vector& half_axes, int sides,
+                               const Vector& color) {
   const auto first = static_cast<uint32_t>(mesh_.positions.size());
   const int rings = sides / 2;
   for (int i = 0; i <= rings; ++i)
     for (int j = 0; j <= sides; ++j) {
       const float polar = kTurn / 2 * static_cast<float>(i) / static_cast<float>(rings);
       const float angle = kTurn * static_cast<float>(j) / static_cast<float>(sides);
-      const Vector unit(std::sin(polar) * std::sin(angle), std::cos(polar), std::sin(polar) * std::cos(angle));
-      AddVertex(center + half_axes.cwiseProduct(unit), unit.cwiseQuotient(half_axes).normalized(), color);
+      const Vector unit(std::sin(polar) * std::sin(angle), std::cos(polar),
+                        std::sin(polar) * std::cos(angle));
+      AddVertex(center + half_axes.cwiseProduct(unit), unit.cwiseQuotient(half_axes).normalized(),
+                color);
     }
   const auto row = static_cast<uint32_t>(sides + 1), last = static_cast<uint32_t>(rings - 1);
   for (uint32_t i = 0; i <= last; ++i)
@@ -101,13 +108,15 @@ void MeshBuilder::AddEllipsoid(const Vector& center, const Vector& half_axes, in
     }
 }
 
-void MeshBuilder::AddSheet(const std::vector<std::vector<Vector>>& corners, const std::vector<Vector>& row_colors) {
+void MeshBuilder::AddSheet(const std::vector<std::vector<Vector>>& corners,
+                           const std::vector<Vector>& row_colors) {
   for (size_t i = 0; i + 1 < corners.size(); ++i) {
     const auto first = static_cast<uint32_t>(mesh_.positions.size());
     const size_t columns = corners[i].size();
     for (size_t j = 0; j < columns; ++j) {
       const size_t before = j == 0 ? 0 : j - 1, after = std::min(j + 1, columns - 1);
-      const Vector across = corners[i][after] - corners[i][before], down = corners[i + 1][j] - corners[i][j];
+      const Vector across = corners[i][after] - corners[i][before],
+                   down = corners[i + 1][j] - corners[i][j];
       const Vector normal = down.cross(across).normalized();
       AddVertex(corners[i][j], normal, row_colors[i]);
       AddVertex(corners[i + 1][j], normal, row_colors[i]);

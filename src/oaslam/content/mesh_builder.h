@@ -9,7 +9,8 @@ namespace oaslam {
 // "0xrrggbb" in sRGB as the linear RGB of a Mesh.
 Eigen::Vector3f LinearRgb(uint32_t srgb);
 
-// Puts a mesh together from simple bodies, each of one colour. Edges are hard where a body has edges.
+// Puts a mesh together from simple bodies, each of one colour. Edges are hard where a body has
+// edges.
 class MeshBuilder {
  public:
   using Vector = Eigen::Vector3f;
@@ -21,7 +22,8 @@ class MeshBuilder {
                const Vector& color);
   void AddEllipsoid(const Vector& center, const Vector& half_axes, int sides, const Vector& color);
   // A sheet seen from both sides: corners[row][column], as many in each row.
-  void AddSheet(const std::vector<std::vector<Vector>>& corners, const std::vector<Vector>& row_colors);
+  void AddSheet(const std::vector<std::vector<Vector>>& corners,
+                const std::vector<Vector>& row_colors);
 
   // The mesh, its longest side 1.
   Mesh Finish() &&;

@@ -33,7 +33,8 @@ Eigen::Vector3f ToLinear(const Eigen::Vector3f& srgb) { return srgb.unaryExpr(&L
 // Where in [0, size) a coordinate of a texture that repeats lies.
 int TexelOf(float coordinate, int size) {
   const float turn = coordinate - std::floor(coordinate);
-  return std::isfinite(turn) ? std::min(static_cast<int>(turn * static_cast<float>(size)), size - 1) : 0;
+  return std::isfinite(turn) ? std::min(static_cast<int>(turn * static_cast<float>(size)), size - 1)
+                             : 0;
 }
 
 class Loader {
@@ -48,7 +49,9 @@ class Loader {
   Eigen::Vector3f BaseColor(const aiMaterial& material) const;
   const cv::Mat& TextureOf(const aiMaterial& material);
   cv::Mat ReadTexture(const std::string& name) const;
-  InputError Error(const std::string& what) const { return InputError(fmt::format("{}: {}", path_, what)); }
+  InputError Error(const std::string& what) const {
+    return InputError(fmt::format("{}: {}", path_, what));
+  }
 
   const std::string path_;
   Assimp::Importer importer_;
@@ -61,14 +64,18 @@ class Loader {
 Mesh Loader::Load() {
   std::error_code error;
   if (!fs::is_regular_file(path_, error)) throw Error("there is no such file");
-  scene_ = importer_.ReadFile(path_, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_ValidateDataStructure);
-  if (!scene_) throw Error(fmt::format("cannot be read as a model: {}", importer_.GetErrorString()));
+  scene_ = importer_.ReadFile(
+      path_, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_ValidateDataStructure);
+  if (!scene_)
+    throw Error(fmt::format("cannot be read as a model: {}", importer_.GetErrorString()));
   size_t faces = 0;
   for (unsigned i = 0; i < scene_->mNumMeshes; ++i) faces += scene_->mMeshes[i]->mNumFaces;
-  if (faces > kMaxTriangles) throw Error(fmt::format("{} triangles; allowed: up to {}", faces, kMaxTriangles));
+  if (faces > kMaxTriangles)
+    throw Error(fmt::format("{} triangles; allowed: up to {}", faces, kMaxTriangles));
   // Normals last: of a model that is too large, assimp would make them for minutes.
   scene_ = importer_.ApplyPostProcessing(aiProcess_GenSmoothNormals);
-  if (!scene_) throw Error(fmt::format("cannot be read as a model: {}", importer_.GetErrorString()));
+  if (!scene_)
+    throw Error(fmt::format("cannot be read as a model: {}", importer_.GetErrorString()));
   const std::string extension = LowerExtension(path_);
   is_gltf_ = extension == ".glb" || extension == ".gltf";
   AddNode(*scene_->mRootNode, aiMatrix4x4());
@@ -83,9 +90,11 @@ void Loader::AddNode(const aiNode& node, const aiMatrix4x4& parent) {
   const aiMatrix4x4 transform = parent * node.mTransformation;
   Eigen::Affine3f model_from_mesh;
   for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column) model_from_mesh.matrix()(row, column) = transform[row][column];
+    for (int column = 0; column < 4; ++column)
+      model_from_mesh.matrix()(row, column) = transform[row][column];
   model_from_mesh.makeAffine();
-  for (unsigned i = 0; i < node.mNumMeshes; ++i) AddMesh(*scene_->mMeshes[node.mMeshes[i]], model_from_mesh);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i)
+    AddMesh(*scene_->mMeshes[node.mMeshes[i]], model_from_mesh);
   for (unsigned i = 0; i < node.mNumChildren; ++i) AddNode(*node.mChildren[i], transform);
 }
 
@@ -101,7 +110,8 @@ void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh)
   const bool is_mirrored = linear.determinant() < 0;
   // Normals go with the cofactors, which exist of a flattened mesh too.
   Eigen::Matrix3f normal_matrix;
-  for (int i = 0; i < 3; ++i) normal_matrix.col(i) = linear.col((i + 1) % 3).cross(linear.col((i + 2) % 3));
+  for (int i = 0; i < 3; ++i)
+    normal_matrix.col(i) = linear.col((i + 1) % 3).cross(linear.col((i + 2) % 3));
   if (is_mirrored) normal_matrix = -normal_matrix;
   const auto first = static_cast<uint32_t>(mesh_.positions.size());
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
@@ -109,7 +119,8 @@ void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh)
     Eigen::Vector3f normal = Eigen::Vector3f::UnitY();
     if (mesh.HasNormals()) {
       const Eigen::Vector3f turned = normal_matrix * ToEigen(mesh.mNormals[i]);
-      if (const float length = turned.norm(); length > 0 && std::isfinite(length)) normal = turned / length;
+      if (const float length = turned.norm(); length > 0 && std::isfinite(length))
+        normal = turned / length;
     }
     mesh_.normals.push_back(normal);
     Eigen::Vector3f color = base;
@@ -120,7 +131,8 @@ void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh)
     }
     if (!texture.empty() && mesh.HasTextureCoords(0)) {
       const aiVector3D& uv = mesh.mTextureCoords[0][i];  // assimp's origin is at the bottom left
-      const auto& bgr = texture.at<cv::Vec3b>(TexelOf(1 - uv.y, texture.rows), TexelOf(uv.x, texture.cols));
+      const auto& bgr =
+          texture.at<cv::Vec3b>(TexelOf(1 - uv.y, texture.rows), TexelOf(uv.x, texture.cols));
       color = color.cwiseProduct(ToLinear(Eigen::Vector3f(bgr[2], bgr[1], bgr[0]) / 255.0F));
     }
     if (!color.allFinite()) throw Error("a vertex whose color is not a number");
@@ -129,14 +141,16 @@ void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh)
   for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
     const aiFace& face = mesh.mFaces[i];
     if (face.mNumIndices != 3) continue;
-    const uint32_t a = first + face.mIndices[0], b = first + face.mIndices[1], c = first + face.mIndices[2];
+    const uint32_t a = first + face.mIndices[0], b = first + face.mIndices[1],
+                   c = first + face.mIndices[2];
     mesh_.triangles.push_back(is_mirrored ? std::array{a, c, b} : std::array{a, b, c});
   }
 }
 
 Eigen::Vector3f Loader::BaseColor(const aiMaterial& material) const {
   aiColor4D color(1, 1, 1, 1);
-  if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
+  if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS)
+    material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
   const Eigen::Vector3f rgb(color.r, color.g, color.b);
   return is_gltf_ ? rgb : ToLinear(rgb);
 }
@@ -162,8 +176,8 @@ cv::Mat Loader::ReadTexture(const std::string& name) const {
     return image.empty() ? ReadImage((folder / DecodeUri(name)).string(), true) : image;
   }
   if (embedded->mHeight > 0) {  // texels as they are
-    const cv::Mat bgra(static_cast<int>(embedded->mHeight), static_cast<int>(embedded->mWidth), CV_8UC4,
-                       embedded->pcData);
+    const cv::Mat bgra(static_cast<int>(embedded->mHeight), static_cast<int>(embedded->mWidth),
+                       CV_8UC4, embedded->pcData);
     cv::Mat bgr(bgra.size(), CV_8UC3);
     cv::mixChannels({bgra}, {bgr}, {0, 0, 1, 1, 2, 2});
     return bgr;

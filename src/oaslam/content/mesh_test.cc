@@ -66,16 +66,18 @@ std::string Triangle(const GltfBuffer::Json& node, int mode = 4) {
   document["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   document["nodes"] = Json::array({node});
   document["meshes"] = Json::array(
-      {{{"primitives", Json::array({{{"attributes", {{"POSITION", positions}}}, {"mode", mode}, {"material", 0}}})}}});
-  document["materials"] =
-      Json::array({{{"pbrMetallicRoughness", {{"baseColorFactor", Json::array({1, 0.25, 0, 1})}}}}});
+      {{{"primitives",
+         Json::array(
+             {{{"attributes", {{"POSITION", positions}}}, {"mode", mode}, {"material", 0}}})}}});
+  document["materials"] = Json::array(
+      {{{"pbrMetallicRoughness", {{"baseColorFactor", Json::array({1, 0.25, 0, 1})}}}}});
   return GlbBytes(document, buffer);
 }
 
 TEST(LoadMesh, PlacesMeshesByTheirNodes) {
   const TempFolder folder;
-  const Mesh mesh = LoadMesh(
-      folder.Write("a.glb", Triangle({{"mesh", 0}, {"translation", {0, 0, 5}}, {"scale", {-2, 1, 1}}})));
+  const Mesh mesh = LoadMesh(folder.Write(
+      "a.glb", Triangle({{"mesh", 0}, {"translation", {0, 0, 5}}, {"scale", {-2, 1, 1}}})));
   ASSERT_EQ(mesh.triangles.size(), 1U);
   const MeshBounds bounds = BoundsOf(mesh);
   EXPECT_LT((bounds.min - Eigen::Vector3f(-2, 0, 5)).norm(), 1e-6);
@@ -93,9 +95,10 @@ TEST(LoadMesh, SamplesTexturesAtVertices) {
   texture.at<cv::Vec3b>(1, 1) = {255, 255, 255};
   ASSERT_TRUE(cv::imwrite(folder / "wood.png", texture));
   folder.Write("box.mtl", "newmtl wood\nKd 1 1 1\nmap_Kd wood.png\n");
-  const Mesh mesh = LoadMesh(folder.Write("box.obj",
-                                          "mtllib box.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.2 0.2\nvt 0.8 0.2\n"
-                                          "vt 0.2 0.8\nusemtl wood\nf 1/1 2/2 3/3\n"));
+  const Mesh mesh =
+      LoadMesh(folder.Write("box.obj",
+                            "mtllib box.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.2 0.2\nvt 0.8 0.2\n"
+                            "vt 0.2 0.8\nusemtl wood\nf 1/1 2/2 3/3\n"));
   ASSERT_EQ(mesh.positions.size(), 3U);
   for (size_t i = 0; i < 3; ++i) {
     const Eigen::Vector3f& p = mesh.positions[i];
@@ -108,11 +111,14 @@ TEST(LoadMesh, SamplesTexturesAtVertices) {
 
 TEST(LoadMesh, RefusesWhatIsNoModel) {
   const TempFolder folder;
-  const auto refusal = [&](const std::string& path) { return InputErrorOf([&] { LoadMesh(path); }); };
+  const auto refusal = [&](const std::string& path) {
+    return InputErrorOf([&] { LoadMesh(path); });
+  };
   EXPECT_THAT(refusal(folder / "nowhere.glb"), HasSubstr("nowhere.glb: there is no such file"));
   EXPECT_THAT(refusal(folder.Write("noise.glb", "noise")), HasSubstr("noise.glb: cannot be read"));
   EXPECT_THAT(refusal(folder.Write("noise.xyz", "noise")), HasSubstr("noise.xyz: cannot be read"));
-  EXPECT_THAT(refusal(folder.Write("points.glb", Triangle({{"mesh", 0}}, 0))), HasSubstr("without triangles"));
+  EXPECT_THAT(refusal(folder.Write("points.glb", Triangle({{"mesh", 0}}, 0))),
+              HasSubstr("without triangles"));
   EXPECT_THAT(refusal(folder.Write("flat.glb", Triangle({{"mesh", 0}, {"scale", {0, 0, 0}}}))),
               HasSubstr("without extent"));
 }

@@ -19,8 +19,9 @@ namespace fs = std::filesystem;
 
 std::string ContentType(const std::string& path) {
   static const std::map<std::string, std::string> kTypes = {
-      {".glb", "model/gltf-binary"}, {".gltf", "model/gltf+json"}, {".png", "image/png"}, {".jpg", "image/jpeg"},
-      {".jpeg", "image/jpeg"},       {".webp", "image/webp"},      {".ktx2", "image/ktx2"}};
+      {".glb", "model/gltf-binary"}, {".gltf", "model/gltf+json"}, {".png", "image/png"},
+      {".jpg", "image/jpeg"},        {".jpeg", "image/jpeg"},      {".webp", "image/webp"},
+      {".ktx2", "image/ktx2"}};
   const auto it = kTypes.find(LowerExtension(path));
   return it == kTypes.end() ? "application/octet-stream" : it->second;
 }
@@ -39,7 +40,8 @@ std::string Objection(const std::string& path) {
 // The files that a .gltf refers to, relative to its folder. Throws InputError.
 std::vector<std::string> ReferencesOf(const std::string& file) {
   const auto document = nlohmann::json::parse(ReadTextFile(file), nullptr, false);
-  if (!document.is_object()) throw InputError(fmt::format("{}: not a glTF file: not a JSON object", file));
+  if (!document.is_object())
+    throw InputError(fmt::format("{}: not a glTF file: not a JSON object", file));
   std::vector<std::string> references;
   for (const char* key : {"buffers", "images"}) {
     const auto list = document.find(key);
@@ -80,11 +82,13 @@ void ModelLibrary::AddFile(const std::string& file) {
   if (extension != ".glb" && extension != ".gltf")
     throw InputError(fmt::format("{}: not a model that can be shown; allowed: .glb, .gltf", file));
   std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw InputError(fmt::format("{}: there is no such file", file));
+  if (!fs::is_regular_file(path, error))
+    throw InputError(fmt::format("{}: there is no such file", file));
   if (entries_.contains(name)) {
     const auto other = user_models_.find(name);
-    throw InputError(fmt::format("{}: there is a model of the name {} already{}", file, name,
-                                 other == user_models_.end() ? ", a built-in one" : ": " + other->second));
+    throw InputError(
+        fmt::format("{}: there is a model of the name {} already{}", file, name,
+                    other == user_models_.end() ? ", a built-in one" : ": " + other->second));
   }
   const std::string main = path.filename().string();
   if (extension == ".gltf")
@@ -101,7 +105,8 @@ std::string ModelLibrary::entry(const std::string& name) const { return entries_
 
 std::optional<ModelLibrary::File> ModelLibrary::Find(std::string_view path) const {
   for (const std::string& key : {std::string(path), DecodeUri(path)}) {
-    if (const auto glb = glbs_.find(key); glb != glbs_.end()) return File{ContentType(key), glb->second, ""};
+    if (const auto glb = glbs_.find(key); glb != glbs_.end())
+      return File{ContentType(key), glb->second, ""};
     if (const auto file = user_files_.find(key); file != user_files_.end())
       return File{ContentType(key), "", file->second};
   }

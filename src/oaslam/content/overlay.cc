@@ -27,7 +27,9 @@ cv::Scalar ColorOf(int category_id) {
 }
 
 // Of text and lines: 1 in a picture of 640 x 480.
-double ScaleOf(const cv::Mat& picture) { return std::max(0.5, std::min(picture.cols / 640.0, picture.rows / 480.0)); }
+double ScaleOf(const cv::Mat& picture) {
+  return std::max(0.5, std::min(picture.cols / 640.0, picture.rows / 480.0));
+}
 
 int Thickness(double width) { return std::max(1, static_cast<int>(std::lround(width))); }
 
@@ -41,15 +43,16 @@ void DrawEllipse(const Ellipse& ellipse, const cv::Scalar& color, double scale, 
   std::vector<cv::Point> points;
   for (int i = 0; i < kPoints; ++i) {
     const double angle = 2 * std::numbers::pi * i / kPoints;
-    const Eigen::Vector2d p = ellipse.mean + axes * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector2d p =
+        ellipse.mean + axes * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     points.emplace_back(static_cast<int>(std::lround(p.x() * (1 << kShift))),
                         static_cast<int>(std::lround(p.y() * (1 << kShift))));
   }
   cv::polylines(picture, points, true, color, Thickness(scale), cv::LINE_AA, kShift);
 }
 
-void DrawText(const std::string& text, const cv::Point& baseline, double size, const cv::Scalar& color,
-              cv::Mat& picture) {
+void DrawText(const std::string& text, const cv::Point& baseline, double size,
+              const cv::Scalar& color, cv::Mat& picture) {
   const int width = Thickness(size * 2);
   cv::putText(picture, text, baseline, kFont, size, cv::Scalar::all(20), width + 1, cv::LINE_AA);
   cv::putText(picture, text, baseline, kFont, size, color, width, cv::LINE_AA);
@@ -67,8 +70,10 @@ void DrawOutlines(const ArFrame& frame, const ClassNames& names, cv::Mat& pictur
   std::vector<Outline> outlines;
   frame.map->objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
-    if (const auto ellipse = ProjectToEllipse(object.ellipsoid, *frame.cam_from_world, frame.camera))
-      outlines.push_back({&object, *ellipse, (*frame.cam_from_world * object.ellipsoid.center).z()});
+    if (const auto ellipse =
+            ProjectToEllipse(object.ellipsoid, *frame.cam_from_world, frame.camera))
+      outlines.push_back(
+          {&object, *ellipse, (*frame.cam_from_world * object.ellipsoid.center).z()});
   });
   std::ranges::stable_sort(outlines, {}, &Outline::depth);
   const double scale = ScaleOf(picture), size = 0.4 * scale;
@@ -79,15 +84,18 @@ void DrawOutlines(const ArFrame& frame, const ClassNames& names, cv::Mat& pictur
     if (box.x2 < 0 || box.y2 < 0 || box.x1 > picture.cols || box.y1 > picture.rows) continue;
     const cv::Scalar color = ColorOf(o.object->category_id);
     DrawEllipse(o.ellipse, color, scale, picture);
-    const std::string text = o.object->name.empty() ? NameOf(names, o.object->category_id) : o.object->name;
+    const std::string text =
+        o.object->name.empty() ? NameOf(names, o.object->category_id) : o.object->name;
     int below = 0;
     const cv::Size extent = cv::getTextSize(text, kFont, size, 1, &below);
     const double left = o.ellipse.mean.x() - extent.width / 2.0, bottom = box.y1 - 4 * scale;
     if (std::abs(left) > 1e6 || std::abs(bottom) > 1e6) continue;
     const cv::Point baseline(static_cast<int>(left), static_cast<int>(bottom));
-    const cv::Rect place(baseline.x, baseline.y - extent.height, extent.width, extent.height + below);
+    const cv::Rect place(baseline.x, baseline.y - extent.height, extent.width,
+                         extent.height + below);
     if ((place & all) != place) continue;
-    if (std::ranges::any_of(taken, [&](const cv::Rect& other) { return !(other & place).empty(); })) continue;
+    if (std::ranges::any_of(taken, [&](const cv::Rect& other) { return !(other & place).empty(); }))
+      continue;
     taken.push_back(place);
     DrawText(text, baseline, size, color, picture);
   }
@@ -100,8 +108,8 @@ void DrawStatus(const ArFrame& frame, cv::Mat& picture) {
   strip.convertTo(strip, -1, 0.45);
   std::string text = frame.state;
   if (frame.cam_from_world)
-    text += fmt::format("   {} object{}   confidence {:.2f}", frame.objects, frame.objects == 1 ? "" : "s",
-                        frame.confidence);
+    text += fmt::format("   {} object{}   confidence {:.2f}", frame.objects,
+                        frame.objects == 1 ? "" : "s", frame.confidence);
   DrawText(text, {static_cast<int>(8 * scale), picture.rows - static_cast<int>(6 * scale)}, size,
            cv::Scalar::all(235), picture);
 }

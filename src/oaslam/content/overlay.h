@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// Outlines of the mapped objects' ellipsoids, a colour a class, with their own names or those of their classes; names
-// that would cover those of nearer objects are left out.
+// Outlines of the mapped objects' ellipsoids, a colour a class, with their own names or those of
+// their classes; names that would cover those of nearer objects are left out.
 void DrawOutlines(const ArFrame& frame, const ClassNames& names, cv::Mat& picture);
 
 // The line at the bottom: state, objects seen, confidence.

@@ -11,7 +11,8 @@
 
 namespace oaslam {
 
-// Triangles in an ideal image, drawn by the processor: 2 x 2 samples a pixel, each with the depth of what is nearest.
+// Triangles in an ideal image, drawn by the processor: 2 x 2 samples a pixel, each with the depth
+// of what is nearest.
 class Raster {
  public:
   struct Vertex {

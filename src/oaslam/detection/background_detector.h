@@ -13,8 +13,8 @@
 
 namespace oaslam {
 
-// A detector on a thread of its own, at its own pace: of the images offered it takes the newest whenever it is free.
-// Nobody waits for it.
+// A detector on a thread of its own, at its own pace: of the images offered it takes the newest
+// whenever it is free. Nobody waits for it.
 class BackgroundDetector {
  public:
   using Detect = std::function<std::vector<Detection>(const cv::Mat&)>;

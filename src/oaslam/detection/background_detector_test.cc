@@ -27,9 +27,12 @@ TEST(BackgroundDetector, TakesTheNewestImageWheneverItIsFree) {
   BackgroundDetector detector([&](const cv::Mat& image) {
     begun.release();
     go_on.acquire();
-    return std::vector<Detection>{{.category_id = image.at<int>(0), .score = 0.9, .box = {0, 0, 1, 1}}};
+    return std::vector<Detection>{
+        {.category_id = image.at<int>(0), .score = 0.9, .box = {0, 0, 1, 1}}};
   });
-  const auto offer = [&](int frame) { detector.Offer(frame, cv::Mat(1, 1, CV_32S, cv::Scalar(10 * frame))); };
+  const auto offer = [&](int frame) {
+    detector.Offer(frame, cv::Mat(1, 1, CV_32S, cv::Scalar(10 * frame)));
+  };
   offer(0);
   begun.acquire();
   EXPECT_TRUE(detector.Take().empty());  // nobody waits for it
@@ -47,7 +50,8 @@ TEST(BackgroundDetector, TakesTheNewestImageWheneverItIsFree) {
 }
 
 TEST(BackgroundDetector, FailuresComeOutOnTheCallersThread) {
-  BackgroundDetector detector([](const cv::Mat&) -> std::vector<Detection> { throw InputError("broken network"); });
+  BackgroundDetector detector(
+      [](const cv::Mat&) -> std::vector<Detection> { throw InputError("broken network"); });
   detector.Offer(3, cv::Mat(1, 1, CV_8U));
   detector.Wait();
   EXPECT_THROW(detector.Take(), InputError);
@@ -81,7 +85,9 @@ TEST(BackgroundDetector, OfWhatWaitsAtTheEndTheNewestAtMostIsLookedAt) {
       go_on.acquire();
       return std::vector<Detection>{};
     });
-    const auto offer = [&](int frame) { detector.Offer(frame, cv::Mat(1, 1, CV_32S, cv::Scalar(frame))); };
+    const auto offer = [&](int frame) {
+      detector.Offer(frame, cv::Mat(1, 1, CV_32S, cv::Scalar(frame)));
+    };
     offer(0);
     begun.acquire();
     for (int i = 1; i < 6; ++i) offer(i);

@@ -26,28 +26,34 @@ std::string ReadFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(path + ": cannot read the detector's file");
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad() || bytes.empty()) throw InputError(path + ": empty or unreadable, not an ONNX file");
+  if (file.bad() || bytes.empty())
+    throw InputError(path + ": empty or unreadable, not an ONNX file");
   return bytes;
 }
 
 cv::Size InputSize(const std::string& path, const OnnxInfo& info, const DetectorOptions& options) {
   const std::vector<int64_t>& shape = info.input_shape;
   if (shape.size() != 4 || (shape[1] != 3 && shape[1] != 0))
-    throw InputError(fmt::format("{}: not an image detector: its input has the shape [{}], asked for [1, 3, height, width]",
-                                 path, fmt::join(shape, ", ")));
+    throw InputError(fmt::format(
+        "{}: not an image detector: its input has the shape [{}], asked for [1, 3, height, width]",
+        path, fmt::join(shape, ", ")));
   const auto choose = [&](int wanted, int64_t stored) {
     if (wanted > 0 && stored > 0 && wanted != stored)
-      throw InputError(fmt::format("{}: input size {} asked for, but the network is made for {}", path, wanted, stored));
+      throw InputError(fmt::format("{}: input size {} asked for, but the network is made for {}",
+                                   path, wanted, stored));
     return wanted > 0 ? wanted : stored > 0 ? stored : kDefaultInputSize;
   };
   const int64_t width = choose(options.input_size.width, shape[3]);
   const int64_t height = choose(options.input_size.height, shape[2]);
   if (width < 32 || height < 32 || width > kMaxInputSize || height > kMaxInputSize)
-    throw InputError(fmt::format("{}: input size {}x{}, allowed: 32 to {}", path, width, height, kMaxInputSize));
+    throw InputError(
+        fmt::format("{}: input size {}x{}, allowed: 32 to {}", path, width, height, kMaxInputSize));
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-std::vector<int> ShapeOf(const cv::Mat& tensor) { return {tensor.size.p, tensor.size.p + tensor.dims}; }
+std::vector<int> ShapeOf(const cv::Mat& tensor) {
+  return {tensor.size.p, tensor.size.p + tensor.dims};
+}
 
 }  // namespace
 
@@ -62,7 +68,8 @@ struct Detector::Impl {
   OutputFormat format;
 
   std::vector<cv::Mat> Forward(const cv::Mat& network_image, bool yolox) {
-    net.setInput(cv::dnn::blobFromImage(network_image, yolox ? 1.0 : 1.0 / 255, cv::Size(), cv::Scalar(), !yolox));
+    net.setInput(cv::dnn::blobFromImage(network_image, yolox ? 1.0 : 1.0 / 255, cv::Size(),
+                                        cv::Scalar(), !yolox));
     std::vector<cv::Mat> outputs;
     net.forward(outputs, output_names);
     return outputs;
@@ -72,8 +79,8 @@ struct Detector::Impl {
   bool FindBoxes(const std::vector<cv::Mat>& outputs, bool end_to_end, int masks) {
     for (size_t i = 0; i < outputs.size(); ++i) {
       if (outputs[i].depth() != CV_32F) continue;
-      const auto found =
-          RecognizeOutput(ShapeOf(outputs[i]), input_size, options.layout, static_cast<int>(names.size()), end_to_end, masks);
+      const auto found = RecognizeOutput(ShapeOf(outputs[i]), input_size, options.layout,
+                                         static_cast<int>(names.size()), end_to_end, masks);
       if (!found) continue;
       output = i;
       format = *found;
@@ -84,7 +91,8 @@ struct Detector::Impl {
 
   // Runs the network once and looks at what comes out.
   void Probe(const std::string& path, bool end_to_end) {
-    const std::vector<cv::Mat> outputs = Forward(cv::Mat(input_size, CV_8UC3, cv::Scalar::all(114)), false);
+    const std::vector<cv::Mat> outputs =
+        Forward(cv::Mat(input_size, CV_8UC3, cv::Scalar::all(114)), false);
     int masks = 0;
     for (size_t i = 0; i < outputs.size(); ++i)
       if (outputs[i].dims == 4 && outputs[i].size[0] == 1 && outputs[i].depth() == CV_32F) {
@@ -95,9 +103,11 @@ struct Detector::Impl {
     prototypes.reset();
     if (FindBoxes(outputs, end_to_end, 0)) return;
     std::vector<std::string> shapes;
-    for (const cv::Mat& tensor : outputs) shapes.push_back(fmt::format("[{}]", fmt::join(ShapeOf(tensor), ", ")));
-    throw InputError(fmt::format("{}: not a detector of layout '{}': outputs {} for an input of {}x{}", path,
-                                 ToString(options.layout), fmt::join(shapes, ", "), input_size.width, input_size.height));
+    for (const cv::Mat& tensor : outputs)
+      shapes.push_back(fmt::format("[{}]", fmt::join(ShapeOf(tensor), ", ")));
+    throw InputError(fmt::format(
+        "{}: not a detector of layout '{}': outputs {} for an input of {}x{}", path,
+        ToString(options.layout), fmt::join(shapes, ", "), input_size.width, input_size.height));
   }
 };
 
@@ -118,7 +128,8 @@ std::unique_ptr<Detector> Detector::Load(const std::string& path, const Detector
     impl->output_names = impl->net.getUnconnectedOutLayersNames();
     impl->Probe(path, end_to_end != info->metadata.end() && end_to_end->second == "True");
   } catch (const cv::Exception& error) {
-    throw InputError(fmt::format("{}: OpenCV {} cannot run this network: {}", path, CV_VERSION, error.err));
+    throw InputError(
+        fmt::format("{}: OpenCV {} cannot run this network: {}", path, CV_VERSION, error.err));
   }
   return std::unique_ptr<Detector>(new Detector(std::move(impl)));
 }
@@ -127,7 +138,8 @@ Detector::Detector(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Detector::~Detector() = default;
 
 std::vector<Detection> Detector::Detect(const cv::Mat& image) {
-  OASLAM_CHECK(!image.empty() && image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3));
+  OASLAM_CHECK(!image.empty() && image.depth() == CV_8U &&
+               (image.channels() == 1 || image.channels() == 3));
   cv::Mat bgr = image;
   if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
   const bool yolox = impl_->format.layout == DetectorLayout::kYolox;
@@ -135,14 +147,16 @@ std::vector<Detection> Detector::Detect(const cv::Mat& image) {
   const std::vector<cv::Mat> outputs = impl_->Forward(letterbox.image, yolox);
   const cv::Mat& output = outputs[impl_->output];
   std::vector<Detection> found;
-  for (const Candidate& candidate :
-       SuppressPerClass(DecodeOutput(output, impl_->format, impl_->input_size, impl_->options.min_score), impl_->options.max_iou)) {
+  for (const Candidate& candidate : SuppressPerClass(
+           DecodeOutput(output, impl_->format, impl_->input_size, impl_->options.min_score),
+           impl_->options.max_iou)) {
     Detection d = candidate;
     d.box = FromLetterbox(letterbox, candidate.box, image.size());
     if (d.box.Area() <= 0) continue;
     if (impl_->prototypes)
-      if (const auto ellipse = EllipseFromMask(outputs[*impl_->prototypes], MaskCoefficients(output, impl_->format, candidate.place), candidate.box,
-                                               impl_->input_size))
+      if (const auto ellipse = EllipseFromMask(
+              outputs[*impl_->prototypes], MaskCoefficients(output, impl_->format, candidate.place),
+              candidate.box, impl_->input_size))
         d.ellipse = FromLetterbox(letterbox, *ellipse);
     found.push_back(std::move(d));
   }

@@ -12,17 +12,22 @@
 namespace oaslam {
 
 struct DetectorOptions {
-  double min_score = 0.2;   // detections at or below are not given out
-  double max_iou = 0.45;    // of two boxes of a class that overlap more, the weaker one goes
-  cv::Size input_size{};    // of the network; {0, 0}: what the file says, 640x640 where it leaves that open
-  DetectorLayout layout = DetectorLayout::kAuto;  // told apart by shape and metadata; see docs/formats.md for what is ambiguous
+  double min_score = 0.2;  // detections at or below are not given out
+  double max_iou = 0.45;   // of two boxes of a class that overlap more, the weaker one goes
+  cv::Size input_size{};   // of the network; {0, 0}: what the file says, 640x640 where it leaves
+                           // that open
+  DetectorLayout layout = DetectorLayout::kAuto;  // told apart by shape and metadata; see
+                                                  // docs/formats.md for what is ambiguous
 };
 
-// An object detector of the YOLO family in an ONNX file, run on the CPU by OpenCV. One image at a time: not thread-safe.
+// An object detector of the YOLO family in an ONNX file, run on the CPU by OpenCV. One image at a
+// time: not thread-safe.
 class Detector {
  public:
-  // Throws InputError: no such file, no ONNX, a network that is no detector or not of the layout asked for.
-  static std::unique_ptr<Detector> Load(const std::string& path, const DetectorOptions& options = {});
+  // Throws InputError: no such file, no ONNX, a network that is no detector or not of the layout
+  // asked for.
+  static std::unique_ptr<Detector> Load(const std::string& path,
+                                        const DetectorOptions& options = {});
   ~Detector();
 
   // Of an 8-bit image (BGR or grey); boxes in its pixels, clipped to it, best first.

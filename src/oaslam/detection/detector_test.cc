@@ -18,7 +18,8 @@ namespace {
 constexpr char kModel[] = "models/yolox_nano.onnx";
 
 double Iou(const Box& a, const Box& b) {
-  const Box both{std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2), std::min(a.y2, b.y2)};
+  const Box both{std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2),
+                 std::min(a.y2, b.y2)};
   return both.Area() / (a.Area() + b.Area() - both.Area());
 }
 
@@ -32,14 +33,17 @@ std::string ErrorOf(const std::string& path, const DetectorOptions& options = {}
 }
 
 TEST(Detector, RefusesFilesThatAreNoDetector) {
-  EXPECT_THAT(ErrorOf("/nowhere/model.onnx"), ::testing::HasSubstr("/nowhere/model.onnx: cannot read"));
-  const std::filesystem::path text = std::filesystem::temp_directory_path() / "oaslam_no_detector.onnx";
+  EXPECT_THAT(ErrorOf("/nowhere/model.onnx"),
+              ::testing::HasSubstr("/nowhere/model.onnx: cannot read"));
+  const std::filesystem::path text =
+      std::filesystem::temp_directory_path() / "oaslam_no_detector.onnx";
   std::ofstream(text) << "a text file";
   EXPECT_THAT(ErrorOf(text), ::testing::HasSubstr("not an ONNX file"));
   std::filesystem::remove(text);
 }
 
-// data/…/detections.json of the sequence was made with this model (its README): what it found, we find.
+// data/…/detections.json of the sequence was made with this model (its README): what it found, we
+// find.
 TEST(Detector, FindsWhatTheModelFoundBefore) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   OASLAM_SKIP_WITHOUT_DATA("redkitchen/rgb");
@@ -48,7 +52,8 @@ TEST(Detector, FindsWhatTheModelFoundBefore) {
   EXPECT_EQ(detector->input_size(), cv::Size(416, 416));
   EXPECT_EQ(detector->class_count(), 80);
 
-  const auto all = nlohmann::json::parse(std::ifstream(*testing::FindData("redkitchen/detections.json")));
+  const auto all =
+      nlohmann::json::parse(std::ifstream(*testing::FindData("redkitchen/detections.json")));
   for (const size_t frame : {0, 500, 990}) {
     const auto& expected = all.at(frame);
     const std::string name = expected.at("file_name");
@@ -59,7 +64,8 @@ TEST(Detector, FindsWhatTheModelFoundBefore) {
     for (const auto& e : expected.at("detections")) {
       const std::vector<double> b = e.at("bbox");
       const bool matched = std::ranges::any_of(found, [&](const Detection& d) {
-        return d.category_id == e.at("category_id") && Iou(d.box, {b[0], b[1], b[2], b[3]}) > 0.97 &&
+        return d.category_id == e.at("category_id") &&
+               Iou(d.box, {b[0], b[1], b[2], b[3]}) > 0.97 &&
                std::abs(d.score - e.at("detection_score").get<double>()) < 0.02;
       });
       EXPECT_TRUE(matched) << name << " " << e;
@@ -70,7 +76,8 @@ TEST(Detector, FindsWhatTheModelFoundBefore) {
 TEST(Detector, AnOverrideThatDoesNotFitIsRefused) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   const std::string path = *testing::FindData(kModel);
-  EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8}), ::testing::HasSubstr("not a detector of layout 'yolov8'"));
+  EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8}),
+              ::testing::HasSubstr("not a detector of layout 'yolov8'"));
   EXPECT_THAT(ErrorOf(path, {.input_size = {640, 640}}), ::testing::HasSubstr("made for 416"));
 }
 

@@ -16,7 +16,9 @@ Letterbox MakeLetterbox(const cv::Mat& bgr, const cv::Size& network_size, bool c
   const auto fit = [&](int size, int bound) {
     // The makers of YOLOX truncate, those of YOLOv5 and later round.
     const double scaled = size * result.scale;
-    return std::clamp(static_cast<int>(centered ? std::lround(scaled) : static_cast<long>(scaled + 1e-9)), 1, bound);
+    return std::clamp(
+        static_cast<int>(centered ? std::lround(scaled) : static_cast<long>(scaled + 1e-9)), 1,
+        bound);
   };
   const cv::Size inner(fit(bgr.cols, network_size.width), fit(bgr.rows, network_size.height));
   const int left = centered ? (network_size.width - inner.width) / 2 : 0;
@@ -31,17 +33,21 @@ Letterbox MakeLetterbox(const cv::Mat& bgr, const cv::Size& network_size, bool c
 
 Box FromLetterbox(const Letterbox& letterbox, const Box& box, const cv::Size& image_size) {
   const auto x = [&](double v) {
-    return std::clamp((v - letterbox.left) / letterbox.scale, 0.0, static_cast<double>(image_size.width));
+    return std::clamp((v - letterbox.left) / letterbox.scale, 0.0,
+                      static_cast<double>(image_size.width));
   };
   const auto y = [&](double v) {
-    return std::clamp((v - letterbox.top) / letterbox.scale, 0.0, static_cast<double>(image_size.height));
+    return std::clamp((v - letterbox.top) / letterbox.scale, 0.0,
+                      static_cast<double>(image_size.height));
   };
   return {x(box.x1), y(box.y1), x(box.x2), y(box.y2)};
 }
 
-std::array<double, 5> FromLetterbox(const Letterbox& letterbox, const std::array<double, 5>& ellipse) {
+std::array<double, 5> FromLetterbox(const Letterbox& letterbox,
+                                    const std::array<double, 5>& ellipse) {
   const auto& [cx, cy, width, height, theta] = ellipse;
-  return {(cx - letterbox.left) / letterbox.scale, (cy - letterbox.top) / letterbox.scale, width / letterbox.scale, height / letterbox.scale, theta};
+  return {(cx - letterbox.left) / letterbox.scale, (cy - letterbox.top) / letterbox.scale,
+          width / letterbox.scale, height / letterbox.scale, theta};
 }
 
 }  // namespace oaslam

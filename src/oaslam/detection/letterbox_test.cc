@@ -27,8 +27,10 @@ TEST(Letterbox, BoxesComeBack) {
   for (const bool centered : {false, true}) {
     const Letterbox letterbox = MakeLetterbox(image, {416, 416}, centered);
     const Box original{100, 50, 300, 200};
-    const Box inside{original.x1 * letterbox.scale + letterbox.left, original.y1 * letterbox.scale + letterbox.top,
-                     original.x2 * letterbox.scale + letterbox.left, original.y2 * letterbox.scale + letterbox.top};
+    const Box inside{original.x1 * letterbox.scale + letterbox.left,
+                     original.y1 * letterbox.scale + letterbox.top,
+                     original.x2 * letterbox.scale + letterbox.left,
+                     original.y2 * letterbox.scale + letterbox.top};
     const Box back = FromLetterbox(letterbox, inside, image.size());
     EXPECT_NEAR(back.x1, original.x1, 1e-9);
     EXPECT_NEAR(back.y1, original.y1, 1e-9);

@@ -17,19 +17,21 @@ struct Moments {
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
 };
 
-Moments MaskMoments(const cv::Mat& prototypes, const std::vector<float>& coefficients, const Box& box,
-                    const Eigen::Vector2d& cell) {
+Moments MaskMoments(const cv::Mat& prototypes, const std::vector<float>& coefficients,
+                    const Box& box, const Eigen::Vector2d& cell) {
   const int rows = prototypes.size[2], columns = prototypes.size[3];
   // The first cell whose centre is not left of an edge.
   const auto cell_at = [](double edge, double size, int count) {
-    return static_cast<int>(std::clamp(std::ceil(edge / size - 0.5), 0.0, static_cast<double>(count)));
+    return static_cast<int>(
+        std::clamp(std::ceil(edge / size - 0.5), 0.0, static_cast<double>(count)));
   };
   const auto plane = static_cast<size_t>(rows) * static_cast<size_t>(columns);
   const float* values = prototypes.ptr<float>();
   Moments moments;
   for (int y = cell_at(box.y1, cell.y(), rows); y < cell_at(box.y2, cell.y(), rows); ++y)
     for (int x = cell_at(box.x1, cell.x(), columns); x < cell_at(box.x2, cell.x(), columns); ++x) {
-      const float* value = values + static_cast<size_t>(y) * static_cast<size_t>(columns) + static_cast<size_t>(x);
+      const float* value =
+          values + static_cast<size_t>(y) * static_cast<size_t>(columns) + static_cast<size_t>(x);
       float logit = 0;
       for (size_t i = 0; i < coefficients.size(); ++i) logit += coefficients[i] * value[i * plane];
       if (!(logit > 0)) continue;
@@ -43,7 +45,8 @@ Moments MaskMoments(const cv::Mat& prototypes, const std::vector<float>& coeffic
 
 }  // namespace
 
-std::optional<std::array<double, 5>> EllipseFromMask(const cv::Mat& prototypes, const std::vector<float>& coefficients,
+std::optional<std::array<double, 5>> EllipseFromMask(const cv::Mat& prototypes,
+                                                     const std::vector<float>& coefficients,
                                                      const Box& box, const cv::Size& network_size) {
   OASLAM_CHECK(prototypes.dims == 4 && prototypes.depth() == CV_32F && prototypes.isContinuous() &&
                prototypes.size[1] == static_cast<int>(coefficients.size()));
@@ -61,8 +64,8 @@ std::optional<std::array<double, 5>> EllipseFromMask(const cv::Mat& prototypes, 
   if (theta > std::numbers::pi / 2) theta -= std::numbers::pi;
   if (theta <= -std::numbers::pi / 2) theta += std::numbers::pi;
   // The variance of a filled ellipse along an axis is a quarter of the half axis squared.
-  return std::array{mean.x(), mean.y(), 4 * std::sqrt(axes.eigenvalues()[1]), 4 * std::sqrt(axes.eigenvalues()[0]),
-                    theta};
+  return std::array{mean.x(), mean.y(), 4 * std::sqrt(axes.eigenvalues()[1]),
+                    4 * std::sqrt(axes.eigenvalues()[0]), theta};
 }
 
 }  // namespace oaslam

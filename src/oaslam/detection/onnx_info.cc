@@ -29,13 +29,16 @@ class FieldReader {
         field.number = *value;
         return field;
       }
-      case 1: return Take(8, field);
+      case 1:
+        return Take(8, field);
       case 2: {
         const std::optional<uint64_t> size = Varint();
         return size ? Take(*size, field) : Fail();
       }
-      case 5: return Take(4, field);
-      default: return Fail();
+      case 5:
+        return Take(4, field);
+      default:
+        return Fail();
     }
   }
 
@@ -90,7 +93,8 @@ std::vector<int64_t> ShapeOfValue(std::string_view value_info) {
   const std::string_view type = FirstOf(value_info, 2);
   const std::string_view tensor = FirstOf(type, 1);
   std::vector<int64_t> shape;
-  for (const std::string_view dim : FieldsOf(FirstOf(tensor, 2), 1).value_or(std::vector<std::string_view>{})) {
+  for (const std::string_view dim :
+       FieldsOf(FirstOf(tensor, 2), 1).value_or(std::vector<std::string_view>{})) {
     FieldReader reader(dim);
     int64_t size = 0;
     while (const std::optional<Field> field = reader.Next())
@@ -137,7 +141,8 @@ std::map<int, std::string> ParseNamesMetadata(std::string_view text) {
   while (at < text.size() && text[at] != '}') {
     int id = 0;
     const size_t digits = at;
-    for (; at < text.size() && text[at] >= '0' && text[at] <= '9' && at - digits < 6; ++at) id = 10 * id + (text[at] - '0');
+    for (; at < text.size() && text[at] >= '0' && text[at] <= '9' && at - digits < 6; ++at)
+      id = 10 * id + (text[at] - '0');
     if (at == digits) return {};
     skip(" :");
     if (at >= text.size() || (text[at] != '\'' && text[at] != '"')) return {};

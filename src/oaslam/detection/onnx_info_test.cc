@@ -9,7 +9,9 @@ namespace {
 std::string Bytes(int id, const std::string& content) {
   return std::string{static_cast<char>(id << 3 | 2), static_cast<char>(content.size())} + content;
 }
-std::string Number(int id, int value) { return {static_cast<char>(id << 3), static_cast<char>(value)}; }
+std::string Number(int id, int value) {
+  return {static_cast<char>(id << 3), static_cast<char>(value)};
+}
 
 std::string Input(const std::string& name, const std::vector<std::string>& dims) {
   std::string shape;
@@ -19,8 +21,9 @@ std::string Input(const std::string& name, const std::vector<std::string>& dims)
 
 std::string Model() {
   const std::string weight = Bytes(5, Bytes(8, "weight"));
-  const std::string graph = weight + Input("weight", {Number(1, 7)}) +
-                            Input("images", {Number(1, 1), Number(1, 3), Bytes(2, "height"), Number(1, 96)});
+  const std::string graph =
+      weight + Input("weight", {Number(1, 7)}) +
+      Input("images", {Number(1, 1), Number(1, 3), Bytes(2, "height"), Number(1, 96)});
   return Number(1, 8) + Bytes(7, graph) + Bytes(14, Bytes(1, "names") + Bytes(2, "{0: 'cup'}"));
 }
 
@@ -42,7 +45,9 @@ TEST(OnnxInfo, EveryTruncationIsSafe) {
   const size_t metadata = Bytes(14, Bytes(1, "names") + Bytes(2, "{0: 'cup'}")).size();
   for (size_t size = 0; size < model.size(); ++size) {
     const bool whole_but_metadata = size == model.size() - metadata;
-    EXPECT_EQ(ParseOnnxInfo(std::string_view(model).substr(0, size)).has_value(), whole_but_metadata) << size;
+    EXPECT_EQ(ParseOnnxInfo(std::string_view(model).substr(0, size)).has_value(),
+              whole_but_metadata)
+        << size;
   }
 }
 

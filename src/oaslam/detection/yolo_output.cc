@@ -13,13 +13,15 @@ namespace oaslam {
 namespace {
 
 constexpr std::array<int, 3> kStrides{8, 16, 32};
-// An end-to-end export keeps a few hundred rows; a one-class YOLOv5, whose rows have six columns too, has thousands.
+// An end-to-end export keeps a few hundred rows; a one-class YOLOv5, whose rows have six columns
+// too, has thousands.
 constexpr int kMaxEndToEndRows = 1000;
-constexpr std::array<std::pair<DetectorLayout, const char*>, 5> kNames{{{DetectorLayout::kAuto, "auto"},
-                                                                        {DetectorLayout::kYolox, "yolox"},
-                                                                        {DetectorLayout::kYolov5, "yolov5"},
-                                                                        {DetectorLayout::kYolov8, "yolov8"},
-                                                                        {DetectorLayout::kEndToEnd, "end2end"}}};
+constexpr std::array<std::pair<DetectorLayout, const char*>, 5> kNames{
+    {{DetectorLayout::kAuto, "auto"},
+     {DetectorLayout::kYolox, "yolox"},
+     {DetectorLayout::kYolov5, "yolov5"},
+     {DetectorLayout::kYolov8, "yolov8"},
+     {DetectorLayout::kEndToEnd, "end2end"}}};
 
 int GridCells(const cv::Size& size) {
   int cells = 0;
@@ -34,14 +36,16 @@ std::optional<std::pair<int, int>> RowsAndColumns(const std::vector<int>& shape)
   return std::nullopt;
 }
 
-// Columns behind the classes are mask coefficients of a segmenting model; how many, its prototypes tell, or the names of the classes.
+// Columns behind the classes are mask coefficients of a segmenting model; how many, its prototypes
+// tell, or the names of the classes.
 int ClassCount(int columns, int first_class, int named_classes, int masks) {
   const int classes = columns - first_class - masks;
   return named_classes > 0 && named_classes < classes ? named_classes : classes;
 }
 
-// Rows of one or three anchors in every cell of all grids, or fewer grids, are a multiple of the coarsest grid's cells (stride 32, or
-// 64 of the large models). What is not is another kind of network.
+// Rows of one or three anchors in every cell of all grids, or fewer grids, are a multiple of the
+// coarsest grid's cells (stride 32, or 64 of the large models). What is not is another kind of
+// network.
 bool FillsGrids(int candidates, const cv::Size& network_size) {
   for (const int stride : {32, 64}) {
     const int cells = (network_size.width / stride) * (network_size.height / stride);
@@ -50,8 +54,10 @@ bool FillsGrids(int candidates, const cv::Size& network_size) {
   return false;
 }
 
-DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, bool end_to_end, int masks) {
-  if (columns == 6 + masks && (end_to_end || rows <= kMaxEndToEndRows)) return DetectorLayout::kEndToEnd;
+DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, bool end_to_end,
+                           int masks) {
+  if (columns == 6 + masks && (end_to_end || rows <= kMaxEndToEndRows))
+    return DetectorLayout::kEndToEnd;
   if (columns > rows) return DetectorLayout::kYolov8;
   return rows == GridCells(network_size) ? DetectorLayout::kYolox : DetectorLayout::kYolov5;
 }
@@ -64,19 +70,24 @@ struct BestClass {
 BestClass Best(const float* scores, int count, size_t step) {
   BestClass best{0, scores[0]};
   for (int c = 1; c < count; ++c)
-    if (const float score = scores[static_cast<size_t>(c) * step]; score > best.score) best = {c, score};
+    if (const float score = scores[static_cast<size_t>(c) * step]; score > best.score)
+      best = {c, score};
   return best;
 }
 
-Box CenterBox(double cx, double cy, double w, double h) { return {cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2}; }
-
-bool IsUsable(const Detection& d, double min_score) {
-  return std::isfinite(d.score) && d.score > min_score && std::isfinite(d.box.x1 + d.box.y1 + d.box.x2 + d.box.y2) &&
-         d.box.Area() > 0;
+Box CenterBox(double cx, double cy, double w, double h) {
+  return {cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2};
 }
 
-// The centre of a YOLOX row is an offset from its grid cell, in cells; its size the logarithm of cells (Ge et al. 2021, section 2).
-std::vector<Candidate> DecodeYolox(const cv::Mat& rows, int classes, const cv::Size& network_size, double min_score) {
+bool IsUsable(const Detection& d, double min_score) {
+  return std::isfinite(d.score) && d.score > min_score &&
+         std::isfinite(d.box.x1 + d.box.y1 + d.box.x2 + d.box.y2) && d.box.Area() > 0;
+}
+
+// The centre of a YOLOX row is an offset from its grid cell, in cells; its size the logarithm of
+// cells (Ge et al. 2021, section 2).
+std::vector<Candidate> DecodeYolox(const cv::Mat& rows, int classes, const cv::Size& network_size,
+                                   double min_score) {
   std::vector<Candidate> found;
   int row = 0;
   for (const int stride : kStrides) {
@@ -84,10 +95,11 @@ std::vector<Candidate> DecodeYolox(const cv::Mat& rows, int classes, const cv::S
       for (int x = 0; x < network_size.width / stride; ++x, ++row) {
         const float* r = rows.ptr<float>(row);
         const BestClass best = Best(r + 5, classes, 1);
-        const Detection d{.category_id = best.id,
-                          .score = r[4] * best.score,
-                          .box = CenterBox(stride * (x + double{r[0]}), stride * (y + double{r[1]}),
-                                           stride * std::exp(double{r[2]}), stride * std::exp(double{r[3]}))};
+        const Detection d{
+            .category_id = best.id,
+            .score = r[4] * best.score,
+            .box = CenterBox(stride * (x + double{r[0]}), stride * (y + double{r[1]}),
+                             stride * std::exp(double{r[2]}), stride * std::exp(double{r[3]}))};
         if (IsUsable(d, min_score)) found.push_back({d, row});
       }
     }
@@ -101,7 +113,9 @@ std::vector<Candidate> DecodeYolov5(const cv::Mat& rows, int classes, double min
     const float* r = rows.ptr<float>(i);
     if (!(r[4] > min_score)) continue;
     const BestClass best = Best(r + 5, classes, 1);
-    const Detection d{.category_id = best.id, .score = r[4] * best.score, .box = CenterBox(r[0], r[1], r[2], r[3])};
+    const Detection d{.category_id = best.id,
+                      .score = r[4] * best.score,
+                      .box = CenterBox(r[0], r[1], r[2], r[3])};
     if (IsUsable(d, min_score)) found.push_back({d, i});
   }
   return found;
@@ -113,7 +127,9 @@ std::vector<Candidate> DecodeYolov8(const cv::Mat& columns, int classes, double 
   for (int i = 0; i < columns.cols; ++i) {
     const float* c = columns.ptr<float>(0) + i;
     const BestClass best = Best(c + 4 * step, classes, step);
-    const Detection d{.category_id = best.id, .score = best.score, .box = CenterBox(c[0], c[step], c[2 * step], c[3 * step])};
+    const Detection d{.category_id = best.id,
+                      .score = best.score,
+                      .box = CenterBox(c[0], c[step], c[2 * step], c[3 * step])};
     if (IsUsable(d, min_score)) found.push_back({d, i});
   }
   return found;
@@ -123,7 +139,9 @@ std::vector<Candidate> DecodeEndToEnd(const cv::Mat& rows, double min_score) {
   std::vector<Candidate> found;
   for (int i = 0; i < rows.rows; ++i) {
     const float* r = rows.ptr<float>(i);
-    const Detection d{.category_id = static_cast<int>(std::lround(r[5])), .score = r[4], .box = {r[0], r[1], r[2], r[3]}};
+    const Detection d{.category_id = static_cast<int>(std::lround(r[5])),
+                      .score = r[4],
+                      .box = {r[0], r[1], r[2], r[3]}};
     if (IsUsable(d, min_score) && d.category_id >= 0) found.push_back({d, i});
   }
   return found;
@@ -131,7 +149,8 @@ std::vector<Candidate> DecodeEndToEnd(const cv::Mat& rows, double min_score) {
 
 cv::Mat AsMatrix(const cv::Mat& output) {
   OASLAM_CHECK(output.depth() == CV_32F && output.isContinuous() && output.dims >= 2);
-  return {output.size[output.dims - 2], output.size[output.dims - 1], CV_32F, const_cast<uchar*>(output.data)};
+  return {output.size[output.dims - 2], output.size[output.dims - 1], CV_32F,
+          const_cast<uchar*>(output.data)};
 }
 
 }  // namespace
@@ -148,12 +167,15 @@ std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name) 
   return std::nullopt;
 }
 
-std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape, const cv::Size& network_size,
-                                            DetectorLayout wanted, int named_classes, bool end_to_end, int masks) {
+std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape,
+                                            const cv::Size& network_size, DetectorLayout wanted,
+                                            int named_classes, bool end_to_end, int masks) {
   const auto size = RowsAndColumns(shape);
   if (!size) return std::nullopt;
   const auto [rows, columns] = *size;
-  const DetectorLayout layout = wanted == DetectorLayout::kAuto ? GuessLayout(rows, columns, network_size, end_to_end, masks) : wanted;
+  const DetectorLayout layout = wanted == DetectorLayout::kAuto
+                                    ? GuessLayout(rows, columns, network_size, end_to_end, masks)
+                                    : wanted;
   switch (layout) {
     case DetectorLayout::kYolox:
       if (rows != GridCells(network_size) || columns < 6 + masks) return std::nullopt;
@@ -167,20 +189,26 @@ std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape, const
     case DetectorLayout::kEndToEnd:
       if (columns != 6 + masks) return std::nullopt;
       return OutputFormat{layout, named_classes, masks};
-    case DetectorLayout::kAuto: break;
+    case DetectorLayout::kAuto:
+      break;
   }
   return std::nullopt;
 }
 
-std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
-                                    double min_score) {
+std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format,
+                                    const cv::Size& network_size, double min_score) {
   const cv::Mat matrix = AsMatrix(output);
   switch (format.layout) {
-    case DetectorLayout::kAuto: break;
-    case DetectorLayout::kYolox: return DecodeYolox(matrix, format.classes, network_size, min_score);
-    case DetectorLayout::kYolov5: return DecodeYolov5(matrix, format.classes, min_score);
-    case DetectorLayout::kYolov8: return DecodeYolov8(matrix, format.classes, min_score);
-    case DetectorLayout::kEndToEnd: return DecodeEndToEnd(matrix, min_score);
+    case DetectorLayout::kAuto:
+      break;
+    case DetectorLayout::kYolox:
+      return DecodeYolox(matrix, format.classes, network_size, min_score);
+    case DetectorLayout::kYolov5:
+      return DecodeYolov5(matrix, format.classes, min_score);
+    case DetectorLayout::kYolov8:
+      return DecodeYolov8(matrix, format.classes, min_score);
+    case DetectorLayout::kEndToEnd:
+      return DecodeEndToEnd(matrix, min_score);
   }
   OASLAM_CHECK(format.layout != DetectorLayout::kAuto);
   return {};
@@ -190,8 +218,9 @@ std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& f
   const cv::Mat matrix = AsMatrix(output);
   std::vector<float> coefficients;
   for (int i = 0; i < format.masks; ++i)
-    coefficients.push_back(format.layout == DetectorLayout::kYolov8 ? matrix.at<float>(matrix.rows - format.masks + i, place)
-                                                                    : matrix.at<float>(place, matrix.cols - format.masks + i));
+    coefficients.push_back(format.layout == DetectorLayout::kYolov8
+                               ? matrix.at<float>(matrix.rows - format.masks + i, place)
+                               : matrix.at<float>(place, matrix.cols - format.masks + i));
   return coefficients;
 }
 
@@ -210,7 +239,8 @@ std::vector<Candidate> SuppressPerClass(const std::vector<Candidate>& candidates
     cv::dnn::NMSBoxes(boxes, scores, 0.0F, static_cast<float>(max_iou), indices);
     for (const int i : indices) kept.push_back(rivals[static_cast<size_t>(i)]);
   }
-  std::ranges::stable_sort(kept, [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  std::ranges::stable_sort(
+      kept, [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   return kept;
 }
 

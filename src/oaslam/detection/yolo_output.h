@@ -9,20 +9,26 @@
 
 namespace oaslam {
 
-// How a detector's output is laid out; N candidates, C classes. The family also decides how it wants its input.
+// How a detector's output is laid out; N candidates, C classes. The family also decides how it
+// wants its input.
 enum class DetectorLayout {
   kAuto,
-  kYolox,     // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness. Input BGR 0..255, padded right/bottom
-  kYolov5,    // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7).            Input RGB 0..1, padded on both sides
-  kYolov8,    // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12).   Input as kYolov5
-  kEndToEnd,  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS).   Input as kYolov5
+  kYolox,     // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness.
+              // Input BGR 0..255, padded right/bottom
+  kYolov5,    // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7).            Input
+              // RGB 0..1, padded on both sides
+  kYolov8,    // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12).   Input
+              // as kYolov5
+  kEndToEnd,  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS).   Input
+              // as kYolov5
 };
 
 const char* ToString(DetectorLayout layout);
 // "auto", "yolox", "yolov5", "yolov8", "end2end".
 std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name);
 
-// The layout of one output tensor, its number of classes (0: unknown) and of mask coefficients behind them (a segmenting model).
+// The layout of one output tensor, its number of classes (0: unknown) and of mask coefficients
+// behind them (a segmenting model).
 struct OutputFormat {
   DetectorLayout layout = DetectorLayout::kAuto;
   int classes = 0;
@@ -34,14 +40,18 @@ struct Candidate : Detection {
   int place = 0;
 };
 
-// From the shape of an output, the input size and what the metadata say (`named_classes`: how many class names the file carries, 0:
-// unknown) and a second output of prototypes (`masks`: how many, 0: none); nothing where it is no detector's. A `wanted` layout that is not kAuto is only checked against the shape.
-std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape, const cv::Size& network_size,
-                                            DetectorLayout wanted, int named_classes, bool end_to_end, int masks = 0);
+// From the shape of an output, the input size and what the metadata say (`named_classes`: how many
+// class names the file carries, 0: unknown) and a second output of prototypes (`masks`: how many,
+// 0: none); nothing where it is no detector's. A `wanted` layout that is not kAuto is only checked
+// against the shape.
+std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape,
+                                            const cv::Size& network_size, DetectorLayout wanted,
+                                            int named_classes, bool end_to_end, int masks = 0);
 
-// Candidates with score > min_score of one output (float, batch of one), boxes in network pixels, in the order of the tensor.
-std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format, const cv::Size& network_size,
-                                    double min_score);
+// Candidates with score > min_score of one output (float, batch of one), boxes in network pixels,
+// in the order of the tensor.
+std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format,
+                                    const cv::Size& network_size, double min_score);
 
 // The mask coefficients of a candidate, format.masks of them.
 std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& format, int place);

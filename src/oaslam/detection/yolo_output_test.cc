@@ -12,7 +12,9 @@ const cv::Size kNetwork(64, 32);  // grids of 8x4, 4x2 and 2x1 cells: 42
 constexpr int kCells = 42;
 constexpr int kClasses = 3;
 
-cv::Mat Tensor(int rows, int columns) { return cv::Mat(std::vector<int>{1, rows, columns}, CV_32F, cv::Scalar(0)); }
+cv::Mat Tensor(int rows, int columns) {
+  return cv::Mat(std::vector<int>{1, rows, columns}, CV_32F, cv::Scalar(0));
+}
 
 float& At(cv::Mat& tensor, int row, int column) { return tensor.at<float>(0, row, column); }
 
@@ -68,7 +70,8 @@ TEST(YoloOutput, IgnoresMaskCoefficients) {
   At(tensor, 2, 3) = At(tensor, 3, 3) = 10;
   At(tensor, 5, 3) = 0.6F;
   At(tensor, 20, 3) = 5;  // no class
-  const auto format = RecognizeOutput({1, 4 + kClasses + 32, kCells}, kNetwork, DetectorLayout::kAuto, kClasses, false);
+  const auto format = RecognizeOutput({1, 4 + kClasses + 32, kCells}, kNetwork,
+                                      DetectorLayout::kAuto, kClasses, false);
   ASSERT_TRUE(format);
   EXPECT_EQ(format->classes, kClasses);
   const auto found = DecodeOutput(tensor, *format, kNetwork, 0.3);
@@ -96,7 +99,8 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
     EXPECT_EQ(MaskCoefficients(tensor, format, found[0].place), (std::vector<float>{9, 8, 7, 6}));
   };
   // Without names: the number of classes follows from that of the prototypes.
-  const auto v8 = RecognizeOutput({1, 4 + kClasses + kMasks, kCells}, kNetwork, DetectorLayout::kAuto, 0, false, kMasks);
+  const auto v8 = RecognizeOutput({1, 4 + kClasses + kMasks, kCells}, kNetwork,
+                                  DetectorLayout::kAuto, 0, false, kMasks);
   ASSERT_TRUE(v8);
   EXPECT_EQ(v8->classes, kClasses);
   cv::Mat columns = Tensor(4 + kClasses + kMasks, kCells);
@@ -104,7 +108,8 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   for (size_t i = 0; i < column.size(); ++i) At(columns, static_cast<int>(i), 17) = column[i];
   check(columns, *v8);
 
-  const auto v5 = RecognizeOutput({1, 3 * kCells, 5 + kClasses + kMasks}, kNetwork, DetectorLayout::kAuto, 0, false, kMasks);
+  const auto v5 = RecognizeOutput({1, 3 * kCells, 5 + kClasses + kMasks}, kNetwork,
+                                  DetectorLayout::kAuto, 0, false, kMasks);
   ASSERT_TRUE(v5);
   EXPECT_EQ(v5->layout, DetectorLayout::kYolov5);
   EXPECT_EQ(v5->classes, kClasses);
@@ -112,7 +117,8 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   FillRow(rows, 17, {30, 20, 10, 4, 1, 0.1F, 0.2F, 0.9F, 9, 8, 7, 6});
   check(rows, *v5);
 
-  const auto end_to_end = RecognizeOutput({1, 300, 6 + kMasks}, kNetwork, DetectorLayout::kAuto, 0, true, kMasks);  // YOLO26-seg
+  const auto end_to_end = RecognizeOutput({1, 300, 6 + kMasks}, kNetwork, DetectorLayout::kAuto, 0,
+                                          true, kMasks);  // YOLO26-seg
   ASSERT_TRUE(end_to_end);
   EXPECT_EQ(end_to_end->layout, DetectorLayout::kEndToEnd);
   cv::Mat listed = Tensor(300, 6 + kMasks);
@@ -130,8 +136,10 @@ TEST(YoloOutput, DropsWhatIsNoBox) {
   EXPECT_TRUE(DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kNetwork, 0.3).empty());
 }
 
-DetectorLayout Guess(const std::vector<int>& shape, int size = 640, int names = 0, bool end_to_end = false) {
-  const auto format = RecognizeOutput(shape, {size, size}, DetectorLayout::kAuto, names, end_to_end);
+DetectorLayout Guess(const std::vector<int>& shape, int size = 640, int names = 0,
+                     bool end_to_end = false) {
+  const auto format =
+      RecognizeOutput(shape, {size, size}, DetectorLayout::kAuto, names, end_to_end);
   return format ? format->layout : DetectorLayout::kAuto;
 }
 
@@ -139,24 +147,25 @@ TEST(YoloOutput, TellsLayoutsApart) {
   EXPECT_EQ(Guess({1, 3549, 85}, 416), DetectorLayout::kYolox);
   EXPECT_EQ(Guess({1, 25200, 85}), DetectorLayout::kYolov5);
   EXPECT_EQ(Guess({25200, 85}), DetectorLayout::kYolov5);
-  EXPECT_EQ(Guess({1, 25200, 6}), DetectorLayout::kYolov5);       // one class, not end-to-end
+  EXPECT_EQ(Guess({1, 25200, 6}), DetectorLayout::kYolov5);          // one class, not end-to-end
   EXPECT_EQ(Guess({1, 102000, 85}, 1280), DetectorLayout::kYolov5);  // with a grid of stride 64
   EXPECT_EQ(Guess({1, 84, 8400}), DetectorLayout::kYolov8);
-  EXPECT_EQ(Guess({1, 6, 8400}), DetectorLayout::kYolov8);        // two classes
+  EXPECT_EQ(Guess({1, 6, 8400}), DetectorLayout::kYolov8);  // two classes
   EXPECT_EQ(Guess({1, 300, 6}), DetectorLayout::kEndToEnd);
   EXPECT_EQ(Guess({1, 2000, 6}, 640, 80, true), DetectorLayout::kEndToEnd);
 }
 
 TEST(YoloOutput, RefusesOtherNetworks) {
-  EXPECT_EQ(Guess({1, 1000}, 224), DetectorLayout::kAuto);           // a classifier
-  EXPECT_EQ(Guess({1, 19, 128, 128}, 512), DetectorLayout::kAuto);   // a segmentation
-  EXPECT_EQ(Guess({1, 197, 768}, 224), DetectorLayout::kAuto);       // a transformer's tokens
-  EXPECT_EQ(Guess({2, 25200, 85}), DetectorLayout::kAuto);           // a batch of two
+  EXPECT_EQ(Guess({1, 1000}, 224), DetectorLayout::kAuto);          // a classifier
+  EXPECT_EQ(Guess({1, 19, 128, 128}, 512), DetectorLayout::kAuto);  // a segmentation
+  EXPECT_EQ(Guess({1, 197, 768}, 224), DetectorLayout::kAuto);      // a transformer's tokens
+  EXPECT_EQ(Guess({2, 25200, 85}), DetectorLayout::kAuto);          // a batch of two
 }
 
 TEST(YoloOutput, AnOverrideIsCheckedAgainstTheShape) {
   const cv::Size size(640, 640);
-  EXPECT_EQ(RecognizeOutput({1, 8400, 85}, size, DetectorLayout::kYolov5, 0, false)->classes, 80);  // YOLOv6
+  EXPECT_EQ(RecognizeOutput({1, 8400, 85}, size, DetectorLayout::kYolov5, 0, false)->classes,
+            80);  // YOLOv6
   EXPECT_FALSE(RecognizeOutput({1, 25200, 85}, size, DetectorLayout::kYolox, 0, false));
   EXPECT_FALSE(RecognizeOutput({1, 84, 8400}, size, DetectorLayout::kEndToEnd, 0, false));
 }

@@ -11,29 +11,35 @@ namespace oaslam {
 namespace {
 
 // Sum of min(chi^2, max); stops once it exceeds `enough`.
-double Cost(const Camera& camera, const Rigid3& pose, std::span<const PointObservation> observations, double max_chi2, double enough) {
+double Cost(const Camera& camera, const Rigid3& pose,
+            std::span<const PointObservation> observations, double max_chi2, double enough) {
   const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
   double sum = 0;
   for (const PointObservation& o : observations) {
     const Eigen::Vector3d p = r * o.point + pose.translation;
-    const double chi2 = p.z() > 0 ? (ProjectIdeal(camera, p) - o.px).squaredNorm() * o.inverse_variance : max_chi2;
+    const double chi2 =
+        p.z() > 0 ? (ProjectIdeal(camera, p) - o.px).squaredNorm() * o.inverse_variance : max_chi2;
     sum += chi2 < max_chi2 ? chi2 : max_chi2;
     if (sum > enough) break;
   }
   return sum;
 }
 
-std::vector<uint8_t> Inliers(const Camera& camera, const Rigid3& pose, std::span<const PointObservation> observations, double max_chi2) {
+std::vector<uint8_t> Inliers(const Camera& camera, const Rigid3& pose,
+                             std::span<const PointObservation> observations, double max_chi2) {
   std::vector<uint8_t> inlier;
   inlier.reserve(observations.size());
   for (const PointObservation& o : observations) {
     const Eigen::Vector3d p = pose * o.point;
-    inlier.push_back(p.z() > 0 && (ProjectIdeal(camera, p) - o.px).squaredNorm() * o.inverse_variance < max_chi2);
+    inlier.push_back(p.z() > 0 &&
+                     (ProjectIdeal(camera, p) - o.px).squaredNorm() * o.inverse_variance <
+                         max_chi2);
   }
   return inlier;
 }
 
-Rigid3 RefinedOnInliers(const Camera& camera, const Rigid3& pose, std::span<const PointObservation> observations, double max_chi2) {
+Rigid3 RefinedOnInliers(const Camera& camera, const Rigid3& pose,
+                        std::span<const PointObservation> observations, double max_chi2) {
   const std::vector<uint8_t> inlier = Inliers(camera, pose, observations, max_chi2);
   std::vector<PointObservation> kept;
   for (size_t i = 0; i < observations.size(); ++i)
@@ -42,7 +48,8 @@ Rigid3 RefinedOnInliers(const Camera& camera, const Rigid3& pose, std::span<cons
   return refined.success ? refined.cam_from_world : pose;
 }
 
-// Samples of three that hold an inlier set of this share with 99 % certainty; twice as many, as noise spoils samples too.
+// Samples of three that hold an inlier set of this share with 99 % certainty; twice as many, as
+// noise spoils samples too.
 int IterationsFor(double inlier_share) {
   const double all_inliers = std::pow(std::clamp(inlier_share, 1e-3, 0.99), 3);
   return static_cast<int>(std::min(1e6, 2 * std::ceil(std::log(0.01) / std::log(1 - all_inliers))));
@@ -50,7 +57,8 @@ int IterationsFor(double inlier_share) {
 
 }  // namespace
 
-AbsolutePoseReport EstimateAbsolutePose(const Camera& camera, std::span<const PointObservation> observations,
+AbsolutePoseReport EstimateAbsolutePose(const Camera& camera,
+                                        std::span<const PointObservation> observations,
                                         const AbsolutePoseOptions& options, Rng& rng) {
   const int n = static_cast<int>(observations.size());
   AbsolutePoseReport report;
@@ -67,11 +75,13 @@ AbsolutePoseReport EstimateAbsolutePose(const Camera& camera, std::span<const Po
     const int front = std::min(n, std::max(12, n / 5) + 2 * n * iteration / options.max_iterations);
     std::array<int, 3> s{rng.Index(front), rng.Index(front), rng.Index(front)};
     if (s[0] == s[1] || s[0] == s[2] || s[1] == s[2]) continue;
-    const P3PPoses candidates = SolveP3P({rays[s[0]], rays[s[1]], rays[s[2]]},
-                                         {observations[s[0]].point, observations[s[1]].point, observations[s[2]].point});
+    const P3PPoses candidates =
+        SolveP3P({rays[s[0]], rays[s[1]], rays[s[2]]},
+                 {observations[s[0]].point, observations[s[1]].point, observations[s[2]].point});
     bool improved = false;
     for (int c = 0; c < candidates.count; ++c) {
-      const double cost = Cost(camera, candidates.poses[c], observations, options.max_chi2, best_cost);
+      const double cost =
+          Cost(camera, candidates.poses[c], observations, options.max_chi2, best_cost);
       if (!(cost < best_cost)) continue;
       best_cost = cost;
       report.cam_from_world = candidates.poses[c];
@@ -79,9 +89,11 @@ AbsolutePoseReport EstimateAbsolutePose(const Camera& camera, std::span<const Po
     }
     if (!improved) continue;
     // First on what lies roughly near: a pose of three noisy points reaches few of its inliers.
-    const Rigid3 rough = RefinedOnInliers(camera, report.cam_from_world, observations, 4 * options.max_chi2);
+    const Rigid3 rough =
+        RefinedOnInliers(camera, report.cam_from_world, observations, 4 * options.max_chi2);
     const Rigid3 refined = RefinedOnInliers(camera, rough, observations, options.max_chi2);
-    if (const double cost = Cost(camera, refined, observations, options.max_chi2, best_cost); cost < best_cost) {
+    if (const double cost = Cost(camera, refined, observations, options.max_chi2, best_cost);
+        cost < best_cost) {
       best_cost = cost;
       report.cam_from_world = refined;
     }

@@ -10,15 +10,18 @@ namespace {
 const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 515, .cx = 318, .cy = 242};
 
 Rigid3 TruePose() {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(1.4, Eigen::Vector3d(1, 2, -1).normalized())), {0.3, -0.2, 0.5}};
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(1.4, Eigen::Vector3d(1, 2, -1).normalized())),
+          {0.3, -0.2, 0.5}};
 }
 
 std::vector<PointObservation> Observe(int count, double outlier_share, Rng& rng) {
   const Rigid3 world_from_cam = TruePose().Inverse();
   std::vector<PointObservation> observations;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d in_cam = RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)}) * rng.Uniform(1, 6);
-    Eigen::Vector2d px = ProjectIdeal(kCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(1));
+    const Eigen::Vector3d in_cam =
+        RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)}) * rng.Uniform(1, 6);
+    Eigen::Vector2d px =
+        ProjectIdeal(kCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(1));
     if (rng.Uniform(0, 1) < outlier_share) px = {rng.Uniform(0, 640), rng.Uniform(0, 480)};
     observations.push_back({world_from_cam * in_cam, px, 1});
   }
@@ -32,7 +35,8 @@ TEST(AbsolutePose, FindsThePoseAmongManyOutliers) {
     const AbsolutePoseReport report = EstimateAbsolutePose(kCamera, observations, {}, rng);
     ASSERT_TRUE(report.success) << seed;
     EXPECT_GT(report.inliers, 25);
-    EXPECT_LT((report.cam_from_world.OriginInSource() - TruePose().OriginInSource()).norm(), 0.05) << seed;
+    EXPECT_LT((report.cam_from_world.OriginInSource() - TruePose().OriginInSource()).norm(), 0.05)
+        << seed;
     EXPECT_LT(report.cam_from_world.rotation.angularDistance(TruePose().rotation), 0.02) << seed;
   }
 }

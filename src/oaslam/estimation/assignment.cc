@@ -5,8 +5,8 @@
 namespace oaslam {
 namespace {
 
-// Rows at most as many as columns; costs may be of any sign. One more row and column than the matrix, as index 0 is the
-// root of paths.
+// Rows at most as many as columns; costs may be of any sign. One more row and column than the
+// matrix, as index 0 is the root of paths.
 std::vector<int> MinimumCostColumns(const Eigen::MatrixXd& costs) {
   const int rows = static_cast<int>(costs.rows()), columns = static_cast<int>(costs.cols());
   std::vector<double> row_price(rows + 1, 0), column_price(columns + 1, 0), slack(columns + 1);

@@ -14,8 +14,8 @@
 namespace oaslam {
 namespace {
 
-// Bounds of the half axes relative to the distance from the cameras, which is all that is known of the scale: at 1.5 m
-// 8 mm and 1.6 m.
+// Bounds of the half axes relative to the distance from the cameras, which is all that is known of
+// the scale: at 1.5 m 8 mm and 1.6 m.
 constexpr double kMinAxisPerDepth = 0.005, kMaxAxisPerDepth = 1.1;
 
 double MedianDepth(std::span<const BoxView> views, const Eigen::Vector3d& center) {
@@ -27,7 +27,8 @@ double MedianDepth(std::span<const BoxView> views, const Eigen::Vector3d& center
 }
 
 void ClampAxes(Ellipsoid& ellipsoid, double depth) {
-  ellipsoid.half_axes = ellipsoid.half_axes.cwiseMax(kMinAxisPerDepth * depth).cwiseMin(kMaxAxisPerDepth * depth);
+  ellipsoid.half_axes =
+      ellipsoid.half_axes.cwiseMax(kMinAxisPerDepth * depth).cwiseMin(kMaxAxisPerDepth * depth);
 }
 
 struct Ray {
@@ -40,7 +41,8 @@ std::vector<Ray> CenterRays(std::span<const BoxView> views) {
   for (const BoxView& view : views)
     rays.push_back(
         {view.cam_from_world.OriginInSource(),
-         (view.cam_from_world.rotation.conjugate() * RayOf(*view.camera, CenterPixel(view.box))).normalized()});
+         (view.cam_from_world.rotation.conjugate() * RayOf(*view.camera, CenterPixel(view.box)))
+             .normalized()});
   return rays;
 }
 
@@ -61,7 +63,8 @@ Eigen::Vector3d NearestPoint(std::span<const Ray> rays) {
     for (const Ray& ray : rays) {
       const double depth = pass == 0 ? 1 : std::max((point - ray.origin).norm(), 1e-12);
       const Eigen::Matrix3d across =
-          (Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose()) / (depth * depth);
+          (Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose()) /
+          (depth * depth);
       a += across;
       b += across * ray.origin;
     }
@@ -97,12 +100,14 @@ SphereEstimate EstimateSphere(std::span<const BoxView> all_views, double min_par
   return result;
 }
 
-ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views, double accept_iou) {
+ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views,
+                           double accept_iou) {
   double all = 0, whole = 0;
   int accepted = 0, whole_count = 0;
   for (const BoxView& view : views) {
     const auto predicted = ProjectToBox(ellipsoid, view.cam_from_world, *view.camera);
-    const double iou = predicted ? IoU(ClipAtTruncation(*predicted, view.box, view.truncated), view.box) : 0;
+    const double iou =
+        predicted ? IoU(ClipAtTruncation(*predicted, view.box, view.truncated), view.box) : 0;
     accepted += iou >= accept_iou;
     all += iou;
     if (view.truncated) continue;
@@ -119,7 +124,8 @@ Ellipsoid MakeUpright(const Ellipsoid& ellipsoid, const Eigen::Vector3d& up) {
   Eigen::Index nearest = 0;
   (axes.transpose() * up).cwiseAbs().maxCoeff(&nearest);
   Ellipsoid upright = ellipsoid;
-  for (Eigen::Index i = 0; i < 3; ++i) upright.half_axes[i] = ellipsoid.half_axes[(nearest + 1 + i) % 3];
+  for (Eigen::Index i = 0; i < 3; ++i)
+    upright.half_axes[i] = ellipsoid.half_axes[(nearest + 1 + i) % 3];
   Eigen::Matrix3d rotation;
   rotation.col(2) = up;
   const Eigen::Vector3d first = axes.col((nearest + 1) % 3);
@@ -129,7 +135,8 @@ Ellipsoid MakeUpright(const Ellipsoid& ellipsoid, const Eigen::Vector3d& up) {
   return upright;
 }
 
-EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start, const EllipsoidFitOptions& options) {
+EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start,
+                          const EllipsoidFitOptions& options) {
   EllipsoidFit fit;
   const bool upright = options.up && options.residual == EllipsoidResidual::kEdges;
   fit.ellipsoid = upright ? MakeUpright(start, *options.up) : start;
@@ -139,7 +146,8 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
   NormalEquations normal = Linearize(views, fit.ellipsoid, options);
   double damping = 1e-3;
   for (int iteration = 0; iteration < options.max_iterations && normal.in_front > 0; ++iteration) {
-    using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kShapeParameters, kShapeParameters>;
+    using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kShapeParameters,
+                                  kShapeParameters>;
     Bounded damped = normal.hessian.topLeftCorner(parameters, parameters);
     // Rotations of a sphere have no effect: the floor keeps them from moving.
     const double floor = 1e-9 * damped.diagonal().maxCoeff();
@@ -163,8 +171,8 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
     if (decrease < 1e-4 * cost) break;
   }
   fit.cost = normal.cost;
-  fit.success = normal.in_front > 0 && fit.ellipsoid.center.allFinite() && fit.ellipsoid.half_axes.allFinite() &&
-                fit.ellipsoid.rotation.coeffs().allFinite();
+  fit.success = normal.in_front > 0 && fit.ellipsoid.center.allFinite() &&
+                fit.ellipsoid.half_axes.allFinite() && fit.ellipsoid.rotation.coeffs().allFinite();
   return fit;
 }
 
@@ -179,14 +187,15 @@ EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphe
 }
 
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views) {
-  // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video of 30 Hz;
-  // objects-study.md, section 5.4.
+  // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video
+  // of 30 Hz; objects-study.md, section 5.4.
   constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10;
   ShapeCovariance information = ShapeCovariance::Zero();
   for (const BoxView& view : views) {
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
     if (!seen) continue;
-    const Eigen::Vector4d residual = EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated);
+    const Eigen::Vector4d residual =
+        EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated);
     const double unit = DetectorPixel(*view.camera);
     if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx * unit * unit)
       continue;  // not this object's box, or a wrong one
@@ -194,7 +203,8 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;
       const Eigen::Matrix<double, 7, 1> j = jacobian.row(row).head<7>().transpose();
-      information.noalias() += view.weight * j * j.transpose() / (kCorrelatedViews * kEdgeVariance * unit * unit);
+      information.noalias() +=
+          view.weight * j * j.transpose() / (kCorrelatedViews * kEdgeVariance * unit * unit);
     }
   }
   const Eigen::Matrix<double, 4, 3> prior = ShapePriorRows(kPriorWeightPx / kNoisePx, true);

@@ -18,7 +18,8 @@ struct BoxView {
   Box box;                      // ideal image
   double score = 1;             // of the detector, (0, 1]
   unsigned char truncated = 0;  // EdgeBits: what lies beyond these edges is not seen
-  double weight = 1;            // as how many views it counts; 1: of a video of 30 Hz, where neighbours err alike
+  double weight =
+      1;  // as how many views it counts; 1: of a video of 30 Hz, where neighbours err alike
 };
 
 struct SphereEstimate {
@@ -27,19 +28,22 @@ struct SphereEstimate {
   double parallax_deg = 0;  // the largest angle between two rays through box centres
 };
 
-// The first model of an object (paper, section "Initial Object Reconstruction"): the point nearest to all rays through
-// the box centres, with the mean back-projected box size. Fails below the parallax, or when the point is behind a
-// camera.
+// The first model of an object (paper, section "Initial Object Reconstruction"): the point nearest
+// to all rays through the box centres, with the mean back-projected box size. Fails below the
+// parallax, or when the point is behind a camera.
 SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_parallax_deg);
 
 enum class EllipsoidResidual {
-  kEdges,        // box edges, robust, one-sided where truncated, with priors on the shape (objects-study.md, section 5)
-  kWasserstein,  // the paper's: the 2-Wasserstein distance of inscribed and projected ellipse, not robust
+  kEdges,        // box edges, robust, one-sided where truncated, with priors on the shape
+                 // (objects-study.md, section 5)
+  kWasserstein,  // the paper's: the 2-Wasserstein distance of inscribed and projected ellipse, not
+                 // robust
 };
 
 struct EllipsoidFitOptions {
   EllipsoidResidual residual = EllipsoidResidual::kEdges;
-  std::optional<Eigen::Vector3d> up{};  // world; the third axis stays upright (7 parameters instead of 9). Edges only.
+  std::optional<Eigen::Vector3d>
+      up{};  // world; the third axis stays upright (7 parameters instead of 9). Edges only.
   int max_iterations = 12;
 };
 
@@ -48,7 +52,8 @@ struct ViewOverlap {
   double mean_iou = 0;      // over untruncated views (over all when every one is truncated)
   double accept_share = 0;  // of all views with at least the asked IoU
 };
-ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views, double accept_iou);
+ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views,
+                           double accept_iou);
 
 struct EllipsoidFit {
   bool success = false;  // false: no view has it in front of the camera, or the numbers broke down
@@ -57,19 +62,21 @@ struct EllipsoidFit {
 };
 
 // The ellipsoid with the smallest residuals, by Levenberg-Marquardt from `start`.
-EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start, const EllipsoidFitOptions& options);
+EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start,
+                          const EllipsoidFitOptions& options);
 
-// From a first model, whose turn about the vertical is unknown: the better of two starts 45 deg apart where there is an
-// `up`.
-EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphere, const EllipsoidFitOptions& options);
+// From a first model, whose turn about the vertical is unknown: the better of two starts 45 deg
+// apart where there is an `up`.
+EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphere,
+                           const EllipsoidFitOptions& options);
 
 // The same ellipsoid, its axes relabelled and turned so that the third is `up`.
 Ellipsoid MakeUpright(const Ellipsoid& ellipsoid, const Eigen::Vector3d& up);
 
 using ShapeCovariance = Eigen::Matrix<double, 7, 7>;
 
-// Covariance of centre, log half axes and rotation about the third axis, of box edges with 4 px noise that is
-// correlated over 6 views, and of the shape prior.
+// Covariance of centre, log half axes and rotation about the third axis, of box edges with 4 px
+// noise that is correlated over 6 views, and of the shape prior.
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views);
 
 }  // namespace oaslam

@@ -25,17 +25,20 @@ Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
 }
 
 Ellipsoid TrueObject() {
-  return {{0.1, -0.2, 0.15}, {0.12, 0.06, 0.15}, Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()))};
+  return {{0.1, -0.2, 0.15},
+          {0.12, 0.06, 0.15},
+          Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()))};
 }
 
-// Boxes of an object from a quarter of a circle at 1.5 m, cut at the border where they leave the image.
+// Boxes of an object from a quarter of a circle at 1.5 m, cut at the border where they leave the
+// image.
 std::vector<BoxView> ViewsOf(const Ellipsoid& object, int count, double noise_px, Rng& rng,
                              const Eigen::Vector3d& looked_at = Eigen::Vector3d(0.1, -0.2, 0.15)) {
   std::vector<BoxView> views;
   for (int i = 0; i < count; ++i) {
     const double angle = 1.6 * i / count;
-    const Rigid3 pose =
-        LookAt({1.5 * std::cos(angle), 1.5 * std::sin(angle), 0.6 + 0.3 * std::sin(5 * angle)}, looked_at);
+    const Rigid3 pose = LookAt(
+        {1.5 * std::cos(angle), 1.5 * std::sin(angle), 0.6 + 0.3 * std::sin(5 * angle)}, looked_at);
     Box box = *ProjectToBox(object, pose, kCamera);
     for (double* edge : {&box.x1, &box.y1, &box.x2, &box.y2}) *edge += rng.Gaussian(noise_px);
     box = Intersection(box, {0, 0, 640, 480});
@@ -65,15 +68,17 @@ TEST(EllipsoidFit, SphereIsNearTheObject) {
 TEST(EllipsoidFit, RecoversTheTruthFromCleanBoxes) {
   Rng rng(2);
   const auto views = ViewsOf(TrueObject(), 40, 0, rng);
-  for (const EllipsoidResidual residual : {EllipsoidResidual::kEdges, EllipsoidResidual::kWasserstein}) {
+  for (const EllipsoidResidual residual :
+       {EllipsoidResidual::kEdges, EllipsoidResidual::kWasserstein}) {
     EllipsoidFitOptions options{.residual = residual, .max_iterations = 60};
     if (residual == EllipsoidResidual::kEdges) options.up = kUp;
     const EllipsoidFit fit = FitFromSphere(views, SphereOf(views), options);
     ASSERT_TRUE(fit.success);
-    EXPECT_LT((fit.ellipsoid.center - TrueObject().center).norm(), residual == EllipsoidResidual::kEdges ? 0.01 : 0.02);
+    EXPECT_LT((fit.ellipsoid.center - TrueObject().center).norm(),
+              residual == EllipsoidResidual::kEdges ? 0.01 : 0.02);
     const ViewOverlap overlap = MeasureOverlap(fit.ellipsoid, views, 0.3);
-    // The prior pulls this flat object a little towards a sphere; W2 fits an inscribed ellipse, whose box is not that
-    // of a slanted outline.
+    // The prior pulls this flat object a little towards a sphere; W2 fits an inscribed ellipse,
+    // whose box is not that of a slanted outline.
     EXPECT_GT(overlap.mean_iou, residual == EllipsoidResidual::kEdges ? 0.93 : 0.85);
     EXPECT_EQ(overlap.accept_share, 1);
   }
@@ -86,9 +91,10 @@ TEST(EllipsoidFit, RobustFitStandsOutliers) {
     views[i].box.x2 += 90;
     views[i].box.y1 -= 40;
   }
-  const EllipsoidFit robust = FitFromSphere(views, SphereOf(views), {.up = kUp, .max_iterations = 40});
-  const EllipsoidFit plain =
-      FitFromSphere(views, SphereOf(views), {.residual = EllipsoidResidual::kWasserstein, .max_iterations = 40});
+  const EllipsoidFit robust =
+      FitFromSphere(views, SphereOf(views), {.up = kUp, .max_iterations = 40});
+  const EllipsoidFit plain = FitFromSphere(
+      views, SphereOf(views), {.residual = EllipsoidResidual::kWasserstein, .max_iterations = 40});
   EXPECT_LT((robust.ellipsoid.center - TrueObject().center).norm(), 0.02);
   EXPECT_GT((plain.ellipsoid.center - TrueObject().center).norm(), 0.02);
 }
@@ -100,9 +106,11 @@ TEST(EllipsoidFit, TruncatedEdgesDoNotShrinkTheObject) {
   int cut = 0;
   for (const BoxView& view : views) cut += view.truncated != 0;
   ASSERT_GT(cut, 20);
-  const EllipsoidFit one_sided = FitFromSphere(views, SphereOf(views), {.up = kUp, .max_iterations = 40});
+  const EllipsoidFit one_sided =
+      FitFromSphere(views, SphereOf(views), {.up = kUp, .max_iterations = 40});
   for (BoxView& view : views) view.truncated = 0;
-  const EllipsoidFit naive = FitFromSphere(views, SphereOf(views), {.up = kUp, .max_iterations = 40});
+  const EllipsoidFit naive =
+      FitFromSphere(views, SphereOf(views), {.up = kUp, .max_iterations = 40});
   const auto error = [&](const EllipsoidFit& fit) {
     return std::abs(std::log(fit.ellipsoid.half_axes.prod() / big.half_axes.prod()));
   };
@@ -124,7 +132,8 @@ TEST(EllipsoidFit, UnobservedAxisStaysBounded) {
 TEST(EllipsoidFit, CostIsThatOfTheNormalEquations) {
   Rng rng(6);
   const auto views = ViewsOf(TrueObject(), 10, 8, rng);
-  for (const EllipsoidResidual residual : {EllipsoidResidual::kEdges, EllipsoidResidual::kWasserstein}) {
+  for (const EllipsoidResidual residual :
+       {EllipsoidResidual::kEdges, EllipsoidResidual::kWasserstein}) {
     const EllipsoidFitOptions options{.residual = residual};
     Ellipsoid e = TrueObject();
     e.half_axes *= 1.1;
@@ -163,10 +172,10 @@ TEST(MakeUpright, KeepsAnUprightEllipsoid) {
   // Lying on its side: its axes are relabelled, its body stays.
   const Eigen::Quaterniond tip(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitX()));
   const Ellipsoid tipped{e.center, e.half_axes, tip};
-  EXPECT_LT(
-      (MakeUpright(tipped, kUp).half_axes.cwiseProduct(Eigen::Vector3d(1, 1, 1)) - Eigen::Vector3d(0.15, 0.12, 0.06))
-          .norm(),
-      1e-9);
+  EXPECT_LT((MakeUpright(tipped, kUp).half_axes.cwiseProduct(Eigen::Vector3d(1, 1, 1)) -
+             Eigen::Vector3d(0.15, 0.12, 0.06))
+                .norm(),
+            1e-9);
   EXPECT_LT((BoundingBox(MakeUpright(tipped, kUp)).max - BoundingBox(tipped).max).norm(), 1e-9);
 }
 
@@ -178,7 +187,8 @@ TEST(Covariance, PredictsTheSpreadOfFits) {
   for (int trial = 0; trial < trials; ++trial) {
     auto views = ViewsOf(TrueObject(), 60, 0, rng);
     for (size_t i = 0; i < views.size(); i += 6) {
-      const Eigen::Vector4d noise(rng.Gaussian(4), rng.Gaussian(4), rng.Gaussian(4), rng.Gaussian(4));
+      const Eigen::Vector4d noise(rng.Gaussian(4), rng.Gaussian(4), rng.Gaussian(4),
+                                  rng.Gaussian(4));
       for (size_t k = i; k < i + 6; ++k) {
         Box& b = views[k].box;
         b = {b.x1 + noise[0], b.y1 + noise[1], b.x2 + noise[2], b.y2 + noise[3]};
@@ -204,7 +214,8 @@ TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
   EXPECT_GT(score(box, 0, {230, 200, 290, 280}, Eigen::Vector4d::Constant(400)),
             score(box, 0, {230, 200, 290, 280}, certain));
   const Box cut{0, 200, 60, 280};
-  EXPECT_NEAR(score(cut, kLeft, {-50, 200, 60, 280}, certain), score(cut, kLeft, cut, certain), 1e-12);
+  EXPECT_NEAR(score(cut, kLeft, {-50, 200, 60, 280}, certain), score(cut, kLeft, cut, certain),
+              1e-12);
   EXPECT_LT(score(cut, kLeft, {25, 200, 60, 280}, certain), score(cut, kLeft, cut, certain));
   EXPECT_NEAR(score.WithCommonVariance(box, 0, {203, 200, 260, 280}, 9),
               score(box, 0, {203, 200, 260, 280}, Eigen::Vector4d::Constant(9)), 1e-12);

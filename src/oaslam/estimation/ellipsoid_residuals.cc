@@ -11,7 +11,8 @@ namespace {
 
 // Only keeps the axes that no view observes from vanishing; the paper has none.
 constexpr double kWassersteinPriorWeightPx = 5;
-// A view with the object not in front of it costs what a box that is wrong by this much costs; detector pixels.
+// A view with the object not in front of it costs what a box that is wrong by this much costs;
+// detector pixels.
 constexpr double kBehindPx = 300;
 
 struct Loss {
@@ -35,13 +36,15 @@ Ellipse EllipseOf(const EllipsoidView& view, const Camera& camera) {
   ellipse.mean = {camera.fx * x + camera.cx, camera.fy * y + camera.cy};
   ellipse.covariance(0, 0) = camera.fx * camera.fx * (x * x - c.xx / c.zz);
   ellipse.covariance(1, 1) = camera.fy * camera.fy * (y * y - c.yy / c.zz);
-  ellipse.covariance(0, 1) = ellipse.covariance(1, 0) = camera.fx * camera.fy * (x * y - c.xy / c.zz);
+  ellipse.covariance(0, 1) = ellipse.covariance(1, 0) =
+      camera.fx * camera.fy * (x * y - c.xy / c.zz);
   return ellipse;
 }
 
 Eigen::Matrix<double, 4, 3> PriorRows(const EllipsoidFitOptions& options) {
-  return options.residual == EllipsoidResidual::kEdges ? ShapePriorRows(kPriorWeightPx, options.up.has_value())
-                                                       : ShapePriorRows(kWassersteinPriorWeightPx, false);
+  return options.residual == EllipsoidResidual::kEdges
+             ? ShapePriorRows(kPriorWeightPx, options.up.has_value())
+             : ShapePriorRows(kWassersteinPriorWeightPx, false);
 }
 
 // From a squared residual in px to one in detector pixels that counts as the detector's score says.
@@ -50,7 +53,8 @@ double ScaleOf(const BoxView& view) {
   return view.score / (unit * unit);
 }
 
-void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidual kind, NormalEquations& normal) {
+void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidual kind,
+                NormalEquations& normal) {
   const auto add = [&](const auto& residual, const auto& jacobian, auto&& mask) {
     const double scale = ScaleOf(view);
     const Loss loss = LossOf(kind, scale * residual.squaredNorm());
@@ -64,12 +68,15 @@ void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidua
     }
   };
   if (kind == EllipsoidResidual::kEdges) {
-    const Eigen::Vector4d residual = EdgeResidual(OutlineBox(seen.outline, *view.camera), view.box, view.truncated);
+    const Eigen::Vector4d residual =
+        EdgeResidual(OutlineBox(seen.outline, *view.camera), view.box, view.truncated);
     add(residual, DifferentiateByShape(seen, *view.camera),
         [&](int row) { return !(view.truncated & (1 << row)) || residual[row] != 0; });
   } else {
-    const WassersteinResidual w = ComputeWasserstein(InscribedEllipse(view.box), EllipseOf(seen, *view.camera));
-    const Eigen::Matrix<double, 6, kShapeParameters> jacobian = w.by_moments * DifferentiateEllipse(seen, *view.camera);
+    const WassersteinResidual w =
+        ComputeWasserstein(InscribedEllipse(view.box), EllipseOf(seen, *view.camera));
+    const Eigen::Matrix<double, 6, kShapeParameters> jacobian =
+        w.by_moments * DifferentiateEllipse(seen, *view.camera);
     add(w.value, jacobian, [](int) { return true; });
   }
 }
@@ -90,13 +97,15 @@ WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& p
   // The inscribed ellipse is axis-aligned: S1^1/2 = diag(s).
   const Eigen::Vector2d s = detected.covariance.diagonal().cwiseSqrt();
   const Eigen::Matrix2d m = s.asDiagonal() * projected.covariance * s.asDiagonal();
-  const double root = std::sqrt(std::max(m.determinant(), 1e-12)), norm = std::sqrt(m.trace() + 2 * root);
+  const double root = std::sqrt(std::max(m.determinant(), 1e-12)),
+               norm = std::sqrt(m.trace() + 2 * root);
   const Eigen::Matrix2d numerator = m + root * Eigen::Matrix2d::Identity();
   const Eigen::Vector2d inverse = s.cwiseInverse();
 
   WassersteinResidual result;
   result.value.head<2>() = projected.mean - detected.mean;
-  const Eigen::Matrix2d shape = inverse.asDiagonal() * (numerator / norm) - Eigen::Matrix2d(s.asDiagonal());
+  const Eigen::Matrix2d shape =
+      inverse.asDiagonal() * (numerator / norm) - Eigen::Matrix2d(s.asDiagonal());
   result.value.tail<4>() = shape.reshaped();
   result.by_moments.setZero();
   result.by_moments.topLeftCorner<2, 2>().setIdentity();
@@ -107,8 +116,9 @@ WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& p
     if (k == 2) dm(1, 1) = s[1] * s[1];
     const double d_det = dm(0, 0) * m(1, 1) + m(0, 0) * dm(1, 1) - 2 * m(0, 1) * dm(0, 1);
     const double d_root = 0.5 * d_det / root, d_norm = (dm.trace() + 2 * d_root) / (2 * norm);
-    const Eigen::Matrix2d change = inverse.asDiagonal() * ((dm + d_root * Eigen::Matrix2d::Identity()) / norm -
-                                                           numerator * (d_norm / (norm * norm)));
+    const Eigen::Matrix2d change =
+        inverse.asDiagonal() *
+        ((dm + d_root * Eigen::Matrix2d::Identity()) / norm - numerator * (d_norm / (norm * norm)));
     result.by_moments.block<4, 1>(2, 2 + k) = change.reshaped();
   }
   return result;
@@ -141,16 +151,19 @@ NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellip
   return normal;
 }
 
-double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options) {
+double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
+                    const EllipsoidFitOptions& options) {
   double cost = (PriorRows(options) * ellipsoid.half_axes.array().log().matrix()).squaredNorm();
   for (const BoxView& view : views) {
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
     double squared = kBehindPx * kBehindPx;
     if (seen && options.residual == EllipsoidResidual::kEdges)
-      squared =
-          ScaleOf(view) * EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated).squaredNorm();
+      squared = ScaleOf(view) *
+                EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated)
+                    .squaredNorm();
     else if (seen)
-      squared = ScaleOf(view) * SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
+      squared = ScaleOf(view) *
+                SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
     cost += view.weight * LossOf(options.residual, squared).cost;
   }
   return cost;

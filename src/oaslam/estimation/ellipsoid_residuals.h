@@ -19,12 +19,14 @@ struct NormalEquations {
 // Box edges minus measured ones, px; 0 at a truncated edge that the prediction passes.
 Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned char truncated);
 
-// Six smooth numbers whose squares sum to W2^2 of the inscribed ellipse of the box and the projected one: mean
-// difference, and vec(S1^-1/2 M^1/2 - S1^1/2) with M = S1^1/2 S2 S1^1/2 (objects-study.md, section 5.3).
+// Six smooth numbers whose squares sum to W2^2 of the inscribed ellipse of the box and the
+// projected one: mean difference, and vec(S1^-1/2 M^1/2 - S1^1/2) with M = S1^1/2 S2 S1^1/2
+// (objects-study.md, section 5.3).
 using WassersteinVector = Eigen::Matrix<double, 6, 1>;
 struct WassersteinResidual {
   WassersteinVector value;
-  Eigen::Matrix<double, 6, 5> by_moments;  // mean x, y, covariance xx, xy, yy of the projected ellipse
+  Eigen::Matrix<double, 6, 5>
+      by_moments;  // mean x, y, covariance xx, xy, yy of the projected ellipse
 };
 WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected);
 
@@ -32,10 +34,11 @@ NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellip
                           const EllipsoidFitOptions& options);
 
 // The cost alone.
-double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid, const EllipsoidFitOptions& options);
+double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
+                    const EllipsoidFitOptions& options);
 
-// Rows of the shape prior over the log half axes, in detector pixels: deviations from their mean and, with `horizontal_pair`, the
-// difference of the first two.
+// Rows of the shape prior over the log half axes, in detector pixels: deviations from their mean
+// and, with `horizontal_pair`, the difference of the first two.
 Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pair);
 
 // In detector pixels (DetectorPixel), in which residuals of boxes are weighed.

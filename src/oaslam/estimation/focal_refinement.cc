@@ -32,18 +32,22 @@ double Chi2(const State& state, const PointObservation& o) {
   return (ProjectIdeal(state.camera, p) - o.px).squaredNorm() * o.inverse_variance;
 }
 
-NormalEquations Linearize(const State& state, std::span<const PointObservation> observations, const std::vector<uint8_t>& use, bool robust) {
+NormalEquations Linearize(const State& state, std::span<const PointObservation> observations,
+                          const std::vector<uint8_t>& use, bool robust) {
   NormalEquations n;
   for (size_t i = 0; i < observations.size(); ++i) {
     if (!use[i]) continue;
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = state.pose * o.point;
     if (p.z() < kMinDepth) {
-      n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;  // a step that hides points behind the camera must not pay
+      n.cost += robust ? kChi2TwoDof * 4
+                       : kChi2TwoDof;  // a step that hides points behind the camera must not pay
       continue;
     }
-    const double fx = state.camera.fx, fy = state.camera.fy, inverse_z = 1 / p.z(), x = p.x() * inverse_z, y = p.y() * inverse_z;
-    const Eigen::Vector2d e(fx * x + state.camera.cx - o.px.x(), fy * y + state.camera.cy - o.px.y());
+    const double fx = state.camera.fx, fy = state.camera.fy, inverse_z = 1 / p.z(),
+                 x = p.x() * inverse_z, y = p.y() * inverse_z;
+    const Eigen::Vector2d e(fx * x + state.camera.cx - o.px.x(),
+                            fy * y + state.camera.cy - o.px.y());
     const double chi2 = e.squaredNorm() * o.inverse_variance;
     double weight = o.inverse_variance;
     if (robust && chi2 > kChi2TwoDof) {
@@ -65,13 +69,16 @@ NormalEquations Linearize(const State& state, std::span<const PointObservation> 
 State Moved(const State& state, const Vector7& step) {
   const Eigen::Vector3d w = step.segment<3>(3);
   const double angle = w.norm();
-  const Eigen::Quaterniond turn = angle < 1e-12 ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+  const Eigen::Quaterniond turn = angle < 1e-12
+                                      ? Eigen::Quaterniond::Identity()
+                                      : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
   IntrinsicsStep of_camera = IntrinsicsStep::Zero();
   of_camera[0] = step[6];
   return {Changed(state.camera, of_camera), Rigid3(turn, step.head<3>()) * state.pose};
 }
 
-NormalEquations Minimize(std::span<const PointObservation> observations, const std::vector<uint8_t>& use, bool robust, State& state) {
+NormalEquations Minimize(std::span<const PointObservation> observations,
+                         const std::vector<uint8_t>& use, bool robust, State& state) {
   constexpr int kIterations = 20;
   NormalEquations here = Linearize(state, observations, use, robust);
   double damping = 1e-4;
@@ -102,7 +109,8 @@ NormalEquations Minimize(std::span<const PointObservation> observations, const s
 
 }  // namespace
 
-FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_from_world, std::span<const PointObservation> observations) {
+FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_from_world,
+                               std::span<const PointObservation> observations) {
   constexpr int kRounds = 4;
   FocalReport report;
   State state{camera, initial_cam_from_world};
@@ -123,7 +131,8 @@ FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_f
   report.camera = state.camera;
   report.cam_from_world = state.pose;
   const Eigen::LDLT<Matrix7> factor(end.hessian);
-  report.success = report.inliers >= kMinInliers && factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
+  report.success = report.inliers >= kMinInliers && factor.info() == Eigen::Success &&
+                   factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
   if (!report.success) return report;
   const Matrix7 covariance = factor.solve(Matrix7::Identity());
   report.relative_sigma = std::sqrt(std::max(0.0, covariance(6, 6)));

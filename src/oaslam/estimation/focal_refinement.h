@@ -24,8 +24,10 @@ struct FocalReport {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-// Pose and focal length (of both axes, whose ratio stays) of a camera without distortion from points: as RefinePose, with one unknown
-// more. From a focal length within some 15 % of the true one.
-FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_from_world, std::span<const PointObservation> observations);
+// Pose and focal length (of both axes, whose ratio stays) of a camera without distortion from
+// points: as RefinePose, with one unknown more. From a focal length within some 15 % of the true
+// one.
+FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_from_world,
+                               std::span<const PointObservation> observations);
 
 }  // namespace oaslam

@@ -12,11 +12,14 @@ namespace {
 
 const Camera kCamera{.width = 640, .height = 480, .fx = 540, .fy = 540, .cx = 319.5, .cy = 239.5};
 
-std::vector<PointObservation> Observations(const Rigid3& pose, int count, int wrong, double depth, Rng& rng) {
+std::vector<PointObservation> Observations(const Rigid3& pose, int count, int wrong, double depth,
+                                           Rng& rng) {
   std::vector<PointObservation> observations;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d in_cam(rng.Uniform(-1, 1), rng.Uniform(-0.8, 0.8), rng.Uniform(2, 2 + depth));
-    Eigen::Vector2d px = ProjectIdeal(kCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(0.5), rng.Gaussian(0.5));
+    const Eigen::Vector3d in_cam(rng.Uniform(-1, 1), rng.Uniform(-0.8, 0.8),
+                                 rng.Uniform(2, 2 + depth));
+    Eigen::Vector2d px =
+        ProjectIdeal(kCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(0.5), rng.Gaussian(0.5));
     if (i < wrong) px = {rng.Uniform(0, 640), rng.Uniform(0, 480)};
     observations.push_back({pose.Inverse() * in_cam, px, 4});
   }
@@ -32,7 +35,9 @@ Camera Off(double factor) {
 
 TEST(FocalRefinement, FindsPoseAndFocalLengthAmongOutliers) {
   Rng rng(3);
-  const Rigid3 pose(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())), {0.3, -0.2, 0.5});
+  const Rigid3 pose(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
+      {0.3, -0.2, 0.5});
   const auto observations = Observations(pose, 150, 30, 2.5, rng);
   for (const double factor : {0.85, 1.0, 1.15}) {
     const FocalReport found = RefinePoseAndFocal(Off(factor), pose, observations);

@@ -9,9 +9,10 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMostOfIt = 0.7;      // share of an edge
-constexpr double kMargin = 0.1;        // of the box, beside 3 pixels: an outline ends where that of what hides it begins
-constexpr double kMarginPixels = 3;    // the detector's
+constexpr double kMostOfIt = 0.7;  // share of an edge
+constexpr double kMargin =
+    0.1;  // of the box, beside 3 pixels: an outline ends where that of what hides it begins
+constexpr double kMarginPixels = 3;  // the detector's
 
 // Parts of an edge from `begin` to `end`.
 class Cover {
@@ -40,7 +41,8 @@ class Cover {
 }  // namespace
 
 unsigned char HiddenEdges(const Box& box, std::span<const Box> nearer, double pixel) {
-  const double mx = kMarginPixels * pixel + kMargin * box.Width(), my = kMarginPixels * pixel + kMargin * box.Height();
+  const double mx = kMarginPixels * pixel + kMargin * box.Width(),
+               my = kMarginPixels * pixel + kMargin * box.Height();
   Cover left(box.y1, box.y2), right = left, top(box.x1, box.x2), bottom = top;
   for (const Box& by : nearer) {
     // It reaches beyond the edge: else it stands before the object, and hides no end of it.

@@ -23,11 +23,17 @@ TEST(HiddenEdges, AnEdgeBehindSomethingThatReachesBeyondIt) {
   EXPECT_EQ(HiddenBy({90, 20, 210, 120}), kTop);
 }
 
-TEST(HiddenEdges, ABoxThatEndsWhereTheNearerOneBegins) { EXPECT_EQ(HiddenBy({203, 90, 280, 190}), kRight); }
+TEST(HiddenEdges, ABoxThatEndsWhereTheNearerOneBegins) {
+  EXPECT_EQ(HiddenBy({203, 90, 280, 190}), kRight);
+}
 
-TEST(HiddenEdges, WhatCoversLessThanMostOfAnEdgeLeavesItVisible) { EXPECT_EQ(HiddenBy({180, 140, 260, 260}), 0); }
+TEST(HiddenEdges, WhatCoversLessThanMostOfAnEdgeLeavesItVisible) {
+  EXPECT_EQ(HiddenBy({180, 140, 260, 260}), 0);
+}
 
-TEST(HiddenEdges, WhatStandsWithinTheBoxHidesNoEndOfIt) { EXPECT_EQ(HiddenBy({190, 110, 205, 175}), 0); }
+TEST(HiddenEdges, WhatStandsWithinTheBoxHidesNoEndOfIt) {
+  EXPECT_EQ(HiddenBy({190, 110, 205, 175}), 0);
+}
 
 TEST(HiddenEdges, SeveralHideAnEdgeTogether) {
   const Box both[] = {{180, 80, 260, 140}, {185, 140, 250, 200}};

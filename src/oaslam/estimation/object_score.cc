@@ -30,18 +30,21 @@ double ObjectScore::operator()(const Box& detected, unsigned char truncated, con
   const double sigma = DetectorSigma(detected);
   const Eigen::Array4d s = (edge_variance.array() + sigma * sigma).sqrt();
   const Eigen::Array4d r = EdgeResidual(predicted, detected, truncated).array().abs();
-  return std::max(log_background_ - std::log(16 * s.prod()) - (r / s).min(kMaxDeviation).sum(), 0.0);
+  return std::max(log_background_ - std::log(16 * s.prod()) - (r / s).min(kMaxDeviation).sum(),
+                  0.0);
 }
 
-double ObjectScore::WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted,
-                                       double edge_variance) const {
+double ObjectScore::WithCommonVariance(const Box& detected, unsigned char truncated,
+                                       const Box& predicted, double edge_variance) const {
   const double sigma = DetectorSigma(detected), variance = sigma * sigma + edge_variance;
   const Eigen::Array4d r = EdgeResidual(predicted, detected, truncated).array().abs();
-  return std::max(
-      log_background_ - std::log(16 * variance * variance) - (r / std::sqrt(variance)).min(kMaxDeviation).sum(), 0.0);
+  return std::max(log_background_ - std::log(16 * variance * variance) -
+                      (r / std::sqrt(variance)).min(kMaxDeviation).sum(),
+                  0.0);
 }
 
-Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera, const ShapeCovariance& covariance) {
+Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera,
+                             const ShapeCovariance& covariance) {
   const Eigen::Matrix<double, 4, 7> jacobian = DifferentiateByShape(view, camera).leftCols<7>();
   const Eigen::Vector4d variance = (jacobian * covariance).cwiseProduct(jacobian).rowwise().sum();
   const double max_sigma_px = kMaxEdgeSigma * DetectorPixel(camera);

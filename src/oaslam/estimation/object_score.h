@@ -10,12 +10,13 @@
 
 namespace oaslam {
 
-// How much more likely a detected box is as the sight of a given object than as one of something else: the logarithm
-//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u + 0.06 size)^2 +
-//   model variance_e
-// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md, section 3b), at
-// least 0. u, the detector's pixel (DetectorPixel), makes it independent
-// of the image's resolution.
+// How much more likely a detected box is as the sight of a given object than as one of something
+// else: the logarithm
+//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u +
+//   0.06 size)^2 + model variance_e
+// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md,
+// section 3b), at least 0. u, the detector's pixel (DetectorPixel), makes it independent of the
+// image's resolution.
 class ObjectScore {
  public:
   explicit ObjectScore(const Camera& camera);
@@ -39,6 +40,7 @@ class ObjectScore {
 };
 
 // Variance of the predicted edges that comes from the uncertainty of the object's model, px^2.
-Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera, const ShapeCovariance& covariance);
+Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera,
+                             const ShapeCovariance& covariance);
 
 }  // namespace oaslam

@@ -39,8 +39,8 @@ Plane LeastSquares(std::span<const Eigen::Vector3d> points, const std::vector<in
 
 }  // namespace
 
-std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& viewpoint,
-                                 double tolerance, Rng& rng) {
+std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points,
+                                 const Eigen::Vector3d& viewpoint, double tolerance, Rng& rng) {
   constexpr int kIterations = 300;
   constexpr int kMinInliers = 3;
   constexpr double kMinSpread = 1e-3;  // sine of the angle between the sides of a triple
@@ -48,7 +48,8 @@ std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points, const 
   const int n = static_cast<int>(points.size());
   PlaneFit best;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const Eigen::Vector3d &a = points[rng.Index(n)], &b = points[rng.Index(n)], &c = points[rng.Index(n)];
+    const Eigen::Vector3d &a = points[rng.Index(n)], &b = points[rng.Index(n)],
+                          &c = points[rng.Index(n)];
     const Eigen::Vector3d normal = (b - a).cross(c - a);
     if (!(normal.norm() > kMinSpread * (b - a).norm() * (c - a).norm())) continue;
     const Plane plane(normal.normalized(), a);
@@ -59,7 +60,8 @@ std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points, const 
   if (best.inliers.size() < kMinInliers) return std::nullopt;
   const Plane refined = LeastSquares(points, best.inliers);
   std::vector<int> inliers = InliersOf(refined, points, viewpoint, tolerance);
-  if (inliers.size() >= best.inliers.size() && !IsGrazing(refined, viewpoint, points[inliers.front()]))
+  if (inliers.size() >= best.inliers.size() &&
+      !IsGrazing(refined, viewpoint, points[inliers.front()]))
     best = {refined, std::move(inliers)};
   best.plane = Towards(viewpoint, best.plane);
   return best;

@@ -23,7 +23,8 @@ std::vector<Eigen::Vector3d> OnTilted(int count, double noise, Rng& rng) {
 TEST(PlaneFit, FindsThePlaneAmongOthers) {
   Rng rng(1);
   std::vector<Eigen::Vector3d> points = OnTilted(40, 0.005, rng);
-  for (int i = 0; i < 30; ++i) points.emplace_back(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(2, 8));
+  for (int i = 0; i < 30; ++i)
+    points.emplace_back(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(2, 8));
   const auto fit = FitPlane(points, kViewpoint, kTolerance, rng);
   ASSERT_TRUE(fit);
   const Eigen::Vector3d truth = Eigen::Vector3d(0.5, 0, -1).normalized();  // towards the viewpoint
@@ -36,7 +37,8 @@ TEST(PlaneFit, IsTheSameForTheSameSeed) {
   Rng noise(3);
   const std::vector<Eigen::Vector3d> points = OnTilted(30, 0.02, noise);
   Rng a(5), b(5);
-  const auto first = FitPlane(points, kViewpoint, kTolerance, a), second = FitPlane(points, kViewpoint, kTolerance, b);
+  const auto first = FitPlane(points, kViewpoint, kTolerance, a),
+             second = FitPlane(points, kViewpoint, kTolerance, b);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->plane.coeffs(), second->plane.coeffs());
   EXPECT_THAT(first->inliers, ElementsAreArray(second->inliers));

@@ -22,12 +22,14 @@ struct NormalEquations {
 Rigid3 Moved(const Rigid3& pose, const Vector6d& step) {
   const Eigen::Vector3d w = step.tail<3>();
   const double angle = w.norm();
-  const Eigen::Quaterniond rotation =
-      angle < 1e-12 ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+  const Eigen::Quaterniond rotation = angle < 1e-12
+                                          ? Eigen::Quaterniond::Identity()
+                                          : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
   return Rigid3(rotation, step.head<3>()) * pose;
 }
 
-void AddLandmarks(const Camera& camera, const Rigid3& pose, std::span<const PointObservation> landmarks, const std::vector<uint8_t>& use,
+void AddLandmarks(const Camera& camera, const Rigid3& pose,
+                  std::span<const PointObservation> landmarks, const std::vector<uint8_t>& use,
                   NormalEquations& n) {
   const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
   const double threshold = std::sqrt(kChi2TwoDof);
@@ -40,12 +42,14 @@ void AddLandmarks(const Camera& camera, const Rigid3& pose, std::span<const Poin
       continue;
     }
     const double x = p.x() / p.z(), y = p.y() / p.z();
-    const Eigen::Vector2d e(camera.fx * x + camera.cx - o.px.x(), camera.fy * y + camera.cy - o.px.y());
+    const Eigen::Vector2d e(camera.fx * x + camera.cx - o.px.x(),
+                            camera.fy * y + camera.cy - o.px.y());
     const double chi = std::sqrt(e.squaredNorm() * o.inverse_variance);
     const double weight = o.inverse_variance * (chi > threshold ? threshold / chi : 1);
     n.cost += chi > threshold ? 2 * threshold * chi - kChi2TwoDof : chi * chi;
     Eigen::Matrix<double, 2, 6> j;
-    j << 1 / p.z(), 0, -x / p.z(), -x * y, 1 + x * x, -y, 0, 1 / p.z(), -y / p.z(), -1 - y * y, x * y, x;
+    j << 1 / p.z(), 0, -x / p.z(), -x * y, 1 + x * x, -y, 0, 1 / p.z(), -y / p.z(), -1 - y * y,
+        x * y, x;
     j.row(0) *= camera.fx;
     j.row(1) *= camera.fy;
     n.hessian.noalias() += weight * j.transpose() * j;
@@ -53,11 +57,14 @@ void AddLandmarks(const Camera& camera, const Rigid3& pose, std::span<const Poin
   }
 }
 
-void AddMatches(const Camera& camera, const Rigid3& relative, std::span<const EpipolarMatch> matches, NormalEquations& n) {
+void AddMatches(const Camera& camera, const Rigid3& relative,
+                std::span<const EpipolarMatch> matches, NormalEquations& n) {
   constexpr double kKernel2 = 4;  // full weight well within two sigma
   if (relative.translation.norm() < 1e-9) return;
-  const Eigen::Matrix3d r = relative.rotation.toRotationMatrix(), t_hat = Skew(relative.translation), e = t_hat * r;
-  std::array<Eigen::Matrix3d, 6> derivative;  // of E: a motion (v, w) takes t to t + v + w x t, and R to exp(w) R
+  const Eigen::Matrix3d r = relative.rotation.toRotationMatrix(),
+                        t_hat = Skew(relative.translation), e = t_hat * r;
+  std::array<Eigen::Matrix3d, 6>
+      derivative;  // of E: a motion (v, w) takes t to t + v + w x t, and R to exp(w) R
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d unit = Eigen::Vector3d::Unit(k);
     derivative[k] = Skew(unit) * r;
@@ -72,9 +79,12 @@ void AddMatches(const Camera& camera, const Rigid3& relative, std::span<const Ep
     const double residual = m.ray.dot(ex) * inverse_sigma;
     Vector6d j;
     for (int k = 0; k < 6; ++k) {
-      const Eigen::Vector3d dx = derivative[k] * m.ray_before, dy = derivative[k].transpose() * m.ray;
-      const double half_dvariance = w2 * (ex.head<2>().dot(dx.head<2>()) + ey.head<2>().dot(dy.head<2>()));
-      j(k) = inverse_sigma * m.ray.dot(dx) - residual * inverse_norm * inverse_norm * half_dvariance;
+      const Eigen::Vector3d dx = derivative[k] * m.ray_before,
+                            dy = derivative[k].transpose() * m.ray;
+      const double half_dvariance =
+          w2 * (ex.head<2>().dot(dx.head<2>()) + ey.head<2>().dot(dy.head<2>()));
+      j(k) =
+          inverse_sigma * m.ray.dot(dx) - residual * inverse_norm * inverse_norm * half_dvariance;
     }
     const double weight = 1 / (1 + residual * residual / kKernel2);
     n.cost += kKernel2 * std::log1p(residual * residual / kKernel2);
@@ -85,8 +95,10 @@ void AddMatches(const Camera& camera, const Rigid3& relative, std::span<const Ep
 
 }  // namespace
 
-PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial, std::span<const PointObservation> landmarks,
-                               const Rigid3& before_from_world, std::span<const EpipolarMatch> matches) {
+PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial,
+                               std::span<const PointObservation> landmarks,
+                               const Rigid3& before_from_world,
+                               std::span<const EpipolarMatch> matches) {
   constexpr int kRounds = 3, kIterations = 8, kMinInliers = 6;
   const Rigid3 world_from_before = before_from_world.Inverse();
   PoseReport report;
@@ -125,14 +137,16 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial, std:
     for (size_t i = 0; i < landmarks.size(); ++i) {
       const PointObservation& o = landmarks[i];
       const Eigen::Vector3d p = report.cam_from_world * o.point;
-      const Eigen::Vector2d px(camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy);
+      const Eigen::Vector2d px(camera.fx * p.x() / p.z() + camera.cx,
+                               camera.fy * p.y() / p.z() + camera.cy);
       report.inlier[i] = p.z() > 0 && (px - o.px).squaredNorm() * o.inverse_variance <= kChi2TwoDof;
       report.inliers += report.inlier[i];
     }
     if (report.inliers < kMinInliers) return report;
   }
   const Eigen::LDLT<Matrix6d> factor(here.hessian);
-  report.success = factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
+  report.success = factor.info() == Eigen::Success &&
+                   factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
   if (report.success) report.covariance = factor.solve(Matrix6d::Identity());
   return report;
 }

@@ -15,10 +15,13 @@ struct EpipolarMatch {
   double sigma_px = 1;
 };
 
-// Refines a pose on landmarks, as RefinePose does, and on matches with an earlier image whose pose is known: the squared Sampson
-// distance of each to the epipolar geometry of the two poses (Hartley & Zisserman, 11.9) counts beside the reprojection errors, with
-// Cauchy's kernel. Where the landmarks in view are few, or all in one corner, the matches hold the rotation.
-PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial_cam_from_world, std::span<const PointObservation> landmarks,
-                               const Rigid3& before_from_world, std::span<const EpipolarMatch> matches);
+// Refines a pose on landmarks, as RefinePose does, and on matches with an earlier image whose pose
+// is known: the squared Sampson distance of each to the epipolar geometry of the two poses (Hartley
+// & Zisserman, 11.9) counts beside the reprojection errors, with Cauchy's kernel. Where the
+// landmarks in view are few, or all in one corner, the matches hold the rotation.
+PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial_cam_from_world,
+                               std::span<const PointObservation> landmarks,
+                               const Rigid3& before_from_world,
+                               std::span<const EpipolarMatch> matches);
 
 }  // namespace oaslam

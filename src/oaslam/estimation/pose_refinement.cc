@@ -10,7 +10,8 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kMinDepth = 1e-6;  // in units of the world, which are arbitrary: only guards the division
+constexpr double kMinDepth =
+    1e-6;  // in units of the world, which are arbitrary: only guards the division
 constexpr int kMinInliers = 6;
 
 struct NormalEquations {
@@ -19,8 +20,10 @@ struct NormalEquations {
   double cost = 0;  // sum of kernel(chi^2)
 };
 
-// Linearises at a pose. The update acts from the left, x_in_cam <- exp(v, w) x_in_cam, whose derivative is [I | -[x]x] (Barfoot 2017, 7.3).
-NormalEquations Linearize(const Camera& camera, const Rigid3& pose, std::span<const PointObservation> observations,
+// Linearises at a pose. The update acts from the left, x_in_cam <- exp(v, w) x_in_cam, whose
+// derivative is [I | -[x]x] (Barfoot 2017, 7.3).
+NormalEquations Linearize(const Camera& camera, const Rigid3& pose,
+                          std::span<const PointObservation> observations,
                           const std::vector<uint8_t>& use, bool robust) {
   const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
   NormalEquations n;
@@ -30,11 +33,13 @@ NormalEquations Linearize(const Camera& camera, const Rigid3& pose, std::span<co
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = r * o.point + pose.translation;
     if (p.z() < kMinDepth) {
-      n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;  // a step that hides points behind the camera must not pay
+      n.cost += robust ? kChi2TwoDof * 4
+                       : kChi2TwoDof;  // a step that hides points behind the camera must not pay
       continue;
     }
     const double inverse_z = 1 / p.z(), x = p.x() * inverse_z, y = p.y() * inverse_z;
-    const double ex = camera.fx * x + camera.cx - o.px.x(), ey = camera.fy * y + camera.cy - o.px.y();
+    const double ex = camera.fx * x + camera.cx - o.px.x(),
+                 ey = camera.fy * y + camera.cy - o.px.y();
     const double chi2 = (ex * ex + ey * ey) * o.inverse_variance;
     double weight = o.inverse_variance;
     if (robust && chi2 > kChi2TwoDof) {  // Huber with threshold sqrt(5.991)
@@ -47,7 +52,8 @@ NormalEquations Linearize(const Camera& camera, const Rigid3& pose, std::span<co
     a << inverse_z, 0, -x * inverse_z, -x * y, 1 + x * x, -y;
     b << 0, inverse_z, -y * inverse_z, -1 - y * y, x * y, x;
     const double wx = weight * camera.fx, wy = weight * camera.fy;
-    n.hessian.noalias() += (wx * camera.fx * a) * a.transpose() + (wy * camera.fy * b) * b.transpose();
+    n.hessian.noalias() +=
+        (wx * camera.fx * a) * a.transpose() + (wy * camera.fy * b) * b.transpose();
     n.gradient.noalias() += (wx * ex) * a + (wy * ey) * b;
   }
   return n;
@@ -56,8 +62,9 @@ NormalEquations Linearize(const Camera& camera, const Rigid3& pose, std::span<co
 Rigid3 Moved(const Rigid3& pose, const Vector6d& step) {
   const Eigen::Vector3d w = step.tail<3>();
   const double angle = w.norm();
-  const Eigen::Quaterniond rotation =
-      angle < 1e-12 ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+  const Eigen::Quaterniond rotation = angle < 1e-12
+                                          ? Eigen::Quaterniond::Identity()
+                                          : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
   return Rigid3(rotation, step.head<3>()) * pose;
 }
 
@@ -67,8 +74,9 @@ struct Minimum {
 };
 
 // Levenberg-Marquardt.
-Minimum Minimize(const Camera& camera, std::span<const PointObservation> observations, const std::vector<uint8_t>& use,
-                 bool robust, int iterations, const Rigid3& start) {
+Minimum Minimize(const Camera& camera, std::span<const PointObservation> observations,
+                 const std::vector<uint8_t>& use, bool robust, int iterations,
+                 const Rigid3& start) {
   Rigid3 pose = start;
   NormalEquations here = Linearize(camera, pose, observations, use, robust);
   double damping = 1e-6;
@@ -104,9 +112,10 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
   report.inlier.assign(observations.size(), 1);
   report.inliers = static_cast<int>(observations.size());
   for (int round = 0; round < kRounds && report.inliers >= kMinInliers; ++round) {
-    // The first round sees all observations, so that the kernel and not the initial pose judges them.
-    const Minimum end =
-        Minimize(camera, observations, report.inlier, round < kRounds - 1, kIterations, report.cam_from_world);
+    // The first round sees all observations, so that the kernel and not the initial pose judges
+    // them.
+    const Minimum end = Minimize(camera, observations, report.inlier, round < kRounds - 1,
+                                 kIterations, report.cam_from_world);
     report.cam_from_world = end.pose;
     const Eigen::Matrix3d r = report.cam_from_world.rotation.toRotationMatrix();
     int changed = 0;

@@ -11,14 +11,16 @@ namespace {
 const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 515, .cx = 318, .cy = 242};
 
 Rigid3 TruePose() {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -1).normalized())), {0.3, -0.2, 0.5}};
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -1).normalized())),
+          {0.3, -0.2, 0.5}};
 }
 
 std::vector<PointObservation> Observe(int count, double noise_px, double outlier_share, Rng& rng) {
   const Rigid3 world_from_cam = TruePose().Inverse();
   std::vector<PointObservation> observations;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d in_cam = RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)}) * rng.Uniform(1, 6);
+    const Eigen::Vector3d in_cam =
+        RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)}) * rng.Uniform(1, 6);
     const double scale = std::pow(1.2, rng.Index(4));
     Eigen::Vector2d px = ProjectIdeal(kCamera, in_cam);
     px += noise_px * scale * Eigen::Vector2d(rng.Gaussian(1), rng.Gaussian(1));
@@ -29,11 +31,15 @@ std::vector<PointObservation> Observe(int count, double noise_px, double outlier
 }
 
 Rigid3 Disturbed(double translation, double angle_rad) {
-  return Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(1, -1, 1).normalized())),
-                Eigen::Vector3d(1, 1, -1).normalized() * translation) * TruePose();
+  return Rigid3(Eigen::Quaterniond(
+                    Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(1, -1, 1).normalized())),
+                Eigen::Vector3d(1, 1, -1).normalized() * translation) *
+         TruePose();
 }
 
-double AngleBetween(const Rigid3& a, const Rigid3& b) { return a.rotation.angularDistance(b.rotation); }
+double AngleBetween(const Rigid3& a, const Rigid3& b) {
+  return a.rotation.angularDistance(b.rotation);
+}
 
 TEST(PoseRefinement, ExactObservationsGiveTheExactPose) {
   Rng rng(1);
@@ -77,7 +83,8 @@ TEST(PoseRefinement, FailsWithoutEvidence) {
   EXPECT_FALSE(RefinePose(kCamera, TruePose(), {}).success);
   EXPECT_LT(RefinePose(kCamera, Disturbed(0.1, 0.05), Observe(100, 0, 1, rng)).inliers, 15);
   auto behind = Observe(50, 0, 0, rng);
-  const Rigid3 turned = Rigid3(Eigen::Quaterniond(0, 0, 1, 0), Eigen::Vector3d::Zero()) * TruePose();
+  const Rigid3 turned =
+      Rigid3(Eigen::Quaterniond(0, 0, 1, 0), Eigen::Vector3d::Zero()) * TruePose();
   EXPECT_FALSE(RefinePose(kCamera, turned, behind).success);
 }
 

@@ -16,11 +16,15 @@ constexpr double kMaxSigmas = 3;
 constexpr double kMaxAngle = 6 * std::numbers::pi / 180;
 constexpr double kRotationSigma = 1.5 * std::numbers::pi / 180;
 
-Eigen::Quaterniond RotationOf(const PosePair& pair) { return pair.cam_from_b.rotation.conjugate() * pair.cam_from_a.rotation; }
+Eigen::Quaterniond RotationOf(const PosePair& pair) {
+  return pair.cam_from_b.rotation.conjugate() * pair.cam_from_a.rotation;
+}
 
 bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
-  const double distance = (b_from_a * pair.cam_from_a.OriginInSource() - pair.cam_from_b.OriginInSource()).norm();
-  return distance < kMaxSigmas * pair.sigma && b_from_a.rotation.angularDistance(RotationOf(pair)) < kMaxAngle;
+  const double distance =
+      (b_from_a * pair.cam_from_a.OriginInSource() - pair.cam_from_b.OriginInSource()).norm();
+  return distance < kMaxSigmas * pair.sigma &&
+         b_from_a.rotation.angularDistance(RotationOf(pair)) < kMaxAngle;
 }
 
 std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
@@ -30,8 +34,10 @@ std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second)
   if (a.norm() <= 0 || b.norm() < 2 * (first.sigma + second.sigma)) return std::nullopt;
   const Eigen::Quaterniond rotation = RotationOf(first).slerp(0.5, RotationOf(second));
   const double scale = b.norm() / a.norm();
-  const Eigen::Vector3d middle_a = (first.cam_from_a.OriginInSource() + second.cam_from_a.OriginInSource()) / 2;
-  const Eigen::Vector3d middle_b = (first.cam_from_b.OriginInSource() + second.cam_from_b.OriginInSource()) / 2;
+  const Eigen::Vector3d middle_a =
+      (first.cam_from_a.OriginInSource() + second.cam_from_a.OriginInSource()) / 2;
+  const Eigen::Vector3d middle_b =
+      (first.cam_from_b.OriginInSource() + second.cam_from_b.OriginInSource()) / 2;
   return Similarity(scale, rotation, middle_b - scale * (rotation * middle_a));
 }
 
@@ -44,7 +50,8 @@ Similarity BestOfTwo(std::span<const PosePair> pairs) {
     for (size_t j = i + stride; j < pairs.size(); j += stride) {
       const auto candidate = FromTwo(pairs[i], pairs[j]);
       if (!candidate) continue;
-      const auto inliers = static_cast<int>(std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, *candidate); }));
+      const auto inliers = static_cast<int>(
+          std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, *candidate); }));
       if (inliers > most) {
         most = inliers;
         best = *candidate;
@@ -54,7 +61,8 @@ Similarity BestOfTwo(std::span<const PosePair> pairs) {
   return best;
 }
 
-using Vector7 = Eigen::Matrix<double, 7, 1>;  // translation, rotation, log scale, applied after the similarity
+using Vector7 =
+    Eigen::Matrix<double, 7, 1>;  // translation, rotation, log scale, applied after the similarity
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 struct Step {
@@ -62,8 +70,10 @@ struct Step {
   Matrix7 covariance;
 };
 
-// A step of Gauss-Newton on positions and rotations, Cauchy's weights; about the middle of the cameras, where scale and place do not mix.
-std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity& b_from_a, const Eigen::Vector3d& middle) {
+// A step of Gauss-Newton on positions and rotations, Cauchy's weights; about the middle of the
+// cameras, where scale and place do not mix.
+std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity& b_from_a,
+                              const Eigen::Vector3d& middle) {
   Matrix7 information = Matrix7::Zero();
   Vector7 gradient = Vector7::Zero();
   for (const PosePair& pair : pairs) {
@@ -92,7 +102,9 @@ std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity&
 Similarity Apply(const Vector7& change, const Eigen::Vector3d& middle, const Similarity& b_from_a) {
   const Eigen::Vector3d w = change.segment<3>(3);
   const double angle = w.norm(), scale = std::exp(change[6]);
-  const Eigen::Quaterniond turn = angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle)) : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond turn = angle > 0
+                                      ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle))
+                                      : Eigen::Quaterniond::Identity();
   return Similarity(scale, turn, middle - scale * (turn * middle) + change.head<3>()) * b_from_a;
 }
 
@@ -105,7 +117,8 @@ SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
   fit.b_from_a = BestOfTwo(pairs);
   for (int i = 0; i < kIterations; ++i) {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const PosePair& pair : pairs) middle += fit.b_from_a * pair.cam_from_a.OriginInSource() / static_cast<double>(pairs.size());
+    for (const PosePair& pair : pairs)
+      middle += fit.b_from_a * pair.cam_from_a.OriginInSource() / static_cast<double>(pairs.size());
     const auto step = SolveStep(pairs, fit.b_from_a, middle);
     if (!step) return fit;
     fit.b_from_a = Apply(step->change, middle, fit.b_from_a);
@@ -115,7 +128,8 @@ SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
   for (const PosePair& pair : pairs) fit.is_inlier.push_back(IsInlier(pair, fit.b_from_a));
   fit.inliers = static_cast<int>(std::ranges::count(fit.is_inlier, true));
   // Where the cameras of b coincide, one of scale 0 takes those of a there.
-  const bool has_scale = fit.b_from_a.scale > 0 && fit.relative_sigma > 0 && std::isfinite(fit.relative_sigma);
+  const bool has_scale =
+      fit.b_from_a.scale > 0 && fit.relative_sigma > 0 && std::isfinite(fit.relative_sigma);
   fit.success = has_scale && 2 * fit.inliers > static_cast<int>(pairs.size());
   return fit;
 }

@@ -21,8 +21,8 @@ struct SimilarityFit {
   double relative_sigma = 0;  // of the scale
 };
 
-// The similarity that takes map a to map b where most of these cameras coincide; the others may be wrong. Cameras that hardly moved do not
-// determine the scale: see `relative_sigma`.
+// The similarity that takes map a to map b where most of these cameras coincide; the others may be
+// wrong. Cameras that hardly moved do not determine the scale: see `relative_sigma`.
 SimilarityFit FitSimilarity(std::span<const PosePair> pairs);
 
 }  // namespace oaslam

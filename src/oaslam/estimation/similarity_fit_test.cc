@@ -9,9 +9,15 @@
 namespace oaslam {
 namespace {
 
-Similarity Truth() { return {2.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -1).normalized())), {3, -1, 0.5}}; }
+Similarity Truth() {
+  return {2.5,
+          Eigen::Quaterniond(Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -1).normalized())),
+          {3, -1, 0.5}};
+}
 
-Eigen::Vector3d Noise(double sigma, Rng& rng) { return {rng.Gaussian(sigma), rng.Gaussian(sigma), rng.Gaussian(sigma)}; }
+Eigen::Vector3d Noise(double sigma, Rng& rng) {
+  return {rng.Gaussian(sigma), rng.Gaussian(sigma), rng.Gaussian(sigma)};
+}
 
 // Cameras on a path of a metre, in a; those of b are disturbed.
 std::vector<PosePair> Pairs(int count, double sigma, double wrong, Rng& rng) {
@@ -19,10 +25,14 @@ std::vector<PosePair> Pairs(int count, double sigma, double wrong, Rng& rng) {
   for (int i = 0; i < count; ++i) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.5 * i / count, Eigen::Vector3d::UnitY()));
     const Rigid3 a_from_cam(turn, Eigen::Vector3d(1.0 * i / count, 0.2 * std::sin(0.3 * i), 0.1));
-    Rigid3 b_from_cam(Truth().rotation * turn, Truth() * a_from_cam.translation + Noise(sigma, rng));
+    Rigid3 b_from_cam(Truth().rotation * turn,
+                      Truth() * a_from_cam.translation + Noise(sigma, rng));
     const Eigen::Vector3d w = Noise(0.01, rng);
-    b_from_cam.rotation = b_from_cam.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(w.norm(), w.normalized()));
-    if (rng.Uniform(0, 1) < wrong) b_from_cam = Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(2, Eigen::Vector3d::UnitX())), Noise(2, rng));
+    b_from_cam.rotation =
+        b_from_cam.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(w.norm(), w.normalized()));
+    if (rng.Uniform(0, 1) < wrong)
+      b_from_cam =
+          Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(2, Eigen::Vector3d::UnitX())), Noise(2, rng));
     pairs.push_back({a_from_cam.Inverse(), b_from_cam.Inverse(), sigma});
   }
   return pairs;
@@ -34,7 +44,9 @@ TEST(SimilarityFit, IsRightAmongWrongPoses) {
   ASSERT_TRUE(fit.success);
   EXPECT_NEAR(fit.b_from_a.scale, Truth().scale, 0.03);
   EXPECT_LT(fit.b_from_a.rotation.angularDistance(Truth().rotation), 0.01);
-  EXPECT_LT((fit.b_from_a * Eigen::Vector3d(0.5, 0, 0.1) - Truth() * Eigen::Vector3d(0.5, 0, 0.1)).norm(), 0.02);
+  EXPECT_LT(
+      (fit.b_from_a * Eigen::Vector3d(0.5, 0, 0.1) - Truth() * Eigen::Vector3d(0.5, 0, 0.1)).norm(),
+      0.02);
   EXPECT_LT(fit.relative_sigma, 0.02);
   EXPECT_NEAR(fit.inliers, 42, 8);
 }
@@ -53,7 +65,8 @@ TEST(SimilarityFit, KnowsThatAStillCameraSaysNothingAboutScale) {
 TEST(SimilarityFit, RefusesToShrinkAWayToAPoint) {
   Rng rng(6);
   std::vector<PosePair> pairs = Pairs(12, 0.03, 0, rng);
-  for (PosePair& pair : pairs) pair.cam_from_b.translation = -(pair.cam_from_b.rotation * Eigen::Vector3d(1, 2, 3));
+  for (PosePair& pair : pairs)
+    pair.cam_from_b.translation = -(pair.cam_from_b.rotation * Eigen::Vector3d(1, 2, 3));
   const SimilarityFit fit = FitSimilarity(pairs);
   EXPECT_TRUE(!fit.success || fit.relative_sigma > 0.1);
 }

@@ -12,14 +12,18 @@ struct TriangulatedPoint {
   double cos_parallax = 1;                          // of the angle between the two rays
 };
 
-// The point on two rays (any length) by the inverse-depth weighted midpoint (Lee & Civera 2019, "Triangulation: why optimize?"), which is
-// close to the optimum at low parallax too. In the first camera's frame. Nothing for parallel rays, or where a depth along a ray would
-// have to be negative.
-std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& second_from_first, const Eigen::Vector3d& ray_first,
+// The point on two rays (any length) by the inverse-depth weighted midpoint (Lee & Civera 2019,
+// "Triangulation: why optimize?"), which is close to the optimum at low parallax too. In the first
+// camera's frame. Nothing for parallel rays, or where a depth along a ray would have to be
+// negative.
+std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& second_from_first,
+                                                 const Eigen::Vector3d& ray_first,
                                                  const Eigen::Vector3d& ray_second);
 
 // The same in the world.
-std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& first_from_world, const Rigid3& second_from_world,
-                                                 const Eigen::Vector3d& ray_first, const Eigen::Vector3d& ray_second);
+std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& first_from_world,
+                                                 const Rigid3& second_from_world,
+                                                 const Eigen::Vector3d& ray_first,
+                                                 const Eigen::Vector3d& ray_second);
 
 }  // namespace oaslam

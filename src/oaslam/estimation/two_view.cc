@@ -17,16 +17,18 @@ namespace oaslam {
 namespace {
 
 constexpr double kMinPointParallaxDeg = 0.3;  // less says nothing about depth
-constexpr double kPlanarShare = 0.45;         // of S_H in S_H + S_E: a homography explains as much (Mur-Artal et al. 2015, IV)
-constexpr double kMaxBehindShare = 0.15;      // of the inliers: more, and the motion is wrong
+constexpr double kPlanarShare =
+    0.45;  // of S_H in S_H + S_E: a homography explains as much (Mur-Artal et al. 2015, IV)
+constexpr double kMaxBehindShare = 0.15;  // of the inliers: more, and the motion is wrong
 
 // What a motion makes of the matches.
 struct Structure {
   std::vector<std::optional<Eigen::Vector3d>> points;  // in the first camera
   std::vector<double> parallax_deg;                    // of the points
-  int inliers = 0;  // of the epipolar geometry
-  int behind = 0;   // inliers that have parallax but no point in front of both cameras near both key points
-  double score = 0; // sum over the points of 5.991 - chi^2
+  int inliers = 0;                                     // of the epipolar geometry
+  int behind =
+      0;  // inliers that have parallax but no point in front of both cameras near both key points
+  double score = 0;  // sum over the points of 5.991 - chi^2
 };
 
 // `loose`: by how much the sigmas are taken larger.
@@ -40,22 +42,28 @@ Structure Explain(const RayMatches& m, const Rigid3& motion, double loose) {
     const double chi2 = SquaredSampson(m, essential, i) / variance;
     if (!(chi2 < 3.841)) continue;
     ++s.inliers;
-    const double cos_rays = (motion.rotation * m.first[i]).normalized().dot(m.second[i].normalized());
+    const double cos_rays =
+        (motion.rotation * m.first[i]).normalized().dot(m.second[i].normalized());
     if (cos_rays > min_cos) continue;
     const auto found = TriangulateRays(motion, m.first[i], m.second[i]);
     const bool sound = found && [&] {
       const Eigen::Vector3d& x = found->point;
       const Eigen::Vector3d y = motion * x;
       return x.z() > 0 && y.z() > 0 &&
-             (x.head<2>() / x.z() - m.first[i].head<2>()).squaredNorm() * std::pow(m.focal_first, 2) <= max_error2 &&
-             (y.head<2>() / y.z() - m.second[i].head<2>()).squaredNorm() * std::pow(m.focal_second, 2) <= max_error2;
+             (x.head<2>() / x.z() - m.first[i].head<2>()).squaredNorm() *
+                     std::pow(m.focal_first, 2) <=
+                 max_error2 &&
+             (y.head<2>() / y.z() - m.second[i].head<2>()).squaredNorm() *
+                     std::pow(m.focal_second, 2) <=
+                 max_error2;
     }();
     if (!sound) {
       ++s.behind;
       continue;
     }
     s.points[i] = found->point;
-    s.parallax_deg.push_back(std::acos(std::clamp(found->cos_parallax, -1.0, 1.0)) * 180 / std::numbers::pi);
+    s.parallax_deg.push_back(std::acos(std::clamp(found->cos_parallax, -1.0, 1.0)) * 180 /
+                             std::numbers::pi);
     s.score += kChi2TwoDof - chi2;
   }
   return s;
@@ -68,7 +76,8 @@ struct Candidate {
 
 bool SameMotion(const Rigid3& a, const Rigid3& b) {
   constexpr double kDegree = std::numbers::pi / 180;
-  return a.rotation.angularDistance(b.rotation) < kDegree && a.translation.dot(b.translation) > std::cos(5 * kDegree);
+  return a.rotation.angularDistance(b.rotation) < kDegree &&
+         a.translation.dot(b.translation) > std::cos(5 * kDegree);
 }
 
 // Refined candidates, best first, each motion once.
@@ -82,7 +91,8 @@ std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<
     const RefinedMotion refined = RefineMotion(matches, motions[i]);
     ranked.push_back({refined, Explain(matches, refined.second_from_first, 1)});
   }
-  std::ranges::stable_sort(ranked, std::ranges::greater{}, [](const Candidate& c) { return c.structure.score; });
+  std::ranges::stable_sort(ranked, std::ranges::greater{},
+                           [](const Candidate& c) { return c.structure.score; });
   std::vector<Candidate> distinct;
   for (Candidate& c : ranked)
     if (std::ranges::none_of(distinct, [&](const Candidate& d) {
@@ -101,21 +111,28 @@ double Reached(std::vector<double> values, int count) {
 }
 
 // Empty if the best candidate is to be believed.
-std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ranked, int matches, const TwoViewOptions& options) {
+std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ranked, int matches,
+                  const TwoViewOptions& options) {
   const Structure& best = ranked.front().structure;
   if (best.inliers < options.min_inlier_share * matches)
     return fmt::format("{} of {} matches agree with the motion", best.inliers, matches);
-  if (report.triangulated < options.min_points) return fmt::format("{} points triangulated", report.triangulated);
-  if (report.parallax_deg < options.min_parallax_deg) return fmt::format("parallax of {:.2f} degrees", report.parallax_deg);
-  if (best.behind > kMaxBehindShare * best.inliers) return fmt::format("{} of {} points behind a camera", best.behind, best.inliers);
+  if (report.triangulated < options.min_points)
+    return fmt::format("{} points triangulated", report.triangulated);
+  if (report.parallax_deg < options.min_parallax_deg)
+    return fmt::format("parallax of {:.2f} degrees", report.parallax_deg);
+  if (best.behind > kMaxBehindShare * best.inliers)
+    return fmt::format("{} of {} points behind a camera", best.behind, best.inliers);
   if (report.rival > options.max_rival)
-    return fmt::format("two motions explain the matches ({:.0f} % of the best)", 100 * report.rival);
+    return fmt::format("two motions explain the matches ({:.0f} % of the best)",
+                       100 * report.rival);
   if (report.direction_sigma_deg > options.max_direction_sigma_deg)
-    return fmt::format("direction of motion uncertain by {:.1f} degrees", report.direction_sigma_deg);
+    return fmt::format("direction of motion uncertain by {:.1f} degrees",
+                       report.direction_sigma_deg);
   return {};
 }
 
-RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second, std::span<const Eigen::Vector2d> px_first,
+RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second,
+                    std::span<const Eigen::Vector2d> px_first,
                     std::span<const Eigen::Vector2d> px_second, std::span<const double> sigma_px) {
   RayMatches m;
   m.sigma.assign(sigma_px.begin(), sigma_px.end());
@@ -131,8 +148,10 @@ RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second, std
 }  // namespace
 
 TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_second,
-                              std::span<const Eigen::Vector2d> px_first, std::span<const Eigen::Vector2d> px_second,
-                              std::span<const double> sigma_px, const TwoViewOptions& options, Rng& rng) {
+                              std::span<const Eigen::Vector2d> px_first,
+                              std::span<const Eigen::Vector2d> px_second,
+                              std::span<const double> sigma_px, const TwoViewOptions& options,
+                              Rng& rng) {
   OASLAM_CHECK(px_first.size() == px_second.size() && px_first.size() == sigma_px.size());
   TwoViewReport report;
   report.points.resize(px_first.size());
@@ -145,11 +164,13 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   const TwoViewModel essential = FitEssential(matches, options.essential_iterations, rng);
   report.planar = homography.score > kPlanarShare * (homography.score + essential.score);
 
-  // Both models speak: an essential matrix of eight points is arbitrary on a plane, a homography's motion is rough off it; after the
-  // refinement on all matches they are comparable, and the second of the plane's two motions shows up as a rival.
+  // Both models speak: an essential matrix of eight points is arbitrary on a plane, a homography's
+  // motion is rough off it; after the refinement on all matches they are comparable, and the second
+  // of the plane's two motions shows up as a rival.
   std::vector<Rigid3> motions;
   if (homography.score > 0) motions = MotionsOfHomography(homography.matrix, matches);
-  if (essential.score > 0) std::ranges::copy(MotionsOfEssential(essential.matrix), std::back_inserter(motions));
+  if (essential.score > 0)
+    std::ranges::copy(MotionsOfEssential(essential.matrix), std::back_inserter(motions));
   std::vector<Candidate> ranked = RankMotions(matches, motions);
   if (ranked.empty()) {
     report.why_not = "no motion has points in front of both cameras";
@@ -161,7 +182,9 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   report.inliers = best.structure.inliers;
   report.triangulated = static_cast<int>(best.structure.parallax_deg.size());
   report.parallax_deg = Reached(best.structure.parallax_deg, options.min_points);
-  report.rival = ranked.size() > 1 && best.structure.score > 0 ? ranked[1].structure.score / best.structure.score : 0;
+  report.rival = ranked.size() > 1 && best.structure.score > 0
+                     ? ranked[1].structure.score / best.structure.score
+                     : 0;
   report.why_not = Doubt(report, ranked, matches.size(), options);
   report.success = report.why_not.empty();
   report.points = best.structure.points;

@@ -54,14 +54,19 @@ Eigen::Matrix3d NearestEssential(const Eigen::Matrix3d& m) {
 
 double Credit(double chi2, double bound) { return chi2 < bound ? kChi2TwoDof - chi2 : 0; }
 
-double EssentialCredit(const RayMatches& m, const Eigen::Matrix3d& e, int i, double inverse_sigma2) {
+double EssentialCredit(const RayMatches& m, const Eigen::Matrix3d& e, int i,
+                       double inverse_sigma2) {
   const Eigen::Vector3d in_second = e * m.first[i], in_first = e.transpose() * m.second[i];
-  const double algebraic = m.second[i].dot(in_second), squared = algebraic * algebraic * inverse_sigma2;
-  return Credit(squared * m.focal_second * m.focal_second / in_second.head<2>().squaredNorm(), kChi2OneDof) +
-         Credit(squared * m.focal_first * m.focal_first / in_first.head<2>().squaredNorm(), kChi2OneDof);
+  const double algebraic = m.second[i].dot(in_second),
+               squared = algebraic * algebraic * inverse_sigma2;
+  return Credit(squared * m.focal_second * m.focal_second / in_second.head<2>().squaredNorm(),
+                kChi2OneDof) +
+         Credit(squared * m.focal_first * m.focal_first / in_first.head<2>().squaredNorm(),
+                kChi2OneDof);
 }
 
-double TransferCredit(const Eigen::Matrix3d& h, const Eigen::Vector3d& x, const Eigen::Vector3d& y, double weight) {
+double TransferCredit(const Eigen::Matrix3d& h, const Eigen::Vector3d& x, const Eigen::Vector3d& y,
+                      double weight) {
   const Eigen::Vector3d moved = h * x;
   return Credit((moved.head<2>() / moved.z() - y.head<2>()).squaredNorm() * weight, kChi2TwoDof);
 }
@@ -78,10 +83,11 @@ std::array<int, kCount> Sample(int n, Rng& rng) {
   return sample;
 }
 
-// RANSAC with a local optimisation of the winner on its inliers. credit(model, i): what match i adds to the score; rows(i): its equations.
+// RANSAC with a local optimisation of the winner on its inliers. credit(model, i): what match i
+// adds to the score; rows(i): its equations.
 template <int kSample, typename SampleRows, typename Repair, typename Score, typename Rows>
-TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleRows&& sample_rows, Repair&& repair,
-                    Score&& make_credit, Rows&& rows) {
+TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleRows&& sample_rows,
+                    Repair&& repair, Score&& make_credit, Rows&& rows) {
   const auto score = [&](const Eigen::Matrix3d& model) {
     const auto credit = make_credit(model);
     double sum = 0;
@@ -91,7 +97,8 @@ TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleR
   TwoViewModel best;
   if (matches.size() < kSample) return best;
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    const Eigen::Matrix3d model = repair(FromRowMajor(NullVector(sample_rows(Sample<kSample>(matches.size(), rng)))));
+    const Eigen::Matrix3d model =
+        repair(FromRowMajor(NullVector(sample_rows(Sample<kSample>(matches.size(), rng)))));
     if (const double s = score(model); s > best.score) best = {model, s};
   }
   for (int polish = 0; polish < 4 && best.score > 0; ++polish) {
@@ -113,8 +120,10 @@ TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng) 
   const auto make_credit = [&](const Eigen::Matrix3d& h) {
     const Eigen::Matrix3d inverse = h.inverse();
     return [&matches, h, inverse](int i) {
-      return TransferCredit(h, matches.first[i], matches.second[i], std::pow(matches.focal_second / matches.sigma[i], 2)) +
-             TransferCredit(inverse, matches.second[i], matches.first[i], std::pow(matches.focal_first / matches.sigma[i], 2));
+      return TransferCredit(h, matches.first[i], matches.second[i],
+                            std::pow(matches.focal_second / matches.sigma[i], 2)) +
+             TransferCredit(inverse, matches.second[i], matches.first[i],
+                            std::pow(matches.focal_first / matches.sigma[i], 2));
     };
   };
   const auto rows = [&](int i) { return HomographyRows(matches.first[i], matches.second[i]); };
@@ -123,12 +132,16 @@ TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng) 
     for (int k = 0; k < 4; ++k) all.middleRows<2>(2 * k) = rows(sample[k]);
     return all;
   };
-  return Ransac<4>(matches, iterations, rng, sample_rows, [](const Eigen::Matrix3d& h) { return h; }, make_credit, rows);
+  return Ransac<4>(
+      matches, iterations, rng, sample_rows, [](const Eigen::Matrix3d& h) { return h; },
+      make_credit, rows);
 }
 
 TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng) {
   const auto make_credit = [&](const Eigen::Matrix3d& e) {
-    return [&matches, e](int i) { return EssentialCredit(matches, e, i, 1 / (matches.sigma[i] * matches.sigma[i])); };
+    return [&matches, e](int i) {
+      return EssentialCredit(matches, e, i, 1 / (matches.sigma[i] * matches.sigma[i]));
+    };
   };
   const auto rows = [&](int i) { return EssentialRow(matches.first[i], matches.second[i]); };
   const auto sample_rows = [&](const std::array<int, 8>& sample) {
@@ -139,7 +152,8 @@ TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng) {
   return Ransac<8>(matches, iterations, rng, sample_rows, NearestEssential, make_credit, rows);
 }
 
-std::vector<Rigid3> MotionsOfEssential(const Eigen::Matrix3d& essential) {  // Hartley & Zisserman, result 9.19
+std::vector<Rigid3> MotionsOfEssential(
+    const Eigen::Matrix3d& essential) {  // Hartley & Zisserman, result 9.19
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d w;
   w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -155,19 +169,25 @@ std::vector<Rigid3> MotionsOfEssential(const Eigen::Matrix3d& essential) {  // H
 }
 
 // Ma, Soatto, Kosecka, Sastry, "An Invitation to 3-D Vision", algorithm 5.2.
-std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography, const RayMatches& matches) {
-  Eigen::Matrix3d h = homography / Eigen::JacobiSVD<Eigen::Matrix3d>(homography).singularValues()(1);
+std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography,
+                                        const RayMatches& matches) {
+  Eigen::Matrix3d h =
+      homography / Eigen::JacobiSVD<Eigen::Matrix3d>(homography).singularValues()(1);
   int positive = 0;
-  for (int i = 0; i < matches.size(); ++i) positive += matches.second[i].dot(h * matches.first[i]) > 0;
+  for (int i = 0; i < matches.size(); ++i)
+    positive += matches.second[i].dot(h * matches.first[i]) > 0;
   if (2 * positive < matches.size()) h = -h;
 
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(h.transpose() * h);  // ascending
   const double s1 = eigen.eigenvalues()(2), s3 = eigen.eigenvalues()(0);
   if (!(s1 - s3 > 1e-4)) return {};
-  const Eigen::Vector3d v1 = eigen.eigenvectors().col(2), v2 = eigen.eigenvectors().col(1), v3 = eigen.eigenvectors().col(0);
-  const double a = std::sqrt(std::max(0.0, 1 - s3) / (s1 - s3)), b = std::sqrt(std::max(0.0, s1 - 1) / (s1 - s3));
+  const Eigen::Vector3d v1 = eigen.eigenvectors().col(2), v2 = eigen.eigenvectors().col(1),
+                        v3 = eigen.eigenvectors().col(0);
+  const double a = std::sqrt(std::max(0.0, 1 - s3) / (s1 - s3)),
+               b = std::sqrt(std::max(0.0, s1 - 1) / (s1 - s3));
   std::vector<Rigid3> motions;
-  for (const Eigen::Vector3d& u : {Eigen::Vector3d(a * v1 + b * v3), Eigen::Vector3d(a * v1 - b * v3)}) {
+  for (const Eigen::Vector3d& u :
+       {Eigen::Vector3d(a * v1 + b * v3), Eigen::Vector3d(a * v1 - b * v3)}) {
     Eigen::Matrix3d before, after;
     before << v2, u, v2.cross(u);
     after << h * v2, h * u, (h * v2).cross(h * u);

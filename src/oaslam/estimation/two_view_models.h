@@ -16,8 +16,8 @@ struct RayMatches {
   int size() const { return static_cast<int>(first.size()); }
 };
 
-// A 3x3 model between the rays of two cameras, and its score: sum over both images of max(0, 5.991 - chi^2), zero beyond the model's
-// own bound (Mur-Artal et al. 2015, eq. 2).
+// A 3x3 model between the rays of two cameras, and its score: sum over both images of max(0, 5.991
+// - chi^2), zero beyond the model's own bound (Mur-Artal et al. 2015, eq. 2).
 struct TwoViewModel {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   double score = 0;
@@ -28,8 +28,10 @@ TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng);
 // x_second^T E x_first = 0.
 TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng);
 
-// The candidate motions second_from_first, translations of length 1. Of a homography none if it is a rotation.
+// The candidate motions second_from_first, translations of length 1. Of a homography none if it is
+// a rotation.
 std::vector<Rigid3> MotionsOfEssential(const Eigen::Matrix3d& essential);
-std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography, const RayMatches& matches);
+std::vector<Rigid3> MotionsOfHomography(const Eigen::Matrix3d& homography,
+                                        const RayMatches& matches);
 
 }  // namespace oaslam

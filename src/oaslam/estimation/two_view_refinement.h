@@ -5,14 +5,17 @@
 namespace oaslam {
 
 struct RefinedMotion {
-  Rigid3 second_from_first;        // translation of length 1
-  double direction_sigma_deg = 0;  // standard deviation of the direction of translation, in its worst direction
+  Rigid3 second_from_first;  // translation of length 1
+  double direction_sigma_deg =
+      0;  // standard deviation of the direction of translation, in its worst direction
 };
 
-// Minimises the robust (Cauchy) sum of squared Sampson distances, over their sigmas, of all matches over rotation and direction of translation.
+// Minimises the robust (Cauchy) sum of squared Sampson distances, over their sigmas, of all matches
+// over rotation and direction of translation.
 RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start);
 
-// Squared Sampson distance of a match to an essential matrix, px^2 (Hartley & Zisserman, 11.9, weighted by the focal lengths).
+// Squared Sampson distance of a match to an essential matrix, px^2 (Hartley & Zisserman, 11.9,
+// weighted by the focal lengths).
 double SquaredSampson(const RayMatches& matches, const Eigen::Matrix3d& essential, int i);
 
 // [t]x R.

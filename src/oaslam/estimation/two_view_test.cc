@@ -22,11 +22,13 @@ struct Scene {
 enum class Shape { kGeneral, kPlane, kFar };
 
 Rigid3 Motion(const Eigen::Vector3d& center, double angle_rad) {
-  const Eigen::Quaterniond r(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(0.2, 1, 0.1).normalized()));
+  const Eigen::Quaterniond r(
+      Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(0.2, 1, 0.1).normalized()));
   return {r, r * -center};
 }
 
-Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, double outliers, Rng& rng) {
+Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, double outliers,
+                Rng& rng) {
   Scene scene{motion, {}, {}, {}};
   while (static_cast<int>(scene.points.size()) < count) {
     const Eigen::Vector3d ray = RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)});
@@ -37,33 +39,40 @@ Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, d
     if (y.z() < 0.1) continue;
     const Eigen::Vector2d px = ProjectIdeal(kCamera, y);
     if (px.x() < 0 || px.y() < 0 || px.x() > 640 || px.y() > 480) continue;
-    const auto noise = [&] { return Eigen::Vector2d(rng.Gaussian(noise_px), rng.Gaussian(noise_px)); };
+    const auto noise = [&] {
+      return Eigen::Vector2d(rng.Gaussian(noise_px), rng.Gaussian(noise_px));
+    };
     scene.points.push_back(x);
     scene.first.push_back(ProjectIdeal(kCamera, x) + noise());
-    scene.second.push_back(rng.Uniform(0, 1) < outliers ? Eigen::Vector2d(rng.Uniform(0, 640), rng.Uniform(0, 480))
-                                                        : Eigen::Vector2d(px + noise()));
+    scene.second.push_back(rng.Uniform(0, 1) < outliers
+                               ? Eigen::Vector2d(rng.Uniform(0, 640), rng.Uniform(0, 480))
+                               : Eigen::Vector2d(px + noise()));
   }
   return scene;
 }
 
 TwoViewReport Estimate(const Scene& scene, uint64_t seed) {
   Rng rng(seed);
-  return EstimateTwoView(kCamera, kCamera, scene.first, scene.second, std::vector<double>(scene.first.size(), 1), TwoViewOptions{}, rng);
+  return EstimateTwoView(kCamera, kCamera, scene.first, scene.second,
+                         std::vector<double>(scene.first.size(), 1), TwoViewOptions{}, rng);
 }
 
 double RotationErrorDeg(const TwoViewReport& report, const Scene& scene) {
-  return report.second_from_first.rotation.angularDistance(scene.second_from_first.rotation) * 180 / std::numbers::pi;
+  return report.second_from_first.rotation.angularDistance(scene.second_from_first.rotation) * 180 /
+         std::numbers::pi;
 }
 
 double DirectionErrorDeg(const TwoViewReport& report, const Scene& scene) {
-  const double c = report.second_from_first.translation.dot(scene.second_from_first.translation.normalized());
+  const double c =
+      report.second_from_first.translation.dot(scene.second_from_first.translation.normalized());
   return std::acos(std::clamp(c, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
 TEST(TwoView, GeneralSceneWithNoiseAndOutliers) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
-    const Scene scene = MakeScene(Shape::kGeneral, Motion({0.3, 0.05, 0.1}, -0.08), 300, 1, 0.3, rng);
+    const Scene scene =
+        MakeScene(Shape::kGeneral, Motion({0.3, 0.05, 0.1}, -0.08), 300, 1, 0.3, rng);
     const TwoViewReport report = Estimate(scene, seed);
     ASSERT_TRUE(report.success) << seed << ": " << report.why_not;
     EXPECT_FALSE(report.planar);
@@ -89,8 +98,10 @@ TEST(TwoView, APlanarSceneIsSolvedOrRefusedNeverWrong) {
   int solved = 0;
   for (uint64_t seed = 0; seed < 30; ++seed) {
     Rng rng(seed);
-    const Eigen::Vector3d center(rng.Uniform(-0.6, 0.6), rng.Uniform(-0.4, 0.4), rng.Uniform(-0.5, 0.5));
-    const Scene scene = MakeScene(Shape::kPlane, Motion(center, rng.Uniform(-0.2, 0.2)), 300, 0.5, 0.1, rng);
+    const Eigen::Vector3d center(rng.Uniform(-0.6, 0.6), rng.Uniform(-0.4, 0.4),
+                                 rng.Uniform(-0.5, 0.5));
+    const Scene scene =
+        MakeScene(Shape::kPlane, Motion(center, rng.Uniform(-0.2, 0.2)), 300, 0.5, 0.1, rng);
     const TwoViewReport report = Estimate(scene, seed);
     EXPECT_TRUE(report.planar) << seed;
     if (!report.success) continue;
@@ -120,8 +131,10 @@ TEST(TwoView, RefusesLowParallax) {
 TEST(TwoView, RefusesUnrelatedMatchesAndTooFew) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
     Rng rng(seed);
-    EXPECT_FALSE(Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 300, 1, 1, rng), seed).success);
-    EXPECT_FALSE(Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 7, 0, 0, rng), seed).success);
+    EXPECT_FALSE(
+        Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 300, 1, 1, rng), seed).success);
+    EXPECT_FALSE(
+        Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 7, 0, 0, rng), seed).success);
   }
 }
 
@@ -137,7 +150,8 @@ TEST(TwoView, DecompositionsHoldTheTrueMotion) {
   const Rigid3 motion = Motion({0.3, -0.2, 0.4}, 0.3);
   const Rigid3 unit(motion.rotation, motion.translation.normalized());
   const Eigen::Vector3d normal = Eigen::Vector3d(0.2, 0.3, 1).normalized();
-  const Eigen::Matrix3d h = motion.rotation.toRotationMatrix() + motion.translation * normal.transpose() / 2.0;
+  const Eigen::Matrix3d h =
+      motion.rotation.toRotationMatrix() + motion.translation * normal.transpose() / 2.0;
   RayMatches matches;
   for (const double x : {-0.3, 0.1, 0.4}) {
     matches.first.emplace_back(x, 0.2, 1);
@@ -146,7 +160,9 @@ TEST(TwoView, DecompositionsHoldTheTrueMotion) {
   }
   const auto holds = [&](const std::vector<Rigid3>& motions) {
     for (const Rigid3& m : motions)
-      if (m.rotation.angularDistance(unit.rotation) < 1e-6 && (m.translation - unit.translation).norm() < 1e-6) return true;
+      if (m.rotation.angularDistance(unit.rotation) < 1e-6 &&
+          (m.translation - unit.translation).norm() < 1e-6)
+        return true;
     return false;
   };
   EXPECT_TRUE(holds(MotionsOfHomography(-3 * h, matches)));

@@ -6,12 +6,17 @@
 
 namespace oaslam {
 
-std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& query, double max_difference) {
+std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
+                                      const std::vector<StampedPose>& query,
+                                      double max_difference) {
   std::vector<AssociatedPair> pairs;
   for (size_t q = 0; q < query.size() && !reference.empty(); ++q) {
     const double t = query[q].timestamp;
-    size_t nearest = static_cast<size_t>(std::ranges::lower_bound(reference, t, {}, &StampedPose::timestamp) - reference.begin());
-    if (nearest == reference.size() || (nearest > 0 && t - reference[nearest - 1].timestamp < reference[nearest].timestamp - t)) --nearest;
+    size_t nearest = static_cast<size_t>(
+        std::ranges::lower_bound(reference, t, {}, &StampedPose::timestamp) - reference.begin());
+    if (nearest == reference.size() ||
+        (nearest > 0 && t - reference[nearest - 1].timestamp < reference[nearest].timestamp - t))
+      --nearest;
     if (std::abs(reference[nearest].timestamp - t) <= max_difference) pairs.push_back({nearest, q});
   }
   return pairs;
@@ -26,7 +31,8 @@ std::vector<StampedPose> WithoutDuplicates(const std::vector<StampedPose>& poses
   return result;
 }
 
-std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& query,
+std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& reference,
+                                        const std::vector<StampedPose>& query,
                                         const std::vector<AssociatedPair>& pairs, AlignMode mode) {
   if (mode == AlignMode::kNone) return Alignment();
   if (pairs.size() < 3) return std::nullopt;
@@ -41,15 +47,19 @@ std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& referenc
   Alignment alignment;
   alignment.scale = mode == AlignMode::kSim3 ? similarity.topLeftCorner<3, 3>().col(0).norm() : 1.0;
   if (!(alignment.scale > 0)) return std::nullopt;
-  alignment.rotation = Eigen::Quaterniond(Eigen::Matrix3d(similarity.topLeftCorner<3, 3>() / alignment.scale)).normalized();
+  alignment.rotation =
+      Eigen::Quaterniond(Eigen::Matrix3d(similarity.topLeftCorner<3, 3>() / alignment.scale))
+          .normalized();
   alignment.translation = similarity.topRightCorner<3, 1>();
   return alignment;
 }
 
-PoseError ErrorOf(const StampedPose& reference, const StampedPose& query, const Alignment& reference_from_query) {
+PoseError ErrorOf(const StampedPose& reference, const StampedPose& query,
+                  const Alignment& reference_from_query) {
   const Rigid3 aligned = reference_from_query * query.world_from_cam;
-  return {query.timestamp, (aligned.translation - reference.world_from_cam.translation).norm(),
-          aligned.rotation.angularDistance(reference.world_from_cam.rotation) * 180 / std::numbers::pi};
+  return {
+      query.timestamp, (aligned.translation - reference.world_from_cam.translation).norm(),
+      aligned.rotation.angularDistance(reference.world_from_cam.rotation) * 180 / std::numbers::pi};
 }
 
 }  // namespace oaslam

@@ -17,7 +17,8 @@ struct AssociatedPair {
 };
 
 // For each query the reference nearest in time, where it is near enough. Both ascending in time.
-std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& query,
+std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
+                                      const std::vector<StampedPose>& query,
                                       double max_difference = kMaxTimeDifference);
 
 // One pose a time stamp, the last given.
@@ -33,8 +34,10 @@ inline Rigid3 operator*(const Alignment& alignment, const Rigid3& world_from_cam
 
 enum class AlignMode { kSim3, kSe3, kNone };
 
-// Least squares over the positions of the pairs (Umeyama 1991). Nothing with fewer than three pairs or without motion.
-std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& query,
+// Least squares over the positions of the pairs (Umeyama 1991). Nothing with fewer than three pairs
+// or without motion.
+std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& reference,
+                                        const std::vector<StampedPose>& query,
                                         const std::vector<AssociatedPair>& pairs, AlignMode mode);
 
 struct PoseError {
@@ -43,6 +46,7 @@ struct PoseError {
   double rotation_deg = 0;
 };
 
-PoseError ErrorOf(const StampedPose& reference, const StampedPose& query, const Alignment& reference_from_query);
+PoseError ErrorOf(const StampedPose& reference, const StampedPose& query,
+                  const Alignment& reference_from_query);
 
 }  // namespace oaslam

@@ -24,12 +24,15 @@ std::vector<StampedPose> Spiral(int count) {
   std::vector<StampedPose> poses;
   for (int i = 0; i < count; ++i) {
     const double a = 0.05 * i;
-    poses.push_back({i / 30.0, Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(a, Eigen::Vector3d::UnitY())), Eigen::Vector3d(2 * std::cos(a), 0.01 * i, 2 * std::sin(a)))});
+    poses.push_back(
+        {i / 30.0, Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(a, Eigen::Vector3d::UnitY())),
+                          Eigen::Vector3d(2 * std::cos(a), 0.01 * i, 2 * std::sin(a)))});
   }
   return poses;
 }
 
-const Alignment kSomewhere{0.4, Eigen::Quaterniond(0.3, -0.5, 0.2, 0.7).normalized(), Eigen::Vector3d(3, -2, 1)};
+const Alignment kSomewhere{0.4, Eigen::Quaterniond(0.3, -0.5, 0.2, 0.7).normalized(),
+                           Eigen::Vector3d(3, -2, 1)};
 
 std::vector<StampedPose> Moved(std::vector<StampedPose> poses, const Alignment& alignment) {
   for (StampedPose& pose : poses) pose.world_from_cam = alignment * pose.world_from_cam;
@@ -38,7 +41,8 @@ std::vector<StampedPose> Moved(std::vector<StampedPose> poses, const Alignment& 
 
 TEST(Associate, TakesTheNearestWithinTheBound) {
   const std::vector<StampedPose> reference = {{1.00, {}}, {1.03, {}}, {1.06, {}}, {5, {}}};
-  const std::vector<StampedPose> query = {{0.97, {}}, {0.985, {}}, {1.02, {}}, {1.079, {}}, {3, {}}, {5.01, {}}};
+  const std::vector<StampedPose> query = {{0.97, {}},  {0.985, {}}, {1.02, {}},
+                                          {1.079, {}}, {3, {}},     {5.01, {}}};
   const auto pairs = Associate(reference, query);
   ASSERT_THAT(pairs, SizeIs(4));
   EXPECT_EQ(pairs[0].reference, 0u);
@@ -69,7 +73,8 @@ TEST(TrajectoryMetrics, ASimilarityIsNoError) {
 TEST(TrajectoryMetrics, KnownErrors) {
   const auto truth = Spiral(60);
   auto estimate = truth;
-  for (size_t i = 0; i < estimate.size(); ++i) estimate[i].world_from_cam.translation.x() += i % 2 == 0 ? 0.03 : -0.01;
+  for (size_t i = 0; i < estimate.size(); ++i)
+    estimate[i].world_from_cam.translation.x() += i % 2 == 0 ? 0.03 : -0.01;
   const auto report = EvaluateTrajectory(truth, estimate, AlignMode::kNone);
   EXPECT_NEAR(report.position.rmse, std::sqrt((0.03 * 0.03 + 0.01 * 0.01) / 2), 1e-12);
   EXPECT_NEAR(report.position.mean, 0.02, 1e-12);
@@ -82,8 +87,10 @@ TEST(TrajectoryMetrics, SaysWhyNot) {
   const auto truth = Spiral(60);
   auto late = truth;
   for (StampedPose& pose : late) pose.timestamp += 100;
-  EXPECT_THAT(EvaluateTrajectory(truth, late, AlignMode::kSim3).why_not, HasSubstr("no pose within"));
-  EXPECT_THAT(EvaluateTrajectory(truth, {truth[0], truth[1]}, AlignMode::kSim3).why_not, HasSubstr("2 poses"));
+  EXPECT_THAT(EvaluateTrajectory(truth, late, AlignMode::kSim3).why_not,
+              HasSubstr("no pose within"));
+  EXPECT_THAT(EvaluateTrajectory(truth, {truth[0], truth[1]}, AlignMode::kSim3).why_not,
+              HasSubstr("2 poses"));
   auto still = truth;
   for (StampedPose& pose : still) pose.world_from_cam = Rigid3();
   EXPECT_FALSE(EvaluateTrajectory(truth, still, AlignMode::kSim3).success);
@@ -95,8 +102,12 @@ TEST(RelocalizationMetrics, CountsLikeTheDefinition) {
   poses.resize(8);  // two frames without an answer
   poses[1].world_from_cam.translation.y() += 0.07;
   poses[2].world_from_cam.translation.y() += 0.7;
-  poses[3].world_from_cam.rotation = poses[3].world_from_cam.rotation * Eigen::AngleAxisd(20 * std::numbers::pi / 180, Eigen::Vector3d::UnitX());
-  poses[4].world_from_cam.rotation = poses[4].world_from_cam.rotation * Eigen::AngleAxisd(40 * std::numbers::pi / 180, Eigen::Vector3d::UnitX());
+  poses[3].world_from_cam.rotation =
+      poses[3].world_from_cam.rotation *
+      Eigen::AngleAxisd(20 * std::numbers::pi / 180, Eigen::Vector3d::UnitX());
+  poses[4].world_from_cam.rotation =
+      poses[4].world_from_cam.rotation *
+      Eigen::AngleAxisd(40 * std::numbers::pi / 180, Eigen::Vector3d::UnitX());
   std::vector<double> times;
   for (const StampedPose& pose : truth) times.push_back(pose.timestamp);
   times.push_back(77);  // without ground truth
@@ -113,14 +124,23 @@ TEST(RelocalizationMetrics, CountsLikeTheDefinition) {
 
 TEST(RelocalizationMetrics, FilesAndPlot) {
   const TempFolder folder;
-  const auto errors = LoadRelocalizationErrors(folder.Write("e.csv", "frame,position_error_m,rotation_error_deg\n0,0.03,0.9\n1,,\n2,0.2,1\n3,0.04,50\n"));
+  const auto errors = LoadRelocalizationErrors(folder.Write(
+      "e.csv", "frame,position_error_m,rotation_error_deg\n0,0.03,0.9\n1,,\n2,0.2,1\n3,0.04,50\n"));
   EXPECT_EQ(errors.frames, 4u);
   EXPECT_THAT(errors.poses, SizeIs(3));
   EXPECT_DOUBLE_EQ(RecallAt(errors, 0.1), 0.25);
-  EXPECT_THAT(LoadFrameTimes(folder.Write("frames.csv", "frame,timestamp,status\n0,1.5,failed\n1,1.25,points\n")), testing::ElementsAre(1.25, 1.5));
-  EXPECT_THAT(LoadFrameTimes(folder.Write("rgb.txt", "# a\n1.5 rgb/1.png\n")), testing::ElementsAre(1.5));
-  EXPECT_THAT(InputErrorOf([&] { LoadFrameTimes(folder.Write("x.csv", "frame,time\n")); }), HasSubstr("\"timestamp\" is missing"));
-  EXPECT_THAT(InputErrorOf([&] { LoadRelocalizationErrors(folder.Write("y.csv", "frame,position_error_m,rotation_error_deg\n0,a,1\n")); }), HasSubstr("y.csv:2"));
+  EXPECT_THAT(LoadFrameTimes(folder.Write("frames.csv",
+                                          "frame,timestamp,status\n0,1.5,failed\n1,1.25,points\n")),
+              testing::ElementsAre(1.25, 1.5));
+  EXPECT_THAT(LoadFrameTimes(folder.Write("rgb.txt", "# a\n1.5 rgb/1.png\n")),
+              testing::ElementsAre(1.5));
+  EXPECT_THAT(InputErrorOf([&] { LoadFrameTimes(folder.Write("x.csv", "frame,time\n")); }),
+              HasSubstr("\"timestamp\" is missing"));
+  EXPECT_THAT(InputErrorOf([&] {
+                LoadRelocalizationErrors(
+                    folder.Write("y.csv", "frame,position_error_m,rotation_error_deg\n0,a,1\n"));
+              }),
+              HasSubstr("y.csv:2"));
   SaveRecallPlot(folder / "r.svg", {errors}, "Recall");
   EXPECT_THAT(folder.Read("r.svg"), AllOf(HasSubstr("4 frames"), Not(HasSubstr("nan"))));
   SaveTrajectoryPlot(folder / "t.svg", Spiral(50), Spiral(40), "Spiral");
@@ -130,21 +150,27 @@ TEST(RelocalizationMetrics, FilesAndPlot) {
 TEST(ObjectMetrics, OneToOneByClassAndCentre) {
   const TempFolder folder;
   const auto truth = LoadTrueObjects(folder.Write(
-      "gt.json", R"({"objects": [{"category_id": 41, "category": "cup", "ellipsoid": {"center": [0, 0, 1], "rotation": [[1,0,0],[0,1,0],[0,0,1]], "semi_axes": [0.1, 0.1, 0.2]}},
+      "gt.json",
+      R"({"objects": [{"category_id": 41, "category": "cup", "ellipsoid": {"center": [0, 0, 1], "rotation": [[1,0,0],[0,1,0],[0,0,1]], "semi_axes": [0.1, 0.1, 0.2]}},
                                  {"category_id": 62, "category": "tv", "ellipsoid": {"center": [1, 0, 1], "rotation": [[1,0,0],[0,1,0],[0,0,1]], "semi_axes": [0.5, 0.1, 0.4]}}]})"));
   const auto mapped = LoadObjects(folder.Write("o.json", R"([
     {"id": 1, "category_id": 41, "category": "cup", "center": [0, 0, 0.55], "half_axes": [0.05, 0.05, 0.1], "rotation": [0, 0, 0, 1]},
     {"id": 2, "category_id": 41, "category": "cup", "center": [0, 0, 0.5], "half_axes": [0.05, 0.05, 0.1], "rotation": [0, 0, 0, 1]},
     {"id": 3, "category_id": 41, "category": "cup", "center": [0.5, 0, 0.5], "half_axes": [0.05, 0.05, 0.1], "rotation": [0, 0, 0, 1]}])"));
-  const auto report = EvaluateObjects(mapped, truth, {2, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()});
+  const auto report =
+      EvaluateObjects(mapped, truth, {2, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()});
   ASSERT_THAT(report.matches, SizeIs(1));
   EXPECT_EQ(report.matches[0].mapped, 0u);
   EXPECT_NEAR(report.matches[0].centre, 0.5, 1e-12);
   EXPECT_NEAR(report.matches[0].log_size, 0, 1e-12);
   EXPECT_DOUBLE_EQ(report.recall, 0.5);
   EXPECT_DOUBLE_EQ(report.precision, 1.0 / 3);
-  EXPECT_THAT(InputErrorOf([&] { LoadObjects(folder.Write("bad.json", R"([{"id": 1, "category_id": 4}])")); }), HasSubstr("object 0"));
-  EXPECT_THAT(InputErrorOf([&] { LoadTrueObjects(folder.Write("bad.json", "{}")); }), HasSubstr("objects"));
+  EXPECT_THAT(InputErrorOf([&] {
+                LoadObjects(folder.Write("bad.json", R"([{"id": 1, "category_id": 4}])"));
+              }),
+              HasSubstr("object 0"));
+  EXPECT_THAT(InputErrorOf([&] { LoadTrueObjects(folder.Write("bad.json", "{}")); }),
+              HasSubstr("objects"));
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ std::vector<EvaluatedObject> ReadObjects(const std::string& path, const char* li
       object.category_id = entry.at("category_id").get<int>();
       object.name = entry.value("category", fmt::format("class {}", object.category_id));
       read(entry, object.ellipsoid);
-      if (!(object.ellipsoid.half_axes.minCoeff() > 0)) throw InputError(fmt::format("{}: object {}: half axes must be above 0", path, index));
+      if (!(object.ellipsoid.half_axes.minCoeff() > 0))
+        throw InputError(fmt::format("{}: object {}: half axes must be above 0", path, index));
       objects.push_back(std::move(object));
       ++index;
     }
@@ -61,12 +62,15 @@ std::vector<EvaluatedObject> LoadTrueObjects(const std::string& path) {
     e.center = ReadVector(shape.at("center"));
     e.half_axes = ReadVector(shape.at("semi_axes"));
     Eigen::Matrix3d rotation;
-    for (int row = 0; row < 3; ++row) rotation.row(row) = ReadVector(shape.at("rotation").at(static_cast<size_t>(row))).transpose();
+    for (int row = 0; row < 3; ++row)
+      rotation.row(row) = ReadVector(shape.at("rotation").at(static_cast<size_t>(row))).transpose();
     e.rotation = Eigen::Quaterniond(rotation).normalized();
   });
 }
 
-ObjectReport EvaluateObjects(const std::vector<EvaluatedObject>& mapped, const std::vector<EvaluatedObject>& truth, const Alignment& truth_from_map) {
+ObjectReport EvaluateObjects(const std::vector<EvaluatedObject>& mapped,
+                             const std::vector<EvaluatedObject>& truth,
+                             const Alignment& truth_from_map) {
   ObjectReport report;
   std::vector<bool> taken(truth.size());
   std::vector<double> centres, sizes;
@@ -75,18 +79,22 @@ ObjectReport EvaluateObjects(const std::vector<EvaluatedObject>& mapped, const s
     ObjectMatch best{m, truth.size(), kMaxCentreShare, 0};
     for (size_t t = 0; t < truth.size(); ++t) {
       if (taken[t] || truth[t].category_id != mapped[m].category_id) continue;
-      const double share = (center - truth[t].ellipsoid.center).norm() / truth[t].ellipsoid.half_axes.maxCoeff();
+      const double share =
+          (center - truth[t].ellipsoid.center).norm() / truth[t].ellipsoid.half_axes.maxCoeff();
       if (share < best.centre) best.truth = t, best.centre = share;
     }
     if (best.truth == truth.size()) continue;
     taken[best.truth] = true;
-    best.log_size = std::abs(std::log(truth_from_map.scale * MeanSize(mapped[m].ellipsoid) / MeanSize(truth[best.truth].ellipsoid)));
+    best.log_size = std::abs(std::log(truth_from_map.scale * MeanSize(mapped[m].ellipsoid) /
+                                      MeanSize(truth[best.truth].ellipsoid)));
     report.matches.push_back(best);
     centres.push_back(best.centre);
     sizes.push_back(best.log_size);
   }
-  report.recall = static_cast<double>(report.matches.size()) / static_cast<double>(std::max<size_t>(truth.size(), 1));
-  report.precision = static_cast<double>(report.matches.size()) / static_cast<double>(std::max<size_t>(mapped.size(), 1));
+  report.recall = static_cast<double>(report.matches.size()) /
+                  static_cast<double>(std::max<size_t>(truth.size(), 1));
+  report.precision = static_cast<double>(report.matches.size()) /
+                     static_cast<double>(std::max<size_t>(mapped.size(), 1));
   report.median_centre = StatisticsOf(std::move(centres)).median;
   report.median_log_size = StatisticsOf(std::move(sizes)).median;
   return report;

@@ -16,16 +16,18 @@ struct EvaluatedObject {
 
 // objects.json of a run. Throws InputError.
 std::vector<EvaluatedObject> LoadObjects(const std::string& path);
-// objects_gt.json: {"objects": [{category_id, category, ellipsoid: {center, rotation[3][3], semi_axes}}]}. Throws InputError.
+// objects_gt.json: {"objects": [{category_id, category, ellipsoid: {center, rotation[3][3],
+// semi_axes}}]}. Throws InputError.
 std::vector<EvaluatedObject> LoadTrueObjects(const std::string& path);
 
-// A mapped object is right where a true one of its class, taken by no other, has its centre within this share of the longest half axis.
+// A mapped object is right where a true one of its class, taken by no other, has its centre within
+// this share of the longest half axis.
 constexpr double kMaxCentreShare = 0.75;
 
 struct ObjectMatch {
   size_t mapped = 0, truth = 0;
-  double centre = 0;     // distance over the true object's longest half axis
-  double log_size = 0;   // |log| of the ratio of the mean sizes (cube roots of the volumes)
+  double centre = 0;    // distance over the true object's longest half axis
+  double log_size = 0;  // |log| of the ratio of the mean sizes (cube roots of the volumes)
 };
 
 struct ObjectReport {
@@ -34,7 +36,8 @@ struct ObjectReport {
   double median_centre = 0, median_log_size = 0;
 };
 
-ObjectReport EvaluateObjects(const std::vector<EvaluatedObject>& mapped, const std::vector<EvaluatedObject>& truth,
+ObjectReport EvaluateObjects(const std::vector<EvaluatedObject>& mapped,
+                             const std::vector<EvaluatedObject>& truth,
                              const Alignment& truth_from_map);
 
 }  // namespace oaslam

@@ -13,10 +13,13 @@ namespace oaslam {
 namespace {
 
 constexpr const char* kTitleStyle = R"(fill="#111" font-weight="bold")";
-constexpr const char* kReferenceStyle = R"(stroke="#111111" stroke-width="1.4" stroke-dasharray="6 4")";
-constexpr const char* kEstimateStyle = R"(stroke="#1d4ed8" stroke-width="2" stroke-linejoin="round")";
+constexpr const char* kReferenceStyle =
+    R"(stroke="#111111" stroke-width="1.4" stroke-dasharray="6 4")";
+constexpr const char* kEstimateStyle =
+    R"(stroke="#1d4ed8" stroke-width="2" stroke-linejoin="round")";
 
-void DrawPath(SvgCanvas& canvas, const PlaneView& view, const std::vector<Points2>& lines, const char* style) {
+void DrawPath(SvgCanvas& canvas, const PlaneView& view, const std::vector<Points2>& lines,
+              const char* style) {
   for (Points2 line : lines) {
     std::ranges::transform(line, line.begin(), view);
     canvas.Polyline(line, style);
@@ -27,7 +30,9 @@ void DrawPath(SvgCanvas& canvas, const PlaneView& view, const std::vector<Points
 class Chart {
  public:
   Chart(double width, double height, const std::string& title, size_t curves)
-      : units_(width, height), canvas_(kCorner.x() + kSize.x() + 32, kCorner.y() + kSize.y() + 70 + kRow * static_cast<double>(curves)) {
+      : units_(width, height),
+        canvas_(kCorner.x() + kSize.x() + 32,
+                kCorner.y() + kSize.y() + 70 + kRow * static_cast<double>(curves)) {
     canvas_.Text({24, 32}, title, 18, "start", kTitleStyle);
   }
 
@@ -35,26 +40,32 @@ class Chart {
     const double dx = RoundStep(units_.x() / 7), dy = RoundStep(units_.y() / 4);
     for (int i = 0; i * dx <= units_.x() * (1 + 1e-9); ++i) {
       canvas_.Line(At({i * dx, 0}), At({i * dx, units_.y()}), kGridStyle);
-      canvas_.Text(At({i * dx, 0}) + Eigen::Vector2d(0, 18), fmt::format("{:g}", i * dx), 12, "middle");
+      canvas_.Text(At({i * dx, 0}) + Eigen::Vector2d(0, 18), fmt::format("{:g}", i * dx), 12,
+                   "middle");
     }
     for (int i = 0; i * dy <= units_.y() * (1 + 1e-9); ++i) {
       canvas_.Line(At({0, i * dy}), At({units_.x(), i * dy}), kGridStyle);
-      canvas_.Text(At({0, i * dy}) + Eigen::Vector2d(-8, 4), fmt::format("{:g} {}", i * dy, y_unit), 12, "end");
+      canvas_.Text(At({0, i * dy}) + Eigen::Vector2d(-8, 4), fmt::format("{:g} {}", i * dy, y_unit),
+                   12, "end");
     }
     canvas_.Rectangle(kCorner, kSize, R"(fill="none" stroke="#999999")");
     canvas_.Text(At({units_.x() / 2, 0}) + Eigen::Vector2d(0, 40), x_label, 13, "middle");
   }
 
-  void DrawLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* style) { canvas_.Line(At(a), At(b), style); }
+  void DrawLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* style) {
+    canvas_.Line(At(a), At(b), style);
+  }
 
   // Labels, where there are any, stand beside the points.
   void Add(const std::string& name, Points2 line, const std::vector<std::string>& labels = {}) {
     std::ranges::transform(line, line.begin(), [&](const Eigen::Vector2d& p) { return At(p); });
     for (size_t i = 0; i < labels.size(); ++i) {
       canvas_.Circle(line[i], 4, fmt::format(R"(fill="{}")", PaletteColor(count_)));
-      canvas_.Text(line[i] + Eigen::Vector2d(8, 14), labels[i], 11, "start", fmt::format(R"(fill="{}")", PaletteColor(count_)));
+      canvas_.Text(line[i] + Eigen::Vector2d(8, 14), labels[i], 11, "start",
+                   fmt::format(R"(fill="{}")", PaletteColor(count_)));
     }
-    const std::string style = fmt::format(R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(count_));
+    const std::string style = fmt::format(
+        R"(stroke="{}" stroke-width="2.2" stroke-linejoin="round")", PaletteColor(count_));
     canvas_.Polyline(line, style);
     const double y = kCorner.y() + kSize.y() + 62 + kRow * static_cast<double>(count_++);
     canvas_.Line({kCorner.x(), y}, {kCorner.x() + 30, y}, style);
@@ -69,7 +80,8 @@ class Chart {
   inline static const Eigen::Vector2d kCorner{64, 56}, kSize{560, 380};
 
   Eigen::Vector2d At(const Eigen::Vector2d& p) const {
-    return kCorner + Eigen::Vector2d(kSize.x() * p.x() / units_.x(), kSize.y() * (1 - p.y() / units_.y()));
+    return kCorner +
+           Eigen::Vector2d(kSize.x() * p.x() / units_.x(), kSize.y() * (1 - p.y() / units_.y()));
   }
 
   Eigen::Vector2d units_;
@@ -79,7 +91,8 @@ class Chart {
 
 }  // namespace
 
-void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference, const std::vector<StampedPose>& aligned_estimate,
+void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference,
+                        const std::vector<StampedPose>& aligned_estimate,
                         const std::string& title) {
   std::vector<Rigid3> poses;
   for (const StampedPose& pose : reference) poses.push_back(pose.world_from_cam);
@@ -103,7 +116,8 @@ void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>&
   WriteTextFile(path, canvas.Finish());
 }
 
-void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves, const std::string& title) {
+void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves,
+                   const std::string& title) {
   double first = std::numeric_limits<double>::max(), last = 0, highest = 0;
   for (const TimeCurve& curve : curves)
     for (const auto& [time, error] : curve.points) {
@@ -121,21 +135,29 @@ void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves
   WriteTextFile(path, chart.Finish());
 }
 
-void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title) {
+void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves,
+                    const std::string& title) {
   Chart chart(100, 100, title, curves.size());
-  chart.DrawGrid(fmt::format("position error [cm] (rotation within {:.0f} degrees)", kRecallMaxRotationDeg), "%");
+  chart.DrawGrid(
+      fmt::format("position error [cm] (rotation within {:.0f} degrees)", kRecallMaxRotationDeg),
+      "%");
   for (const RelocalizationErrors& curve : curves) {
     Points2 line;
-    for (int cm = 0; cm <= 100; ++cm) line.push_back({static_cast<double>(cm), 100 * RecallAt(curve, cm / 100.0)});
+    for (int cm = 0; cm <= 100; ++cm)
+      line.push_back({static_cast<double>(cm), 100 * RecallAt(curve, cm / 100.0)});
     chart.Add(fmt::format("{} ({} frames)", curve.name, curve.frames), line);
   }
   WriteTextFile(path, chart.Finish());
 }
 
-void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title) {
+void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves,
+                         const std::string& title) {
   constexpr size_t kLeastFrames = 10;  // of a point: the share of fewer says little
   Chart chart(1, 100, title, curves.size());
-  chart.DrawGrid(fmt::format("confidence, and the share that is right ({:g} m, {:.0f} degrees); numbers: frames, at least 10", kFalseDistance, kFalseRotationDeg), "%");
+  chart.DrawGrid(fmt::format("confidence, and the share that is right ({:g} m, {:.0f} degrees); "
+                             "numbers: frames, at least 10",
+                             kFalseDistance, kFalseRotationDeg),
+                 "%");
   chart.DrawLine({0, 0}, {1, 100}, kReferenceStyle);
   for (const auto& [name, reliability] : curves) {
     Points2 line;
@@ -145,7 +167,9 @@ void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityC
       line.push_back({bin.mean_confidence, 100 * bin.share_right});
       counts.push_back(fmt::format("{}", bin.count));
     }
-    chart.Add(fmt::format("{} ({} frames): calibration error {:.3f}", name, reliability.count, reliability.calibration_error), line, counts);
+    chart.Add(fmt::format("{} ({} frames): calibration error {:.3f}", name, reliability.count,
+                          reliability.calibration_error),
+              line, counts);
   }
   WriteTextFile(path, chart.Finish());
 }

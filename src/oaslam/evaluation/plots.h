@@ -10,8 +10,8 @@
 namespace oaslam {
 
 // Both from above, in the frame of the reference.
-void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference, const std::vector<StampedPose>& aligned_estimate,
-                        const std::string& title);
+void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference,
+                        const std::vector<StampedPose>& aligned_estimate, const std::string& title);
 
 // A line over time.
 struct TimeCurve {
@@ -20,16 +20,20 @@ struct TimeCurve {
 };
 
 // Position errors [m] over time.
-void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves, const std::string& title);
+void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves,
+                   const std::string& title);
 
 // The share of frames that were localized within a distance, from 0 to 1 m: a curve for each.
-void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves, const std::string& title);
+void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves,
+                    const std::string& title);
 
-// How often hypotheses are right against how confident the program was: a line for each; on the diagonal where it is calibrated.
+// How often hypotheses are right against how confident the program was: a line for each; on the
+// diagonal where it is calibrated.
 struct ReliabilityCurve {
   std::string name;
   Reliability reliability;
 };
-void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves, const std::string& title);
+void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves,
+                         const std::string& title);
 
 }  // namespace oaslam

@@ -10,15 +10,19 @@
 
 namespace oaslam {
 
-std::vector<HypothesisError> CompareHypotheses(const std::vector<StampedPose>& groundtruth, const std::vector<ScoredPose>& hypotheses,
-                                               const std::vector<std::pair<double, double>>& confidences, const Alignment& groundtruth_from_map) {
+std::vector<HypothesisError> CompareHypotheses(
+    const std::vector<StampedPose>& groundtruth, const std::vector<ScoredPose>& hypotheses,
+    const std::vector<std::pair<double, double>>& confidences,
+    const Alignment& groundtruth_from_map) {
   std::vector<StampedPose> best;
   for (const ScoredPose& hypothesis : hypotheses)
-    if (best.empty() || best.back().timestamp != hypothesis.pose.timestamp) best.push_back(hypothesis.pose);
+    if (best.empty() || best.back().timestamp != hypothesis.pose.timestamp)
+      best.push_back(hypothesis.pose);
   const auto truth = WithoutDuplicates(groundtruth);
   std::vector<HypothesisError> errors;
   for (const auto& [reference, query] : Associate(truth, best)) {
-    const auto frame = std::ranges::lower_bound(confidences, best[query].timestamp - 1e-6, {}, &std::pair<double, double>::first);
+    const auto frame = std::ranges::lower_bound(confidences, best[query].timestamp - 1e-6, {},
+                                                &std::pair<double, double>::first);
     if (frame == confidences.end() || frame->first > best[query].timestamp + 1e-6) continue;
     errors.push_back({frame->second, ErrorOf(truth[reference], best[query], groundtruth_from_map)});
   }
@@ -29,8 +33,11 @@ Reliability SummarizeReliability(std::span<const HypothesisError> hypotheses) {
   Reliability result;
   result.count = hypotheses.size();
   for (const HypothesisError& h : hypotheses) {
-    const double right = h.error.position <= kFalseDistance && h.error.rotation_deg <= kFalseRotationDeg ? 1 : 0;
-    const auto index = std::min(static_cast<size_t>(h.confidence * static_cast<double>(result.bins.size())), result.bins.size() - 1);
+    const double right =
+        h.error.position <= kFalseDistance && h.error.rotation_deg <= kFalseRotationDeg ? 1 : 0;
+    const auto index =
+        std::min(static_cast<size_t>(h.confidence * static_cast<double>(result.bins.size())),
+                 result.bins.size() - 1);
     ReliabilityBin& bin = result.bins[index];
     ++bin.count;
     bin.mean_confidence += h.confidence;
@@ -53,14 +60,17 @@ Reliability SummarizeReliability(std::span<const HypothesisError> hypotheses) {
 void SaveHypothesisErrors(const std::string& path, std::span<const HypothesisError> hypotheses) {
   std::string text = "timestamp,confidence,position_error_m,rotation_error_deg\n";
   for (const HypothesisError& h : hypotheses)
-    text += fmt::format("{:.6f},{:.4f},{:.6g},{:.4f}\n", h.error.timestamp, h.confidence, h.error.position, h.error.rotation_deg);
+    text += fmt::format("{:.6f},{:.4f},{:.6g},{:.4f}\n", h.error.timestamp, h.confidence,
+                        h.error.position, h.error.rotation_deg);
   WriteTextFile(path, text);
 }
 
 std::vector<HypothesisError> LoadHypothesisErrors(const std::string& path) {
   std::vector<HypothesisError> hypotheses;
-  for (const auto& row : LoadColumns(path, {"timestamp", "confidence", "position_error_m", "rotation_error_deg"})) {
-    if (!(row[1] >= 0 && row[1] <= 1)) throw InputError(fmt::format("{}: confidence {}, allowed: 0 to 1", path, row[1]));
+  for (const auto& row :
+       LoadColumns(path, {"timestamp", "confidence", "position_error_m", "rotation_error_deg"})) {
+    if (!(row[1] >= 0 && row[1] <= 1))
+      throw InputError(fmt::format("{}: confidence {}, allowed: 0 to 1", path, row[1]));
     hypotheses.push_back({row[1], {row[0], row[2], row[3]}});
   }
   return hypotheses;

@@ -9,15 +9,19 @@
 
 namespace oaslam {
 
-// The best hypothesis of a frame, accepted or not, and how far it is from the truth. It is right unless false: kFalseDistance, kFalseRotationDeg.
+// The best hypothesis of a frame, accepted or not, and how far it is from the truth. It is right
+// unless false: kFalseDistance, kFalseRotationDeg.
 struct HypothesisError {
   double confidence = 0;  // as the program said
   PoseError error;
 };
 
-// `hypotheses`: the first of each time stamp counts. `confidences`: time stamp and confidence of each frame.
-std::vector<HypothesisError> CompareHypotheses(const std::vector<StampedPose>& groundtruth, const std::vector<ScoredPose>& hypotheses,
-                                               const std::vector<std::pair<double, double>>& confidences, const Alignment& groundtruth_from_map);
+// `hypotheses`: the first of each time stamp counts. `confidences`: time stamp and confidence of
+// each frame.
+std::vector<HypothesisError> CompareHypotheses(
+    const std::vector<StampedPose>& groundtruth, const std::vector<ScoredPose>& hypotheses,
+    const std::vector<std::pair<double, double>>& confidences,
+    const Alignment& groundtruth_from_map);
 
 // Of the hypotheses with a confidence of a tenth of [0, 1], how many are right.
 struct ReliabilityBin {
@@ -28,8 +32,9 @@ struct ReliabilityBin {
 struct Reliability {
   std::array<ReliabilityBin, 10> bins;
   size_t count = 0;
-  double brier = 0;              // mean squared difference between confidence and right (1) or wrong (0)
-  double calibration_error = 0;  // mean over the hypotheses of |mean confidence - share right| of their bin
+  double brier = 0;  // mean squared difference between confidence and right (1) or wrong (0)
+  double calibration_error =
+      0;  // mean over the hypotheses of |mean confidence - share right| of their bin
 };
 
 Reliability SummarizeReliability(std::span<const HypothesisError> hypotheses);

@@ -12,32 +12,45 @@
 namespace oaslam {
 namespace {
 
-bool Counts(const PoseError& error, double distance) { return error.position <= distance && error.rotation_deg <= kRecallMaxRotationDeg; }
+bool Counts(const PoseError& error, double distance) {
+  return error.position <= distance && error.rotation_deg <= kRecallMaxRotationDeg;
+}
 
-double Share(size_t part, size_t whole) { return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole); }
+double Share(size_t part, size_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
 
 }  // namespace
 
-RelocalizationErrors CompareRelocalization(const std::vector<StampedPose>& groundtruth_poses, const std::vector<StampedPose>& relocalized,
-                                           const std::vector<double>& frame_times, const Alignment& groundtruth_from_map) {
-  const auto groundtruth = WithoutDuplicates(groundtruth_poses), poses = WithoutDuplicates(relocalized);
+RelocalizationErrors CompareRelocalization(const std::vector<StampedPose>& groundtruth_poses,
+                                           const std::vector<StampedPose>& relocalized,
+                                           const std::vector<double>& frame_times,
+                                           const Alignment& groundtruth_from_map) {
+  const auto groundtruth = WithoutDuplicates(groundtruth_poses),
+             poses = WithoutDuplicates(relocalized);
   std::vector<StampedPose> frames;
   for (const double t : frame_times) frames.push_back({t, {}});
   RelocalizationErrors errors;
   errors.frames = Associate(groundtruth, frames).size();
-  for (const auto& [r, q] : Associate(groundtruth, poses)) errors.poses.push_back(ErrorOf(groundtruth[r], poses[q], groundtruth_from_map));
+  for (const auto& [r, q] : Associate(groundtruth, poses))
+    errors.poses.push_back(ErrorOf(groundtruth[r], poses[q], groundtruth_from_map));
   return errors;
 }
 
 double RecallAt(const RelocalizationErrors& errors, double distance) {
-  return Share(static_cast<size_t>(std::ranges::count_if(errors.poses, [&](const PoseError& e) { return Counts(e, distance); })), errors.frames);
+  return Share(static_cast<size_t>(std::ranges::count_if(
+                   errors.poses, [&](const PoseError& e) { return Counts(e, distance); })),
+               errors.frames);
 }
 
 RelocalizationFigures Summarize(const RelocalizationErrors& errors) {
   RelocalizationFigures figures;
   for (size_t i = 0; i < kRecallDistances.size(); ++i) {
     figures.recall[i] = RecallAt(errors, kRecallDistances[i]);
-    figures.precision[i] = errors.poses.empty() ? 0 : figures.recall[i] * static_cast<double>(errors.frames) / static_cast<double>(errors.poses.size());
+    figures.precision[i] = errors.poses.empty()
+                               ? 0
+                               : figures.recall[i] * static_cast<double>(errors.frames) /
+                                     static_cast<double>(errors.poses.size());
   }
   figures.accepted = Share(errors.poses.size(), errors.frames);
   std::vector<double> position, rotation;
@@ -57,14 +70,16 @@ RelocalizationErrors LoadRelocalizationErrors(const std::string& path) {
   const std::string text = ReadTextFile(path);
   const auto lines = SplitLines(text);
   if (lines.empty() || Trim(lines[0]) != "frame,position_error_m,rotation_error_deg")
-    throw InputError(fmt::format("{}:1: expected \"frame,position_error_m,rotation_error_deg\"", path));
+    throw InputError(
+        fmt::format("{}:1: expected \"frame,position_error_m,rotation_error_deg\"", path));
   RelocalizationErrors errors;
   for (size_t i = 1; i < lines.size(); ++i) {
     if (Trim(lines[i]).empty()) continue;
     const auto fields = SplitCommas(lines[i]);
     ++errors.frames;
     if (fields.size() == 3 && fields[1].empty() && fields[2].empty()) continue;
-    errors.poses.push_back({NumberAt(fields, 0, path, i + 1), NumberAt(fields, 1, path, i + 1), NumberAt(fields, 2, path, i + 1)});
+    errors.poses.push_back({NumberAt(fields, 0, path, i + 1), NumberAt(fields, 1, path, i + 1),
+                            NumberAt(fields, 2, path, i + 1)});
   }
   return errors;
 }
@@ -78,7 +93,8 @@ std::vector<double> LoadFrameTimes(const std::string& path) {
   for (size_t i = is_table ? 1 : 0; i < lines.size(); ++i) {
     const std::string_view line = Trim(lines[i]);
     if (line.empty() || line[0] == '#') continue;
-    times.push_back(NumberAt(is_table ? SplitCommas(line) : SplitFields(line), column, path, i + 1));
+    times.push_back(
+        NumberAt(is_table ? SplitCommas(line) : SplitFields(line), column, path, i + 1));
   }
   std::ranges::sort(times);
   return times;

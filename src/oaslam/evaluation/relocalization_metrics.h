@@ -11,23 +11,26 @@ namespace oaslam {
 // Errors of the poses that a relocalization stands behind, over all frames it was asked about.
 struct RelocalizationErrors {
   std::string name;
-  size_t frames = 0;              // with ground truth
-  std::vector<PoseError> poses;   // of those it answered and that have ground truth
+  size_t frames = 0;             // with ground truth
+  std::vector<PoseError> poses;  // of those it answered and that have ground truth
 };
 
 // `frame_times`: of all frames it was asked about, ascending.
-RelocalizationErrors CompareRelocalization(const std::vector<StampedPose>& groundtruth, const std::vector<StampedPose>& poses,
-                                           const std::vector<double>& frame_times, const Alignment& groundtruth_from_map);
+RelocalizationErrors CompareRelocalization(const std::vector<StampedPose>& groundtruth,
+                                           const std::vector<StampedPose>& poses,
+                                           const std::vector<double>& frame_times,
+                                           const Alignment& groundtruth_from_map);
 
 constexpr std::array kRecallDistances = {0.05, 0.1, 0.2, 0.3, 0.5, 1.0};  // metres
 constexpr double kRecallMaxRotationDeg = 15;
 constexpr double kFalseDistance = 0.5, kFalseRotationDeg = 30;  // beyond either: a false pose
 
 struct RelocalizationFigures {
-  std::array<double, kRecallDistances.size()> recall{};     // share of the frames within distance and rotation
+  std::array<double, kRecallDistances.size()>
+      recall{};  // share of the frames within distance and rotation
   std::array<double, kRecallDistances.size()> precision{};  // share of the answers
-  double accepted = 0;      // answers per frame
-  double false_share = 0;   // false poses per frame
+  double accepted = 0;                                      // answers per frame
+  double false_share = 0;                                   // false poses per frame
   double median_position = 0, median_rotation_deg = 0;
 };
 

@@ -16,6 +16,7 @@ struct StateRow {
 StateRow LoadStates(const std::string& frames_csv);
 
 // A band for each run, coloured by state over time, with the share of frames in each.
-void SaveStatePlot(const std::string& path, const std::vector<StateRow>& rows, const std::string& title);
+void SaveStatePlot(const std::string& path, const std::vector<StateRow>& rows,
+                   const std::string& title);
 
 }  // namespace oaslam

@@ -18,20 +18,24 @@ std::vector<std::string_view> SplitCommas(std::string_view line) {
   return fields;
 }
 
-double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path, size_t line) {
+double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path,
+                size_t line) {
   const auto value = column < fields.size() ? ParseNumber(fields[column]) : std::nullopt;
-  if (!value) throw InputError(fmt::format("{}:{}: column {}: expected a number", path, line, column + 1));
+  if (!value)
+    throw InputError(fmt::format("{}:{}: column {}: expected a number", path, line, column + 1));
   return *value;
 }
 
 size_t ColumnOf(std::string_view header, std::string_view name, const std::string& path) {
   const auto fields = SplitCommas(header);
   const auto found = std::ranges::find(fields, name);
-  if (found == fields.end()) throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, name));
+  if (found == fields.end())
+    throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, name));
   return static_cast<size_t>(found - fields.begin());
 }
 
-std::vector<std::vector<double>> LoadColumns(const std::string& path, const std::vector<std::string>& names) {
+std::vector<std::vector<double>> LoadColumns(const std::string& path,
+                                             const std::vector<std::string>& names) {
   const std::string text = ReadTextFile(path);
   const auto lines = SplitLines(text);
   if (lines.empty()) throw InputError(fmt::format("{}: empty", path));

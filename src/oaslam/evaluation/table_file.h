@@ -11,11 +11,13 @@ namespace oaslam {
 // The fields of a line, without blanks around them.
 std::vector<std::string_view> SplitCommas(std::string_view line);
 // Throws InputError where there is no number. Columns count from 0, lines from 1.
-double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path, size_t line);
+double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path,
+                size_t line);
 // Where the header has it; throws InputError.
 size_t ColumnOf(std::string_view header, std::string_view name, const std::string& path);
 
 // The numbers in these columns of a comma-separated file, a row each. Throws InputError.
-std::vector<std::vector<double>> LoadColumns(const std::string& path, const std::vector<std::string>& names);
+std::vector<std::vector<double>> LoadColumns(const std::string& path,
+                                             const std::vector<std::string>& names);
 
 }  // namespace oaslam

@@ -22,8 +22,11 @@ ErrorStatistics StatisticsOf(std::vector<double> errors) {
   return s;
 }
 
-TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_poses, const std::vector<StampedPose>& estimated_poses, AlignMode mode) {
-  const auto reference = WithoutDuplicates(reference_poses), estimate = WithoutDuplicates(estimated_poses);
+TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_poses,
+                                    const std::vector<StampedPose>& estimated_poses,
+                                    AlignMode mode) {
+  const auto reference = WithoutDuplicates(reference_poses),
+             estimate = WithoutDuplicates(estimated_poses);
   const auto pairs = Associate(reference, estimate);
   TrajectoryReport report;
   report.pairs = pairs.size();
@@ -33,7 +36,8 @@ TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_po
   }
   const auto alignment = AlignPositions(reference, estimate, pairs, mode);
   if (!alignment) {
-    report.why_not = fmt::format("{} poses with ground truth do not fix an alignment", pairs.size());
+    report.why_not =
+        fmt::format("{} poses with ground truth do not fix an alignment", pairs.size());
     return report;
   }
   std::vector<double> position, rotation;
@@ -53,7 +57,8 @@ TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_po
 namespace {
 
 // Pairs of indices into `pairs` that are one interval apart.
-std::vector<std::pair<size_t, size_t>> Intervals(const std::vector<StampedPose>& estimate, const std::vector<AssociatedPair>& pairs,
+std::vector<std::pair<size_t, size_t>> Intervals(const std::vector<StampedPose>& estimate,
+                                                 const std::vector<AssociatedPair>& pairs,
                                                  double interval_s) {
   std::vector<StampedPose> at;
   for (const AssociatedPair& pair : pairs) at.push_back({estimate[pair.query].timestamp, {}});
@@ -74,19 +79,23 @@ std::vector<std::pair<size_t, size_t>> Intervals(const std::vector<StampedPose>&
 
 }  // namespace
 
-RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference_poses, const std::vector<StampedPose>& estimated_poses, double scale,
+RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference_poses,
+                                const std::vector<StampedPose>& estimated_poses, double scale,
                                 double interval_s) {
-  const auto reference = WithoutDuplicates(reference_poses), estimate = WithoutDuplicates(estimated_poses);
+  const auto reference = WithoutDuplicates(reference_poses),
+             estimate = WithoutDuplicates(estimated_poses);
   const auto pairs = Associate(reference, estimate);
   std::vector<double> translation, rotation;
   for (const auto& [begin, end] : Intervals(estimate, pairs, interval_s)) {
-    const Rigid3 true_motion =
-        reference[pairs[begin].reference].world_from_cam.Inverse() * reference[pairs[end].reference].world_from_cam;
-    Rigid3 motion = estimate[pairs[begin].query].world_from_cam.Inverse() * estimate[pairs[end].query].world_from_cam;
+    const Rigid3 true_motion = reference[pairs[begin].reference].world_from_cam.Inverse() *
+                               reference[pairs[end].reference].world_from_cam;
+    Rigid3 motion = estimate[pairs[begin].query].world_from_cam.Inverse() *
+                    estimate[pairs[end].query].world_from_cam;
     motion.translation *= scale;
     const Rigid3 error = true_motion.Inverse() * motion;
     translation.push_back(error.translation.norm());
-    rotation.push_back(error.rotation.angularDistance(Eigen::Quaterniond::Identity()) * 180 / std::numbers::pi);
+    rotation.push_back(error.rotation.angularDistance(Eigen::Quaterniond::Identity()) * 180 /
+                       std::numbers::pi);
   }
   return {StatisticsOf(std::move(translation)), StatisticsOf(std::move(rotation))};
 }

@@ -20,21 +20,24 @@ struct TrajectoryReport {
   std::string why_not;
   size_t pairs = 0;
   Alignment reference_from_estimate;
-  ErrorStatistics position;      // units of the reference
+  ErrorStatistics position;  // units of the reference
   ErrorStatistics rotation_deg;
   std::vector<std::pair<double, double>> position_errors;  // time stamp and error, ascending
 };
 
-TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& estimate, AlignMode mode);
+TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference,
+                                    const std::vector<StampedPose>& estimate, AlignMode mode);
 
-// Relative pose error (Sturm et al. 2012): of the motion over an interval, the estimate scaled by `scale`.
+// Relative pose error (Sturm et al. 2012): of the motion over an interval, the estimate scaled by
+// `scale`.
 struct RelativeReport {
   ErrorStatistics translation;  // units of the reference
   ErrorStatistics rotation_deg;
 };
 
 // `interval_s`: 0 for neighbouring frames (of which those across a gap are left out).
-RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference, const std::vector<StampedPose>& estimate, double scale,
+RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference,
+                                const std::vector<StampedPose>& estimate, double scale,
                                 double interval_s);
 
 }  // namespace oaslam

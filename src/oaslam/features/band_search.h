@@ -7,7 +7,8 @@
 
 namespace oaslam {
 
-// Image points, each with the distance from a line at which it still counts as on it; structure of arrays.
+// Image points, each with the distance from a line at which it still counts as on it; structure of
+// arrays.
 struct BandPoints {
   std::vector<float> x, y, tolerance;
 
@@ -15,8 +16,9 @@ struct BandPoints {
   int size() const { return static_cast<int>(x.size()); }
 };
 
-// Ascending indices of the points p with |a x + b y + c| <= tolerance; `line` = (a, b, c) with a^2 + b^2 = 1. `found`: scratch, which
-// the result lies in.
-std::span<const int32_t> PointsNearLine(const BandPoints& points, const Eigen::Vector3f& line, std::vector<int32_t>& found);
+// Ascending indices of the points p with |a x + b y + c| <= tolerance; `line` = (a, b, c) with a^2
+// + b^2 = 1. `found`: scratch, which the result lies in.
+std::span<const int32_t> PointsNearLine(const BandPoints& points, const Eigen::Vector3f& line,
+                                        std::vector<int32_t>& found);
 
 }  // namespace oaslam

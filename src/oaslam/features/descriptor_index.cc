@@ -16,13 +16,15 @@ namespace {
 constexpr int kDescriptorBits = 256;
 constexpr uint32_t kMeanBucket = 4;  // more finds more and takes longer
 
-// Bit positions, those first that split the descriptors most evenly: even buckets are small buckets.
+// Bit positions, those first that split the descriptors most evenly: even buckets are small
+// buckets.
 std::vector<uint8_t> BitsByBalance(const std::vector<Descriptor>& descriptors) {
   std::array<int64_t, kDescriptorBits> ones{};
   const size_t step = 1 + descriptors.size() / 4096;
   int64_t sampled = 0;
   for (size_t i = 0; i < descriptors.size(); i += step, ++sampled)
-    for (int b = 0; b < kDescriptorBits; ++b) ones[b] += static_cast<int64_t>(descriptors[i][b / 64] >> (b % 64) & 1);
+    for (int b = 0; b < kDescriptorBits; ++b)
+      ones[b] += static_cast<int64_t>(descriptors[i][b / 64] >> (b % 64) & 1);
   std::vector<uint8_t> bits(kDescriptorBits);
   std::iota(bits.begin(), bits.end(), uint8_t{0});
   std::ranges::stable_sort(bits, {}, [&](uint8_t b) { return std::abs(2 * ones[b] - sampled); });
@@ -33,7 +35,8 @@ std::vector<uint8_t> BitsByBalance(const std::vector<Descriptor>& descriptors) {
 
 uint32_t DescriptorIndex::Key(const Table& table, const Descriptor& descriptor) {
   uint32_t key = 0;
-  for (const uint8_t bit : table.bits) key = key << 1 | static_cast<uint32_t>(descriptor[bit / 64] >> (bit % 64) & 1);
+  for (const uint8_t bit : table.bits)
+    key = key << 1 | static_cast<uint32_t>(descriptor[bit / 64] >> (bit % 64) & 1);
   return key;
 }
 
@@ -41,7 +44,8 @@ DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vecto
     : descriptors_(std::move(descriptors)), labels_(std::move(labels)) {
   OASLAM_CHECK(descriptors_.size() == labels_.size());
   const uint32_t buckets = static_cast<uint32_t>(descriptors_.size()) / kMeanBucket;
-  const int bits = std::clamp(static_cast<int>(std::bit_width(buckets)), 6, kDescriptorBits / kTables);
+  const int bits =
+      std::clamp(static_cast<int>(std::bit_width(buckets)), 6, kDescriptorBits / kTables);
   std::vector<uint8_t> order = BitsByBalance(descriptors_);
   Rng rng(0x9d5a);
   for (int i = kTables * bits - 1; i > 0; --i) std::swap(order[i], order[rng.Index(i + 1)]);
@@ -62,7 +66,8 @@ DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vecto
   }
 }
 
-std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descriptor, int max_distance, size_t max_hits) const {
+std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descriptor,
+                                                         int max_distance, size_t max_hits) const {
   std::vector<Hit> hits;
   if (labels_.empty()) return hits;
   // Most of the time goes by waiting for memory: all is asked for before the first is used.
@@ -71,7 +76,8 @@ std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descr
     keys[t] = Key(tables_[t], descriptor);
     __builtin_prefetch(&tables_[t].begin[keys[t]]);
   }
-  for (int t = 0; t < kTables; ++t) __builtin_prefetch(tables_[t].items.data() + tables_[t].begin[keys[t]]);
+  for (int t = 0; t < kTables; ++t)
+    __builtin_prefetch(tables_[t].items.data() + tables_[t].begin[keys[t]]);
   std::vector<uint32_t> items;
   items.reserve(4 * kTables * kMeanBucket);
   for (int t = 0; t < kTables; ++t) {

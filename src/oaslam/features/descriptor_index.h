@@ -8,8 +8,10 @@
 
 namespace oaslam {
 
-// Approximate nearest neighbours of binary descriptors by locality-sensitive hashing: tables keyed by disjoint random bits (Indyk & Motwani
-// 1998) of those that split the descriptors evenly, so that no vocabulary has to be trained or loaded. Building is linear; the same input gives the same index.
+// Approximate nearest neighbours of binary descriptors by locality-sensitive hashing: tables keyed
+// by disjoint random bits (Indyk & Motwani 1998) of those that split the descriptors evenly, so
+// that no vocabulary has to be trained or loaded. Building is linear; the same input gives the same
+// index.
 class DescriptorIndex {
  public:
   struct Hit {
@@ -22,8 +24,8 @@ class DescriptorIndex {
   // A label may stand at several descriptors.
   DescriptorIndex(std::vector<Descriptor> descriptors, std::vector<uint32_t> labels);
 
-  // Labels within `max_distance` that share a bucket with the descriptor: each once with its least distance, nearest first, then by
-  // label; at most `max_hits`.
+  // Labels within `max_distance` that share a bucket with the descriptor: each once with its least
+  // distance, nearest first, then by label; at most `max_hits`.
   std::vector<Hit> Query(const Descriptor& descriptor, int max_distance, size_t max_hits) const;
 
   size_t size() const { return labels_.size(); }
@@ -31,8 +33,8 @@ class DescriptorIndex {
  private:
   static constexpr int kTables = 16;
   struct Table {
-    std::vector<uint8_t> bits;      // positions that make the key
-    std::vector<uint32_t> begin;    // per key, into items; one more at the end
+    std::vector<uint8_t> bits;    // positions that make the key
+    std::vector<uint32_t> begin;  // per key, into items; one more at the end
     std::vector<uint32_t> items;
   };
   static uint32_t Key(const Table& table, const Descriptor& descriptor);

@@ -22,7 +22,8 @@ int PyramidScales::PredictLevel(double distance, double max_distance) const {
 void Features::EraseKeypointsIn(std::span<const Box> boxes) {
   const auto is_in = [&](const Keypoint& k) {
     const double x = k.px.x() + kBoxFromPixel, y = k.px.y() + kBoxFromPixel;
-    return std::ranges::any_of(boxes, [&](const Box& b) { return x >= b.x1 && x <= b.x2 && y >= b.y1 && y <= b.y2; });
+    return std::ranges::any_of(
+        boxes, [&](const Box& b) { return x >= b.x1 && x <= b.x2 && y >= b.y1 && y <= b.y2; });
   };
   size_t kept = 0;
   for (size_t i = 0; i < keypoints.size(); ++i) {

@@ -38,22 +38,25 @@ struct PyramidScales {
   PyramidScales() : PyramidScales(8, 1.2) {}
   PyramidScales(int level_count, double scale_factor, double lowest = 1);
 
-  // In pixels of the given image: the unit of all distances that follow from the features' precision.
+  // In pixels of the given image: the unit of all distances that follow from the features'
+  // precision.
   double working_pixel() const { return scale[0]; }
   // Of a level, relative to the lowest.
   double Relative(int level) const { return scale[level] / scale[0]; }
-  // The level at which something first fully visible at `max_distance` appears at `distance`, within [0, levels).
+  // The level at which something first fully visible at `max_distance` appears at `distance`,
+  // within [0, levels).
   int PredictLevel(double distance, double max_distance) const;
 };
 
-// The key points of one image, immutable once extracted, with a grid over the ideal image for searches by place.
+// The key points of one image, immutable once extracted, with a grid over the ideal image for
+// searches by place.
 struct Features {
   static constexpr int kGridColumns = 64, kGridRows = 48;
 
   std::vector<Keypoint> keypoints;
   std::vector<Descriptor> descriptors;  // same length
   PyramidScales pyramid;
-  Box bounds;                           // of the ideal image, pixels
+  Box bounds;  // of the ideal image, pixels
 
   int size() const { return static_cast<int>(keypoints.size()); }
 
@@ -63,7 +66,8 @@ struct Features {
   // Fills the grid; call once after keypoints and bounds are set.
   void BuildGrid();
 
-  // Calls visit(index) for each key point within `radius` (in both coordinates) of `px`, in ascending order of cells.
+  // Calls visit(index) for each key point within `radius` (in both coordinates) of `px`, in
+  // ascending order of cells.
   template <typename Visitor>
   void VisitNear(const Eigen::Vector2d& px, double radius, Visitor&& visit) const;
 
@@ -86,8 +90,8 @@ inline int Features::Row(double y) const {
 
 template <typename Visitor>
 void Features::VisitNear(const Eigen::Vector2d& px, double radius, Visitor&& visit) const {
-  if (cell_begin_.empty() || px.x() + radius < bounds.x1 || px.x() - radius > bounds.x2 || px.y() + radius < bounds.y1 ||
-      px.y() - radius > bounds.y2)
+  if (cell_begin_.empty() || px.x() + radius < bounds.x1 || px.x() - radius > bounds.x2 ||
+      px.y() + radius < bounds.y1 || px.y() - radius > bounds.y2)
     return;
   const int first_column = Column(px.x() - radius), last_column = Column(px.x() + radius);
   const int last_row = Row(px.y() + radius);
@@ -96,7 +100,8 @@ void Features::VisitNear(const Eigen::Vector2d& px, double radius, Visitor&& vis
     const uint32_t end = cell_begin_[row * kGridColumns + last_column + 1];
     for (uint32_t i = begin; i < end; ++i) {
       const Eigen::Vector2f& p = keypoints[cell_items_[i]].px;
-      if (std::abs(p.x() - px.x()) < radius && std::abs(p.y() - px.y()) < radius) visit(static_cast<int>(cell_items_[i]));
+      if (std::abs(p.x() - px.x()) < radius && std::abs(p.y() - px.y()) < radius)
+        visit(static_cast<int>(cell_items_[i]));
     }
   }
 }

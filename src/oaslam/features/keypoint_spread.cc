@@ -26,7 +26,8 @@ struct SplitLater {
 
 }  // namespace
 
-std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv::Rect2f& area, int count) {
+std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv::Rect2f& area,
+                                    int count) {
   std::vector<int> indices(corners.size());
   for (size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<int>(i);
   std::vector<Cell> final_cells;
@@ -35,8 +36,10 @@ std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv
   const auto add = [&](const cv::Rect2f& place, std::span<int> inside, int depth) {
     if (inside.empty()) return;
     const Cell cell{place, inside, depth, created++};
-    if (inside.size() == 1 || depth > 20) final_cells.push_back(cell);
-    else open.push(cell);
+    if (inside.size() == 1 || depth > 20)
+      final_cells.push_back(cell);
+    else
+      open.push(cell);
   };
 
   // Start with about square cells.
@@ -45,7 +48,10 @@ std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv
   std::span<int> rest(indices);
   for (int r = 0; r < roots; ++r) {
     const float right = area.x + static_cast<float>(r + 1) * root_width;
-    const auto end = r + 1 == roots ? rest.end() : std::stable_partition(rest.begin(), rest.end(), [&](int i) { return static_cast<float>(corners[i].x) < right; });
+    const auto end =
+        r + 1 == roots ? rest.end() : std::stable_partition(rest.begin(), rest.end(), [&](int i) {
+          return static_cast<float>(corners[i].x) < right;
+        });
     const auto n = static_cast<size_t>(end - rest.begin());
     add({right - root_width, area.y, root_width, area.height}, rest.first(n), 0);
     rest = rest.subspan(n);
@@ -57,7 +63,8 @@ std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv
     const cv::Point2f middle(cell.area.x + half.width, cell.area.y + half.height);
     const auto begin = cell.corners.begin(), end = cell.corners.end();
     const auto is_left = [&](int i) { return static_cast<float>(corners[i].x) < middle.x; };
-    const auto y_mid = std::partition(begin, end, [&](int i) { return static_cast<float>(corners[i].y) < middle.y; });
+    const auto y_mid = std::partition(
+        begin, end, [&](int i) { return static_cast<float>(corners[i].y) < middle.y; });
     const auto x_top = std::partition(begin, y_mid, is_left);
     const auto x_bottom = std::partition(y_mid, end, is_left);
     add({cell.area.tl(), half}, {begin, x_top}, cell.depth + 1);

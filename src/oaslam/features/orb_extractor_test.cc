@@ -17,7 +17,9 @@ cv::Mat RandomScene(uint64_t seed) {
   Rng rng(seed);
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
   for (int i = 0; i < 300; ++i)
-    cv::rectangle(image, cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)), cv::Scalar(rng.Index(256)), -1);
+    cv::rectangle(image,
+                  cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)),
+                  cv::Scalar(rng.Index(256)), -1);
   cv::GaussianBlur(image, image, {3, 3}, 0.8);
   return image;
 }
@@ -29,14 +31,16 @@ TEST(OrbExtractor, FindsTheNumberAskedForOnEveryLevelInsideTheImage) {
   std::array<int, 8> per_level{};
   for (const Keypoint& k : f.keypoints) {
     ++per_level[k.octave];
-    EXPECT_TRUE(k.px.x() >= 15 && k.px.x() < 625 && k.px.y() >= 15 && k.px.y() < 465) << k.px.transpose();
+    EXPECT_TRUE(k.px.x() >= 15 && k.px.x() < 625 && k.px.y() >= 15 && k.px.y() < 465)
+        << k.px.transpose();
   }
   for (const int n : per_level) EXPECT_GT(n, 20);
   EXPECT_GT(per_level[0], per_level[7]);
 }
 
 TEST(OrbExtractor, KeyPointsBeyondTheLensModelAreNotUsed) {
-  // Equidistant: 90 degrees off the axis are 314 px, so that the left and the right of the image are behind the camera.
+  // Equidistant: 90 degrees off the axis are 314 px, so that the left and the right of the image
+  // are behind the camera.
   Camera fisheye = kCamera;
   fisheye.model = LensModel::kFisheye;
   fisheye.fx = fisheye.fy = 200;
@@ -67,10 +71,13 @@ TEST(OrbExtractor, DescriptorsSurviveARotationOfTheImage) {
   int checked = 0, matched = 0;
   for (int i = 0; i < a.size(); ++i) {
     const Eigen::Vector2d p = a.keypoints[i].px.cast<double>();
-    const Eigen::Vector2d there(turn.at<double>(0, 0) * p.x() + turn.at<double>(0, 1) * p.y() + turn.at<double>(0, 2),
-                                turn.at<double>(1, 0) * p.x() + turn.at<double>(1, 1) * p.y() + turn.at<double>(1, 2));
+    const Eigen::Vector2d there(
+        turn.at<double>(0, 0) * p.x() + turn.at<double>(0, 1) * p.y() + turn.at<double>(0, 2),
+        turn.at<double>(1, 0) * p.x() + turn.at<double>(1, 1) * p.y() + turn.at<double>(1, 2));
     int best = 256;
-    b.VisitNear(there, 3, [&](int j) { best = std::min(best, HammingDistance(a.descriptors[i], b.descriptors[j])); });
+    b.VisitNear(there, 3, [&](int j) {
+      best = std::min(best, HammingDistance(a.descriptors[i], b.descriptors[j]));
+    });
     if (best == 256) continue;
     ++checked;
     matched += best <= 50;
@@ -102,7 +109,9 @@ TEST(Features, GridFindsWhatIsNear) {
   Features f;
   f.bounds = {0, 0, 640, 480};
   Rng rng(5);
-  for (int i = 0; i < 800; ++i) f.keypoints.push_back({{static_cast<float>(rng.Uniform(0, 640)), static_cast<float>(rng.Uniform(0, 480))}, 0, 0});
+  for (int i = 0; i < 800; ++i)
+    f.keypoints.push_back(
+        {{static_cast<float>(rng.Uniform(0, 640)), static_cast<float>(rng.Uniform(0, 480))}, 0, 0});
   f.BuildGrid();
   for (int trial = 0; trial < 50; ++trial) {
     const Eigen::Vector2d p(rng.Uniform(-20, 660), rng.Uniform(-20, 500));
@@ -110,7 +119,9 @@ TEST(Features, GridFindsWhatIsNear) {
     std::vector<int> found, expected;
     f.VisitNear(p, r, [&](int i) { found.push_back(i); });
     for (int i = 0; i < f.size(); ++i)
-      if (std::abs(f.keypoints[i].px.x() - p.x()) < r && std::abs(f.keypoints[i].px.y() - p.y()) < r) expected.push_back(i);
+      if (std::abs(f.keypoints[i].px.x() - p.x()) < r &&
+          std::abs(f.keypoints[i].px.y() - p.y()) < r)
+        expected.push_back(i);
     std::ranges::sort(found);
     EXPECT_EQ(found, expected);
   }

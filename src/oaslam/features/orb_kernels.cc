@@ -7,7 +7,8 @@
 #include "oaslam/util/check.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "oaslam/features/orb_kernels.cc"  // compiled once for each instruction set
+#define HWY_TARGET_INCLUDE \
+  "oaslam/features/orb_kernels.cc"  // compiled once for each instruction set
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -21,8 +22,8 @@ using ByteVec = hn::Vec<Bytes>;
 
 HWY_INLINE bool AllZero(Bytes d, ByteVec v) { return hn::AllTrue(d, hn::Eq(v, hn::Zero(d))); }
 
-// Of 16 differences around the circle: the maximum over all arcs of nine of the arc's minimum. Arcs that begin at 2k and at 2k + 1
-// share eight.
+// Of 16 differences around the circle: the maximum over all arcs of nine of the arc's minimum. Arcs
+// that begin at 2k and at 2k + 1 share eight.
 HWY_INLINE ByteVec BestArc(Bytes d, const ByteVec (&difference)[16]) {
   ByteVec two[8], four[8];
   for (int k = 0; k < 8; ++k) two[k] = hn::Min(difference[2 * k + 1], difference[(2 * k + 2) % 16]);
@@ -35,12 +36,16 @@ HWY_INLINE ByteVec BestArc(Bytes d, const ByteVec (&difference)[16]) {
   return best;
 }
 
-// Scores of one row of pixels, zero where not above the threshold; center has kFastRing pixels on each side of the row.
-void ScoreRow(const uint8_t* center, std::ptrdiff_t step, int width, uint8_t threshold, uint8_t* scores) {
+// Scores of one row of pixels, zero where not above the threshold; center has kFastRing pixels on
+// each side of the row.
+void ScoreRow(const uint8_t* center, std::ptrdiff_t step, int width, uint8_t threshold,
+              uint8_t* scores) {
   const Bytes d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const std::ptrdiff_t ring[16] = {3 * step,      3 * step + 1,  2 * step + 2,  step + 3,  3,  -step + 3, -2 * step + 2, -3 * step + 1,
-                                   -3 * step,     -3 * step - 1, -2 * step - 2, -step - 3, -3, step - 3,  2 * step - 2,  3 * step - 1};
+  const std::ptrdiff_t ring[16] = {3 * step,  3 * step + 1,  2 * step + 2,  step + 3,
+                                   3,         -step + 3,     -2 * step + 2, -3 * step + 1,
+                                   -3 * step, -3 * step - 1, -2 * step - 2, -step - 3,
+                                   -3,        step - 3,      2 * step - 2,  3 * step - 1};
   const ByteVec limit = hn::Set(d, threshold);
   for (int next = 0; next < width; next += lanes) {
     const int x = std::min(next, width - lanes);  // the last vector overlaps the one before
@@ -76,7 +81,8 @@ float TopOfParabola(int before, int here, int after) {
 }
 
 // Appends the strict local maxima of a row of scores that has a pixel on each side.
-void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int left, int y, std::vector<Corner>& corners) {
+void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int left, int y,
+                  std::vector<Corner>& corners) {
   const Bytes d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int next = 0; next < width; next += lanes) {
@@ -86,12 +92,15 @@ void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int lef
     if (AllZero(d, score)) continue;
     ByteVec around = hn::Max(hn::LoadU(d, p - 1), hn::LoadU(d, p + 1));
     for (int side = -1; side <= 1; ++side)
-      around = hn::Max(around, hn::Max(hn::LoadU(d, p - step + side), hn::LoadU(d, p + step + side)));
+      around =
+          hn::Max(around, hn::Max(hn::LoadU(d, p - step + side), hn::LoadU(d, p + step + side)));
     uint64_t bits = 0;
-    hn::StoreMaskBits(d, hn::Ne(hn::SaturatedSub(score, around), hn::Zero(d)), reinterpret_cast<uint8_t*>(&bits));
+    hn::StoreMaskBits(d, hn::Ne(hn::SaturatedSub(score, around), hn::Zero(d)),
+                      reinterpret_cast<uint8_t*>(&bits));
     for (bits = bits >> (next - x) << (next - x); bits; bits &= bits - 1) {
       const int i = x + std::countr_zero(bits);
-      corners.push_back({left + i, y, scores[i], TopOfParabola(scores[i - 1], scores[i], scores[i + 1]),
+      corners.push_back({left + i, y, scores[i],
+                         TopOfParabola(scores[i - 1], scores[i], scores[i + 1]),
                          TopOfParabola(scores[i - step], scores[i], scores[i + step])});
     }
   }
@@ -104,16 +113,19 @@ void BlurColumns(const uint8_t* const (&rows)[7], int width, uint16_t* sums) {
   const hn::CappedTag<uint16_t, 16> d;
   const hn::Rebind<uint8_t, decltype(d)> d8;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto load = [&](int row, int x) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(d8, rows[row] + x)); };
+  const auto load = [&](int row, int x)
+                        HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(d8, rows[row] + x)); };
   for (int next = 0; next < width; next += lanes) {
     const int x = std::min(next, width - lanes);
     auto sum = hn::Mul(load(3, x), hn::Set(d, kWeights[0]));
-    for (int k = 1; k <= 3; ++k) sum = hn::Add(sum, hn::Mul(hn::Add(load(3 - k, x), load(3 + k, x)), hn::Set(d, kWeights[k])));
+    for (int k = 1; k <= 3; ++k)
+      sum = hn::Add(sum, hn::Mul(hn::Add(load(3 - k, x), load(3 + k, x)), hn::Set(d, kWeights[k])));
     hn::StoreU(hn::ShiftRight<1>(sum), d, sums + x);
   }
 }
 
-// Weighted sum of seven columns of such sums, rounded to grey levels; sums has three values on each side.
+// Weighted sum of seven columns of such sums, rounded to grey levels; sums has three values on each
+// side.
 void BlurRow(const uint16_t* sums, int width, uint8_t* blurred) {
   const hn::CappedTag<uint16_t, 16> d;
   const hn::RebindToSigned<decltype(d)> d_signed;
@@ -125,13 +137,15 @@ void BlurRow(const uint16_t* sums, int width, uint8_t* blurred) {
     // MulHigh(v / 128 grey, 512 weight) is in 1/256 grey levels.
     auto sum = hn::MulHigh(hn::LoadU(d, p), hn::Set(d, kWeights[0] * 512));
     for (int k = 1; k <= 3; ++k)
-      sum = hn::Add(sum, hn::MulHigh(hn::Add(hn::LoadU(d, p - k), hn::LoadU(d, p + k)), hn::Set(d, kWeights[k] * 512)));
+      sum = hn::Add(sum, hn::MulHigh(hn::Add(hn::LoadU(d, p - k), hn::LoadU(d, p + k)),
+                                     hn::Set(d, kWeights[k] * 512)));
     const auto grey = hn::ShiftRight<8>(hn::Add(sum, hn::Set(d, 128)));
     hn::StoreU(hn::DemoteTo(d8, hn::BitCast(d_signed, grey)), d8, blurred + x);
   }
 }
 
-// Column and row numbers of the 32 columns from -kPatchRadius on, zero outside of the disc, for each row.
+// Column and row numbers of the 32 columns from -kPatchRadius on, zero outside of the disc, for
+// each row.
 struct DiscWeights {
   alignas(64) int16_t u[2 * kPatchRadius + 1][32];
   alignas(64) int16_t v[2 * kPatchRadius + 1][32];
@@ -167,7 +181,8 @@ Moments SumMoments(const uint8_t* center, std::ptrdiff_t step) {
       y0 = hn::ReorderWidenMulAccumulate(d32, grey, hn::Load(d, weights.v[row] + i), y0, y1);
     }
   }
-  return {hn::GetLane(hn::SumOfLanes(d32, hn::Add(x0, x1))), hn::GetLane(hn::SumOfLanes(d32, hn::Add(y0, y1)))};
+  return {hn::GetLane(hn::SumOfLanes(d32, hn::Add(x0, x1))),
+          hn::GetLane(hn::SumOfLanes(d32, hn::Add(y0, y1)))};
 }
 
 // Offsets of the turned pattern in an image.
@@ -176,13 +191,15 @@ void TurnPattern(const PatchDirection& direction, std::ptrdiff_t step, int32_t* 
   const hn::CappedTag<int32_t, 8> d32;
   const hn::Rebind<int16_t, decltype(d32)> d;
   const size_t lanes = hn::Lanes(d);
-  const auto cos = hn::Set(d, direction.cos), sin = hn::Set(d, direction.sin), half = hn::Set(d, 512);
+  const auto cos = hn::Set(d, direction.cos), sin = hn::Set(d, direction.sin),
+             half = hn::Set(d, 512);
   const auto rows = hn::Set(d32, static_cast<int32_t>(step));
   for (size_t i = 0; i < 512; i += lanes) {
     const auto x = hn::Load(d, pattern.x.data() + i), y = hn::Load(d, pattern.y.data() + i);
     const auto u = hn::ShiftRight<10>(hn::Add(hn::Sub(hn::Mul(x, cos), hn::Mul(y, sin)), half));
     const auto v = hn::ShiftRight<10>(hn::Add(hn::Add(hn::Mul(x, sin), hn::Mul(y, cos)), half));
-    hn::Store(hn::Add(hn::Mul(hn::PromoteTo(d32, v), rows), hn::PromoteTo(d32, u)), d32, offsets + i);
+    hn::Store(hn::Add(hn::Mul(hn::PromoteTo(d32, v), rows), hn::PromoteTo(d32, u)), d32,
+              offsets + i);
   }
 }
 
@@ -191,10 +208,12 @@ void CompareBytes(const uint8_t* first, const uint8_t* second, uint8_t* bits) {
   const Bytes d;
   const size_t lanes = hn::Lanes(d);
   for (size_t i = 0; i < 256; i += lanes) {
-    const auto less = hn::Ne(hn::SaturatedSub(hn::Load(d, second + i), hn::Load(d, first + i)), hn::Zero(d));
+    const auto less =
+        hn::Ne(hn::SaturatedSub(hn::Load(d, second + i), hn::Load(d, first + i)), hn::Zero(d));
     uint32_t word = 0;
     hn::StoreMaskBits(d, less, reinterpret_cast<uint8_t*>(&word));
-    for (size_t j = 0; j < lanes; j += 8) bits[(i + j) / 8] |= static_cast<uint8_t>(word >> j << i % 8);
+    for (size_t j = 0; j < lanes; j += 8)
+      bits[(i + j) / 8] |= static_cast<uint8_t>(word >> j << i % 8);
   }
 }
 
@@ -224,18 +243,23 @@ int Mirrored(int i, int size) { return i < 0 ? -i : i >= size ? 2 * size - 2 - i
 
 }  // namespace
 
-std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold, std::vector<uint8_t>& scores) {
+std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold,
+                               std::vector<uint8_t>& scores) {
   OASLAM_CHECK(image.width >= kMinKernelWidth);
   std::vector<Corner> corners;
   if (image.height <= 2 * kFastRing) return corners;
   // Only the inner part is written: a frame of zeros stands around it.
   scores.assign(static_cast<size_t>(image.width) * image.height, 0);
   const int inner_width = image.width - 2 * kFastRing;
-  const auto row_of_scores = [&](int y) { return scores.data() + static_cast<size_t>(y) * image.width + kFastRing; };
+  const auto row_of_scores = [&](int y) {
+    return scores.data() + static_cast<size_t>(y) * image.width + kFastRing;
+  };
   for (int y = kFastRing; y < image.height - kFastRing; ++y)
-    HWY_DYNAMIC_DISPATCH(ScoreRow)(image.data + y * image.step + kFastRing, image.step, inner_width, threshold, row_of_scores(y));
+    HWY_DYNAMIC_DISPATCH(ScoreRow)
+    (image.data + y * image.step + kFastRing, image.step, inner_width, threshold, row_of_scores(y));
   for (int y = kFastRing; y < image.height - kFastRing; ++y)
-    HWY_DYNAMIC_DISPATCH(AppendMaxima)(row_of_scores(y), image.width, inner_width, kFastRing, y, corners);
+    HWY_DYNAMIC_DISPATCH(AppendMaxima)
+    (row_of_scores(y), image.width, inner_width, kFastRing, y, corners);
   return corners;
 }
 
@@ -246,7 +270,8 @@ void BlurGaussian7(const GreyImage& image, uint8_t* blurred, std::ptrdiff_t blur
   uint16_t* sums = padded.data() + kReach;
   for (int y = 0; y < image.height; ++y) {
     const uint8_t* rows[7];
-    for (int k = -kReach; k <= kReach; ++k) rows[k + kReach] = image.data + Mirrored(y + k, image.height) * image.step;
+    for (int k = -kReach; k <= kReach; ++k)
+      rows[k + kReach] = image.data + Mirrored(y + k, image.height) * image.step;
     HWY_DYNAMIC_DISPATCH(BlurColumns)(rows, image.width, sums);
     for (int k = 1; k <= kReach; ++k) {
       sums[-k] = sums[k];
@@ -256,12 +281,15 @@ void BlurGaussian7(const GreyImage& image, uint8_t* blurred, std::ptrdiff_t blur
   }
 }
 
-Moments PatchMoments(const uint8_t* center, std::ptrdiff_t step) { return HWY_DYNAMIC_DISPATCH(SumMoments)(center, step); }
+Moments PatchMoments(const uint8_t* center, std::ptrdiff_t step) {
+  return HWY_DYNAMIC_DISPATCH(SumMoments)(center, step);
+}
 
 PatchDirection DirectionOf(const Moments& moments) {
   const double x = moments.x, y = moments.y, norm = std::sqrt(x * x + y * y);
   if (norm == 0) return {};
-  return {static_cast<int16_t>(std::lround(1024 * x / norm)), static_cast<int16_t>(std::lround(1024 * y / norm))};
+  return {static_cast<int16_t>(std::lround(1024 * x / norm)),
+          static_cast<int16_t>(std::lround(1024 * y / norm))};
 }
 
 Descriptor Describe(const uint8_t* center, std::ptrdiff_t step, const PatchDirection& direction) {
@@ -270,7 +298,8 @@ Descriptor Describe(const uint8_t* center, std::ptrdiff_t step, const PatchDirec
   alignas(64) std::array<uint8_t, 512> values;
   for (size_t i = 0; i < values.size(); ++i) values[i] = center[offsets[i]];
   Descriptor descriptor{};
-  HWY_DYNAMIC_DISPATCH(CompareBytes)(values.data(), values.data() + 256, reinterpret_cast<uint8_t*>(descriptor.data()));
+  HWY_DYNAMIC_DISPATCH(CompareBytes)
+  (values.data(), values.data() + 256, reinterpret_cast<uint8_t*>(descriptor.data()));
   return descriptor;
 }
 

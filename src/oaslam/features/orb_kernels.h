@@ -9,8 +9,9 @@
 
 namespace oaslam {
 
-// The pixel work of ORB, in the widest vectors that the processor has (Highway, chosen at run time). Integer arithmetic
-// throughout: every processor gives the same bits. Images are 8-bit grey; `step` is the distance of rows in bytes.
+// The pixel work of ORB, in the widest vectors that the processor has (Highway, chosen at run
+// time). Integer arithmetic throughout: every processor gives the same bits. Images are 8-bit grey;
+// `step` is the distance of rows in bytes.
 
 constexpr int kMinKernelWidth = 40;  // of the images these functions take
 constexpr int kFastRing = 3;         // FAST's circle: it finds nothing nearer to the border
@@ -20,7 +21,8 @@ constexpr int kPatternReach = 19;    // of Describe: 13 * sqrt(2), rounded up
 struct Corner {
   int32_t x = 0, y = 0;
   uint8_t score = 0;
-  float dx = 0, dy = 0;  // from there to the top of the parabolas through the scores, within half a pixel
+  float dx = 0,
+        dy = 0;  // from there to the top of the parabolas through the scores, within half a pixel
 };
 
 struct GreyImage {
@@ -29,15 +31,19 @@ struct GreyImage {
   int width = 0, height = 0;
 };
 
-// FAST-9-16 (Rosten and Drummond 2006): corners with a score above `threshold`, local maxima of the score among their eight neighbours,
-// row by row. The score of a pixel is the largest t such that nine consecutive pixels of its circle are all brighter than it by at
-// least t, or all darker. `scores`: scratch.
-std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold, std::vector<uint8_t>& scores);
+// FAST-9-16 (Rosten and Drummond 2006): corners with a score above `threshold`, local maxima of the
+// score among their eight neighbours, row by row. The score of a pixel is the largest t such that
+// nine consecutive pixels of its circle are all brighter than it by at least t, or all darker.
+// `scores`: scratch.
+std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold,
+                               std::vector<uint8_t>& scores);
 
-// Gaussian of 7 x 7, sigma 2, mirrored at the border without repeating the outermost pixel. `blurred`: as large as the image.
+// Gaussian of 7 x 7, sigma 2, mirrored at the border without repeating the outermost pixel.
+// `blurred`: as large as the image.
 void BlurGaussian7(const GreyImage& image, uint8_t* blurred, std::ptrdiff_t blurred_step);
 
-// Sums of u I(u, v) and of v I(u, v) over the disc of radius kPatchRadius; reads one column to the right of it.
+// Sums of u I(u, v) and of v I(u, v) over the disc of radius kPatchRadius; reads one column to the
+// right of it.
 struct Moments {
   int x = 0, y = 0;
 };
@@ -49,7 +55,8 @@ struct PatchDirection {
 };
 PatchDirection DirectionOf(const Moments& moments);
 
-// Steered BRIEF of the blurred image: ORB's 256 comparisons, the pattern turned by `direction` (Rublee et al. 2011).
+// Steered BRIEF of the blurred image: ORB's 256 comparisons, the pattern turned by `direction`
+// (Rublee et al. 2011).
 Descriptor Describe(const uint8_t* center, std::ptrdiff_t step, const PatchDirection& direction);
 
 // ORB's pattern: pair i compares point i with point 256 + i.

@@ -25,7 +25,8 @@ cv::Mat Noise(int width, int height, uint64_t seed) {
 
 // Ordinary and hostile images, of widths that no vector divides.
 std::vector<cv::Mat> Images() {
-  std::vector<cv::Mat> images{Noise(40, 30, 1), Noise(77, 41, 2), Noise(131, 64, 3), cv::Mat::zeros(50, 63, CV_8UC1)};
+  std::vector<cv::Mat> images{Noise(40, 30, 1), Noise(77, 41, 2), Noise(131, 64, 3),
+                              cv::Mat::zeros(50, 63, CV_8UC1)};
   images.emplace_back(45, 97, CV_8UC1, cv::Scalar(255));
   cv::Mat saturated = Noise(101, 55, 4) > 127;
   images.push_back(saturated);
@@ -49,7 +50,8 @@ int PlainScore(const cv::Mat& image, int x, int y) {
   for (int start = 0; start < 16; ++start) {
     int brighter = 255, darker = 255;
     for (int k = start; k < start + 9; ++k) {
-      const int difference = image.at<uint8_t>(y + kRingY[k % 16], x + kRingX[k % 16]) - image.at<uint8_t>(y, x);
+      const int difference =
+          image.at<uint8_t>(y + kRingY[k % 16], x + kRingX[k % 16]) - image.at<uint8_t>(y, x);
       brighter = std::min(brighter, difference);
       darker = std::min(darker, -difference);
     }
@@ -70,10 +72,14 @@ std::vector<Corner> PlainFast(const cv::Mat& image, int threshold) {
       for (int v = -1; v <= 1; ++v)
         for (int u = -1; u <= 1; ++u)
           if (u || v) is_maximum = is_maximum && scores(y, x) > scores(y + v, x + u);
-      const auto top = [&](float before, float after) { return 0.5F * (before - after) / (before - 2 * static_cast<float>(scores(y, x)) + after); };
+      const auto top = [&](float before, float after) {
+        return 0.5F * (before - after) / (before - 2 * static_cast<float>(scores(y, x)) + after);
+      };
       if (is_maximum)
-        corners.push_back({x, y, static_cast<uint8_t>(scores(y, x)), top(static_cast<float>(scores(y, x - 1)), static_cast<float>(scores(y, x + 1))),
-                           top(static_cast<float>(scores(y - 1, x)), static_cast<float>(scores(y + 1, x)))});
+        corners.push_back(
+            {x, y, static_cast<uint8_t>(scores(y, x)),
+             top(static_cast<float>(scores(y, x - 1)), static_cast<float>(scores(y, x + 1))),
+             top(static_cast<float>(scores(y - 1, x)), static_cast<float>(scores(y + 1, x)))});
     }
   return corners;
 }
@@ -104,19 +110,23 @@ class OrbKernels : public testing::TestWithParam<int64_t> {
 
 std::vector<int64_t> Targets() {
   std::vector<int64_t> targets;
-  for (int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest; rest &= rest - 1) targets.push_back(rest & -rest);
+  for (int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest; rest &= rest - 1)
+    targets.push_back(rest & -rest);
   return targets;
 }
 
-INSTANTIATE_TEST_SUITE_P(Targets, OrbKernels, testing::ValuesIn(Targets()),
-                         [](const auto& target) { return std::string(hwy::TargetName(target.param)); });
+INSTANTIATE_TEST_SUITE_P(Targets, OrbKernels, testing::ValuesIn(Targets()), [](const auto& target) {
+  return std::string(hwy::TargetName(target.param));
+});
 
 TEST_P(OrbKernels, FastFindsWhatTheDefinitionFinds) {
   std::vector<uint8_t> scores;
   size_t found = 0;
   for (const cv::Mat& image : Images())
     for (const int threshold : {1, 7, 20, 90, 254}) {
-      const std::vector<Corner> fast = DetectFast(View(image), static_cast<uint8_t>(threshold), scores), plain = PlainFast(image, threshold);
+      const std::vector<Corner> fast = DetectFast(View(image), static_cast<uint8_t>(threshold),
+                                                  scores),
+                                plain = PlainFast(image, threshold);
       ASSERT_EQ(fast.size(), plain.size()) << image.size() << " " << threshold;
       for (size_t i = 0; i < fast.size(); ++i) {
         EXPECT_EQ(fast[i].x, plain[i].x);
@@ -136,7 +146,8 @@ TEST_P(OrbKernels, BlurIsWithinRoundingOfTheGaussian) {
     cv::Mat blurred(image.size(), CV_8UC1, cv::Scalar(0));
     BlurGaussian7(View(image), blurred.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred.step));
     for (int y = 0; y < image.rows; ++y)
-      for (int x = 0; x < image.cols; ++x) ASSERT_NEAR(blurred.at<uint8_t>(y, x), PlainBlur(image, x, y), 0.55) << x << " " << y;
+      for (int x = 0; x < image.cols; ++x)
+        ASSERT_NEAR(blurred.at<uint8_t>(y, x), PlainBlur(image, x, y), 0.55) << x << " " << y;
   }
 }
 
@@ -152,7 +163,8 @@ TEST_P(OrbKernels, MomentsAreThoseOfTheDisc) {
               plain.x += u * image.at<uint8_t>(y + v, x + u);
               plain.y += v * image.at<uint8_t>(y + v, x + u);
             }
-        const Moments moments = PatchMoments(image.ptr<uint8_t>(y) + x, static_cast<std::ptrdiff_t>(image.step));
+        const Moments moments =
+            PatchMoments(image.ptr<uint8_t>(y) + x, static_cast<std::ptrdiff_t>(image.step));
         EXPECT_EQ(moments.x, plain.x);
         EXPECT_EQ(moments.y, plain.y);
       }
@@ -163,20 +175,28 @@ TEST_P(OrbKernels, DescriptorsCompareTheTurnedPattern) {
   const cv::Mat image = Noise(150, 80, 9);
   for (int degrees = 0; degrees < 360; degrees += 11) {
     const double angle = degrees * M_PI / 180;
-    const PatchDirection direction = DirectionOf({static_cast<int>(1e6 * std::cos(angle)), static_cast<int>(1e6 * std::sin(angle))});
+    const PatchDirection direction = DirectionOf(
+        {static_cast<int>(1e6 * std::cos(angle)), static_cast<int>(1e6 * std::sin(angle))});
     const int x = 30 + degrees / 5, y = 40;
     const auto value = [&](int i) {
-      const auto turned = [&](double a, double b) { return static_cast<int>(std::floor((a + b) / 1024 + 0.5)); };
+      const auto turned = [&](double a, double b) {
+        return static_cast<int>(std::floor((a + b) / 1024 + 0.5));
+      };
       const double px = GetOrbPattern().x[i], py = GetOrbPattern().y[i];
-      return image.at<uint8_t>(y + turned(px * direction.sin, py * direction.cos), x + turned(px * direction.cos, -py * direction.sin));
+      return image.at<uint8_t>(y + turned(px * direction.sin, py * direction.cos),
+                               x + turned(px * direction.cos, -py * direction.sin));
     };
-    const Descriptor d = Describe(image.ptr<uint8_t>(y) + x, static_cast<std::ptrdiff_t>(image.step), direction);
-    for (int bit = 0; bit < 256; ++bit) ASSERT_EQ((d[bit / 64] >> (bit % 64)) & 1, value(bit) < value(256 + bit)) << degrees << " " << bit;
+    const Descriptor d =
+        Describe(image.ptr<uint8_t>(y) + x, static_cast<std::ptrdiff_t>(image.step), direction);
+    for (int bit = 0; bit < 256; ++bit)
+      ASSERT_EQ((d[bit / 64] >> (bit % 64)) & 1, value(bit) < value(256 + bit))
+          << degrees << " " << bit;
   }
 }
 
 TEST(OrbPattern, StaysWithinItsReachAtAnyAngle) {
-  for (size_t i = 0; i < 512; ++i) EXPECT_LT(std::hypot(GetOrbPattern().x[i], GetOrbPattern().y[i]) + 0.5, kPatternReach);
+  for (size_t i = 0; i < 512; ++i)
+    EXPECT_LT(std::hypot(GetOrbPattern().x[i], GetOrbPattern().y[i]) + 0.5, kPatternReach);
 }
 
 TEST(DirectionOf, AnEvenPatchPointsAlongX) {

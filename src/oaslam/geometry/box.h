@@ -14,11 +14,12 @@ double IoU(const Box& a, const Box& b);
 // The share of the box that lies within `bounds`; 0 of an empty box.
 double ShareInside(const Box& box, const Box& bounds);
 
-// The part of a predicted box that a detection with these truncated edges (bits as of EdgeBit) can show: beyond a
-// truncated edge nothing is seen.
+// The part of a predicted box that a detection with these truncated edges (bits as of EdgeBit) can
+// show: beyond a truncated edge nothing is seen.
 Box ClipAtTruncation(const Box& predicted, const Box& detected, unsigned char truncated);
 
-// Boxes are areas: the pixel coordinate of a box's edge, and of its centre, is half a pixel less (docs/formats.md).
+// Boxes are areas: the pixel coordinate of a box's edge, and of its centre, is half a pixel less
+// (docs/formats.md).
 constexpr double kBoxFromPixel = 0.5;
 
 inline Eigen::Vector2d CenterPixel(const Box& box) {

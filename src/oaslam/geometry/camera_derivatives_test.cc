@@ -14,8 +14,13 @@ Camera Pinhole() {
 }
 
 Camera Fisheye() {
-  Camera c{.model = LensModel::kFisheye, .width = 848, .height = 800, .fx = 286, .fy = 287,
-           .cx = 420, .cy = 401};
+  Camera c{.model = LensModel::kFisheye,
+           .width = 848,
+           .height = 800,
+           .fx = 286,
+           .fy = 287,
+           .cx = 420,
+           .cy = 401};
   c.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
   return c;
 }
@@ -30,7 +35,8 @@ TEST(CameraDerivatives, AgreeWithDifferences) {
       EXPECT_LT((Undistort(camera, d.px) - ProjectIdeal(camera, x)).norm(), 1e-6);
       for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
-        const Eigen::Vector2d by = (PixelOf(camera, x + step) - PixelOf(camera, x - step)) / (2 * kStep);
+        const Eigen::Vector2d by =
+            (PixelOf(camera, x + step) - PixelOf(camera, x - step)) / (2 * kStep);
         EXPECT_LT((d.by_point.col(i) - by).norm(), 1e-5 * camera.fx) << i;
       }
       for (int i = 0; i < kIntrinsics; ++i) {

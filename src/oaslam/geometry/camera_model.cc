@@ -6,7 +6,8 @@
 namespace oaslam {
 namespace {
 
-// Radial-tangential distortion of a point of the plane z = 1 (Brown 1966, OpenCV's order of coefficients).
+// Radial-tangential distortion of a point of the plane z = 1 (Brown 1966, OpenCV's order of
+// coefficients).
 Eigen::Vector2d DistortPinhole(const std::array<double, 5>& k, const Eigen::Vector2d& p) {
   const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
   const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
@@ -19,12 +20,14 @@ Eigen::Matrix2d DistortPinholeJacobian(const std::array<double, 5>& k, const Eig
   const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
   const double slope = 2 * (k[0] + r2 * (2 * k[1] + 3 * r2 * k[4]));  // d radial / d r2, times 2
   Eigen::Matrix2d j;
-  j << radial + slope * x * x + 2 * k[2] * y + 6 * k[3] * x, slope * x * y + 2 * k[2] * x + 2 * k[3] * y,
-      slope * x * y + 2 * k[2] * x + 2 * k[3] * y, radial + slope * y * y + 6 * k[2] * y + 2 * k[3] * x;
+  j << radial + slope * x * x + 2 * k[2] * y + 6 * k[3] * x,
+      slope * x * y + 2 * k[2] * x + 2 * k[3] * y, slope * x * y + 2 * k[2] * x + 2 * k[3] * y,
+      radial + slope * y * y + 6 * k[2] * y + 2 * k[3] * x;
   return j;
 }
 
-// Newton on the exact model; where it does not converge (outside of the model's range) the last iterate stands.
+// Newton on the exact model; where it does not converge (outside of the model's range) the last
+// iterate stands.
 Eigen::Vector2d UndistortPinhole(const std::array<double, 5>& k, const Eigen::Vector2d& distorted) {
   Eigen::Vector2d p = distorted;
   for (int i = 0; i < 20; ++i) {
@@ -60,7 +63,8 @@ double PinholeSlope(const std::array<double, 5>& k, double theta) {
 }
 
 // Newton, kept within the angles between which the root lies: the radius grows up to `max_theta`.
-Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, double max_theta, const Eigen::Vector2d& distorted) {
+Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, double max_theta,
+                                 const Eigen::Vector2d& distorted) {
   const double radius = distorted.norm();
   if (radius < 1e-12) return distorted;
   double low = 0, high = max_theta, theta = std::min(radius, max_theta);
@@ -83,11 +87,13 @@ Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel) {
   return Undistort(camera, MaxLensAngle(camera), pixel);
 }
 
-Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle, const Eigen::Vector2d& pixel) {
+Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle,
+                          const Eigen::Vector2d& pixel) {
   if (!camera.HasDistortion() && camera.model == LensModel::kPinhole) return pixel;
   const Eigen::Vector2d p((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
-  const Eigen::Vector2d u = camera.model == LensModel::kPinhole ? UndistortPinhole(camera.distortion, p)
-                                                                : UndistortFisheye(camera.distortion, max_lens_angle, p);
+  const Eigen::Vector2d u = camera.model == LensModel::kPinhole
+                                ? UndistortPinhole(camera.distortion, p)
+                                : UndistortFisheye(camera.distortion, max_lens_angle, p);
   return {camera.fx * u.x() + camera.cx, camera.fy * u.y() + camera.cy};
 }
 
@@ -97,7 +103,8 @@ double MaxLensAngle(const Camera& camera) {
   constexpr int kSteps = 155, kHalvings = 40;
   if (!camera.HasDistortion()) return kMaxTheta;
   const auto slope = [&](double theta) {
-    return camera.model == LensModel::kFisheye ? FisheyeSlope(camera.distortion, theta) : PinholeSlope(camera.distortion, theta);
+    return camera.model == LensModel::kFisheye ? FisheyeSlope(camera.distortion, theta)
+                                               : PinholeSlope(camera.distortion, theta);
   };
   for (int i = 1; i <= kSteps; ++i) {
     double low = kMaxTheta * (i - 1) / kSteps, high = kMaxTheta * i / kSteps;
@@ -114,15 +121,18 @@ double MaxLensAngle(const Camera& camera) {
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal) {
   if (!camera.HasDistortion() && camera.model == LensModel::kPinhole) return ideal;
   const Eigen::Vector2d p((ideal.x() - camera.cx) / camera.fx, (ideal.y() - camera.cy) / camera.fy);
-  const Eigen::Vector2d d = camera.model == LensModel::kPinhole ? DistortPinhole(camera.distortion, p)
-                                                                : DistortFisheye(camera.distortion, p);
+  const Eigen::Vector2d d = camera.model == LensModel::kPinhole
+                                ? DistortPinhole(camera.distortion, p)
+                                : DistortFisheye(camera.distortion, p);
   return {camera.fx * d.x() + camera.cx, camera.fy * d.y() + camera.cy};
 }
 
 Box UndistortBox(const Camera& camera, const Box& box) {
   const double mid_x = (box.x1 + box.x2) / 2 - 0.5, mid_y = (box.y1 + box.y2) / 2 - 0.5;
-  return {Undistort(camera, {box.x1 - 0.5, mid_y}).x() + 0.5, Undistort(camera, {mid_x, box.y1 - 0.5}).y() + 0.5,
-          Undistort(camera, {box.x2 - 0.5, mid_y}).x() + 0.5, Undistort(camera, {mid_x, box.y2 - 0.5}).y() + 0.5};
+  return {Undistort(camera, {box.x1 - 0.5, mid_y}).x() + 0.5,
+          Undistort(camera, {mid_x, box.y1 - 0.5}).y() + 0.5,
+          Undistort(camera, {box.x2 - 0.5, mid_y}).x() + 0.5,
+          Undistort(camera, {mid_x, box.y2 - 0.5}).y() + 0.5};
 }
 
 Box IdealImageBounds(const Camera& camera) {
@@ -130,8 +140,9 @@ Box IdealImageBounds(const Camera& camera) {
   constexpr int kSteps = 32;
   for (int i = 0; i <= kSteps; ++i) {
     const double x = (camera.width - 1.0) * i / kSteps, y = (camera.height - 1.0) * i / kSteps;
-    for (const Eigen::Vector2d& border : {Eigen::Vector2d(x, 0), Eigen::Vector2d(x, camera.height - 1),
-                                          Eigen::Vector2d(0, y), Eigen::Vector2d(camera.width - 1, y)}) {
+    for (const Eigen::Vector2d& border :
+         {Eigen::Vector2d(x, 0), Eigen::Vector2d(x, camera.height - 1), Eigen::Vector2d(0, y),
+          Eigen::Vector2d(camera.width - 1, y)}) {
       const Eigen::Vector2d p = Undistort(camera, border);
       bounds = {std::min(bounds.x1, p.x()), std::min(bounds.y1, p.y()), std::max(bounds.x2, p.x()),
                 std::max(bounds.y2, p.y())};

@@ -8,41 +8,49 @@
 
 namespace oaslam {
 
-// Everything behind feature extraction lives in the ideal pinhole image of a camera: the same focal lengths and principal
-// point, no distortion. Points and boxes enter it once, exactly, by these functions.
+// Everything behind feature extraction lives in the ideal pinhole image of a camera: the same focal
+// lengths and principal point, no distortion. Points and boxes enter it once, exactly, by these
+// functions.
 
-// A pixel of the original image, in the ideal pinhole image (which is unbounded). Where the lens model has no inverse
-// (IdealImage::Undistort tells) the result is only finite.
+// A pixel of the original image, in the ideal pinhole image (which is unbounded). Where the lens
+// model has no inverse (IdealImage::Undistort tells) the result is only finite.
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel);
 // The same, for many: with what MaxLensAngle says of the camera.
-Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle, const Eigen::Vector2d& pixel);
+Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle,
+                          const Eigen::Vector2d& pixel);
 
-// The angle from the optical axis up to which the lens model is one to one (its radius grows) and a point has a place in
-// a pinhole image, rad.
+// The angle from the optical axis up to which the lens model is one to one (its radius grows) and a
+// point has a place in a pinhole image, rad.
 double MaxLensAngle(const Camera& camera);
 
 // The inverse of Undistort.
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal);
 
-// A box of the original image, in the ideal one: each edge goes where its midpoint goes (objects-study.md, section 5).
-// Boxes are areas, so an edge at x lies at pixel coordinate x - 0.5; this holds before and after.
+// A box of the original image, in the ideal one: each edge goes where its midpoint goes
+// (objects-study.md, section 5). Boxes are areas, so an edge at x lies at pixel coordinate x - 0.5;
+// this holds before and after.
 Box UndistortBox(const Camera& camera, const Box& box);
 
 // The box around the ideal image of all pixels of the camera.
 Box IdealImageBounds(const Camera& camera);
 
-// Detectors work on images whose longer side is scaled to a length of theirs, so that the errors of boxes grow with it.
-// They are said in detector pixels, as of an image of 640 px; this is one of them in px of the camera's image.
-inline double DetectorPixel(const Camera& camera) { return std::max(camera.width, camera.height) / 640.0; }
+// Detectors work on images whose longer side is scaled to a length of theirs, so that the errors of
+// boxes grow with it. They are said in detector pixels, as of an image of 640 px; this is one of
+// them in px of the camera's image.
+inline double DetectorPixel(const Camera& camera) {
+  return std::max(camera.width, camera.height) / 640.0;
+}
 
-// Edges of a box within 3 detector pixels of the border of the original image: bits of kLeft..kBottom.
+// Edges of a box within 3 detector pixels of the border of the original image: bits of
+// kLeft..kBottom.
 enum EdgeBit : unsigned char { kLeft = 1, kTop = 2, kRight = 4, kBottom = 8 };
 unsigned char TruncatedEdges(const Camera& camera, const Box& box);
 
 // Ideal pinhole projection; z must not be zero.
 inline Eigen::Vector2d ProjectIdeal(const Camera& camera, const Eigen::Vector3d& x_in_cam) {
   const double inverse_z = 1.0 / x_in_cam.z();
-  return {camera.fx * x_in_cam.x() * inverse_z + camera.cx, camera.fy * x_in_cam.y() * inverse_z + camera.cy};
+  return {camera.fx * x_in_cam.x() * inverse_z + camera.cx,
+          camera.fy * x_in_cam.y() * inverse_z + camera.cy};
 }
 
 // The ray (z = 1) through a point of the ideal image.

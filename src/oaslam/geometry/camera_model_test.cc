@@ -12,7 +12,13 @@ Camera Freiburg2() {
 }
 
 Camera Fisheye() {
-  Camera c{.model = LensModel::kFisheye, .width = 848, .height = 800, .fx = 286, .fy = 286, .cx = 420, .cy = 401};
+  Camera c{.model = LensModel::kFisheye,
+           .width = 848,
+           .height = 800,
+           .fx = 286,
+           .fy = 286,
+           .cx = 420,
+           .cy = 401};
   c.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
   return c;
 }
@@ -22,7 +28,8 @@ TEST(CameraModel, UndistortionInvertsDistortionOverTheImage) {
     for (int x = 0; x < camera.width; x += 53)
       for (int y = 0; y < camera.height; y += 53) {
         const Eigen::Vector2d pixel(x, y);
-        if ((pixel - Eigen::Vector2d(camera.cx, camera.cy)).norm() > 1.4 * camera.fx) continue;  // no pinhole image
+        if ((pixel - Eigen::Vector2d(camera.cx, camera.cy)).norm() > 1.4 * camera.fx)
+          continue;  // no pinhole image
         const Eigen::Vector2d back = Distort(camera, Undistort(camera, pixel));
         EXPECT_LT((back - pixel).norm(), 1e-6) << pixel.transpose();
       }
@@ -37,7 +44,9 @@ TEST(CameraModel, WithoutDistortionAPixelStaysWhereItIs) {
 
 TEST(CameraModel, RayAndProjectionAreInverse) {
   const Camera camera = Freiburg2();
-  EXPECT_LT((ProjectIdeal(camera, RayOf(camera, {100, 400}) * 3.2) - Eigen::Vector2d(100, 400)).norm(), 1e-9);
+  EXPECT_LT(
+      (ProjectIdeal(camera, RayOf(camera, {100, 400}) * 3.2) - Eigen::Vector2d(100, 400)).norm(),
+      1e-9);
 }
 
 TEST(CameraModel, EdgesAtTheBorderAreTruncated) {

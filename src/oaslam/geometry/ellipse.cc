@@ -14,15 +14,17 @@ Ellipse InscribedEllipse(const Box& box) {
 }
 
 Box BoundingBox(const Ellipse& ellipse) {
-  const double half_width = std::sqrt(ellipse.covariance(0, 0)), half_height = std::sqrt(ellipse.covariance(1, 1));
+  const double half_width = std::sqrt(ellipse.covariance(0, 0)),
+               half_height = std::sqrt(ellipse.covariance(1, 1));
   const double x = ellipse.mean.x() + kBoxFromPixel, y = ellipse.mean.y() + kBoxFromPixel;
   return {x - half_width, y - half_height, x + half_width, y + half_height};
 }
 
 double SquaredWasserstein(const Ellipse& a, const Ellipse& b) {
   // tr (A^1/2 B A^1/2)^1/2 of 2x2 matrices is sqrt(tr AB + 2 sqrt(det A det B)).
-  const double cross = (a.covariance * b.covariance).trace() +
-                       2 * std::sqrt(std::max(a.covariance.determinant() * b.covariance.determinant(), 0.0));
+  const double cross =
+      (a.covariance * b.covariance).trace() +
+      2 * std::sqrt(std::max(a.covariance.determinant() * b.covariance.determinant(), 0.0));
   return (a.mean - b.mean).squaredNorm() + a.covariance.trace() + b.covariance.trace() -
          2 * std::sqrt(std::max(cross, 0.0));
 }

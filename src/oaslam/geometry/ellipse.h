@@ -6,8 +6,8 @@
 
 namespace oaslam {
 
-// {x : (x - mean)^T covariance^-1 (x - mean) <= 1} in pixels: half axes are the square roots of the covariance's
-// eigenvalues.
+// {x : (x - mean)^T covariance^-1 (x - mean) <= 1} in pixels: half axes are the square roots of the
+// covariance's eigenvalues.
 struct Ellipse {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();

@@ -15,7 +15,8 @@ struct InCamera {
 InCamera View(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world) {
   InCamera view;
   view.center = cam_from_world * ellipsoid.center;
-  view.outline = OutlineOf(view.center, cam_from_world.rotation.toRotationMatrix() * ScaledAxes(ellipsoid));
+  view.outline =
+      OutlineOf(view.center, cam_from_world.rotation.toRotationMatrix() * ScaledAxes(ellipsoid));
   return view;
 }
 
@@ -29,7 +30,8 @@ Box OutlineBox(const OutlineConic& c, const Camera& camera) {
   const double scale = 1 / c.zz, x = c.xz * scale, y = c.yz * scale;
   const double half_width = camera.fx * std::sqrt(x * x - c.xx * scale);
   const double half_height = camera.fy * std::sqrt(y * y - c.yy * scale);
-  const double u = camera.fx * x + camera.cx + kBoxFromPixel, v = camera.fy * y + camera.cy + kBoxFromPixel;
+  const double u = camera.fx * x + camera.cx + kBoxFromPixel,
+               v = camera.fy * y + camera.cy + kBoxFromPixel;
   return {u - half_width, v - half_height, u + half_width, v + half_height};
 }
 
@@ -43,11 +45,13 @@ std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3
   ellipse.mean = {camera.fx * x + camera.cx, camera.fy * y + camera.cy};
   ellipse.covariance(0, 0) = camera.fx * camera.fx * (x * x - c.xx / c.zz);
   ellipse.covariance(1, 1) = camera.fy * camera.fy * (y * y - c.yy / c.zz);
-  ellipse.covariance(0, 1) = ellipse.covariance(1, 0) = camera.fx * camera.fy * (x * y - c.xy / c.zz);
+  ellipse.covariance(0, 1) = ellipse.covariance(1, 0) =
+      camera.fx * camera.fy * (x * y - c.xy / c.zz);
   return ellipse;
 }
 
-std::optional<Box> ProjectToBox(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world, const Camera& camera) {
+std::optional<Box> ProjectToBox(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,
+                                const Camera& camera) {
   const InCamera view = View(ellipsoid, cam_from_world);
   if (!IsInFront(view.center.z(), view.outline)) return std::nullopt;
   return OutlineBox(view.outline, camera);

@@ -7,14 +7,19 @@ namespace {
 
 // u w^T + w u^T, scaled.
 OutlineConic SymmetricProduct(double scale, const Eigen::Vector3d& u, const Eigen::Vector3d& w) {
-  return {2 * scale * u.x() * w.x(), scale * (u.x() * w.y() + u.y() * w.x()), scale * (u.x() * w.z() + u.z() * w.x()),
-          2 * scale * u.y() * w.y(), scale * (u.y() * w.z() + u.z() * w.y()), 2 * scale * u.z() * w.z()};
+  return {2 * scale * u.x() * w.x(),
+          scale * (u.x() * w.y() + u.y() * w.x()),
+          scale * (u.x() * w.z() + u.z() * w.x()),
+          2 * scale * u.y() * w.y(),
+          scale * (u.y() * w.z() + u.z() * w.y()),
+          2 * scale * u.z() * w.z()};
 }
 
 // The change of C* with each parameter: C* = sum_i a_i^2 v_i v_i^T - p p^T.
 template <typename Visitor>
 void VisitShapeChanges(const EllipsoidView& view, Visitor&& visit) {
-  for (int k = 0; k < 3; ++k) visit(k, SymmetricProduct(-1, view.cam_from_world.col(k), view.center));
+  for (int k = 0; k < 3; ++k)
+    visit(k, SymmetricProduct(-1, view.cam_from_world.col(k), view.center));
   const Eigen::Vector3d squared = view.half_axes.cwiseAbs2();
   const Eigen::Matrix3d& v = view.cam_from_ellipsoid;
   for (int k = 0; k < 3; ++k) visit(3 + k, SymmetricProduct(squared[k], v.col(k), v.col(k)));
@@ -36,7 +41,9 @@ struct AxisTerms {
         half_inverse_deviation(0.5 / std::sqrt(mean * mean - moment)),
         focal(f) {}
 
-  double MeanChange(double d_cross, double d_zz) const { return (d_cross - mean * d_zz) * inverse_zz; }
+  double MeanChange(double d_cross, double d_zz) const {
+    return (d_cross - mean * d_zz) * inverse_zz;
+  }
   double VarianceChange(double d_mean, double d_square, double d_zz) const {
     return 2 * mean * d_mean - (d_square - moment * d_zz) * inverse_zz;
   }
@@ -52,7 +59,8 @@ struct EdgeDifferential {
     const double dx = x.MeanChange(d.xz, d.zz), dy = y.MeanChange(d.yz, d.zz);
     const double width = x.VarianceChange(dx, d.xx, d.zz) * x.half_inverse_deviation;
     const double height = y.VarianceChange(dy, d.yy, d.zz) * y.half_inverse_deviation;
-    return {x.focal * (dx - width), y.focal * (dy - height), x.focal * (dx + width), y.focal * (dy + height)};
+    return {x.focal * (dx - width), y.focal * (dy - height), x.focal * (dx + width),
+            y.focal * (dy + height)};
   }
 };
 
@@ -66,7 +74,9 @@ Ellipsoid Moved(const Ellipsoid& ellipsoid, const ShapeVector& change) {
   const double angle = turn.norm();
   moved.rotation = ellipsoid.rotation;
   if (angle > 0)
-    moved.rotation = (ellipsoid.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))).normalized();
+    moved.rotation =
+        (ellipsoid.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)))
+            .normalized();
   return moved;
 }
 
@@ -79,7 +89,8 @@ Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change) {
   return delta * cam_from_world;
 }
 
-std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world) {
+std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid,
+                                           const Rigid3& cam_from_world) {
   EllipsoidView view;
   view.center = cam_from_world * ellipsoid.center;
   view.cam_from_world = cam_from_world.rotation.toRotationMatrix();
@@ -93,7 +104,8 @@ std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid, const Rig
 EdgesByShape DifferentiateByShape(const EllipsoidView& view, const Camera& camera) {
   EdgesByShape jacobian;
   const EdgeDifferential edges(view.outline, camera);
-  VisitShapeChanges(view, [&](int column, const OutlineConic& change) { jacobian.col(column) = edges(change); });
+  VisitShapeChanges(
+      view, [&](int column, const OutlineConic& change) { jacobian.col(column) = edges(change); });
   return jacobian;
 }
 
@@ -101,7 +113,8 @@ EdgesByPose DifferentiateByPose(const EllipsoidView& view, const Camera& camera)
   EdgesByPose jacobian;
   const EdgeDifferential edges(view.outline, camera);
   const OutlineConic& c = view.outline;
-  for (int k = 0; k < 3; ++k) jacobian.col(k) = edges(SymmetricProduct(-1, Eigen::Vector3d::Unit(k), view.center));
+  for (int k = 0; k < 3; ++k)
+    jacobian.col(k) = edges(SymmetricProduct(-1, Eigen::Vector3d::Unit(k), view.center));
   // C* turns with the camera: dC* = [w] C* + ([w] C*)^T.
   jacobian.col(3) = edges({0, -c.xz, c.xy, -2 * c.yz, c.yy - c.zz, 2 * c.yz});
   jacobian.col(4) = edges({2 * c.xz, c.yz, c.zz - c.xx, 0, -c.xy, -2 * c.xz});
@@ -117,8 +130,9 @@ EllipseByShape DifferentiateEllipse(const EllipsoidView& view, const Camera& cam
   VisitShapeChanges(view, [&](int column, const OutlineConic& d) {
     const double dx = x.MeanChange(d.xz, d.zz), dy = y.MeanChange(d.yz, d.zz);
     const double dxy = dx * y.mean + x.mean * dy - (d.xy - xy * d.zz) * inverse_zz;
-    jacobian.col(column) << camera.fx * dx, camera.fy * dy, camera.fx * camera.fx * x.VarianceChange(dx, d.xx, d.zz),
-        camera.fx * camera.fy * dxy, camera.fy * camera.fy * y.VarianceChange(dy, d.yy, d.zz);
+    jacobian.col(column) << camera.fx * dx, camera.fy * dy,
+        camera.fx * camera.fx * x.VarianceChange(dx, d.xx, d.zz), camera.fx * camera.fy * dxy,
+        camera.fy * camera.fy * y.VarianceChange(dy, d.yy, d.zz);
   });
   return jacobian;
 }

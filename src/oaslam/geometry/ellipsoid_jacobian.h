@@ -8,15 +8,16 @@
 
 namespace oaslam {
 
-// Parameters of an ellipsoid, in this order: centre (world, 3), logarithms of the half axes (3), then small rotations
-// [rad] about its own third, first and second axis. The first seven describe an ellipsoid whose third axis stays
-// upright.
+// Parameters of an ellipsoid, in this order: centre (world, 3), logarithms of the half axes (3),
+// then small rotations [rad] about its own third, first and second axis. The first seven describe
+// an ellipsoid whose third axis stays upright.
 constexpr int kShapeParameters = 9;
 using ShapeVector = Eigen::Matrix<double, kShapeParameters, 1>;
 
 Ellipsoid Moved(const Ellipsoid& ellipsoid, const ShapeVector& change);
 
-// Parameters of a pose cam_from_world: translation then rotation [rad] of the camera frame, exp(w) * pose + t.
+// Parameters of a pose cam_from_world: translation then rotation [rad] of the camera frame, exp(w)
+// * pose + t.
 using PoseVector = Eigen::Matrix<double, 6, 1>;
 
 Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change);
@@ -31,7 +32,8 @@ struct EllipsoidView {
 };
 
 // Nothing unless wholly in front of the camera.
-std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world);
+std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid,
+                                           const Rigid3& cam_from_world);
 
 // Derivatives of the box edges (x1, y1, x2, y2), px.
 using EdgesByShape = Eigen::Matrix<double, 4, kShapeParameters>;

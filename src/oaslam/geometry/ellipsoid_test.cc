@@ -14,10 +14,13 @@
 namespace oaslam {
 namespace {
 
-Camera TestCamera() { return {.width = 640, .height = 480, .fx = 520, .fy = 515, .cx = 325, .cy = 250}; }
+Camera TestCamera() {
+  return {.width = 640, .height = 480, .fx = 520, .fy = 515, .cx = 325, .cy = 250};
+}
 
 Eigen::Quaterniond RandomRotation(Rng& rng) {
-  return Eigen::Quaterniond(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1)).normalized();
+  return Eigen::Quaterniond(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1))
+      .normalized();
 }
 
 struct Scene {
@@ -27,9 +30,10 @@ struct Scene {
 
 Scene RandomScene(Rng& rng) {
   Scene s;
-  s.cam_from_world = {RandomRotation(rng), {rng.Uniform(-3, 3), rng.Uniform(-3, 3), rng.Uniform(-3, 3)}};
-  s.ellipsoid.center =
-      s.cam_from_world.Inverse() * Eigen::Vector3d(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1.5, 4));
+  s.cam_from_world = {RandomRotation(rng),
+                      {rng.Uniform(-3, 3), rng.Uniform(-3, 3), rng.Uniform(-3, 3)}};
+  s.ellipsoid.center = s.cam_from_world.Inverse() *
+                       Eigen::Vector3d(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(1.5, 4));
   s.ellipsoid.half_axes = {rng.Uniform(0.1, 0.6), rng.Uniform(0.1, 0.6), rng.Uniform(0.1, 0.6)};
   s.ellipsoid.rotation = RandomRotation(rng);
   return s;
@@ -51,11 +55,12 @@ TEST(Ellipsoid, BoxAndEllipseBoundItsSurface) {
     for (int i = 0; i < 200; ++i)
       for (int j = 0; j < 400; ++j) {
         const double theta = std::numbers::pi * i / 199, phi = 2 * std::numbers::pi * j / 400;
-        const Eigen::Vector3d unit(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
-        const Eigen::Vector2d px =
-            ProjectIdeal(camera, s.cam_from_world * (s.ellipsoid.center + ScaledAxes(s.ellipsoid) * unit));
-        sampled = {std::min(sampled.x1, px.x()), std::min(sampled.y1, px.y()), std::max(sampled.x2, px.x()),
-                   std::max(sampled.y2, px.y())};
+        const Eigen::Vector3d unit(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                                   std::cos(theta));
+        const Eigen::Vector2d px = ProjectIdeal(
+            camera, s.cam_from_world * (s.ellipsoid.center + ScaledAxes(s.ellipsoid) * unit));
+        sampled = {std::min(sampled.x1, px.x()), std::min(sampled.y1, px.y()),
+                   std::max(sampled.x2, px.x()), std::max(sampled.y2, px.y())};
         const Eigen::Vector2d offset = px - ellipse->mean;
         largest = std::max(largest, offset.dot(inverse * offset));
       }
@@ -81,7 +86,9 @@ TEST(Ellipsoid, JacobiansAreDerivatives) {
   Rng rng(2);
   const Camera camera = TestCamera();
   const double h = 1e-6;
-  const auto edges = [&](const Ellipsoid& e, const Rigid3& pose) { return Edges(*ProjectToBox(e, pose, camera)); };
+  const auto edges = [&](const Ellipsoid& e, const Rigid3& pose) {
+    return Edges(*ProjectToBox(e, pose, camera));
+  };
   const auto moments = [&](const Ellipsoid& e, const Rigid3& pose) {
     const Ellipse p = *ProjectToEllipse(e, pose, camera);
     Eigen::Matrix<double, 5, 1> m;
@@ -97,17 +104,20 @@ TEST(Ellipsoid, JacobiansAreDerivatives) {
     for (int k = 0; k < kShapeParameters; ++k) {
       const Ellipsoid plus = Moved(s.ellipsoid, h * ShapeVector::Unit(k)),
                       minus = Moved(s.ellipsoid, -h * ShapeVector::Unit(k));
-      const Eigen::Vector4d numeric = (edges(plus, s.cam_from_world) - edges(minus, s.cam_from_world)) / (2 * h);
+      const Eigen::Vector4d numeric =
+          (edges(plus, s.cam_from_world) - edges(minus, s.cam_from_world)) / (2 * h);
       EXPECT_LT((by_shape.col(k) - numeric).norm(), 1e-4 * (1 + numeric.norm())) << k;
       const auto numeric_moments =
           ((moments(plus, s.cam_from_world) - moments(minus, s.cam_from_world)) / (2 * h)).eval();
-      EXPECT_LT((of_ellipse.col(k) - numeric_moments).norm(), 1e-4 * (1 + numeric_moments.norm())) << k;
+      EXPECT_LT((of_ellipse.col(k) - numeric_moments).norm(), 1e-4 * (1 + numeric_moments.norm()))
+          << k;
     }
     const EdgesByPose by_pose = DifferentiateByPose(*view, camera);
     for (int k = 0; k < 6; ++k) {
-      const Eigen::Vector4d numeric = (edges(s.ellipsoid, Moved(s.cam_from_world, h * PoseVector::Unit(k))) -
-                                       edges(s.ellipsoid, Moved(s.cam_from_world, -h * PoseVector::Unit(k)))) /
-                                      (2 * h);
+      const Eigen::Vector4d numeric =
+          (edges(s.ellipsoid, Moved(s.cam_from_world, h * PoseVector::Unit(k))) -
+           edges(s.ellipsoid, Moved(s.cam_from_world, -h * PoseVector::Unit(k)))) /
+          (2 * h);
       EXPECT_LT((by_pose.col(k) - numeric).norm(), 1e-4 * (1 + numeric.norm())) << k;
     }
   }
@@ -135,7 +145,8 @@ TEST(Box, OverlapAndShare) {
 
 TEST(Ellipse, WassersteinOfAlignedEllipsesIsEuclidean) {
   const Ellipse a = InscribedEllipse({0, 0, 20, 40}), b = InscribedEllipse({3, 4, 43, 30});
-  const Eigen::Vector4d difference(b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), 20 - 10, 13 - 20);
+  const Eigen::Vector4d difference(b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), 20 - 10,
+                                   13 - 20);
   EXPECT_NEAR(SquaredWasserstein(a, b), difference.squaredNorm(), 1e-9);
   EXPECT_NEAR(SquaredWasserstein(a, a), 0, 1e-9);
   Eigen::Matrix2d m;
@@ -148,7 +159,8 @@ TEST(Up2P, FindsTheTruePose) {
   for (int trial = 0; trial < 2000; ++trial) {
     const Rigid3 truth(RandomRotation(rng),
                        Eigen::Vector3d(rng.Uniform(-3, 3), rng.Uniform(-3, 3), rng.Uniform(-3, 3)));
-    const Eigen::Vector3d up_in_world = (RandomRotation(rng) * Eigen::Vector3d::UnitX()).normalized();
+    const Eigen::Vector3d up_in_world =
+        (RandomRotation(rng) * Eigen::Vector3d::UnitX()).normalized();
     std::array<Eigen::Vector3d, 2> rays, points;
     for (int i = 0; i < 2; ++i) {
       rays[i] = {rng.Uniform(-1, 1), rng.Uniform(-1, 1), 1};
@@ -160,15 +172,18 @@ TEST(Up2P, FindsTheTruePose) {
       nearest = std::min(nearest, (solved.poses[i].translation - truth.translation).norm() +
                                       solved.poses[i].rotation.angularDistance(truth.rotation));
       for (int k = 0; k < 2; ++k)
-        EXPECT_LT((solved.poses[i] * points[k]).normalized().cross(rays[k].normalized()).norm(), 1e-6);
+        EXPECT_LT((solved.poses[i] * points[k]).normalized().cross(rays[k].normalized()).norm(),
+                  1e-6);
     }
     EXPECT_LT(nearest, 1e-5) << trial;
   }
 }
 
 TEST(Up2P, RefusesPointsOnOneVertical) {
-  const std::array<Eigen::Vector3d, 2> points = {Eigen::Vector3d(0, 0, 3), Eigen::Vector3d(0, 1, 3)};
-  EXPECT_EQ(SolveUp2P(points, -Eigen::Vector3d::UnitY(), points, -Eigen::Vector3d::UnitY()).count, 0);
+  const std::array<Eigen::Vector3d, 2> points = {Eigen::Vector3d(0, 0, 3),
+                                                 Eigen::Vector3d(0, 1, 3)};
+  EXPECT_EQ(SolveUp2P(points, -Eigen::Vector3d::UnitY(), points, -Eigen::Vector3d::UnitY()).count,
+            0);
 }
 
 }  // namespace

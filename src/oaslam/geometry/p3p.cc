@@ -36,7 +36,8 @@ struct Lines {
   bool real = false;
 };
 
-// The two planes of a singular symmetric quadratic form (Richter-Gebert, "Perspectives on Projective Geometry", 11.1).
+// The two planes of a singular symmetric quadratic form (Richter-Gebert, "Perspectives on
+// Projective Geometry", 11.1).
 Lines SplitSingularForm(const Eigen::Matrix3d& form) {
   const Eigen::Matrix3d adjugate = Adjugate(form);
   int largest = 0;
@@ -71,8 +72,8 @@ bool PolishDepths(const Pairs& pairs, Eigen::Vector3d& depths) {
     for (int pair = 0; pair < 3; ++pair) {
       const int i = kFirst[pair], j = kSecond[pair];
       const double c = pairs.cosine[pair];
-      residual[pair] =
-          depths[i] * depths[i] + depths[j] * depths[j] - 2 * c * depths[i] * depths[j] - pairs.squared[pair];
+      residual[pair] = depths[i] * depths[i] + depths[j] * depths[j] -
+                       2 * c * depths[i] * depths[j] - pairs.squared[pair];
       jacobian(pair, i) = 2 * (depths[i] - c * depths[j]);
       jacobian(pair, j) = 2 * (depths[j] - c * depths[i]);
     }
@@ -97,7 +98,8 @@ Eigen::Matrix3d FrameOf(const Eigen::Vector3d& along, const Eigen::Vector3d& bes
 
 }  // namespace
 
-P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& rays, const std::array<Eigen::Vector3d, 3>& points) {
+P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& rays,
+                  const std::array<Eigen::Vector3d, 3>& points) {
   P3PPoses result;
   Pairs pairs;
   for (int pair = 0; pair < 3; ++pair) {
@@ -106,16 +108,17 @@ P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& rays, const std::array<E
   }
   const Eigen::Vector3d along = points[1] - points[0], beside = points[2] - points[0];
   const double size = pairs.squared.maxCoeff();
-  if (!(along.cross(beside).norm() > 1e-6 * size) || !(pairs.squared.minCoeff() > 1e-12 * size)) return result;
+  if (!(along.cross(beside).norm() > 1e-6 * size) || !(pairs.squared.minCoeff() > 1e-12 * size))
+    return result;
   if (!(std::abs(rays[0].dot(rays[1].cross(rays[2]))) > 1e-12)) return result;
 
-  // Two conics in the depths; a singular member of their pencil splits into two planes through the origin of depth
-  // space.
+  // Two conics in the depths; a singular member of their pencil splits into two planes through the
+  // origin of depth space.
   const Eigen::Vector3d a = pairs.squared / size;
   const Eigen::Matrix3d d1 = Form(pairs, 0) * a[2] - Form(pairs, 2) * a[0];
   const Eigen::Matrix3d d2 = Form(pairs, 1) * a[2] - Form(pairs, 2) * a[1];
-  const double gamma = SolveCubicForOneRoot(d2.determinant(), (Adjugate(d2) * d1).trace(), (Adjugate(d1) * d2).trace(),
-                                            d1.determinant());
+  const double gamma = SolveCubicForOneRoot(d2.determinant(), (Adjugate(d2) * d1).trace(),
+                                            (Adjugate(d1) * d2).trace(), d1.determinant());
   const Lines planes = SplitSingularForm(d1 + gamma * d2);
   if (!planes.real) return result;
   const Eigen::Matrix3d& other = std::abs(gamma) * d2.norm() < d1.norm() ? d2 : d1;
@@ -130,7 +133,8 @@ P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& rays, const std::array<E
     u[second] = v[third] = 1;
     u[axis] = -normal[second] / normal[axis];
     v[axis] = -normal[third] / normal[axis];
-    const RealRoots2 roots = SolveQuadratic(v.dot(other * v), 2 * u.dot(other * v), u.dot(other * u));
+    const RealRoots2 roots =
+        SolveQuadratic(v.dot(other * v), 2 * u.dot(other * v), u.dot(other * u));
     for (int r = 0; r < roots.count && result.count < 4; ++r) {
       Eigen::Vector3d depths = u + roots.roots[r] * v;
       const double scale = depths.dot(Form(pairs, 2) * depths);
@@ -139,7 +143,8 @@ P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& rays, const std::array<E
       if (!PolishDepths(pairs, depths)) continue;
       const Eigen::Vector3d first = depths[0] * rays[0];
       const Eigen::Matrix3d cam_from_world =
-          FrameOf(depths[1] * rays[1] - first, depths[2] * rays[2] - first) * world_frame.transpose();
+          FrameOf(depths[1] * rays[1] - first, depths[2] * rays[2] - first) *
+          world_frame.transpose();
       result.poses[result.count++] = Rigid3(cam_from_world, first - cam_from_world * points[0]);
     }
   }

@@ -22,7 +22,8 @@ Eigen::Vector3d RandomVector(Rng& rng, double size) {
 Problem RandomProblem(Rng& rng) {
   Problem p;
   p.cam_from_world.rotation =
-      Eigen::Quaterniond(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1)).normalized();
+      Eigen::Quaterniond(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1))
+          .normalized();
   p.cam_from_world.translation = RandomVector(rng, 5);
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d in_cam(rng.Uniform(-2, 2), rng.Uniform(-2, 2), rng.Uniform(1, 8));
@@ -34,7 +35,8 @@ Problem RandomProblem(Rng& rng) {
 
 double RayError(const Rigid3& pose, const Problem& p) {
   double worst = 0;
-  for (int i = 0; i < 3; ++i) worst = std::max(worst, ((pose * p.points[i]).normalized() - p.rays[i]).norm());
+  for (int i = 0; i < 3; ++i)
+    worst = std::max(worst, ((pose * p.points[i]).normalized() - p.rays[i]).norm());
   return worst;
 }
 
@@ -52,7 +54,8 @@ TEST(P3P, FindsTheTruePoseAmongExactSolutions) {
     }
     missed += !found;
   }
-  // The rest are double roots (the camera on the danger cylinder), where a solution may fall off the axis by rounding.
+  // The rest are double roots (the camera on the danger cylinder), where a solution may fall off
+  // the axis by rounding.
   EXPECT_LE(missed, 4);
 }
 
@@ -65,7 +68,8 @@ TEST(P3P, SymmetricTriangleSeenFromItsAxis) {
   const P3PPoses solved = SolveP3P(p.rays, p.points);
   ASSERT_GE(solved.count, 1);
   double nearest = 1e9;
-  for (int i = 0; i < solved.count; ++i) nearest = std::min(nearest, solved.poses[i].translation.norm());
+  for (int i = 0; i < solved.count; ++i)
+    nearest = std::min(nearest, solved.poses[i].translation.norm());
   EXPECT_LT(nearest, 1e-4);
 }
 
@@ -89,7 +93,8 @@ TEST(Polynomial, RootsAreRoots) {
     const RealRoots2 two = SolveQuadratic(a, b, c);
     EXPECT_EQ(two.count, b * b > 4 * a * c ? 2 : 0);
     for (int i = 0; i < two.count; ++i)
-      EXPECT_NEAR((a * two.roots[i] + b) * two.roots[i] + c, 0, 1e-9 * (1 + std::abs(a * two.roots[i] * two.roots[i])));
+      EXPECT_NEAR((a * two.roots[i] + b) * two.roots[i] + c, 0,
+                  1e-9 * (1 + std::abs(a * two.roots[i] * two.roots[i])));
   }
 }
 

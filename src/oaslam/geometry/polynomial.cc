@@ -53,10 +53,12 @@ double SolveCubicForOneRoot(double a, double b, double c, double d) {
     const double u = -std::copysign(std::cbrt(std::abs(q) + std::sqrt(discriminant)), q);
     return Polished(b, c, d, (u == 0 ? 0.0 : u - p / u) - b / 3);
   }
-  const double radius = 2 * std::sqrt(-p), angle = std::acos(std::clamp(-q / std::sqrt(-p * p * p), -1.0, 1.0));
+  const double radius = 2 * std::sqrt(-p),
+               angle = std::acos(std::clamp(-q / std::sqrt(-p * p * p), -1.0, 1.0));
   double best = 0, best_slope = -1;
   for (int k = 0; k < 3; ++k) {
-    const double x = Polished(b, c, d, radius * std::cos((angle + 2 * std::numbers::pi * k) / 3) - b / 3);
+    const double x =
+        Polished(b, c, d, radius * std::cos((angle + 2 * std::numbers::pi * k) / 3) - b / 3);
     const double slope = std::abs((3 * x + 2 * b) * x + c);
     if (slope > best_slope) {
       best = x;

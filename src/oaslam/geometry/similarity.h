@@ -13,12 +13,17 @@ struct Similarity {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Similarity() = default;
-  Similarity(double s, const Eigen::Quaterniond& r, const Eigen::Vector3d& t) : scale(s), rotation(r), translation(t) {}
-  explicit Similarity(const Rigid3& rigid) : rotation(rigid.rotation), translation(rigid.translation) {}
+  Similarity(double s, const Eigen::Quaterniond& r, const Eigen::Vector3d& t)
+      : scale(s), rotation(r), translation(t) {}
+  explicit Similarity(const Rigid3& rigid)
+      : rotation(rigid.rotation), translation(rigid.translation) {}
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& x) const {
+    return scale * (rotation * x) + translation;
+  }
   Similarity operator*(const Similarity& other) const {
-    return {scale * other.scale, (rotation * other.rotation).normalized(), *this * other.translation};
+    return {scale * other.scale, (rotation * other.rotation).normalized(),
+            *this * other.translation};
   }
   Similarity Inverse() const {
     const Eigen::Quaterniond inverse = rotation.conjugate();

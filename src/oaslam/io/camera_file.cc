@@ -19,8 +19,11 @@ constexpr std::string_view kFovPrefix = "fov:";
 Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size) {
   const auto degrees = ParseNumber(std::string_view(spec).substr(kFovPrefix.size()));
   if (!degrees || *degrees < 5 || *degrees > 170)
-    throw InputError(fmt::format("{}: horizontal field of view in degrees, allowed: 5 to 170", spec));
-  if (image_size.empty()) throw InputError(fmt::format("{}: a field of view needs images; give a calibration file", spec));
+    throw InputError(
+        fmt::format("{}: horizontal field of view in degrees, allowed: 5 to 170", spec));
+  if (image_size.empty())
+    throw InputError(
+        fmt::format("{}: a field of view needs images; give a calibration file", spec));
   Camera camera;
   camera.width = image_size.width;
   camera.height = image_size.height;
@@ -34,7 +37,9 @@ Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size
 }
 
 void CheckRange(const std::string& path, const char* key, double value, double min, double max) {
-  if (!(value >= min && value <= max)) throw InputError(fmt::format("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max));
+  if (!(value >= min && value <= max))
+    throw InputError(
+        fmt::format("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max));
 }
 
 void CheckCamera(const Camera& camera, const std::string& path) {
@@ -55,14 +60,17 @@ Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
   if (spec.starts_with(kFovPrefix)) return CameraFromFieldOfView(spec, image_size);
   Camera camera = ReadCameraFile(spec, image_size);
   if (camera.width == 0 && camera.height == 0) {
-    if (image_size.empty()) throw InputError(fmt::format("{}: has no image size, and there are no images to take it from", spec));
+    if (image_size.empty())
+      throw InputError(
+          fmt::format("{}: has no image size, and there are no images to take it from", spec));
     camera.width = image_size.width;
     camera.height = image_size.height;
   }
   CheckCamera(camera, spec);
-  if (!image_size.empty() && (camera.width != image_size.width || camera.height != image_size.height))
-    throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec, camera.width, camera.height, image_size.width,
-                                 image_size.height));
+  if (!image_size.empty() &&
+      (camera.width != image_size.width || camera.height != image_size.height))
+    throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec,
+                                 camera.width, camera.height, image_size.width, image_size.height));
   return camera;
 }
 
@@ -70,7 +78,9 @@ std::string CameraText(const Camera& camera, const std::string& note) {
   const bool is_fisheye = camera.model == LensModel::kFisheye;
   const int count = is_fisheye ? 4 : 5;
   std::string coefficients;
-  for (int i = 0; i < count; ++i) coefficients += fmt::format("{}{:.9g}", i > 0 ? ", " : "", camera.distortion[static_cast<size_t>(i)]);
+  for (int i = 0; i < count; ++i)
+    coefficients +=
+        fmt::format("{}{:.9g}", i > 0 ? ", " : "", camera.distortion[static_cast<size_t>(i)]);
   std::string head;
   for (const std::string_view line : SplitLines(note)) head += fmt::format("# {}\n", line);
   return head + fmt::format(
@@ -86,7 +96,8 @@ std::string CameraText(const Camera& camera, const std::string& note) {
                     "  rows: 1\n"
                     "  cols: {}\n"
                     "  data: [{}]\n",
-                    JsonText(nlohmann::json(camera.name)), camera.width, camera.height, camera.fx, camera.cx, camera.fy, camera.cy, is_fisheye ? "equidistant" : "plumb_bob",
+                    JsonText(nlohmann::json(camera.name)), camera.width, camera.height, camera.fx,
+                    camera.cx, camera.fy, camera.cy, is_fisheye ? "equidistant" : "plumb_bob",
                     count, coefficients);
 }
 

@@ -17,7 +17,8 @@ struct Classes {
   ClassNames names;
   ClassRelations relations;
 };
-// A class file (docs/formats.md): YAML with names, parts and movable, or a text file with a name a line. Throws InputError.
+// A class file (docs/formats.md): YAML with names, parts and movable, or a text file with a name a
+// line. Throws InputError.
 Classes LoadClasses(const std::string& path);
 
 // A category that would be a part of itself, through others or not.

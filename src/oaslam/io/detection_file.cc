@@ -50,7 +50,8 @@ struct Place {
   }
   template <size_t N>
   std::array<double, N> Numbers(const Json& value, const char* key) const {
-    if (!value.is_array() || value.size() != N) Refuse(fmt::format("{}: {}, expected {} numbers", key, JsonText(value), N));
+    if (!value.is_array() || value.size() != N)
+      Refuse(fmt::format("{}: {}, expected {} numbers", key, JsonText(value), N));
     std::array<double, N> numbers{};
     for (size_t i = 0; i < N; ++i) numbers[i] = Number(value[i], key);
     return numbers;
@@ -60,7 +61,8 @@ struct Place {
 int ReadCategory(const Json& entry, const Place& place) {
   const Json& id = place.Member(entry, "category_id");
   if (!id.is_number_integer() || id.get<int64_t>() < 0 || id.get<int64_t>() > kMaxCategory)
-    place.Refuse(fmt::format("category_id: {}, expected a whole number from 0 to {}", JsonText(id), kMaxCategory));
+    place.Refuse(fmt::format("category_id: {}, expected a whole number from 0 to {}", JsonText(id),
+                             kMaxCategory));
   return id.get<int>();
 }
 
@@ -72,9 +74,12 @@ double ReadScore(const Json& score, const char* key, const Place& place) {
 
 Box CheckedBox(const Box& box, const Place& place) {
   const std::string shown = fmt::format("bbox: [{}, {}, {}, {}]", box.x1, box.y1, box.x2, box.y2);
-  if (!(box.x2 > box.x1 && box.y2 > box.y1)) place.Refuse(shown + " as corners, expected x1 < x2 and y1 < y2");
+  if (!(box.x2 > box.x1 && box.y2 > box.y1))
+    place.Refuse(shown + " as corners, expected x1 < x2 and y1 < y2");
   for (const double v : {box.x1, box.y1, box.x2, box.y2})
-    if (std::abs(v) > kMaxCoordinate) place.Refuse(fmt::format("{}, allowed: -{:.0f} to {:.0f}", shown, kMaxCoordinate, kMaxCoordinate));
+    if (std::abs(v) > kMaxCoordinate)
+      place.Refuse(
+          fmt::format("{}, allowed: -{:.0f} to {:.0f}", shown, kMaxCoordinate, kMaxCoordinate));
   return box;
 }
 
@@ -86,7 +91,8 @@ Detection ReadOwnDetection(const Json& entry, const Place& place) {
   detection.box = CheckedBox({x1, y1, x2, y2}, place);
   if (entry.contains("ellipse")) {
     detection.ellipse = place.Numbers<5>(entry["ellipse"], "ellipse");
-    if (!((*detection.ellipse)[2] > 0 && (*detection.ellipse)[3] > 0)) place.Refuse("ellipse: width and height must be above 0");
+    if (!((*detection.ellipse)[2] > 0 && (*detection.ellipse)[3] > 0))
+      place.Refuse("ellipse: width and height must be above 0");
   }
   return detection;
 }
@@ -101,9 +107,11 @@ std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) 
       image_place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
     ImageDetections image{name.get<std::string>(), {}};
     const Json& detections = image_place.Member(root[i], "detections");
-    if (!detections.is_array()) image_place.Refuse(fmt::format("detections: {}, expected a list", detections.type_name()));
+    if (!detections.is_array())
+      image_place.Refuse(fmt::format("detections: {}, expected a list", detections.type_name()));
     for (size_t k = 0; k < detections.size(); ++k)
-      image.detections.push_back(ReadOwnDetection(detections[k], {path, fmt::format("{}, detection {}", image.file_name, k)}));
+      image.detections.push_back(ReadOwnDetection(
+          detections[k], {path, fmt::format("{}, detection {}", image.file_name, k)}));
     images.push_back(std::move(image));
   }
   return images;
@@ -116,27 +124,34 @@ ImageList ReadImageList(const Json& images, const std::string& path) {
   for (size_t i = 0; i < images.size(); ++i) {
     const Place place{path, fmt::format("images[{}]", i)};
     const Json &id = place.Member(images[i], "id"), &name = place.Member(images[i], "file_name");
-    if (!id.is_number_integer()) place.Refuse(fmt::format("id: {}, expected a whole number", JsonText(id)));
-    if (!name.is_string()) place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
+    if (!id.is_number_integer())
+      place.Refuse(fmt::format("id: {}, expected a whole number", JsonText(id)));
+    if (!name.is_string())
+      place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
     list[id.get<int64_t>()] = name.get<std::string>();
   }
   return list;
 }
 
-// Results alone name images by number; the list {"images": [{"id", "file_name"}]} stands beside them.
+// Results alone name images by number; the list {"images": [{"id", "file_name"}]} stands beside
+// them.
 ImageList FindImageList(const std::string& path) {
   const std::filesystem::path file(path);
   for (const auto& name : {file.stem().string() + ".images.json", std::string("images.json")}) {
     const std::string candidate = (file.parent_path() / name).string();
     if (!std::filesystem::exists(candidate)) continue;
     const Json root = ParseJson(candidate);
-    return ReadImageList(root.is_object() ? Place{candidate, "image list"}.Member(root, "images") : root, candidate);
+    return ReadImageList(
+        root.is_object() ? Place{candidate, "image list"}.Member(root, "images") : root, candidate);
   }
-  throw InputError(fmt::format("{}: names images by number; put their list {{\"images\": [{{\"id\", \"file_name\"}}]}} beside it as {}.images.json",
-                               path, file.stem().string()));
+  throw InputError(
+      fmt::format("{}: names images by number; put their list {{\"images\": [{{\"id\", "
+                  "\"file_name\"}}]}} beside it as {}.images.json",
+                  path, file.stem().string()));
 }
 
-std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageList> list, const std::string& path) {
+std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageList> list,
+                                      const std::string& path) {
   std::vector<ImageDetections> images;
   std::map<std::string, size_t> index;
   const auto image_of = [&](const std::string& name) -> ImageDetections& {
@@ -144,7 +159,9 @@ std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageLi
     if (is_new) images.push_back({name, {}});
     return images[found->second];
   };
-  const auto is_numbered = [](const Json& r) { return r.is_object() && r.contains("image_id") && r["image_id"].is_number_integer(); };
+  const auto is_numbered = [](const Json& r) {
+    return r.is_object() && r.contains("image_id") && r["image_id"].is_number_integer();
+  };
   if (!list && std::any_of(results.begin(), results.end(), is_numbered)) list = FindImageList(path);
   if (list)
     for (const auto& [id, name] : *list) image_of(name);
@@ -157,7 +174,8 @@ std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageLi
     const Place named{path, fmt::format("entry {} ({})", i, name)};
     Detection detection;
     detection.category_id = ReadCategory(results[i], named);
-    detection.score = results[i].contains("score") ? ReadScore(results[i]["score"], "score", named) : 1.0;
+    detection.score =
+        results[i].contains("score") ? ReadScore(results[i]["score"], "score", named) : 1.0;
     const auto [x, y, width, height] = named.Numbers<4>(named.Member(results[i], "bbox"), "bbox");
     detection.box = CheckedBox({x, y, x + width, y + height}, named);
     image_of(name).detections.push_back(detection);
@@ -173,8 +191,10 @@ std::vector<ImageDetections> ReadAny(const Json& root, const std::string& path) 
     if (!annotations.is_array()) place.Refuse("annotations: expected a list");
     return ReadCoco(annotations, list, path);
   }
-  if (!root.is_array()) throw InputError(fmt::format("{}: expected a list of images with detections", path));
-  if (!root.empty() && root[0].is_object() && root[0].contains("image_id")) return ReadCoco(root, std::nullopt, path);
+  if (!root.is_array())
+    throw InputError(fmt::format("{}: expected a list of images with detections", path));
+  if (!root.empty() && root[0].is_object() && root[0].contains("image_id"))
+    return ReadCoco(root, std::nullopt, path);
   return ReadOwn(root, path);
 }
 
@@ -191,7 +211,8 @@ DetectionTable::DetectionTable(std::vector<ImageDetections> images) : images_(st
 const std::vector<Detection>& DetectionTable::Find(const std::string& image_name) const {
   static const std::vector<Detection> none;
   const std::string name = BaseName(image_name);
-  if (const auto found = by_name_.find(name); found != by_name_.end()) return images_[found->second].detections;
+  if (const auto found = by_name_.find(name); found != by_name_.end())
+    return images_[found->second].detections;
   const auto found = by_stem_.find(WithoutExtension(name));
   return found != by_stem_.end() ? images_[found->second].detections : none;
 }
@@ -201,7 +222,9 @@ DetectionTable LoadDetections(const std::string& path) {
   std::map<std::string, std::string> seen;
   for (const ImageDetections& image : images) {
     const auto [other, is_new] = seen.emplace(BaseName(image.file_name), image.file_name);
-    if (!is_new) throw InputError(fmt::format("{}: {}: the base name is that of {}, too", path, image.file_name, other->second));
+    if (!is_new)
+      throw InputError(fmt::format("{}: {}: the base name is that of {}, too", path,
+                                   image.file_name, other->second));
   }
   return DetectionTable(std::move(images));
 }
@@ -210,13 +233,18 @@ void SaveDetections(const std::string& path, const std::vector<ImageDetections>&
   // By hand, for one line an image and a fixed number of digits.
   std::string text = "[";
   for (const ImageDetections& image : images) {
-    text += fmt::format("{}{{\"file_name\": {}, \"detections\": [", &image == &images.front() ? "\n" : ",\n", JsonText(Json(image.file_name)));
+    text += fmt::format("{}{{\"file_name\": {}, \"detections\": [",
+                        &image == &images.front() ? "\n" : ",\n", JsonText(Json(image.file_name)));
     for (const Detection& d : image.detections) {
-      text += fmt::format("{}{{\"category_id\": {}, \"detection_score\": {:.4f}, \"bbox\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}]",
-                          &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1, d.box.x2, d.box.y2);
+      text += fmt::format(
+          "{}{{\"category_id\": {}, \"detection_score\": {:.4f}, \"bbox\": [{:.2f}, {:.2f}, "
+          "{:.2f}, {:.2f}]",
+          &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1,
+          d.box.x2, d.box.y2);
       if (d.ellipse) {
         const auto& e = *d.ellipse;
-        text += fmt::format(", \"ellipse\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}, {:.6f}]", e[0], e[1], e[2], e[3], e[4]);
+        text += fmt::format(", \"ellipse\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}, {:.6f}]", e[0], e[1],
+                            e[2], e[3], e[4]);
       }
       text += "}";
     }

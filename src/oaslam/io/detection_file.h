@@ -27,8 +27,8 @@ class DetectionTable {
   std::unordered_map<std::string, size_t> by_name_, by_stem_;
 };
 
-// Reads OA-SLAM's JSON or COCO results (docs/formats.md). Throws InputError: malformed JSON, or an entry with a NaN, inverted or
-// absurd box, named by file name and index.
+// Reads OA-SLAM's JSON or COCO results (docs/formats.md). Throws InputError: malformed JSON, or an
+// entry with a NaN, inverted or absurd box, named by file name and index.
 DetectionTable LoadDetections(const std::string& path);
 
 // Writes OA-SLAM's JSON.

@@ -22,13 +22,15 @@ double LinearFromSrgb(unsigned char value) {  // IEC 61966-2-1
   return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
-// All nodes hang below one, "map", that turns the frame of the map to y up: below it, numbers are those of the map.
+// All nodes hang below one, "map", that turns the frame of the map to y up: below it, numbers are
+// those of the map.
 class Document {
  public:
   explicit Document(const SavedMap& saved) : saved_(saved), objects_(SceneObjects(saved)) {
-    nodes_.push_back({{"name", "map"},
-                      {"rotation", Numbers(Eigen::Quaterniond(YUpFromWorld(saved.map)).normalized())},
-                      {"extras", {{"unit", saved.map.is_metric ? "metre" : "arbitrary"}}}});
+    nodes_.push_back(
+        {{"name", "map"},
+         {"rotation", Numbers(Eigen::Quaterniond(YUpFromWorld(saved.map)).normalized())},
+         {"extras", {{"unit", saved.map.is_metric ? "metre" : "arbitrary"}}}});
   }
 
   void AddObjects();
@@ -45,16 +47,16 @@ class Document {
   const SavedMap& saved_;
   std::vector<SceneObject> objects_;
   GltfBuffer buffer_;
-  Json nodes_ = Json::array(), children_ = Json::array(), meshes_ = Json::array(), materials_ = Json::array(),
-       cameras_ = Json::array();
+  Json nodes_ = Json::array(), children_ = Json::array(), meshes_ = Json::array(),
+       materials_ = Json::array(), cameras_ = Json::array();
 };
 
 size_t Document::AddMaterial(const std::string& name, const Rgb& color, bool is_surface) {
   const Json rgba = {LinearFromSrgb(color[0]), LinearFromSrgb(color[1]), LinearFromSrgb(color[2]),
                      is_surface ? 0.6 : 1.0};
-  Json material = {
-      {"name", name},
-      {"pbrMetallicRoughness", {{"baseColorFactor", rgba}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}}}};
+  Json material = {{"name", name},
+                   {"pbrMetallicRoughness",
+                    {{"baseColorFactor", rgba}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}}}};
   if (is_surface)
     material["alphaMode"] = "BLEND";
   else
@@ -77,7 +79,8 @@ void Document::AddObjects() {
   if (objects_.empty()) return;
   const TriangleMesh sphere = UnitSphere();
   std::vector<uint32_t> indices;
-  for (const auto& triangle : sphere.triangles) indices.insert(indices.end(), triangle.begin(), triangle.end());
+  for (const auto& triangle : sphere.triangles)
+    indices.insert(indices.end(), triangle.begin(), triangle.end());
   const int positions = buffer_.AddVectors(sphere.vertices), faces = buffer_.AddIndices(indices);
   std::map<int, size_t> mesh_of_class;
   for (const SceneObject& o : objects_) {
@@ -85,10 +88,11 @@ void Document::AddObjects() {
     const std::string class_name = NameOf(saved_.class_names, category);
     if (!mesh_of_class.contains(category))
       // Normals of the unit sphere are its positions.
-      mesh_of_class[category] = AddMesh(class_name, {{"attributes", {{"POSITION", positions}, {"NORMAL", positions}}},
-                                                     {"indices", faces},
-                                                     {"mode", kTriangles},
-                                                     {"material", AddMaterial(class_name, o.color, true)}});
+      mesh_of_class[category] =
+          AddMesh(class_name, {{"attributes", {{"POSITION", positions}, {"NORMAL", positions}}},
+                               {"indices", faces},
+                               {"mode", kTriangles},
+                               {"material", AddMaterial(class_name, o.color, true)}});
     const Ellipsoid& e = o.object->ellipsoid;
     AddNode({{"name", fmt::format("{} {}", o.label, o.id.value)},
              {"mesh", mesh_of_class[category]},
@@ -105,11 +109,13 @@ void Document::AddObjects() {
 
 void Document::AddLandmarks() {
   std::vector<Eigen::Vector3d> points;
-  saved_.map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) { points.push_back(landmark.position); });
+  saved_.map.landmarks.ForEach(
+      [&](LandmarkId, const Landmark& landmark) { points.push_back(landmark.position); });
   if (points.empty()) return;
-  const size_t mesh = AddMesh("landmarks", {{"attributes", {{"POSITION", buffer_.AddVectors(points)}}},
-                                            {"mode", kPoints},
-                                            {"material", AddMaterial("landmarks", kLandmarkColor, false)}});
+  const size_t mesh =
+      AddMesh("landmarks", {{"attributes", {{"POSITION", buffer_.AddVectors(points)}}},
+                            {"mode", kPoints},
+                            {"material", AddMaterial("landmarks", kLandmarkColor, false)}});
   AddNode({{"name", "landmarks"}, {"mesh", mesh}});
 }
 
@@ -124,10 +130,11 @@ void Document::AddTrajectory() {
     }
   if (indices.empty()) return;
   const int positions = buffer_.AddVectors(points), lines = buffer_.AddIndices(indices);
-  const size_t mesh = AddMesh("trajectory", {{"attributes", {{"POSITION", positions}}},
-                                             {"indices", lines},
-                                             {"mode", kLines},
-                                             {"material", AddMaterial("trajectory", kTrajectoryColor, false)}});
+  const size_t mesh =
+      AddMesh("trajectory", {{"attributes", {{"POSITION", positions}}},
+                             {"indices", lines},
+                             {"mode", kLines},
+                             {"material", AddMaterial("trajectory", kTrajectoryColor, false)}});
   AddNode({{"name", "trajectory"}, {"mesh", mesh}});
 }
 
@@ -136,7 +143,8 @@ void Document::AddKeyframes() {
   // A glTF camera looks along -z with y up: OpenCV's turned half around x.
   const Eigen::Quaterniond cv_from_gl(0, 1, 0, 0);
   const double depth = FrustumDepth(saved_.map);
-  const size_t material = AddMaterial("keyframes", kKeyframeColor, false), first_mesh = meshes_.size();
+  const size_t material = AddMaterial("keyframes", kKeyframeColor, false),
+               first_mesh = meshes_.size();
   std::vector<uint32_t> edges;
   for (const auto& edge : kFrustumEdges) edges.insert(edges.end(), edge.begin(), edge.end());
   const int lines = buffer_.AddIndices(edges);
@@ -148,12 +156,13 @@ void Document::AddKeyframes() {
                         {"indices", lines},
                         {"mode", kLines},
                         {"material", material}});
-    cameras_.push_back({{"type", "perspective"},
-                        {"perspective",
-                         {{"aspectRatio", camera.width * camera.fy / (camera.height * camera.fx)},
-                          {"yfov", 2 * std::atan(camera.height / (2 * camera.fy))},
-                          {"znear", 0.02 * depth}}},
-                        {"extras", {{"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}}}});
+    cameras_.push_back(
+        {{"type", "perspective"},
+         {"perspective",
+          {{"aspectRatio", camera.width * camera.fy / (camera.height * camera.fx)},
+           {"yfov", 2 * std::atan(camera.height / (2 * camera.fy))},
+           {"znear", 0.02 * depth}}},
+         {"extras", {{"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}}}});
   }
   saved_.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     const Rigid3 world_from_cam = keyframe.cam_from_world.Inverse();

@@ -25,7 +25,9 @@ struct KeyframeTime {
 
 std::vector<KeyframeTime> SortedTimes(const Map& map) {
   std::vector<KeyframeTime> times;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) { times.push_back({k.timestamp, id}); });
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    times.push_back({k.timestamp, id});
+  });
   std::ranges::stable_sort(times, {}, &KeyframeTime::timestamp);
   return times;
 }
@@ -43,10 +45,12 @@ std::optional<KeyframeId> KeyframeAt(const std::vector<KeyframeTime>& times, dou
   return best;
 }
 
-KeyframeImages FindListed(const std::vector<KeyframeTime>& times, const std::vector<ListedImage>& listed,
-                          const std::string& source, const std::string& folder) {
+KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
+                          const std::vector<ListedImage>& listed, const std::string& source,
+                          const std::string& folder) {
   const auto absolute = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
-  const fs::path root = fs::is_directory(source) ? absolute(source) : absolute(source).parent_path();
+  const fs::path root =
+      fs::is_directory(source) ? absolute(source) : absolute(source).parent_path();
   // Where links are followed: ".." of a linked folder is that of its target.
   const fs::path real_folder = fs::weakly_canonical(absolute(folder));
   KeyframeImages images;
@@ -55,22 +59,27 @@ KeyframeImages FindListed(const std::vector<KeyframeTime>& times, const std::vec
     if (!id) continue;
     const fs::path path = absolute(image.path);
     const std::string name = path.lexically_relative(root).generic_string();
-    if (name.empty() || name == ".") throw InputError(fmt::format("--images {}: {} is no image", source, image.path));
-    images[*id] = {name, fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
+    if (name.empty() || name == ".")
+      throw InputError(fmt::format("--images {}: {} is no image", source, image.path));
+    images[*id] = {name,
+                   fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
   }
   return images;
 }
 
-KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource& video, const std::string& folder) {
+KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource& video,
+                             const std::string& folder) {
   KeyframeImages images;
-  while (const std::optional<InputImage> frame = images.size() < times.size() ? video.Next() : std::nullopt) {
+  while (const std::optional<InputImage> frame =
+             images.size() < times.size() ? video.Next() : std::nullopt) {
     const auto id = KeyframeAt(times, frame->timestamp);
     if (!id || frame->image.empty()) continue;
     const std::string name = fmt::format("{:06}.png", frame->index);
     const std::string path = folder + "/images/" + name;
     std::error_code error;
     fs::create_directories(folder + "/images", error);
-    if (!cv::imwrite(path, frame->image)) throw InputError(fmt::format("{}: cannot be written", path));
+    if (!cv::imwrite(path, frame->image))
+      throw InputError(fmt::format("{}: cannot be written", path));
     images[*id] = {name, "images/" + name};
   }
   return images;
@@ -92,7 +101,8 @@ KeyframeImages ImagesByTime(const Map& map) {
   return images;
 }
 
-std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images, const std::string& folder) {
+std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images,
+                                         const std::string& folder) {
   struct Sum {
     Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
     int views = 0;
@@ -104,8 +114,8 @@ std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& i
     const Keyframe& keyframe = map.keyframes.At(id);
     for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
       if (!keyframe.landmarks[i].IsValid()) continue;
-      const Eigen::Vector2d px =
-          Distort(map.cameras[static_cast<size_t>(keyframe.camera)], keyframe.features->keypoints[i].px.cast<double>());
+      const Eigen::Vector2d px = Distort(map.cameras[static_cast<size_t>(keyframe.camera)],
+                                         keyframe.features->keypoints[i].px.cast<double>());
       const cv::Point pixel(cvRound(px.x()), cvRound(px.y()));
       if (!cv::Rect(0, 0, bgr.cols, bgr.rows).contains(pixel)) continue;
       const auto& color = bgr.at<cv::Vec3b>(pixel);
@@ -126,13 +136,14 @@ std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& i
   return colors;
 }
 
-KeyframeImages FindImages(const Map& map, const std::string& source, const ImageSourceOptions& options,
-                          const std::string& folder) {
+KeyframeImages FindImages(const Map& map, const std::string& source,
+                          const ImageSourceOptions& options, const std::string& folder) {
   const std::vector<KeyframeTime> times = SortedTimes(map);
   for (size_t i = 1; i < times.size(); ++i)
     if (times[i].timestamp - times[i - 1].timestamp < kSameTime_s)
       throw InputError(
-          fmt::format("--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from two runs: their "
+          fmt::format("--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from "
+                      "two runs: their "
                       "images cannot be told apart",
                       source, times[i - 1].id.value, times[i].id.value, times[i].timestamp));
   KeyframeImages images;
@@ -145,9 +156,10 @@ KeyframeImages FindImages(const Map& map, const std::string& source, const Image
   else
     images = ExtractFrames(times, *OpenImages(source, options), folder);
   if (images.empty())
-    throw InputError(fmt::format(
-        "--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); was --fps another in the run?",
-        source, times.front().timestamp, times.back().timestamp));
+    throw InputError(
+        fmt::format("--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
+                    "was --fps another in the run?",
+                    source, times.front().timestamp, times.back().timestamp));
   if (images.size() < times.size())
     Log(LogLevel::kWarning, fmt::format("{}: {} of {} keyframes have no image, left out", source,
                                         times.size() - images.size(), times.size()));

@@ -23,8 +23,8 @@ Json Numbers(const Vector& v) {
 }
 
 Json Pose(const Rigid3& pose) {
-  const Eigen::Vector4d q =
-      pose.rotation.w() < 0 ? Eigen::Vector4d(-pose.rotation.coeffs()) : Eigen::Vector4d(pose.rotation.coeffs());
+  const Eigen::Vector4d q = pose.rotation.w() < 0 ? Eigen::Vector4d(-pose.rotation.coeffs())
+                                                  : Eigen::Vector4d(pose.rotation.coeffs());
   return {{"position", Numbers(pose.translation)}, {"rotation", Numbers(q)}};
 }
 
@@ -45,7 +45,8 @@ const char* NameOfState(ObjectState state) {
 
 Json Edges(unsigned char bits) {
   Json edges = Json::array();
-  for (const auto& [bit, name] : {std::pair{kLeft, "left"}, {kTop, "top"}, {kRight, "right"}, {kBottom, "bottom"}})
+  for (const auto& [bit, name] :
+       {std::pair{kLeft, "left"}, {kTop, "top"}, {kRight, "right"}, {kBottom, "bottom"}})
     if (bits & bit) edges.push_back(name);
   return edges;
 }
@@ -77,8 +78,11 @@ Json KeyframeJson(KeyframeId id, const Keyframe& k) {
 
 Json LandmarkJson(LandmarkId id, const Landmark& landmark) {
   Json observations = Json::array();
-  for (const Observation& o : landmark.observations) observations.push_back({o.keyframe.value, o.keypoint});
-  return {{"id", id.value}, {"position", Numbers(landmark.position)}, {"observations", std::move(observations)}};
+  for (const Observation& o : landmark.observations)
+    observations.push_back({o.keyframe.value, o.keypoint});
+  return {{"id", id.value},
+          {"position", Numbers(landmark.position)},
+          {"observations", std::move(observations)}};
 }
 
 Json ObjectJson(ObjectId id, const Object& object, const SavedMap& saved) {
@@ -119,12 +123,16 @@ Json ObjectJson(ObjectId id, const Object& object, const SavedMap& saved) {
 }
 
 Json HeadJson(const SavedMap& saved) {
-  Json json = {{"format", "oaslam-map"}, {"version", 1}, {"unit", saved.map.is_metric ? "metre" : "arbitrary"}};
+  Json json = {{"format", "oaslam-map"},
+               {"version", 1},
+               {"unit", saved.map.is_metric ? "metre" : "arbitrary"}};
   json["up"] = saved.map.up ? Numbers(*saved.map.up) : Json();
   json["class_names"] = Json::object();
-  for (const auto& [category, name] : saved.class_names) json["class_names"][std::to_string(category)] = name;
+  for (const auto& [category, name] : saved.class_names)
+    json["class_names"][std::to_string(category)] = name;
   json["classes"] = {{"parts", Json::object()}, {"movable", saved.map.classes.movable}};
-  for (const auto& [part, whole] : saved.map.classes.whole_of) json["classes"]["parts"][std::to_string(part)] = whole;
+  for (const auto& [part, whole] : saved.map.classes.whole_of)
+    json["classes"]["parts"][std::to_string(part)] = whole;
   json["cameras"] = Json::array();
   for (const Camera& camera : saved.map.cameras) json["cameras"].push_back(CameraJson(camera));
   return json;
@@ -133,7 +141,9 @@ Json HeadJson(const SavedMap& saved) {
 // A table, an element a line: the document of a large map is never in memory as a tree.
 class List {
  public:
-  List(std::string& text, const char* key) : text_(text) { text_ += fmt::format(",\n\"{}\":[", key); }
+  List(std::string& text, const char* key) : text_(text) {
+    text_ += fmt::format(",\n\"{}\":[", key);
+  }
   ~List() { text_ += ']'; }
   List(const List&) = delete;
   List& operator=(const List&) = delete;
@@ -154,22 +164,26 @@ void ExportJson(const std::string& path, const SavedMap& saved) {
   text.pop_back();
   {
     List list(text, "keyframes");
-    saved.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) { list.Add(KeyframeJson(id, keyframe)); });
+    saved.map.keyframes.ForEach(
+        [&](KeyframeId id, const Keyframe& keyframe) { list.Add(KeyframeJson(id, keyframe)); });
   }
   {
     List list(text, "landmarks");
-    saved.map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) { list.Add(LandmarkJson(id, landmark)); });
+    saved.map.landmarks.ForEach(
+        [&](LandmarkId id, const Landmark& landmark) { list.Add(LandmarkJson(id, landmark)); });
   }
   {
     List list(text, "objects");
-    saved.map.objects.ForEach([&](ObjectId id, const Object& object) { list.Add(ObjectJson(id, object, saved)); });
+    saved.map.objects.ForEach(
+        [&](ObjectId id, const Object& object) { list.Add(ObjectJson(id, object, saved)); });
   }
   {
     List list(text, "trajectory");
     for (const FramePose& frame : saved.trajectory)
       if (const auto reference = saved.map.ResolvePose(frame.reference)) {
-        Json json = {
-            {"frame_index", frame.frame_index}, {"timestamp", frame.timestamp}, {"state", ToString(frame.state)}};
+        Json json = {{"frame_index", frame.frame_index},
+                     {"timestamp", frame.timestamp},
+                     {"state", ToString(frame.state)}};
         json.update(Pose((frame.cam_from_reference * *reference).Inverse()));
         list.Add(json);
       }
@@ -177,6 +191,8 @@ void ExportJson(const std::string& path, const SavedMap& saved) {
   WriteTextFile(path, text + "}\n");
 }
 
-void ExportTum(const std::string& path, const SavedMap& saved) { SaveTrajectory(path, FinalTrajectory(saved)); }
+void ExportTum(const std::string& path, const SavedMap& saved) {
+  SaveTrajectory(path, FinalTrajectory(saved));
+}
 
 }  // namespace oaslam

@@ -13,12 +13,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Its rays go through (pixel + 0.5 - c) / f: the centre of the first pixel is at (0.5, 0.5); ours at (0, 0).
+// Its rays go through (pixel + 0.5 - c) / f: the centre of the first pixel is at (0.5, 0.5); ours
+// at (0, 0).
 constexpr double kPixelCenter = 0.5;
 
 Json Intrinsics(const Camera& c) {
-  Json json = {{"fl_x", c.fx}, {"fl_y", c.fy}, {"cx", c.cx + kPixelCenter}, {"cy", c.cy + kPixelCenter},
-               {"w", c.width}, {"h", c.height}};
+  Json json = {
+      {"fl_x", c.fx}, {"fl_y", c.fy}, {"cx", c.cx + kPixelCenter}, {"cy", c.cy + kPixelCenter},
+      {"w", c.width}, {"h", c.height}};
   const auto& k = c.distortion;
   json["k1"] = k[0];
   json["k2"] = k[1];
@@ -46,13 +48,15 @@ Json Rows(const Eigen::MatrixXd& matrix) {
 LensModel OneModel(const Map& map) {
   for (const Camera& camera : map.cameras)
     if (camera.model != map.cameras.front().model)
-      throw InputError("nerfstudio: a file has one camera model, this map has pinhole and fisheye cameras");
+      throw InputError(
+          "nerfstudio: a file has one camera model, this map has pinhole and fisheye cameras");
   return map.cameras.front().model;
 }
 
 }  // namespace
 
-void ExportNerfstudio(const std::string& folder, const SavedMap& saved, const KeyframeImages& images) {
+void ExportNerfstudio(const std::string& folder, const SavedMap& saved,
+                      const KeyframeImages& images) {
   const Map& map = saved.map;
   Json json;
   json["camera_model"] = OneModel(map) == LensModel::kFisheye ? "OPENCV_FISHEYE" : "OPENCV";
@@ -70,8 +74,8 @@ void ExportNerfstudio(const std::string& folder, const SavedMap& saved, const Ke
     const Rigid3 world_from_cam = keyframe.cam_from_world.Inverse();
     // OpenGL's camera axes: x right, y up, z back.
     Eigen::MatrixXd pose = Eigen::MatrixXd::Identity(4, 4);
-    pose.topLeftCorner<3, 3>() =
-        z_up_from_world * world_from_cam.rotation.toRotationMatrix() * Eigen::Vector3d(1, -1, -1).asDiagonal();
+    pose.topLeftCorner<3, 3>() = z_up_from_world * world_from_cam.rotation.toRotationMatrix() *
+                                 Eigen::Vector3d(1, -1, -1).asDiagonal();
     pose.topRightCorner<3, 1>() = z_up_from_world * world_from_cam.translation;
     Json frame = {{"file_path", image.path}};
     if (!is_single) frame.update(Intrinsics(map.cameras[static_cast<size_t>(keyframe.camera)]));

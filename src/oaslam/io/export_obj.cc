@@ -39,7 +39,8 @@ class ObjWriter {
     fmt::format_to(out_, "vn {:.5f} {:.5f} {:.5f}\n", n.x(), n.y(), n.z());
     ++normals_;
   }
-  // Of vertices counted from 0 since Begin; each has the normal of its place among the file's normals.
+  // Of vertices counted from 0 since Begin; each has the normal of its place among the file's
+  // normals.
   void Triangle(const std::array<uint32_t, 3>& t, size_t first_normal) {
     out_text_ += 'f';
     for (const uint32_t i : t) fmt::format_to(out_, " {}//{}", base_ + i + 1, first_normal + i + 1);
@@ -50,7 +51,9 @@ class ObjWriter {
     for (uint32_t i = begin; i < end; ++i) fmt::format_to(out_, " {}", base_ + i + 1);
     out_text_ += '\n';
   }
-  void Edge(uint32_t a, uint32_t b) { fmt::format_to(out_, "l {} {}\n", base_ + a + 1, base_ + b + 1); }
+  void Edge(uint32_t a, uint32_t b) {
+    fmt::format_to(out_, "l {} {}\n", base_ + a + 1, base_ + b + 1);
+  }
 
   size_t normals() const { return normals_; }
   const std::string& text() const { return out_text_; }
@@ -66,11 +69,13 @@ void WriteObjects(ObjWriter& obj, const std::vector<SceneObject>& objects) {
   const TriangleMesh sphere = UnitSphere();
   for (const SceneObject& o : objects) {
     const Ellipsoid& e = o.object->ellipsoid;
-    obj.Begin(fmt::format("{}_{}", o.label, o.id.value), fmt::format("class_{}", o.object->category_id));
+    obj.Begin(fmt::format("{}_{}", o.label, o.id.value),
+              fmt::format("class_{}", o.object->category_id));
     const Eigen::Matrix3d axes = ScaledAxes(e);
     const size_t first_normal = obj.normals();
     for (const Eigen::Vector3d& v : sphere.vertices) obj.Vertex(e.center + axes * v);
-    for (const Eigen::Vector3d& v : sphere.vertices) obj.Normal(e.rotation * v.cwiseQuotient(e.half_axes));
+    for (const Eigen::Vector3d& v : sphere.vertices)
+      obj.Normal(e.rotation * v.cwiseQuotient(e.half_axes));
     for (const auto& triangle : sphere.triangles) obj.Triangle(triangle, first_normal);
   }
 }
@@ -89,8 +94,8 @@ void WriteTrajectory(ObjWriter& obj, const std::vector<StampedPose>& poses) {
 }
 
 std::string Material(const std::string& name, const Rgb& color) {
-  return fmt::format("newmtl {}\nKd {:.4f} {:.4f} {:.4f}\n", Word(name), color[0] / 255.0, color[1] / 255.0,
-                     color[2] / 255.0);
+  return fmt::format("newmtl {}\nKd {:.4f} {:.4f} {:.4f}\n", Word(name), color[0] / 255.0,
+                     color[1] / 255.0, color[2] / 255.0);
 }
 
 }  // namespace
@@ -114,21 +119,23 @@ void ExportObj(const std::string& path, const SavedMap& saved) {
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     obj.Begin(fmt::format("keyframe_{}", id.value), "keyframes");
     const Rigid3 world_from_cam = keyframe.cam_from_world.Inverse();
-    for (const auto& corner : FrustumCorners(map.cameras[static_cast<size_t>(keyframe.camera)], depth))
+    for (const auto& corner :
+         FrustumCorners(map.cameras[static_cast<size_t>(keyframe.camera)], depth))
       obj.Vertex(world_from_cam * corner);
     for (const auto& [a, b] : kFrustumEdges) obj.Edge(a, b);
   });
 
-  std::string materials = Material("landmarks", kLandmarkColor) + Material("trajectory", kTrajectoryColor) +
+  std::string materials = Material("landmarks", kLandmarkColor) +
+                          Material("trajectory", kTrajectoryColor) +
                           Material("keyframes", kKeyframeColor);
   std::set<int> classes;
   for (const SceneObject& o : objects)
     if (classes.insert(o.object->category_id).second)
       materials += Material(fmt::format("class_{}", o.object->category_id), o.color);
   const std::filesystem::path material_path = std::filesystem::path(path).replace_extension(".mtl");
-  WriteTextFile(
-      path, fmt::format("# oaslam: right-handed, y up, lengths in {}\nmtllib {}\n{}",
-                        map.is_metric ? "metres" : "units of the map", material_path.filename().string(), obj.text()));
+  WriteTextFile(path, fmt::format("# oaslam: right-handed, y up, lengths in {}\nmtllib {}\n{}",
+                                  map.is_metric ? "metres" : "units of the map",
+                                  material_path.filename().string(), obj.text()));
   WriteTextFile(material_path.string(), materials);
 }
 

@@ -26,8 +26,10 @@ using Clock = std::chrono::steady_clock;
 // The kernel's word on what happens in a folder (inotify(7)).
 class FolderWatch {
  public:
-  explicit FolderWatch(const std::string& folder) : descriptor_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
-    constexpr uint32_t kMask = IN_CLOSE_WRITE | IN_MOVED_TO | IN_DELETE_SELF | IN_MOVE_SELF | IN_ONLYDIR;
+  explicit FolderWatch(const std::string& folder)
+      : descriptor_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
+    constexpr uint32_t kMask =
+        IN_CLOSE_WRITE | IN_MOVED_TO | IN_DELETE_SELF | IN_MOVE_SELF | IN_ONLYDIR;
     if (descriptor_ >= 0 && inotify_add_watch(descriptor_, folder.c_str(), kMask) >= 0) return;
     const std::string why = std::strerror(errno);
     if (descriptor_ >= 0) close(descriptor_);
@@ -53,7 +55,8 @@ class FolderWatch {
     while ((size = read(descriptor_, buffer.data(), buffer.size())) > 0)
       for (const char* at = buffer.data(); at < buffer.data() + size;) {
         const auto* event = reinterpret_cast<const inotify_event*>(at);
-        if (event->mask & (IN_DELETE_SELF | IN_MOVE_SELF | IN_IGNORED | IN_UNMOUNT)) changes.is_gone = true;
+        if (event->mask & (IN_DELETE_SELF | IN_MOVE_SELF | IN_IGNORED | IN_UNMOUNT))
+          changes.is_gone = true;
         if (event->mask & IN_Q_OVERFLOW) changes.is_lossy = true;
         if (event->len > 0 && !(event->mask & IN_ISDIR)) changes.names.emplace_back(event->name);
         at += sizeof(inotify_event) + event->len;
@@ -86,7 +89,8 @@ class FollowedFolder : public ImageSource {
         const std::string path = (fs::path(folder_) / name).string();
         InputImage image{index_, index_ / fps_, name,
                          ReadImage(path, options_.color, options_.orientation)};
-        if (!image.image.empty()) {  // else it comes again, with its index, once its writer has closed it
+        if (!image.image
+                 .empty()) {  // else it comes again, with its index, once its writer has closed it
           taken_.insert(name);
           ++index_;
         }
@@ -96,7 +100,9 @@ class FollowedFolder : public ImageSource {
     }
     return std::nullopt;
   }
-  int size() const override { return options_.to < 0 ? -1 : std::max(options_.to - options_.from, 0); }
+  int size() const override {
+    return options_.to < 0 ? -1 : std::max(options_.to - options_.from, 0);
+  }
   void Stop() override { is_stopped_ = true; }
 
  private:
@@ -104,7 +110,9 @@ class FollowedFolder : public ImageSource {
     bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
   };
 
-  bool IsStopped() const { return is_stopped_ || (options_.follow->stopped && options_.follow->stopped()); }
+  bool IsStopped() const {
+    return is_stopped_ || (options_.follow->stopped && options_.follow->stopped());
+  }
 
   void Arrive(std::string name) {
     if (taken_.contains(name)) return;
@@ -133,8 +141,10 @@ class FollowedFolder : public ImageSource {
     }
     // Only now: what came while the caller was at work was in the queue of the kernel.
     const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
-    if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s) return true;
-    Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
+    if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s)
+      return true;
+    Log(LogLevel::kInfo,
+        fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
     return false;
   }
 
@@ -144,7 +154,8 @@ class FollowedFolder : public ImageSource {
   FolderWatch watch_;
   std::set<std::string, Natural> waiting_;  // names of images that are there and not yet taken
   std::set<std::string> taken_;
-  Clock::time_point last_arrival_;  // of an image, as far as the queue was read; at first, the beginning
+  Clock::time_point
+      last_arrival_;  // of an image, as far as the queue was read; at first, the beginning
   int index_ = 0;
   bool has_ended_ = false;
   std::atomic<bool> is_stopped_ = false;
@@ -152,7 +163,8 @@ class FollowedFolder : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<ImageSource> FollowFolder(const std::string& folder, const ImageSourceOptions& options, double fps) {
+std::unique_ptr<ImageSource> FollowFolder(const std::string& folder,
+                                          const ImageSourceOptions& options, double fps) {
   return std::make_unique<FollowedFolder>(folder, options, fps);
 }
 

@@ -13,19 +13,22 @@ namespace {
 
 // Numbers of the glTF 2.0 specification, sections 3.6 and 4.4.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
-constexpr uint32_t kGlbMagic = 0x46546C67, kGlbVersion = 2, kJsonChunk = 0x4E4F534A, kBinChunk = 0x004E4942;
+constexpr uint32_t kGlbMagic = 0x46546C67, kGlbVersion = 2, kJsonChunk = 0x4E4F534A,
+                   kBinChunk = 0x004E4942;
 
 static_assert(std::endian::native == std::endian::little);
 
 std::string Base64(const std::string& bytes) {  // RFC 4648
-  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (size_t i = 0; i < bytes.size(); i += 3) {
     uint32_t bits = 0;
     for (size_t k = 0; k < 3; ++k)
       bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * k) & 63];
+    for (size_t k = 0; k < 4; ++k)
+      text += i + k > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * k) & 63];
   }
   return text;
 }
@@ -47,7 +50,9 @@ void AppendChunk(std::string& bytes, uint32_t kind, std::string content, char pa
 void AddBuffer(GltfBuffer::Json& document, const GltfBuffer& buffer, bool inlined) {
   if (buffer.IsEmpty()) return;
   document["buffers"] = {{{"byteLength", buffer.bytes().size()}}};
-  if (inlined) document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + Base64(buffer.bytes());
+  if (inlined)
+    document["buffers"][0]["uri"] =
+        "data:application/octet-stream;base64," + Base64(buffer.bytes());
   document["bufferViews"] = buffer.views();
   document["accessors"] = buffer.accessors();
 }
@@ -57,7 +62,8 @@ void AddBuffer(GltfBuffer::Json& document, const GltfBuffer& buffer, bool inline
 int GltfBuffer::AddView(const void* data, size_t size, int target, Json accessor) {
   OASLAM_CHECK(size > 0 && bytes_.size() % 4 == 0);  // all components have four bytes
   accessor["bufferView"] = views_.size();
-  views_.push_back({{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}, {"target", target}});
+  views_.push_back(
+      {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}, {"target", target}});
   bytes_.append(static_cast<const char*>(data), size);
   accessors_.push_back(std::move(accessor));
   return static_cast<int>(accessors_.size()) - 1;

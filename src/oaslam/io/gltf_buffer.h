@@ -13,7 +13,8 @@ class GltfBuffer {
  public:
   using Json = nlohmann::ordered_json;
 
-  // Each returns the index of its accessor. Vectors are stored as floats, with the bounds that positions must have.
+  // Each returns the index of its accessor. Vectors are stored as floats, with the bounds that
+  // positions must have.
   int AddVectors(const std::vector<Eigen::Vector3d>& vectors);
   int AddIndices(const std::vector<uint32_t>& indices);
 

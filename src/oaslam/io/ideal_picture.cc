@@ -26,7 +26,8 @@ cv::Mat IdealPictureMaker::Make(const Camera& camera, const cv::Mat& image) {
       map_y_.create(size, CV_32F);
       for (int y = 0; y < size.height; ++y)
         for (int x = 0; x < size.width; ++x) {
-          const Eigen::Vector2d pixel = Distort(camera, {(x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5});
+          const Eigen::Vector2d pixel =
+              Distort(camera, {(x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5});
           map_x_.at<float>(y, x) = static_cast<float>(pixel.x());
           map_y_.at<float>(y, x) = static_cast<float>(pixel.y());
         }

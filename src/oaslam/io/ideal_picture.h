@@ -6,8 +6,8 @@
 
 namespace oaslam {
 
-// Makes pictures of a camera's images as they would be without distortion, so that points, boxes and ellipses of the
-// ideal image lie where they belong.
+// Makes pictures of a camera's images as they would be without distortion, so that points, boxes
+// and ellipses of the ideal image lie where they belong.
 class IdealPictureMaker {
  public:
   // `max_side`: of the pictures, pixels; larger images are made smaller.

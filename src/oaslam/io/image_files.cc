@@ -53,7 +53,8 @@ bool NaturalLess(const std::string& a, const std::string& b) {
     while (i < a.size() && IsDigit(a[i])) ++i;
     while (j < b.size() && IsDigit(b[j])) ++j;
     if (i - begin_a != j - begin_b) return i - begin_a < j - begin_b;
-    if (const int order = a.compare(begin_a, i - begin_a, b, begin_b, j - begin_b); order != 0) return order < 0;
+    if (const int order = a.compare(begin_a, i - begin_a, b, begin_b, j - begin_b); order != 0)
+      return order < 0;
   }
   if (i < a.size() || j < b.size()) return j < b.size();
   return a < b;

@@ -18,7 +18,8 @@ using testing::HasSubstr;
 
 // A binary PGM of one grey level.
 std::string Pgm(int width, int height, char level) {
-  return "P5\n" + std::to_string(width) + " " + std::to_string(height) + "\n255\n" + std::string(static_cast<size_t>(width) * height, level);
+  return "P5\n" + std::to_string(width) + " " + std::to_string(height) + "\n255\n" +
+         std::string(static_cast<size_t>(width) * height, level);
 }
 
 std::vector<InputImage> ReadAll(const std::string& source, const ImageSourceOptions& options = {}) {
@@ -37,7 +38,8 @@ std::vector<std::string> Names(const std::vector<InputImage>& images) {
 
 TEST(ImageSource, FolderInNaturalOrder) {
   const TempFolder folder;
-  for (const char* name : {"10.pgm", "2.pgm", "1.PGM", "b.pgm", "notes.txt"}) folder.Write(name, Pgm(8, 6, 50));
+  for (const char* name : {"10.pgm", "2.pgm", "1.PGM", "b.pgm", "notes.txt"})
+    folder.Write(name, Pgm(8, 6, 50));
   const auto images = ReadAll(folder.path(), {.fps = 10});
   EXPECT_THAT(Names(images), ElementsAre("1.PGM", "2.pgm", "10.pgm", "b.pgm"));
   EXPECT_DOUBLE_EQ(images[3].timestamp, 0.3);
@@ -50,7 +52,8 @@ TEST(ImageSource, TumFolderWithAMissingAndABrokenImage) {
   const TempFolder folder;
   folder.Write("rgb/a b.pgm", Pgm(8, 6, 50));
   folder.Write("rgb/broken.png", "no image");
-  folder.Write("rgb.txt", "# timestamp filename\n1.5 rgb/a b.pgm\n1.6 rgb/missing.png\n1.4 rgb/broken.png\n");
+  folder.Write("rgb.txt",
+               "# timestamp filename\n1.5 rgb/a b.pgm\n1.6 rgb/missing.png\n1.4 rgb/broken.png\n");
   const auto images = ReadAll(folder.path());
   EXPECT_THAT(Names(images), ElementsAre("a b.pgm", "missing.png", "broken.png"));
   EXPECT_FALSE(images[0].image.empty());
@@ -97,7 +100,8 @@ TEST(ImageSource, BadInputIsNamed) {
   EXPECT_THAT(error(folder / "nowhere"), HasSubstr("no such file"));
   EXPECT_THAT(error(folder.path()), HasSubstr("no images"));
   EXPECT_THAT(error(folder.Write("empty.txt", "# nothing\n")), HasSubstr("no images"));
-  EXPECT_THAT(error(folder.Write("mixed.txt", "1.5 a.png\nb.png\n")), AllOf(HasSubstr("mixed.txt:2"), HasSubstr("timestamp path")));
+  EXPECT_THAT(error(folder.Write("mixed.txt", "1.5 a.png\nb.png\n")),
+              AllOf(HasSubstr("mixed.txt:2"), HasSubstr("timestamp path")));
   EXPECT_THAT(error(folder.Write("lone.txt", "1.5\n")), HasSubstr("lone.txt:1"));
   EXPECT_THAT(error(folder.Write("noise.mp4", std::string("\0\1\2\3", 4))), HasSubstr("noise.mp4"));
   EXPECT_THAT(error("webcam:x"), HasSubstr("webcam:N"));

@@ -11,15 +11,16 @@
 
 namespace oaslam {
 
-// Reads a live source on a thread of its own and gives out its newest image: whoever is slower than the camera misses
-// images, but never sees an old one.
+// Reads a live source on a thread of its own and gives out its newest image: whoever is slower than
+// the camera misses images, but never sees an old one.
 class LatestImageSource : public ImageSource {
  public:
   explicit LatestImageSource(std::unique_ptr<ImageSource> source);
   // Stops the source, and waits for the read under way to end.
   ~LatestImageSource() override;
 
-  // Waits for an image that was not given out yet; nothing once the source has ended. Rethrows what the source threw.
+  // Waits for an image that was not given out yet; nothing once the source has ended. Rethrows what
+  // the source threw.
   std::optional<InputImage> Next() override;
   int size() const override { return source_->size(); }
   // Images that newer ones replaced before they were asked for.

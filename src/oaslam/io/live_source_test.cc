@@ -98,10 +98,13 @@ TEST(FollowedFolder, RangeAndBadInput) {
   const auto source = OpenImages(folder.path(), options);
   EXPECT_EQ(source->Next()->name, "b.pgm");
   EXPECT_FALSE(source->Next());
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "a.pgm", Following()); }), HasSubstr("--follow"));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "nowhere", Following()); }), HasSubstr("--follow"));
+  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "a.pgm", Following()); }),
+              HasSubstr("--follow"));
+  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "nowhere", Following()); }),
+              HasSubstr("--follow"));
   EXPECT_THAT(InputErrorOf([&] { OpenImages("webcam:0", Following()); }), HasSubstr("--follow"));
-  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), Following(-1)); }), HasSubstr("--follow -1"));
+  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), Following(-1)); }),
+              HasSubstr("--follow -1"));
   folder.Write("rgb.txt", "1.0 a.pgm\n");
   EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), Following()); }), HasSubstr("rgb.txt"));
 }

@@ -34,20 +34,22 @@ SavedMap ExactMap(const std::vector<Camera>& cameras) {
     keyframe.frame_index = static_cast<int>(k);
     keyframe.timestamp = 0.5 * k;
     keyframe.camera = static_cast<int>(k % cameras.size());
-    keyframe.cam_from_world =
-        Rigid3(Eigen::Quaterniond(1, 0.02 * k, -0.05 * k, 0.1).normalized(), Eigen::Vector3d(-0.2 * k, 0.1, 0.3));
+    keyframe.cam_from_world = Rigid3(Eigen::Quaterniond(1, 0.02 * k, -0.05 * k, 0.1).normalized(),
+                                     Eigen::Vector3d(-0.2 * k, 0.1, 0.3));
     map.keyframes.Insert(KeyframeId(3 * k + 1), std::move(keyframe));
   }
   std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < kPoints; ++i) points.emplace_back(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(3, 5));
+  for (int i = 0; i < kPoints; ++i)
+    points.emplace_back(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(3, 5));
   for (const KeyframeId id : map.keyframes.Ids()) {
     Keyframe& keyframe = map.keyframes.MutableAt(id);
     auto features = std::make_shared<Features>();
     features->bounds = IdealImageBounds(cameras[static_cast<size_t>(keyframe.camera)]);
     for (const Eigen::Vector3d& x : points)
       features->keypoints.push_back(
-          {ProjectIdeal(cameras[static_cast<size_t>(keyframe.camera)], keyframe.cam_from_world * x).cast<float>(), 0,
-           0});
+          {ProjectIdeal(cameras[static_cast<size_t>(keyframe.camera)], keyframe.cam_from_world * x)
+               .cast<float>(),
+           0, 0});
     features->descriptors.resize(kPoints);
     features->BuildGrid();
     keyframe.features = std::move(features);
@@ -60,9 +62,10 @@ SavedMap ExactMap(const std::vector<Camera>& cameras) {
   return saved;
 }
 
-// COLMAP's camera models as its documentation gives them (src/colmap/sensor/models.h of its manual): pixels of a point
-// in the camera.
-Eigen::Vector2d ColmapProject(const std::string& model, const std::vector<double>& p, const Eigen::Vector3d& x) {
+// COLMAP's camera models as its documentation gives them (src/colmap/sensor/models.h of its
+// manual): pixels of a point in the camera.
+Eigen::Vector2d ColmapProject(const std::string& model, const std::vector<double>& p,
+                              const Eigen::Vector3d& x) {
   const double u = x.x() / x.z(), v = x.y() / x.z(), r2 = u * u + v * v;
   double du = 0, dv = 0;
   if (model == "OPENCV" || model == "FULL_OPENCV") {
@@ -111,8 +114,10 @@ TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
     int64_t point = 0;
     int seen = 0;
     while (points >> u >> v >> point) {
-      const Landmark& landmark = saved.map.landmarks.At(LandmarkId(static_cast<uint32_t>(point - 1)));
-      const Eigen::Vector2d projected = ColmapProject(model, parameters, cam_from_world * landmark.position);
+      const Landmark& landmark =
+          saved.map.landmarks.At(LandmarkId(static_cast<uint32_t>(point - 1)));
+      const Eigen::Vector2d projected =
+          ColmapProject(model, parameters, cam_from_world * landmark.position);
       EXPECT_LT((projected - Eigen::Vector2d(u, v)).norm(), 2e-3);
       ++seen;
     }
@@ -127,30 +132,31 @@ TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
 
 INSTANTIATE_TEST_SUITE_P(
     Models, ColmapExport,
-    testing::Values(std::pair{"PINHOLE",
-                              Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}},
-                    std::pair{"OPENCV", Camera{.width = 640,
-                                               .height = 480,
-                                               .fx = 520,
-                                               .fy = 525,
-                                               .cx = 319,
-                                               .cy = 240,
-                                               .distortion = {-0.2, 0.05, 0.001, -0.002, 0}}},
-                    std::pair{"FULL_OPENCV", Camera{.width = 640,
-                                                    .height = 480,
-                                                    .fx = 520,
-                                                    .fy = 525,
-                                                    .cx = 319,
-                                                    .cy = 240,
-                                                    .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}}},
-                    std::pair{"OPENCV_FISHEYE", Camera{.model = LensModel::kFisheye,
-                                                       .width = 848,
-                                                       .height = 800,
-                                                       .fx = 286,
-                                                       .fy = 287,
-                                                       .cx = 421,
-                                                       .cy = 398,
-                                                       .distortion = {0.01, -0.02, 0.003, 0.001, 0}}}));
+    testing::Values(
+        std::pair{"PINHOLE",
+                  Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}},
+        std::pair{"OPENCV", Camera{.width = 640,
+                                   .height = 480,
+                                   .fx = 520,
+                                   .fy = 525,
+                                   .cx = 319,
+                                   .cy = 240,
+                                   .distortion = {-0.2, 0.05, 0.001, -0.002, 0}}},
+        std::pair{"FULL_OPENCV", Camera{.width = 640,
+                                        .height = 480,
+                                        .fx = 520,
+                                        .fy = 525,
+                                        .cx = 319,
+                                        .cy = 240,
+                                        .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}}},
+        std::pair{"OPENCV_FISHEYE", Camera{.model = LensModel::kFisheye,
+                                           .width = 848,
+                                           .height = 800,
+                                           .fx = 286,
+                                           .fy = 287,
+                                           .cx = 421,
+                                           .cy = 398,
+                                           .distortion = {0.01, -0.02, 0.003, 0.001, 0}}}));
 
 TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
   const Camera a{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240};
@@ -172,53 +178,65 @@ TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
   EXPECT_EQ(json["frames"][1]["k3"], 0.01);
   EXPECT_EQ(json["frames"][1]["p2"], -0.002);
 
-  const SavedMap mixed = ExactMap(
-      {a,
-       Camera{.model = LensModel::kFisheye, .width = 640, .height = 480, .fx = 300, .fy = 300, .cx = 319, .cy = 240}});
-  EXPECT_THAT(InputErrorOf([&] { ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed.map)); }),
-              HasSubstr("fisheye"));
+  const SavedMap mixed = ExactMap({a, Camera{.model = LensModel::kFisheye,
+                                             .width = 640,
+                                             .height = 480,
+                                             .fx = 300,
+                                             .fy = 300,
+                                             .cx = 319,
+                                             .cy = 240}});
+  EXPECT_THAT(
+      InputErrorOf([&] { ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed.map)); }),
+      HasSubstr("fisheye"));
 }
 
 TEST(MapExport, ImagesByTimeAreUnique) {
-  SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   saved.map.keyframes.MutableAt(KeyframeId(4)).timestamp = 0;  // another run began at 0, too
   std::vector<std::string> names;
   for (const auto& [id, image] : ImagesByTime(saved.map)) names.push_back(image.name);
   EXPECT_THAT(names, ElementsAre("0.000000.png", "0.000000_4.png", "1.000000.png", "1.500000.png"));
   const TempFolder folder;
   const std::string list = folder.Write("rgb.txt", "0.0 a.png\n");
-  EXPECT_THAT(InputErrorOf([&] { FindImages(saved.map, list, {}, folder.path()); }), HasSubstr("two runs"));
+  EXPECT_THAT(InputErrorOf([&] { FindImages(saved.map, list, {}, folder.path()); }),
+              HasSubstr("two runs"));
 }
 
 TEST(MapExport, ImagesOfAListAreFoundByTime) {
-  const SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   const TempFolder folder;
-  const std::string list =
-      folder.Write("seq/rgb.txt", "0.0 rgb/a.png\n0.4 rgb/b.png\n0.50001 rgb/c.png\n1.0 rgb/d.png\n");
+  const std::string list = folder.Write(
+      "seq/rgb.txt", "0.0 rgb/a.png\n0.4 rgb/b.png\n0.50001 rgb/c.png\n1.0 rgb/d.png\n");
   const KeyframeImages images = FindImages(saved.map, list, {}, folder / "out");
   ASSERT_EQ(images.size(), 3U);  // nothing at 1.5 s
   EXPECT_EQ(images.at(KeyframeId(4)).name, "rgb/c.png");
   EXPECT_EQ(images.at(KeyframeId(4)).path, "../seq/rgb/c.png");
-  EXPECT_THAT(InputErrorOf([&] { FindImages(saved.map, folder.Write("other.txt", "7.0 a.png\n"), {}, folder.path()); }),
+  EXPECT_THAT(InputErrorOf([&] {
+                FindImages(saved.map, folder.Write("other.txt", "7.0 a.png\n"), {}, folder.path());
+              }),
               HasSubstr("--fps"));
 }
 
 TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
-  const SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   const TempFolder folder;
   folder.Write("seq/rgb/c.png", "c");
   folder.Write("deep/er/out/x", "");
   std::filesystem::create_symlink(folder / "deep/er/out", folder / "link");
   const std::string list = folder.Write("seq/rgb.txt", "0.5 " + (folder / "seq/rgb/c.png") + "\n");
   const std::string relative_list = std::filesystem::relative(list).string();
-  const KeyframeImage image = FindImages(saved.map, relative_list, {}, folder / "link").at(KeyframeId(4));
+  const KeyframeImage image =
+      FindImages(saved.map, relative_list, {}, folder / "link").at(KeyframeId(4));
   EXPECT_EQ(image.name, "rgb/c.png");
   EXPECT_EQ(folder.Read("link/" + image.path), "c");  // leads to the image
 }
 
 TEST(MapExport, TurnedImagesAreWritten) {
-  const SavedMap saved = ExactMap(
-      {Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   const TempFolder folder;
   const cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(90));
   folder.Write("seq/a.jpg", JpegWithExif(image, {.orientation = 6}));
@@ -231,16 +249,19 @@ TEST(MapExport, TurnedImagesAreWritten) {
 }
 
 TEST(MapExport, ColmapHasNoNamesWithBlanks) {
-  const SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   const TempFolder folder;
   KeyframeImages images = ImagesByTime(saved.map);
   images.at(KeyframeId(4)).name = "rgb/a b.png";
-  EXPECT_THAT(InputErrorOf([&] { ExportColmap(folder.path(), saved, images); }), HasSubstr("rgb/a b.png"));
+  EXPECT_THAT(InputErrorOf([&] { ExportColmap(folder.path(), saved, images); }),
+              HasSubstr("rgb/a b.png"));
   EXPECT_FALSE(std::filesystem::exists(folder / "images.txt"));
 }
 
 TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
-  SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   Object object;
   object.name = "caf\xE9";
   object.state = ObjectState::kMapped;
@@ -258,7 +279,8 @@ TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
 }
 
 TEST(MapExport, JsonHasClassesRatesAndTruncatedEdges) {
-  SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   saved.map.classes = {{{100, 101}}, {0, 56}};
   Object object;
   object.detection_rate = 0.75;
@@ -276,14 +298,20 @@ TEST(MapExport, JsonHasClassesRatesAndTruncatedEdges) {
 }
 
 TEST(MapExport, ColorsAreThoseOfThePixels) {
-  const SavedMap saved = ExactMap({Camera{
-      .width = 640, .height = 480, .fx = 220, .fy = 220, .cx = 319, .cy = 240, .distortion = {-0.05, 0.01, 0, 0, 0}}});
+  const SavedMap saved = ExactMap({Camera{.width = 640,
+                                          .height = 480,
+                                          .fx = 220,
+                                          .fy = 220,
+                                          .cx = 319,
+                                          .cy = 240,
+                                          .distortion = {-0.05, 0.01, 0, 0, 0}}});
   const TempFolder folder;
   KeyframeImages images = ImagesByTime(saved.map);
   // Left of the middle red, right of it blue, in binary PPM.
   std::string ppm = "P6\n640 480\n255\n";
   for (int y = 0; y < 480; ++y)
-    for (int x = 0; x < 640; ++x) ppm += x < 320 ? std::string("\xC8\0\0", 3) : std::string("\0\0\xC8", 3);
+    for (int x = 0; x < 640; ++x)
+      ppm += x < 320 ? std::string("\xC8\0\0", 3) : std::string("\0\0\xC8", 3);
   images.at(KeyframeId(1)).path = "a.ppm";
   folder.Write("a.ppm", ppm);
   const auto colors = LandmarkColors(saved.map, images, folder.path());
@@ -294,15 +322,17 @@ TEST(MapExport, ColorsAreThoseOfThePixels) {
     if (std::abs(x - 319) < 3) continue;
     EXPECT_EQ(colors.at(keyframe.landmarks[i]), x < 319 ? (Rgb{200, 0, 0}) : (Rgb{0, 0, 200})) << x;
   }
-  EXPECT_EQ(LandmarkColors(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second, kLandmarkColor);
+  EXPECT_EQ(LandmarkColors(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second,
+            kLandmarkColor);
 }
 
 TEST(MapExport, EveryMapCanBeWritten) {
   Rng rng(5);
   const TempFolder folder;
   for (const bool empty : {false, true}) {
-    SavedMap saved =
-        RandomMap(empty ? RandomMapOptions{.keyframes = 3, .landmarks = 0, .objects = 0} : RandomMapOptions{}, rng);
+    SavedMap saved = RandomMap(
+        empty ? RandomMapOptions{.keyframes = 3, .landmarks = 0, .objects = 0} : RandomMapOptions{},
+        rng);
     if (empty) saved.trajectory.clear();
     ExportPly(folder / "a.ply", saved, true);
     ExportObj(folder / "a.obj", saved);
@@ -316,15 +346,18 @@ TEST(MapExport, EveryMapCanBeWritten) {
     const auto json = nlohmann::json::parse(folder.Read("a.json"));
     EXPECT_EQ(json["landmarks"].size(), saved.map.landmarks.size());
     EXPECT_EQ(json["objects"].size(), saved.map.objects.size());
-    EXPECT_EQ(LoadTrajectory(folder / "a.txt").size(), empty ? saved.map.keyframes.size() : json["trajectory"].size());
+    EXPECT_EQ(LoadTrajectory(folder / "a.txt").size(),
+              empty ? saved.map.keyframes.size() : json["trajectory"].size());
     EXPECT_THAT(folder.Read("a.obj"), HasSubstr("mtllib a.mtl"));
   }
-  EXPECT_THAT(InputErrorOf([&] { ExportPly(folder / "no/a.ply", SavedMap(), false); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(InputErrorOf([&] { ExportPly(folder / "no/a.ply", SavedMap(), false); }),
+              HasSubstr("cannot be written"));
 }
 
 TEST(MapScene, TheSphereIsClosedAndFacesOutwards) {
   const TriangleMesh sphere = UnitSphere();
-  EXPECT_EQ(sphere.vertices.size() - 3 * sphere.triangles.size() / 2 + sphere.triangles.size(), 2U);  // Euler
+  EXPECT_EQ(sphere.vertices.size() - 3 * sphere.triangles.size() / 2 + sphere.triangles.size(),
+            2U);  // Euler
   for (const auto& [a, b, c] : sphere.triangles) {
     const Eigen::Vector3d &p = sphere.vertices[a], &q = sphere.vertices[b], &r = sphere.vertices[c];
     EXPECT_GT((q - p).cross(r - p).dot(p + q + r), 0);
@@ -333,9 +366,11 @@ TEST(MapScene, TheSphereIsClosedAndFacesOutwards) {
 }
 
 TEST(MapScene, UpIsUp) {
-  const SavedMap saved = ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
   for (const std::optional<Eigen::Vector3d>& up :
-       {std::optional<Eigen::Vector3d>(), std::optional(Eigen::Vector3d(0.1, -0.9, 0.3).normalized())}) {
+       {std::optional<Eigen::Vector3d>(),
+        std::optional(Eigen::Vector3d(0.1, -0.9, 0.3).normalized())}) {
     Map map = saved.map;
     map.up = up;
     const Eigen::Matrix3d y_up = YUpFromWorld(map), z_up = ZUpFromWorld(map);

@@ -36,28 +36,35 @@ Enum ReadWord(RowReader& row, const std::array<std::pair<const char*, Enum>, N>&
   row.Refuse(fmt::format("\"{}\" is not known", text));
 }
 
-constexpr std::array<std::pair<const char*, LensModel>, 2> kLensModels{{{"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}};
+constexpr std::array<std::pair<const char*, LensModel>, 2> kLensModels{
+    {{"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}};
 constexpr std::array<std::pair<const char*, ObjectState>, 3> kObjectStates{
-    {{"tentative", ObjectState::kTentative}, {"initialized", ObjectState::kInitialized}, {"mapped", ObjectState::kMapped}}};
+    {{"tentative", ObjectState::kTentative},
+     {"initialized", ObjectState::kInitialized},
+     {"mapped", ObjectState::kMapped}}};
 
 std::array<std::pair<const char*, TrackingState>, 5> TrackingStates() {
   std::array<std::pair<const char*, TrackingState>, 5> words;
   size_t i = 0;
-  for (const auto state : {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized, TrackingState::kObjects, TrackingState::kLost})
+  for (const auto state :
+       {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
+        TrackingState::kObjects, TrackingState::kLost})
     words[i++] = {ToString(state), state};
   return words;
 }
 
 int CategoryOf(std::string_view text, const RowReader& row) {
   const std::optional<double> value = ParseNumber(text);
-  if (!value || *value != std::floor(*value) || *value < INT32_MIN || *value > INT32_MAX) row.Refuse(fmt::format("\"{}\" is not a category", text));
+  if (!value || *value != std::floor(*value) || *value < INT32_MIN || *value > INT32_MAX)
+    row.Refuse(fmt::format("\"{}\" is not a category", text));
   return static_cast<int>(*value);
 }
 
 std::set<int> ReadMovable(RowReader& row) {
   std::set<int> movable;
   const std::string text = row.Text();
-  for (const std::string_view category : SplitFields(text)) movable.insert(CategoryOf(category, row));
+  for (const std::string_view category : SplitFields(text))
+    movable.insert(CategoryOf(category, row));
   return movable;
 }
 
@@ -66,10 +73,13 @@ std::map<int, int> ReadParts(RowReader& row) {
   const std::string text = row.Text();
   for (const std::string_view pair : SplitFields(text)) {
     const size_t colon = pair.find(':');
-    if (colon == std::string_view::npos) row.Refuse(fmt::format("\"{}\" is not of the form part:whole", pair));
-    whole_of.emplace(CategoryOf(pair.substr(0, colon), row), CategoryOf(pair.substr(colon + 1), row));
+    if (colon == std::string_view::npos)
+      row.Refuse(fmt::format("\"{}\" is not of the form part:whole", pair));
+    whole_of.emplace(CategoryOf(pair.substr(0, colon), row),
+                     CategoryOf(pair.substr(colon + 1), row));
   }
-  if (const auto part = PartOfItself(whole_of)) row.Refuse(fmt::format("category {} is a part of itself", *part));
+  if (const auto part = PartOfItself(whole_of))
+    row.Refuse(fmt::format("category {} is a part of itself", *part));
   return whole_of;
 }
 
@@ -87,7 +97,8 @@ void ReadMeta(Database& database, Checksum& checksum, Map& map) {
     } else if (key == "up_keyframes") {
       map.up_keyframes = static_cast<int>(rows.Integer(1, INT32_MAX));
     } else if (key == "unit") {
-      if (const std::string unit = rows.Text(); unit != "metre") rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
+      if (const std::string unit = rows.Text(); unit != "metre")
+        rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
       map.is_metric = true;
     } else if (key == "movable") {
       map.classes.movable = ReadMovable(rows);
@@ -127,7 +138,8 @@ std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
   if (!(features->bounds.Area() > 0)) row.Refuse("empty bounds");
   features->keypoints.reserve(count);
   for (const StoredKeypoint& k : CopyOf<StoredKeypoint>(row.Blob(count * sizeof(StoredKeypoint)))) {
-    if (!std::isfinite(k.x) || !std::isfinite(k.y) || k.octave < 0 || k.octave >= pyramid.levels) row.Refuse("a key point out of range");
+    if (!std::isfinite(k.x) || !std::isfinite(k.y) || k.octave < 0 || k.octave >= pyramid.levels)
+      row.Refuse("a key point out of range");
     features->keypoints.push_back({{k.x, k.y}, k.angle_rad, static_cast<uint8_t>(k.octave)});
   }
   features->descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
@@ -192,7 +204,8 @@ void ReadLandmarks(Database& database, Checksum& checksum, Map& map) {
     const auto keypoint = static_cast<uint32_t>(observations.Int(0));
     Landmark* landmark = map.landmarks.Mutable(id);
     Keyframe* keyframe = map.keyframes.Mutable(keyframe_id);
-    if (!landmark || !keyframe || keypoint >= keyframe->landmarks.size()) observations.Refuse("of something that is not there");
+    if (!landmark || !keyframe || keypoint >= keyframe->landmarks.size())
+      observations.Refuse("of something that is not there");
     landmark->observations.push_back({keyframe_id, keypoint});
     keyframe->landmarks[keypoint] = id;
   }
@@ -208,7 +221,8 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     object.ellipsoid.center = rows.Vector();
     object.ellipsoid.half_axes = rows.Vector();
     object.ellipsoid.rotation = rows.Rotation();
-    const auto covariance = rows.Blob(sizeof(double) * static_cast<size_t>(object.covariance.size()));
+    const auto covariance =
+        rows.Blob(sizeof(double) * static_cast<size_t>(object.covariance.size()));
     std::memcpy(object.covariance.data(), covariance.data(), covariance.size());
     object.detection_rate = rows.Real();
     object.mean_iou = rows.Real();
@@ -286,11 +300,16 @@ void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
 }
 
 int64_t CheckKind(Database& database) {
-  if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId) database.Refuse("is a database, but not a map of oaslam");
+  if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId)
+    database.Refuse("is a database, but not a map of oaslam");
   const int64_t version = database.QueryInteger("PRAGMA user_version");
   if (version > kMapFormatVersion)
-    database.Refuse(fmt::format("is a map of format {}, this program reads up to {}: use a newer oaslam", version, kMapFormatVersion));
-  if (version < 1) database.Refuse(fmt::format("is a map of format {}, expected 1 to {}", version, kMapFormatVersion));
+    database.Refuse(
+        fmt::format("is a map of format {}, this program reads up to {}: use a newer oaslam",
+                    version, kMapFormatVersion));
+  if (version < 1)
+    database.Refuse(
+        fmt::format("is a map of format {}, expected 1 to {}", version, kMapFormatVersion));
   std::string answer = database.QueryText("PRAGMA quick_check(1)");
   std::ranges::replace(answer, '\n', ' ');
   if (answer != "ok") database.Refuse("is damaged: " + answer);
@@ -306,8 +325,9 @@ bool Overlap(const Table<Id, A>& a, const Table<Id, B>& b) {
 }
 
 bool Overlap(const Map& a, const Map& b) {
-  return Overlap(a.keyframes, b.keyframes) || Overlap(a.retired, b.retired) || Overlap(a.keyframes, b.retired) ||
-         Overlap(a.retired, b.keyframes) || Overlap(a.landmarks, b.landmarks) || Overlap(a.objects, b.objects) ||
+  return Overlap(a.keyframes, b.keyframes) || Overlap(a.retired, b.retired) ||
+         Overlap(a.keyframes, b.retired) || Overlap(a.retired, b.keyframes) ||
+         Overlap(a.landmarks, b.landmarks) || Overlap(a.objects, b.objects) ||
          Overlap(a.merged_objects, b.merged_objects);
 }
 
@@ -320,7 +340,8 @@ void ReadPieces(const std::string& name, Database& database, Checksum& checksum,
     Database content(piece_name, rows.BlobOfAnySize());
     SavedMap piece = ReadContent(piece_name, content);
     if (!piece.pieces.empty()) content.Refuse("is damaged: has pieces itself");
-    if (piece.map.cameras != saved.map.cameras) content.Refuse("is damaged: has other cameras than the map");
+    if (piece.map.cameras != saved.map.cameras)
+      content.Refuse("is damaged: has other cameras than the map");
     bool overlaps = Overlap(saved.map, piece.map);
     for (const Piece& other : saved.pieces) overlaps = overlaps || Overlap(other.map, piece.map);
     if (overlaps) content.Refuse("is damaged: shares ids with another piece");
@@ -340,8 +361,10 @@ SavedMap ReadContent(const std::string& name, Database& database) {
   ReadTrajectory(database, checksum, saved);
   if (version >= 3) ReadAnchors(database, checksum, saved.map);
   if (version >= 5) ReadPieces(name, database, checksum, saved);
-  if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex()) database.Refuse("is damaged: the checksum does not match");
-  if (const auto problems = saved.map.CheckInvariants(); !problems.empty()) database.Refuse("is damaged: " + problems.front());
+  if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex())
+    database.Refuse("is damaged: the checksum does not match");
+  if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
+    database.Refuse("is damaged: " + problems.front());
   return saved;
 }
 
@@ -349,15 +372,18 @@ SavedMap ReadContent(const std::string& name, Database& database) {
 
 SavedMap LoadMap(const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw InputError(fmt::format("{}: there is no such file", path));
-  if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("{}: is not a file", path));
+  if (!std::filesystem::exists(path, error))
+    throw InputError(fmt::format("{}: there is no such file", path));
+  if (!std::filesystem::is_regular_file(path, error))
+    throw InputError(fmt::format("{}: is not a file", path));
   Database database(path, Database::Access::kReadOnly);
   return ReadContent(path, database);
 }
 
 void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {
   const int count = static_cast<int>(saved.pieces.size());
-  if (piece < 0 || piece > count) throw InputError(fmt::format("{}: there is no piece {}, allowed: 0 to {}", path, piece, count));
+  if (piece < 0 || piece > count)
+    throw InputError(fmt::format("{}: there is no piece {}, allowed: 0 to {}", path, piece, count));
   if (piece == 0) return;
   Piece& chosen = saved.pieces[static_cast<size_t>(piece) - 1];
   std::swap(chosen.map, saved.map);

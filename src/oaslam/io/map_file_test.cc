@@ -48,7 +48,8 @@ TEST(MapFile, ReadsFormat2WhichHadNoAnchors) {
   const TempFolder folder;
   const SavedMap saved = MakeMap();
   SaveMap(folder / "a.map", saved);
-  Database(folder / "a.map", Database::Access::kCreate).Execute("DROP TABLE anchors; PRAGMA user_version=2");
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("DROP TABLE anchors; PRAGMA user_version=2");
   const SavedMap loaded = LoadMap(folder / "a.map");
   EXPECT_THAT(loaded.map.anchors, IsEmpty());
   EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
@@ -58,7 +59,8 @@ TEST(MapFile, ReadsFormat4WhichHadNoPieces) {
   const TempFolder folder;
   const SavedMap saved = MakeMap();
   SaveMap(folder / "a.map", saved);
-  Database(folder / "a.map", Database::Access::kCreate).Execute("DROP TABLE pieces; PRAGMA user_version=4");
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("DROP TABLE pieces; PRAGMA user_version=4");
   const SavedMap loaded = LoadMap(folder / "a.map");
   EXPECT_THAT(loaded.pieces, IsEmpty());
   EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
@@ -104,9 +106,11 @@ TEST(MapFile, KeepsPieces) {
   EXPECT_EQ(second.map.keyframes.Ids(), saved.pieces[1].map.keyframes.Ids());
   EXPECT_EQ(second.class_names, saved.class_names);
   EXPECT_THAT(second.pieces, IsEmpty());
-  EXPECT_THAT(InputErrorOf([&] { LoadPiece(folder / "a.map", 3); }), AllOf(HasSubstr("a.map"), HasSubstr("no piece 3"), HasSubstr("0 to 2")));
+  EXPECT_THAT(InputErrorOf([&] { LoadPiece(folder / "a.map", 3); }),
+              AllOf(HasSubstr("a.map"), HasSubstr("no piece 3"), HasSubstr("0 to 2")));
 
-  Database(folder / "a.map", Database::Access::kCreate).Execute("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("piece 2"));
 }
 
@@ -115,15 +119,19 @@ TEST(MapFile, RefusesPiecesThatShareIds) {
   SavedMap saved = MakeMap();
   saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 10000)};
   SaveMap(folder / "a.map", saved);
-  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), AllOf(HasSubstr("a.map, piece 2"), HasSubstr("shares ids")));
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
+              AllOf(HasSubstr("a.map, piece 2"), HasSubstr("shares ids")));
 }
 
 TEST(MapFile, KeepsAnchors) {
   const TempFolder folder;
   SavedMap saved = MakeMap();
   const Rigid3 pose(Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5), {1, 2, 3});
-  saved.map.anchors["a flag"] = {"flag", 0.25, saved.map.keyframes.Ids().front(), pose, {}, Eigen::Vector3d::Zero()};
-  saved.map.anchors["on it"] = {"my lamp", 0.5, saved.map.keyframes.Ids().back(), pose, saved.map.objects.Ids().front(), {0, -1, 0}};
+  saved.map.anchors["a flag"] = {"flag", 0.25, saved.map.keyframes.Ids().front(),
+                                 pose,   {},   Eigen::Vector3d::Zero()};
+  saved.map.anchors["on it"] = {
+      "my lamp", 0.5, saved.map.keyframes.Ids().back(), pose, saved.map.objects.Ids().front(),
+      {0, -1, 0}};
   SaveMap(folder / "a.map", saved);
   const SavedMap loaded = LoadMap(folder / "a.map");
   ASSERT_EQ(loaded.map.anchors.size(), 2u);
@@ -137,7 +145,8 @@ TEST(MapFile, KeepsAnchors) {
     ExpectEqual(l.cam_from_anchor, anchor.cam_from_anchor);
   }
   saved.map.anchors["a flag"].keyframe = KeyframeId(12345);
-  EXPECT_THAT(saved.map.CheckInvariants(), testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
+  EXPECT_THAT(saved.map.CheckInvariants(),
+              testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
   Database(folder / "a.map", Database::Access::kCreate).Execute("UPDATE anchors SET size = 0.1");
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("damaged"));
 }
@@ -171,7 +180,8 @@ TEST(MapFile, LoadsWhatWasSaved) {
   });
   ASSERT_EQ(loaded.map.retired.Ids(), saved.map.retired.Ids());
   ASSERT_EQ(loaded.map.retired.size(), 1u);
-  ExpectEqual(loaded.map.retired.At(KeyframeId(4)).cam_from_parent, saved.map.retired.At(KeyframeId(4)).cam_from_parent);
+  ExpectEqual(loaded.map.retired.At(KeyframeId(4)).cam_from_parent,
+              saved.map.retired.At(KeyframeId(4)).cam_from_parent);
   ASSERT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
   saved.map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
     EXPECT_EQ(loaded.map.landmarks.At(id).observations, l.observations);
@@ -217,8 +227,11 @@ TEST(MapFile, SavingReplacesTheOldOneAndLeavesNothingBeside) {
   folder.Write("a.map", "something old");
   SaveMap(folder / "a.map", MakeMap());
   EXPECT_NO_THROW(LoadMap(folder / "a.map"));
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), std::filesystem::directory_iterator()), 1);
-  EXPECT_THAT(InputErrorOf([&] { SaveMap(folder / "no/such/folder.map", MakeMap()); }), HasSubstr("no folder"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()),
+                          std::filesystem::directory_iterator()),
+            1);
+  EXPECT_THAT(InputErrorOf([&] { SaveMap(folder / "no/such/folder.map", MakeMap()); }),
+              HasSubstr("no folder"));
 }
 
 std::string LoadError(const TempFolder& folder, const std::string& content) {
@@ -231,15 +244,20 @@ TEST(MapFile, RefusesTruncatedForeignAndNewer) {
   const TempFolder folder;
   SaveMap(folder / "a.map", MakeMap());
   const std::string good = folder.Read("a.map");
-  for (const double share : {0.0, 0.001, 0.1, 0.5, 0.9, 0.9999}) LoadError(folder, good.substr(0, static_cast<size_t>(share * static_cast<double>(good.size()))));
-  EXPECT_THAT(LoadError(folder, "# a text file, long enough to hold a header of a database, which is 100 bytes at least ........"),
+  for (const double share : {0.0, 0.001, 0.1, 0.5, 0.9, 0.9999})
+    LoadError(folder,
+              good.substr(0, static_cast<size_t>(share * static_cast<double>(good.size()))));
+  EXPECT_THAT(LoadError(folder,
+                        "# a text file, long enough to hold a header of a database, which is 100 "
+                        "bytes at least ........"),
               HasSubstr("not a database"));
   {
     Database other(folder / "other.db", Database::Access::kCreate);
     other.Execute("CREATE TABLE t(a); INSERT INTO t VALUES (1)");
   }
   EXPECT_THAT(LoadError(folder, folder.Read("other.db")), HasSubstr("not a map"));
-  Database(folder / "a.map", Database::Access::kCreate).Execute("PRAGMA user_version=" + std::to_string(kMapFormatVersion + 1));
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("PRAGMA user_version=" + std::to_string(kMapFormatVersion + 1));
   EXPECT_THAT(LoadError(folder, folder.Read("a.map")), HasSubstr("newer"));
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "missing.map"); }), HasSubstr("no such file"));
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("not a file"));
@@ -247,9 +265,12 @@ TEST(MapFile, RefusesTruncatedForeignAndNewer) {
 
 TEST(MapFile, RefusesChangedContent) {
   const TempFolder folder;
-  for (const char* change : {"UPDATE landmarks SET x = x + 1e-9 WHERE id = 3", "DELETE FROM trajectory WHERE rank = 4", "UPDATE cameras SET name = 'b'",
-                             "UPDATE object_landmarks SET votes = votes + 1", "UPDATE meta SET value = 42 WHERE key = 'map_version'",
-                             "UPDATE keyframes SET timestamp = NULL", "DROP TABLE merged_objects", "UPDATE objects SET state = 'gone'"}) {
+  for (const char* change :
+       {"UPDATE landmarks SET x = x + 1e-9 WHERE id = 3", "DELETE FROM trajectory WHERE rank = 4",
+        "UPDATE cameras SET name = 'b'", "UPDATE object_landmarks SET votes = votes + 1",
+        "UPDATE meta SET value = 42 WHERE key = 'map_version'",
+        "UPDATE keyframes SET timestamp = NULL", "DROP TABLE merged_objects",
+        "UPDATE objects SET state = 'gone'"}) {
     SaveMap(folder / "a.map", MakeMap());
     Database(folder / "a.map", Database::Access::kCreate).Execute(change);
     const std::string error = InputErrorOf([&] { LoadMap(folder / "a.map"); });
@@ -257,7 +278,8 @@ TEST(MapFile, RefusesChangedContent) {
   }
 }
 
-// Any flipped byte is refused, or sits where it changes nothing (free space, the file's change counter).
+// Any flipped byte is refused, or sits where it changes nothing (free space, the file's change
+// counter).
 TEST(MapFile, FlippedBytesNeverChangeTheMap) {
   const TempFolder folder;
   SaveMap(folder / "a.map", MakeMap());
@@ -269,7 +291,8 @@ TEST(MapFile, FlippedBytesNeverChangeTheMap) {
   constexpr int kTrials = 80;
   for (int i = 0; i < kTrials; ++i) {
     std::string bad = good;
-    bad[static_cast<size_t>(rng.Index(static_cast<int>(good.size())))] ^= static_cast<char>(1 << rng.Index(8));
+    bad[static_cast<size_t>(rng.Index(static_cast<int>(good.size())))] ^=
+        static_cast<char>(1 << rng.Index(8));
     folder.Write("bad.map", bad);
     try {
       SaveMap(folder / "again.map", LoadMap(folder / "bad.map"));

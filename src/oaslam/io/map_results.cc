@@ -19,7 +19,8 @@ namespace {
 template <typename Vector>
 std::string Numbers(const Vector& vector) {
   std::vector<std::string> numbers;
-  for (Eigen::Index i = 0; i < vector.size(); ++i) numbers.push_back(fmt::format("{:.9g}", vector[i] == 0 ? 0.0 : vector[i]));
+  for (Eigen::Index i = 0; i < vector.size(); ++i)
+    numbers.push_back(fmt::format("{:.9g}", vector[i] == 0 ? 0.0 : vector[i]));
   return fmt::format("[{}]", fmt::join(numbers, ", "));
 }
 
@@ -33,10 +34,13 @@ double Score(const Object& object) {
 // What is not so of most objects.
 std::string Special(const Map& map, ObjectId id, const Object& object) {
   const std::optional<ObjectId> whole = WholeOf(map, id);
-  return (whole ? fmt::format(", \"part_of\": {}", whole->value) : "") + (object.has_moved ? ", \"moved\": true" : "");
+  return (whole ? fmt::format(", \"part_of\": {}", whole->value) : "") +
+         (object.has_moved ? ", \"moved\": true" : "");
 }
 
-std::string Named(const Object& object) { return object.name.empty() ? "" : ", \"name\": " + JsonText(nlohmann::json(object.name)); }
+std::string Named(const Object& object) {
+  return object.name.empty() ? "" : ", \"name\": " + JsonText(nlohmann::json(object.name));
+}
 
 }  // namespace
 
@@ -45,12 +49,17 @@ void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& 
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
     const Ellipsoid& e = object.ellipsoid;
-    const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs()) : Eigen::Vector4d(e.rotation.coeffs());
+    const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs())
+                                                        : Eigen::Vector4d(e.rotation.coeffs());
     text += fmt::format(
-        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{},\n   \"center\": {},\n   \"half_axes\": {},\n   \"rotation\": {},\n"
+        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{},\n   \"center\": {},\n   "
+        "\"half_axes\": {},\n   \"rotation\": {},\n"
         "   \"observations\": {}, \"score\": {:.4f}{},\n   \"covariance_diag\": {}}}",
-        text.empty() ? "" : ",", id.value, object.category_id, JsonText(nlohmann::json(NameOf(names, object.category_id))), Named(object), Numbers(e.center),
-        Numbers(e.half_axes), Numbers(rotation), object.total_observations, Score(object), Special(map, id, object), Numbers(Eigen::VectorXd(object.covariance.diagonal())));
+        text.empty() ? "" : ",", id.value, object.category_id,
+        JsonText(nlohmann::json(NameOf(names, object.category_id))), Named(object),
+        Numbers(e.center), Numbers(e.half_axes), Numbers(rotation), object.total_observations,
+        Score(object), Special(map, id, object),
+        Numbers(Eigen::VectorXd(object.covariance.diagonal())));
   });
   WriteTextFile(path, "[" + text + "\n]\n");
 }

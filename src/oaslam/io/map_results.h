@@ -21,8 +21,8 @@ struct MapPlot {
   std::string title;
 };
 
-// Top view (along Map::up where known, else the keyframes' mean up): landmarks, trajectory and ground truth, object ellipses with class
-// names, a scale bar in the map's unit, a legend.
+// Top view (along Map::up where known, else the keyframes' mean up): landmarks, trajectory and
+// ground truth, object ellipses with class names, a scale bar in the map's unit, a legend.
 void SaveMapSvg(const std::string& path, const MapPlot& plot);
 
 }  // namespace oaslam

@@ -40,7 +40,8 @@ TEST(ObjectsJson, MappedObjectsWithKeysInOrder) {
   ASSERT_EQ(json.size(), 2u);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json[1].items()) keys.push_back(key);
-  EXPECT_THAT(keys, testing::ElementsAre("id", "category_id", "category", "center", "half_axes", "rotation", "observations", "score", "covariance_diag"));
+  EXPECT_THAT(keys, testing::ElementsAre("id", "category_id", "category", "center", "half_axes",
+                                         "rotation", "observations", "score", "covariance_diag"));
   EXPECT_EQ(json[1]["id"], 3);
   EXPECT_EQ(json[1]["category"], "a \"cup\"");
   EXPECT_EQ(json[1]["center"], nlohmann::json::parse("[1.5, -2, 0.25]"));
@@ -54,18 +55,28 @@ TEST(ObjectsJson, MappedObjectsWithKeysInOrder) {
   EXPECT_EQ(nlohmann::json::parse(folder.Read("named.json"))[1]["name"], "the \"best\"");
   SaveObjectsJson(folder / "none.json", Map(), {});
   EXPECT_TRUE(nlohmann::json::parse(folder.Read("none.json")).empty());
-  EXPECT_THAT(InputErrorOf([&] { SaveObjectsJson(folder / "no/o.json", Map(), {}); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(InputErrorOf([&] { SaveObjectsJson(folder / "no/o.json", Map(), {}); }),
+              HasSubstr("cannot be written"));
 }
 
 TEST(MapSvg, ShowsWhatIsThere) {
   const TempFolder folder;
   const Map map = MapWithObjects();
-  MapPlot plot{.map = &map, .trajectory = {}, .groundtruth = {}, .localized = {}, .names = {{41, "cup"}}, .title = "Desk <1> & more"};
-  for (int i = 0; i < 30; ++i) plot.trajectory.push_back({i / 30.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1 * i, 0, 0))});
+  MapPlot plot{.map = &map,
+               .trajectory = {},
+               .groundtruth = {},
+               .localized = {},
+               .names = {{41, "cup"}},
+               .title = "Desk <1> & more"};
+  for (int i = 0; i < 30; ++i)
+    plot.trajectory.push_back(
+        {i / 30.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1 * i, 0, 0))});
   SaveMapSvg(folder / "m.svg", plot);
   const std::string svg = folder.Read("m.svg");
-  EXPECT_THAT(svg, AllOf(HasSubstr("Desk &lt;1&gt; &amp; more"), HasSubstr(">cup</text>"), HasSubstr("map unit"), HasSubstr("trajectory")));
-  EXPECT_THAT(svg, AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf")), Not(HasSubstr("ground truth")), Not(HasSubstr("localized"))));
+  EXPECT_THAT(svg, AllOf(HasSubstr("Desk &lt;1&gt; &amp; more"), HasSubstr(">cup</text>"),
+                         HasSubstr("map unit"), HasSubstr("trajectory")));
+  EXPECT_THAT(svg, AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf")),
+                         Not(HasSubstr("ground truth")), Not(HasSubstr("localized"))));
   plot.groundtruth = plot.localized = plot.trajectory;
   SaveMapSvg(folder / "m.svg", plot);
   EXPECT_THAT(folder.Read("m.svg"), AllOf(HasSubstr("ground truth"), HasSubstr("30 localized")));
@@ -74,14 +85,25 @@ TEST(MapSvg, ShowsWhatIsThere) {
 TEST(MapSvg, DegenerateMaps) {
   const TempFolder folder;
   Map map;
-  SaveMapSvg(folder / "m.svg", {.map = &map, .trajectory = {}, .groundtruth = {}, .localized = {}, .names = {}, .title = ""});
+  SaveMapSvg(folder / "m.svg", {.map = &map,
+                                .trajectory = {},
+                                .groundtruth = {},
+                                .localized = {},
+                                .names = {},
+                                .title = ""});
   EXPECT_THAT(folder.Read("m.svg"), Not(HasSubstr("nan")));
-  SaveMapSvg(folder / "m.svg", {.map = &map, .trajectory = {{1, {}}}, .groundtruth = {}, .localized = {}, .names = {}, .title = ""});
+  SaveMapSvg(folder / "m.svg", {.map = &map,
+                                .trajectory = {{1, {}}},
+                                .groundtruth = {},
+                                .localized = {},
+                                .names = {},
+                                .title = ""});
   EXPECT_THAT(folder.Read("m.svg"), AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
 }
 
 TEST(TopView, FirstCameraLooksUpThePage) {
-  const Rigid3 camera(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX())), Eigen::Vector3d::Zero());  // tilted
+  const Rigid3 camera(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX())),
+                      Eigen::Vector3d::Zero());  // tilted
   const TopAxes axes = FindTopAxes({camera}, Eigen::Vector3d(0, -2, 0));
   EXPECT_NEAR(axes(camera.rotation * Eigen::Vector3d::UnitZ()).x(), 0, 1e-12);
   EXPECT_GT(axes(camera.rotation * Eigen::Vector3d::UnitZ()).y(), 0.5);

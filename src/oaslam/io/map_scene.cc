@@ -16,13 +16,15 @@ namespace {
 Rgb ParseColor(const std::string& hex) {  // "#rrggbb"
   OASLAM_CHECK(hex.size() == 7);
   Rgb rgb{};
-  for (size_t i = 0; i < 3; ++i) rgb[i] = static_cast<unsigned char>(std::stoi(hex.substr(1 + 2 * i, 2), nullptr, 16));
+  for (size_t i = 0; i < 3; ++i)
+    rgb[i] = static_cast<unsigned char>(std::stoi(hex.substr(1 + 2 * i, 2), nullptr, 16));
   return rgb;
 }
 
 TopAxes AxesOf(const Map& map) {
   std::vector<Rigid3> poses;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { poses.push_back(k.cam_from_world.Inverse()); });
+  map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& k) { poses.push_back(k.cam_from_world.Inverse()); });
   return FindTopAxes(poses, map.up);
 }
 
@@ -42,7 +44,10 @@ std::vector<SceneObject> SceneObjects(const SavedMap& saved) {
     if (object.state != ObjectState::kMapped) return;
     colors[object.category_id];
     objects.push_back(
-        {id, &object, object.name.empty() ? NameOf(saved.class_names, object.category_id) : object.name, {}});
+        {id,
+         &object,
+         object.name.empty() ? NameOf(saved.class_names, object.category_id) : object.name,
+         {}});
   });
   size_t next = 0;
   for (auto& [category, color] : colors) color = ParseColor(PaletteColor(next++));
@@ -83,9 +88,10 @@ TriangleMesh UnitSphere() {
   mesh.vertices.push_back(Eigen::Vector3d::UnitZ());
   for (uint32_t i = 1; i <= kParallels; ++i)
     for (uint32_t j = 0; j < kMeridians; ++j) {
-      const double polar = std::numbers::pi * i / (kParallels + 1), azimuth = 2 * std::numbers::pi * j / kMeridians;
-      mesh.vertices.emplace_back(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth),
-                                 std::cos(polar));
+      const double polar = std::numbers::pi * i / (kParallels + 1),
+                   azimuth = 2 * std::numbers::pi * j / kMeridians;
+      mesh.vertices.emplace_back(std::sin(polar) * std::cos(azimuth),
+                                 std::sin(polar) * std::sin(azimuth), std::cos(polar));
     }
   mesh.vertices.push_back(-Eigen::Vector3d::UnitZ());
   const auto at = [](uint32_t parallel, uint32_t meridian) {
@@ -105,8 +111,9 @@ TriangleMesh UnitSphere() {
 
 std::array<Eigen::Vector3d, 5> FrustumCorners(const Camera& camera, double depth) {
   const double right = camera.width - 0.5, bottom = camera.height - 0.5;
-  return {Eigen::Vector3d::Zero(), RayOf(camera, {-0.5, -0.5}) * depth, RayOf(camera, {right, -0.5}) * depth,
-          RayOf(camera, {right, bottom}) * depth, RayOf(camera, {-0.5, bottom}) * depth};
+  return {Eigen::Vector3d::Zero(), RayOf(camera, {-0.5, -0.5}) * depth,
+          RayOf(camera, {right, -0.5}) * depth, RayOf(camera, {right, bottom}) * depth,
+          RayOf(camera, {-0.5, bottom}) * depth};
 }
 
 double FrustumDepth(const Map& map) {

@@ -24,7 +24,8 @@ void Checksum::Add(std::span<const std::byte> bytes) {
 std::string Checksum::Hex() const { return fmt::format("{:016x}", state_); }
 
 Database::Database(std::string path, Access access) : path_(std::move(path)) {
-  const int flags = access == Access::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  const int flags = access == Access::kReadOnly ? SQLITE_OPEN_READONLY
+                                                : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   sqlite3* handle = nullptr;
   const int result = sqlite3_open_v2(path_.c_str(), &handle, flags, nullptr);
   handle_.reset(handle);
@@ -33,32 +34,41 @@ Database::Database(std::string path, Access access) : path_(std::move(path)) {
 
 Database::Database(std::string name) : path_(std::move(name)) {
   sqlite3* handle = nullptr;
-  const int result = sqlite3_open_v2(":memory:", &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  const int result =
+      sqlite3_open_v2(":memory:", &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
   handle_.reset(handle);
   if (result != SQLITE_OK) Refuse(sqlite3_errstr(result));
 }
 
-Database::Database(std::string name, std::span<const std::byte> content) : Database(std::move(name)) {
+Database::Database(std::string name, std::span<const std::byte> content)
+    : Database(std::move(name)) {
   auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(content.size()));
   if (!copy) Refuse("is too large for the memory");
   std::memcpy(copy, content.data(), content.size());
   const auto size = static_cast<sqlite3_int64>(content.size());
-  const unsigned flags = SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY;  // SQLite frees the copy, also if it fails
-  if (const int result = sqlite3_deserialize(handle(), "main", copy, size, size, flags); result != SQLITE_OK) Refuse(sqlite3_errstr(result));
+  const unsigned flags = SQLITE_DESERIALIZE_FREEONCLOSE |
+                         SQLITE_DESERIALIZE_READONLY;  // SQLite frees the copy, also if it fails
+  if (const int result = sqlite3_deserialize(handle(), "main", copy, size, size, flags);
+      result != SQLITE_OK)
+    Refuse(sqlite3_errstr(result));
 }
 
 std::vector<std::byte> Database::Content() const {
   sqlite3_int64 size = 0;
-  const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> content(sqlite3_serialize(handle(), "main", &size, 0), &sqlite3_free);
+  const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> content(
+      sqlite3_serialize(handle(), "main", &size, 0), &sqlite3_free);
   if (!content) Refuse("is too large for the memory");
   const auto bytes = std::as_bytes(std::span(content.get(), static_cast<size_t>(size)));
   return {bytes.begin(), bytes.end()};
 }
 
-void Database::Refuse(const std::string& problem) const { throw InputError(fmt::format("{}: {}", path_, problem)); }
+void Database::Refuse(const std::string& problem) const {
+  throw InputError(fmt::format("{}: {}", path_, problem));
+}
 
 void Database::Execute(const std::string& sql) {
-  if (sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) Refuse(sqlite3_errmsg(handle()));
+  if (sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
+    Refuse(sqlite3_errmsg(handle()));
 }
 
 int64_t Database::QueryInteger(const std::string& sql) {
@@ -82,16 +92,19 @@ Statement::Statement(Database& database, const std::string& sql) : database_(&da
 
 bool Statement::Step() {
   const int result = sqlite3_step(handle());
-  if (result != SQLITE_ROW && result != SQLITE_DONE) database_->Refuse(sqlite3_errmsg(database_->handle()));
+  if (result != SQLITE_ROW && result != SQLITE_DONE)
+    database_->Refuse(sqlite3_errmsg(database_->handle()));
   return result == SQLITE_ROW;
 }
 
 RowWriter::RowWriter(Database& database, Checksum& checksum, const std::string& table, int columns)
-    : checksum_(checksum), statement_(database, [&] {
-        std::string sql = "INSERT INTO " + table + " VALUES (?";
-        for (int i = 1; i < columns; ++i) sql += ",?";
-        return sql + ")";
-      }()),
+    : checksum_(checksum),
+      statement_(database,
+                 [&] {
+                   std::string sql = "INSERT INTO " + table + " VALUES (?";
+                   for (int i = 1; i < columns; ++i) sql += ",?";
+                   return sql + ")";
+                 }()),
       columns_(columns) {}
 
 void RowWriter::Bind(int64_t value) {
@@ -109,13 +122,16 @@ void RowWriter::Bind(double value) {
 }
 
 void RowWriter::Bind(std::string_view text) {
-  sqlite3_bind_text(statement_.handle(), ++column_, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+  sqlite3_bind_text(statement_.handle(), ++column_, text.data(), static_cast<int>(text.size()),
+                    SQLITE_TRANSIENT);
   checksum_.Add(SQLITE_TEXT);
   checksum_.Add(std::as_bytes(std::span(text)));
 }
 
 void RowWriter::Bind(std::span<const std::byte> blob) {
-  sqlite3_bind_blob64(statement_.handle(), ++column_, blob.empty() ? "" : static_cast<const void*>(blob.data()), blob.size(), SQLITE_TRANSIENT);
+  sqlite3_bind_blob64(statement_.handle(), ++column_,
+                      blob.empty() ? "" : static_cast<const void*>(blob.data()), blob.size(),
+                      SQLITE_TRANSIENT);
   checksum_.Add(SQLITE_BLOB);
   checksum_.Add(blob);
 }
@@ -143,12 +159,17 @@ void RowWriter::Insert() {
   sqlite3_reset(statement_.handle());
 }
 
-RowReader::RowReader(Database& database, Checksum& checksum, const std::string& table, const std::string& order, const std::string& where)
-    : checksum_(checksum), table_(table), statement_(database, fmt::format("SELECT * FROM {} WHERE {} ORDER BY {}", table, where, order)) {}
+RowReader::RowReader(Database& database, Checksum& checksum, const std::string& table,
+                     const std::string& order, const std::string& where)
+    : checksum_(checksum),
+      table_(table),
+      statement_(database,
+                 fmt::format("SELECT * FROM {} WHERE {} ORDER BY {}", table, where, order)) {}
 
 void RowReader::Refuse(const std::string& problem) const {
   const char* name = column_ > 0 ? sqlite3_column_name(statement_.handle(), column_ - 1) : nullptr;
-  statement_.database().Refuse(fmt::format("table {}, column {}: {}", table_, name ? name : "?", problem));
+  statement_.database().Refuse(
+      fmt::format("table {}, column {}: {}", table_, name ? name : "?", problem));
 }
 
 bool RowReader::Next() {
@@ -179,15 +200,18 @@ double RowReader::Real() {
 
 std::string RowReader::Text() {
   const int column = NextColumn(SQLITE_TEXT);
-  const auto* data = reinterpret_cast<const char*>(sqlite3_column_text(statement_.handle(), column));
-  const std::string text(data, static_cast<size_t>(sqlite3_column_bytes(statement_.handle(), column)));
+  const auto* data =
+      reinterpret_cast<const char*>(sqlite3_column_text(statement_.handle(), column));
+  const std::string text(data,
+                         static_cast<size_t>(sqlite3_column_bytes(statement_.handle(), column)));
   checksum_.Add(std::as_bytes(std::span(text)));
   return text;
 }
 
 std::span<const std::byte> RowReader::BlobOfAnySize() {
   const int column = NextColumn(SQLITE_BLOB);
-  const auto* data = static_cast<const std::byte*>(sqlite3_column_blob(statement_.handle(), column));
+  const auto* data =
+      static_cast<const std::byte*>(sqlite3_column_blob(statement_.handle(), column));
   const auto bytes = static_cast<size_t>(sqlite3_column_bytes(statement_.handle(), column));
   checksum_.Add(std::span(data, bytes));
   return {data, bytes};
@@ -208,7 +232,8 @@ Eigen::Vector3d RowReader::Vector() {
 Eigen::Quaterniond RowReader::Rotation() {
   Eigen::Quaterniond q;
   for (int i = 0; i < 4; ++i) q.coeffs()[i] = Real();  // Eigen keeps x y z w
-  if (std::abs(q.norm() - 1) > 1e-3) Refuse(fmt::format("quaternion of length {}, expected 1", q.norm()));
+  if (std::abs(q.norm() - 1) > 1e-3)
+    Refuse(fmt::format("quaternion of length {}, expected 1", q.norm()));
   return q;
 }
 

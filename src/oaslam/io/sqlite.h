@@ -73,7 +73,8 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalizer> handle_;
 };
 
-// Inserts rows into a table, its columns in order, and adds them to the checksum. A Rigid3 is seven columns (qx qy qz qw tx ty tz).
+// Inserts rows into a table, its columns in order, and adds them to the checksum. A Rigid3 is seven
+// columns (qx qy qz qw tx ty tz).
 class RowWriter {
  public:
   RowWriter(Database& database, Checksum& checksum, const std::string& table, int columns);
@@ -107,11 +108,12 @@ class RowWriter {
   int column_ = 0, columns_;
 };
 
-// Reads the rows of a table in order, column by column, and adds them to the checksum. A value of a wrong type or out of range is an
-// InputError that names table and column.
+// Reads the rows of a table in order, column by column, and adds them to the checksum. A value of a
+// wrong type or out of range is an InputError that names table and column.
 class RowReader {
  public:
-  RowReader(Database& database, Checksum& checksum, const std::string& table, const std::string& order, const std::string& where = "1");
+  RowReader(Database& database, Checksum& checksum, const std::string& table,
+            const std::string& order, const std::string& where = "1");
 
   bool Next();
   int64_t Integer(int64_t min, int64_t max);

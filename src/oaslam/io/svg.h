@@ -9,22 +9,25 @@ namespace oaslam {
 
 using Points2 = std::vector<Eigen::Vector2d>;
 
-// A drawing in SVG, in pixels, y down; later shapes lie on top. `style` is a list of SVG attributes, e.g. fill="none".
+// A drawing in SVG, in pixels, y down; later shapes lie on top. `style` is a list of SVG
+// attributes, e.g. fill="none".
 class SvgCanvas {
  public:
   SvgCanvas(double width, double height) : width_(width), height_(height) {}
 
-  void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const std::string& style);
+  void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
+                 const std::string& style);
   void Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const std::string& style);
   void Polyline(const Points2& points, const std::string& style);
   void Polygon(const Points2& points, const std::string& style);
   void Circle(const Eigen::Vector2d& center, double radius, const std::string& style);
-  void Ellipse(const Eigen::Vector2d& center, const Eigen::Vector2d& radii, double angle_deg, const std::string& style);
+  void Ellipse(const Eigen::Vector2d& center, const Eigen::Vector2d& radii, double angle_deg,
+               const std::string& style);
   // One element for all, since there may be thousands.
   void Dots(const Points2& points, double diameter, const std::string& color);
   // `anchor`: start, middle or end.
-  void Text(const Eigen::Vector2d& baseline, const std::string& text, double size_px, const std::string& anchor = "start",
-            const std::string& style = R"(fill="#333")");
+  void Text(const Eigen::Vector2d& baseline, const std::string& text, double size_px,
+            const std::string& anchor = "start", const std::string& style = R"(fill="#333")");
   // What follows, up to EndClip, shows only within this rectangle.
   void BeginClip(const Eigen::Vector2d& corner, const Eigen::Vector2d& size);
   void EndClip();

@@ -17,8 +17,10 @@ namespace oaslam {
 
 std::string ReadTextFile(const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw InputError(fmt::format("{}: there is no such file", path));
-  if (std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder, expected a file", path));
+  if (!std::filesystem::exists(path, error))
+    throw InputError(fmt::format("{}: there is no such file", path));
+  if (std::filesystem::is_directory(path, error))
+    throw InputError(fmt::format("{}: is a folder, expected a file", path));
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
   content << file.rdbuf();
@@ -34,7 +36,8 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   std::error_code error;
   const fs::file_type type = fs::symlink_status(path, error).type();
   const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
-  const std::string written = is_plain ? path + ".tmp" : path;  // a device, a pipe or a link stays what it is
+  const std::string written =
+      is_plain ? path + ".tmp" : path;  // a device, a pipe or a link stays what it is
   std::ofstream file(written, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
   file << content;
@@ -54,7 +57,8 @@ std::optional<double> ParseNumber(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
   return value;
 }
 
@@ -87,11 +91,14 @@ std::vector<std::string_view> SplitLines(std::string_view text) {
   return lines;
 }
 
-std::string BaseName(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+std::string BaseName(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
 
 std::string LowerExtension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
 }
 

@@ -48,9 +48,12 @@ TEST(WriteTextFile, AFullDiskLeavesTheOldFileWhole) {
   }
   EXPECT_THAT(error, HasSubstr("cannot be written"));
   EXPECT_EQ(folder.Read("a.txt"), "older no more");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);  // nothing is left beside it
-  EXPECT_THAT(InputErrorOf([&] { WriteTextFile(folder / "no/a.txt", "x"); }), HasSubstr("cannot be written"));
-  EXPECT_THAT(InputErrorOf([&] { WriteTextFile(folder.path(), "x"); }), HasSubstr("cannot be written"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}),
+            1);  // nothing is left beside it
+  EXPECT_THAT(InputErrorOf([&] { WriteTextFile(folder / "no/a.txt", "x"); }),
+              HasSubstr("cannot be written"));
+  EXPECT_THAT(InputErrorOf([&] { WriteTextFile(folder.path(), "x"); }),
+              HasSubstr("cannot be written"));
 }
 
 TEST(WriteTextFile, DevicesAndLinksStayWhatTheyAre) {
@@ -61,7 +64,8 @@ TEST(WriteTextFile, DevicesAndLinksStayWhatTheyAre) {
   EXPECT_EQ(folder.Read("target.txt"), "new");
   WriteTextFile("/dev/null", "x");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
-  EXPECT_THAT(InputErrorOf([&] { WriteTextFile("/dev/full", "x"); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(InputErrorOf([&] { WriteTextFile("/dev/full", "x"); }),
+              HasSubstr("cannot be written"));
 }
 
 }  // namespace

@@ -7,7 +7,8 @@
 
 namespace oaslam {
 
-TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams, const std::optional<Eigen::Vector3d>& up) {
+TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
+                    const std::optional<Eigen::Vector3d>& up) {
   TopAxes axes;
   Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
   for (const Rigid3& pose : world_from_cams) mean_up += pose.rotation * -Eigen::Vector3d::UnitY();
@@ -15,7 +16,10 @@ TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams, const std::optio
     axes.up = up->normalized();
   else if (mean_up.norm() > 1e-6)
     axes.up = mean_up.normalized();
-  Eigen::Vector3d right = world_from_cams.empty() ? Eigen::Vector3d::UnitX() : Eigen::Vector3d(world_from_cams[0].rotation * Eigen::Vector3d::UnitX());
+  Eigen::Vector3d right =
+      world_from_cams.empty()
+          ? Eigen::Vector3d::UnitX()
+          : Eigen::Vector3d(world_from_cams[0].rotation * Eigen::Vector3d::UnitX());
   right -= right.dot(axes.up) * axes.up;
   if (right.norm() < 1e-3) right = axes.up.unitOrthogonal();
   axes.right = right.normalized();
@@ -31,7 +35,8 @@ void Extent::Add(const Extent& other) {
 
 Extent Extent::Within(const Extent& bounds) const {
   if (IsEmpty() || bounds.IsEmpty()) return *this;
-  return {low.cwiseMax(bounds.low).cwiseMin(bounds.high), high.cwiseMin(bounds.high).cwiseMax(bounds.low)};
+  return {low.cwiseMax(bounds.low).cwiseMin(bounds.high),
+          high.cwiseMin(bounds.high).cwiseMax(bounds.low)};
 }
 
 Extent QuantileExtent(const Points2& points, double share) {
@@ -48,12 +53,17 @@ Extent QuantileExtent(const Points2& points, double share) {
   return extent;
 }
 
-PlaneView::PlaneView(const Extent& extent, const Eigen::Vector2d& corner, const Eigen::Vector2d& max_size) : corner_(corner) {
-  const Extent shown = extent.IsEmpty() ? Extent{Eigen::Vector2d::Zero(), Eigen::Vector2d::Ones()} : extent;
-  const double smallest = std::max(shown.Side() * 0.4, 1e-9);  // a straight line gets some room beside it
+PlaneView::PlaneView(const Extent& extent, const Eigen::Vector2d& corner,
+                     const Eigen::Vector2d& max_size)
+    : corner_(corner) {
+  const Extent shown =
+      extent.IsEmpty() ? Extent{Eigen::Vector2d::Zero(), Eigen::Vector2d::Ones()} : extent;
+  const double smallest =
+      std::max(shown.Side() * 0.4, 1e-9);  // a straight line gets some room beside it
   const Eigen::Vector2d span = (shown.high - shown.low).cwiseMax(smallest);
   scale_ = (max_size.array() / span.array()).minCoeff();
-  size_ = Eigen::Vector2d(max_size.x(), std::min(max_size.y(), std::max(span.y() * scale_, 0.55 * max_size.x())));
+  size_ = Eigen::Vector2d(max_size.x(),
+                          std::min(max_size.y(), std::max(span.y() * scale_, 0.55 * max_size.x())));
   low_ = (shown.low + shown.high) / 2 - size_ / (2 * scale_);
 }
 
@@ -70,16 +80,21 @@ void PlaneView::DrawGrid(SvgCanvas& canvas, double step) const {
 }
 
 void PlaneView::DrawScaleBar(SvgCanvas& canvas, double step, const std::string& unit) const {
-  const Eigen::Vector2d left = corner_ + Eigen::Vector2d(16, size_.y() - 14), right = left + Eigen::Vector2d(step * scale_, 0);
-  canvas.Rectangle(left - Eigen::Vector2d(8, 26), {std::max(step * scale_, 60.0) + 16, 34}, R"(fill="white" fill-opacity="0.8")");
-  canvas.Polyline({left - Eigen::Vector2d(0, 5), left, right, right - Eigen::Vector2d(0, 5)}, R"(stroke="#333" stroke-width="1.5")");
-  canvas.Text(left - Eigen::Vector2d(0, 9), fmt::format("{:g}{}{}", step, unit.empty() ? "" : " ", unit), 12);
+  const Eigen::Vector2d left = corner_ + Eigen::Vector2d(16, size_.y() - 14),
+                        right = left + Eigen::Vector2d(step * scale_, 0);
+  canvas.Rectangle(left - Eigen::Vector2d(8, 26), {std::max(step * scale_, 60.0) + 16, 34},
+                   R"(fill="white" fill-opacity="0.8")");
+  canvas.Polyline({left - Eigen::Vector2d(0, 5), left, right, right - Eigen::Vector2d(0, 5)},
+                  R"(stroke="#333" stroke-width="1.5")");
+  canvas.Text(left - Eigen::Vector2d(0, 9),
+              fmt::format("{:g}{}{}", step, unit.empty() ? "" : " ", unit), 12);
 }
 
 std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses) {
   if (poses.empty()) return {};
   std::vector<double> gaps;
-  for (size_t i = 1; i < poses.size(); ++i) gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
+  for (size_t i = 1; i < poses.size(); ++i)
+    gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
   std::ranges::sort(gaps);
   const double longest = gaps.empty() ? 0 : std::max(10 * gaps[gaps.size() / 2], 0.5);
   std::vector<std::vector<StampedPose>> lines(1);
@@ -95,7 +110,8 @@ std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAx
   std::vector<Points2> lines;
   for (const auto& part : SplitAtGaps(poses)) {
     lines.emplace_back();
-    for (const StampedPose& pose : part) lines.back().push_back(axes(pose.world_from_cam.translation));
+    for (const StampedPose& pose : part)
+      lines.back().push_back(axes(pose.world_from_cam.translation));
   }
   return lines;
 }

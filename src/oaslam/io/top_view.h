@@ -11,13 +11,17 @@ namespace oaslam {
 
 // The ground plane seen from above: `right` and `forward` span it, `up` looks at the reader.
 struct TopAxes {
-  Eigen::Vector3d right = Eigen::Vector3d::UnitX(), forward = Eigen::Vector3d::UnitZ(), up = -Eigen::Vector3d::UnitY();
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX(), forward = Eigen::Vector3d::UnitZ(),
+                  up = -Eigen::Vector3d::UnitY();
 
-  Eigen::Vector2d operator()(const Eigen::Vector3d& x) const { return {right.dot(x), forward.dot(x)}; }
+  Eigen::Vector2d operator()(const Eigen::Vector3d& x) const {
+    return {right.dot(x), forward.dot(x)};
+  }
 };
 
 // Up as given, else the mean up of the cameras; the first camera looks towards the top of the page.
-TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams, const std::optional<Eigen::Vector3d>& up);
+TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
+                    const std::optional<Eigen::Vector3d>& up);
 
 struct Extent {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300), high = Eigen::Vector2d::Constant(-1e300);
@@ -37,7 +41,10 @@ Extent QuantileExtent(const Points2& points, double share);
 class PlaneView {
  public:
   PlaneView(const Extent& extent, const Eigen::Vector2d& corner, const Eigen::Vector2d& max_size);
-  Eigen::Vector2d operator()(const Eigen::Vector2d& p) const { return {corner_.x() + (p.x() - low_.x()) * scale_, corner_.y() + size_.y() - (p.y() - low_.y()) * scale_}; }
+  Eigen::Vector2d operator()(const Eigen::Vector2d& p) const {
+    return {corner_.x() + (p.x() - low_.x()) * scale_,
+            corner_.y() + size_.y() - (p.y() - low_.y()) * scale_};
+  }
   double scale() const { return scale_; }  // pixels a unit
   const Eigen::Vector2d& corner() const { return corner_; }
   const Eigen::Vector2d& size() const { return size_; }

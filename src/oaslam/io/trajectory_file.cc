@@ -12,7 +12,8 @@
 namespace oaslam {
 namespace {
 
-// The numbers of each line that is not a comment, `count` or more of them, with the number of the line.
+// The numbers of each line that is not a comment, `count` or more of them, with the number of the
+// line.
 struct NumberedRow {
   int line = 0;
   std::vector<double> values;
@@ -28,11 +29,14 @@ std::vector<NumberedRow> ReadRows(const std::string& path, size_t count) {
     if (trimmed.empty() || trimmed[0] == '#') continue;
     const auto fields = SplitFields(trimmed);
     if (fields.size() < count)
-      throw InputError(fmt::format("{}:{}: {} columns, expected {}", path, line_number, fields.size(), count));
+      throw InputError(
+          fmt::format("{}:{}: {} columns, expected {}", path, line_number, fields.size(), count));
     NumberedRow row{line_number, {}};
     for (size_t i = 0; i < count; ++i) {
       const auto value = ParseNumber(fields[i]);
-      if (!value) throw InputError(fmt::format("{}:{}: \"{}\", expected a number", path, line_number, fields[i]));
+      if (!value)
+        throw InputError(
+            fmt::format("{}:{}: \"{}\", expected a number", path, line_number, fields[i]));
       row.values.push_back(*value);
     }
     rows.push_back(std::move(row));
@@ -44,7 +48,8 @@ StampedPose PoseOf(const NumberedRow& row, const std::string& path) {
   const auto& v = row.values;
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   if (std::abs(rotation.norm() - 1) > 0.1)
-    throw InputError(fmt::format("{}:{}: quaternion of length {:.3g}, expected 1", path, row.line, rotation.norm()));
+    throw InputError(fmt::format("{}:{}: quaternion of length {:.3g}, expected 1", path, row.line,
+                                 rotation.norm()));
   return {v[0], Rigid3(rotation.normalized(), Eigen::Vector3d(v[1], v[2], v[3]))};
 }
 
@@ -88,7 +93,8 @@ void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& pos
 
 std::vector<ScoredPose> LoadScoredPoses(const std::string& path) {
   std::vector<ScoredPose> poses;
-  for (const NumberedRow& row : ReadRows(path, 9)) poses.push_back({PoseOf(row, path), row.values[8]});
+  for (const NumberedRow& row : ReadRows(path, 9))
+    poses.push_back({PoseOf(row, path), row.values[8]});
   return poses;
 }
 

@@ -35,7 +35,8 @@ class QuietOpenCv {
   cv::utils::logging::LogLevel level_;
 };
 
-// Encoders halve the resolution of colours, so that sides are even; the last row or column is shown twice.
+// Encoders halve the resolution of colours, so that sides are even; the last row or column is shown
+// twice.
 cv::Mat WithEvenSides(const cv::Mat& picture) {
   if (picture.cols % 2 == 0 && picture.rows % 2 == 0) return picture;
   cv::Mat even;
@@ -54,7 +55,8 @@ int FramesIn(const std::string& path) {
 double FrameRateOf(const std::vector<double>& timestamps) {
   constexpr double kLowest = 1, kHighest = 60, kUnknown = 30;
   std::vector<double> intervals;
-  for (size_t i = 1; i < timestamps.size(); ++i) intervals.push_back(timestamps[i] - timestamps[i - 1]);
+  for (size_t i = 1; i < timestamps.size(); ++i)
+    intervals.push_back(timestamps[i] - timestamps[i - 1]);
   if (intervals.empty()) return kUnknown;
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::ranges::nth_element(intervals, middle);
@@ -72,7 +74,8 @@ VideoFile::VideoFile(const std::string& path)
   if (!folder.empty() && !fs::is_directory(folder, error))
     throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
   if (fs::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder", path));
-  if (!std::ofstream(written_path_, std::ios::binary)) throw InputError(fmt::format("{}: cannot be written", path));
+  if (!std::ofstream(written_path_, std::ios::binary))
+    throw InputError(fmt::format("{}: cannot be written", path));
   fs::remove(written_path_, error);
 }
 
@@ -86,12 +89,12 @@ VideoFile::~VideoFile() {
 void VideoFile::Open() {
   const QuietOpenCv quiet;
   const cv::Size size = WithEvenSides(first_.front()).size();
-  const int backend = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
+  const int backend =
+      cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
   auto writer = std::make_unique<cv::VideoWriter>();
   for (const char* code : {"avc1", "mp4v"}) {
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    if (!writer->open(written_path_, backend, fourcc, FrameRateOf(timestamps_), size))
-      continue;
+    if (!writer->open(written_path_, backend, fourcc, FrameRateOf(timestamps_), size)) continue;
     writer_ = std::move(writer);
     for (const cv::Mat& picture : std::exchange(first_, {})) Write(picture);
     return;

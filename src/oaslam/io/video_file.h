@@ -11,8 +11,8 @@ class VideoWriter;
 
 namespace oaslam {
 
-// Writes pictures as a video: H.264, or MPEG-4 Part 2 where there is no encoder for it, in MP4. Its rate is constant,
-// that of the first pictures' time stamps.
+// Writes pictures as a video: H.264, or MPEG-4 Part 2 where there is no encoder for it, in MP4. Its
+// rate is constant, that of the first pictures' time stamps.
 class VideoFile {
  public:
   // Throws InputError: not .mp4, the folder is not there, cannot be written.
@@ -22,9 +22,11 @@ class VideoFile {
   VideoFile(const VideoFile&) = delete;
   VideoFile& operator=(const VideoFile&) = delete;
 
-  // A picture, 8-bit BGR, all of the same size. `timestamp`: seconds, ascending. Throws InputError as the constructor.
+  // A picture, 8-bit BGR, all of the same size. `timestamp`: seconds, ascending. Throws InputError
+  // as the constructor.
   void Add(const cv::Mat& picture, double timestamp);
-  // Makes the file whole; without a picture an older one stays. Throws InputError: it could not be written.
+  // Makes the file whole; without a picture an older one stays. Throws InputError: it could not be
+  // written.
   void Finish();
 
  private:
@@ -32,7 +34,7 @@ class VideoFile {
   void Write(const cv::Mat& picture);
 
   std::string path_, written_path_;  // it is written beside, and renamed when it is whole
-  std::vector<cv::Mat> first_;  // until the rate is known
+  std::vector<cv::Mat> first_;       // until the rate is known
   std::vector<double> timestamps_;
   std::unique_ptr<cv::VideoWriter> writer_;
   int count_ = 0;  // pictures written

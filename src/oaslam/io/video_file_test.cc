@@ -45,8 +45,11 @@ TEST(VideoFile, WithoutPicturesLeavesNothing) {
 
 TEST(VideoFile, RefusesWhatCannotBeWritten) {
   const TempFolder folder;
-  const auto refusal = [](const std::string& path) { return InputErrorOf([&] { const VideoFile video(path); }); };
-  EXPECT_THAT(refusal(folder / "a.avi"), HasSubstr("a.avi: not a video that can be written; allowed: .mp4"));
+  const auto refusal = [](const std::string& path) {
+    return InputErrorOf([&] { const VideoFile video(path); });
+  };
+  EXPECT_THAT(refusal(folder / "a.avi"),
+              HasSubstr("a.avi: not a video that can be written; allowed: .mp4"));
   EXPECT_THAT(refusal(folder / "nowhere/a.mp4"), HasSubstr("there is no folder"));
   std::filesystem::create_directory(folder / "b.mp4");
   EXPECT_THAT(refusal(folder / "b.mp4"), HasSubstr("b.mp4: is a folder"));

@@ -34,7 +34,8 @@ std::string Show(const YAML::Node& node) {
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
-double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key, double min, double max) {
+double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key,
+                  double min, double max) {
   const auto value = node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
   if (!value) throw InputError(fmt::format("{}: {}: {}, expected a number", path, key, Show(node)));
   if (*value < min || *value > max)
@@ -42,14 +43,18 @@ double YamlNumber(const YAML::Node& node, const std::string& path, const std::st
   return *value;
 }
 
-int YamlInteger(const YAML::Node& node, const std::string& path, const std::string& key, int min, int max) {
+int YamlInteger(const YAML::Node& node, const std::string& path, const std::string& key, int min,
+                int max) {
   const double value = YamlNumber(node, path, key, min, max);
-  if (value != std::floor(value)) throw InputError(fmt::format("{}: {}: {}, expected a whole number", path, key, value));
+  if (value != std::floor(value))
+    throw InputError(fmt::format("{}: {}: {}, expected a whole number", path, key, value));
   return static_cast<int>(value);
 }
 
-std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path, const std::string& key) {
-  if (!node.IsSequence()) throw InputError(fmt::format("{}: {}: {}, expected a list of numbers", path, key, Show(node)));
+std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
+                                const std::string& key) {
+  if (!node.IsSequence())
+    throw InputError(fmt::format("{}: {}: {}, expected a list of numbers", path, key, Show(node)));
   std::vector<double> values;
   for (size_t i = 0; i < node.size(); ++i)
     values.push_back(YamlNumber(node[i], path, fmt::format("{}[{}]", key, i), -1e9, 1e9));

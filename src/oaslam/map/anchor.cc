@@ -5,8 +5,9 @@
 namespace oaslam {
 
 bool Anchor::operator==(const Anchor& other) const {
-  return model == other.model && size == other.size && keyframe == other.keyframe && object == other.object &&
-         offset == other.offset && cam_from_anchor.translation == other.cam_from_anchor.translation &&
+  return model == other.model && size == other.size && keyframe == other.keyframe &&
+         object == other.object && offset == other.offset &&
+         cam_from_anchor.translation == other.cam_from_anchor.translation &&
          cam_from_anchor.rotation.coeffs() == other.cam_from_anchor.rotation.coeffs();
 }
 
@@ -19,7 +20,8 @@ std::optional<Rigid3> WorldFromAnchor(const Map& map, const Anchor& anchor) {
   const std::optional<ObjectId> now = map.ResolveObject(anchor.object);
   const Object* object = now ? map.objects.Find(*now) : nullptr;
   if (object && object->state != ObjectState::kTentative)
-    world_from_anchor.translation = object->ellipsoid.center + world_from_cam.rotation * anchor.offset;
+    world_from_anchor.translation =
+        object->ellipsoid.center + world_from_cam.rotation * anchor.offset;
   return world_from_anchor;
 }
 

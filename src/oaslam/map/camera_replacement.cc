@@ -15,8 +15,10 @@ Box DistortBox(const Camera& camera, const Box& ideal) {
   Box raw = ideal;
   for (int round = 0; round < kRounds; ++round) {
     const double x = (raw.x1 + raw.x2) / 2 - 0.5, y = (raw.y1 + raw.y2) / 2 - 0.5;
-    const auto left = Undistort(camera, {raw.x1 - 0.5, y}), right = Undistort(camera, {raw.x2 - 0.5, y});
-    const auto top = Undistort(camera, {x, raw.y1 - 0.5}), bottom = Undistort(camera, {x, raw.y2 - 0.5});
+    const auto left = Undistort(camera, {raw.x1 - 0.5, y}),
+               right = Undistort(camera, {raw.x2 - 0.5, y});
+    const auto top = Undistort(camera, {x, raw.y1 - 0.5}),
+               bottom = Undistort(camera, {x, raw.y2 - 0.5});
     raw = {Distort(camera, {ideal.x1 - 0.5, left.y()}).x() + 0.5,
            Distort(camera, {top.x(), ideal.y1 - 0.5}).y() + 0.5,
            Distort(camera, {ideal.x2 - 0.5, right.y()}).x() + 0.5,

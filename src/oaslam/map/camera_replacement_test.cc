@@ -16,7 +16,8 @@ Camera Distorting() {
 }
 
 synthetic::MappedWorld SmallMap() {
-  synthetic::MappedWorld world = synthetic::MakeMap(synthetic::MakeWorld({.points = 100, .cameras = 3}), {});
+  synthetic::MappedWorld world =
+      synthetic::MakeMap(synthetic::MakeWorld({.points = 100, .cameras = 3}), {});
   Object object;
   object.observations = {{0, KeyframeId(0), {}, 0, Box{100, 50, 300, 260}, 0.9, 0},
                          {10, KeyframeId(1), {}, 1, Box{100, 50, 300, 260}, 0.9, 0}};
@@ -39,7 +40,8 @@ TEST(CameraReplacement, KeyPointsKeepTheirOriginalPixel) {
     const Eigen::Vector2d raw = Distort(Distorting(), after.keypoints[i].px.cast<double>());
     EXPECT_LT((raw - before.keypoints[i].px.cast<double>()).norm(), 1e-3);
     bool found = false;
-    after.VisitNear(after.keypoints[i].px.cast<double>(), 1, [&](int j) { found = found || i == j; });
+    after.VisitNear(after.keypoints[i].px.cast<double>(), 1,
+                    [&](int j) { found = found || i == j; });
     EXPECT_TRUE(found);
   }
 }
@@ -56,7 +58,8 @@ TEST(CameraReplacement, ThereAndBackIsNoChange) {
   const Map back = WithCamera(WithCamera(map, 0, Distorting()), 0, map.cameras[0]);
   const Features& before = *map.keyframes.At(KeyframeId(2)).features;
   const Features& after = *back.keyframes.At(KeyframeId(2)).features;
-  for (int i = 0; i < after.size(); ++i) EXPECT_LT((after.keypoints[i].px - before.keypoints[i].px).norm(), 1e-3);
+  for (int i = 0; i < after.size(); ++i)
+    EXPECT_LT((after.keypoints[i].px - before.keypoints[i].px).norm(), 1e-3);
   const Box box = back.objects.At(ObjectId(0)).observations[0].box;
   EXPECT_NEAR(box.x1, 100, 1e-3);
   EXPECT_NEAR(box.y2, 260, 1e-3);

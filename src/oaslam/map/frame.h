@@ -27,15 +27,16 @@ struct Frame {
   int camera = 0;  // index into Map::cameras
   std::shared_ptr<const Features> features;
   std::vector<ObjectDetection> detections;
-  bool detections_follow = false;  // a detector of its own pace gives them later (Tracker::AddDetections)
+  bool detections_follow =
+      false;  // a detector of its own pace gives them later (Tracker::AddDetections)
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length
 };
 
 // A frame with its pose and the landmarks its key points are matched to.
 struct TrackedFrame {
   Frame frame;
-  Rigid3 cam_from_world;              // in the map the tracker saw
-  KeyframeId reference;               // keyframe that carries the pose through later optimisation
+  Rigid3 cam_from_world;  // in the map the tracker saw
+  KeyframeId reference;   // keyframe that carries the pose through later optimisation
   Rigid3 cam_from_reference;
   std::vector<LandmarkId> landmarks;  // per key point; invalid where unmatched
   int inliers = 0;

@@ -21,8 +21,9 @@ struct RelocalizationNote {
 struct FrameView {
   std::shared_ptr<const Map> map;  // as the tracker saw it
   Frame frame;
-  std::vector<LandmarkId> landmarks;  // per key point, invalid where unmatched; empty without a pose by points
-  std::vector<ObjectId> detected;     // per detection: its object, invalid where none
+  std::vector<LandmarkId>
+      landmarks;  // per key point, invalid where unmatched; empty without a pose by points
+  std::vector<ObjectId> detected;  // per detection: its object, invalid where none
   std::optional<FramePose> pose;
   std::optional<RelocalizationNote> relocalization;  // where the camera was looked for
 };

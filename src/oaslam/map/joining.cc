@@ -41,11 +41,13 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
     for (ObjectObservation& o : object.observations) o.cam_from_anchor.translation *= scale;
     map.objects.Insert(id, std::move(object));
   });
-  other.merged_objects.ForEach([&](ObjectId id, ObjectId into) { map.merged_objects.Insert(id, into); });
+  other.merged_objects.ForEach(
+      [&](ObjectId id, ObjectId into) { map.merged_objects.Insert(id, into); });
   for (auto [name, anchor] : other.anchors) {
     anchor.Scale(scale);
     std::string free_name = name;
-    for (int i = 2; map.anchors.contains(free_name); ++i) free_name = fmt::format("{} ({})", name, i);
+    for (int i = 2; map.anchors.contains(free_name); ++i)
+      free_name = fmt::format("{} ({})", name, i);
     map.anchors.emplace(std::move(free_name), std::move(anchor));
   }
   map.loops_closed += other.loops_closed;

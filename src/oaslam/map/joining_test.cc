@@ -37,9 +37,17 @@ TEST(JoinMap, WhatCamerasSeeStaysTheSame) {
   Object object;
   object.state = ObjectState::kMapped;
   object.ellipsoid.half_axes = {0.1, 0.2, 0.3};
-  object.observations.push_back({0, KeyframeId(102), Rigid3(Eigen::Quaterniond::Identity(), {0.1, 0, 0}), 0, {0, 0, 10, 10}, 1, 0});
+  object.observations.push_back({0,
+                                 KeyframeId(102),
+                                 Rigid3(Eigen::Quaterniond::Identity(), {0.1, 0, 0}),
+                                 0,
+                                 {0, 0, 10, 10},
+                                 1,
+                                 0});
   other.objects.Insert(ObjectId(7), object);
-  const Similarity motion(1.7, Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 0, 2).normalized())), {4, -2, 1});
+  const Similarity motion(
+      1.7, Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 0, 2).normalized())),
+      {4, -2, 1});
   const size_t before = map.landmarks.size();
   JoinMap(other, motion, map);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
@@ -47,14 +55,18 @@ TEST(JoinMap, WhatCamerasSeeStaysTheSame) {
   EXPECT_EQ(map.landmarks.size(), before + other.landmarks.size());
   other.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
     for (const Observation& o : landmark.observations) {
-      const Eigen::Vector2d was = ProjectIdeal(world.camera, other.keyframes.At(o.keyframe).cam_from_world * landmark.position);
-      const Eigen::Vector2d is = ProjectIdeal(world.camera, map.keyframes.At(o.keyframe).cam_from_world * map.landmarks.At(id).position);
+      const Eigen::Vector2d was = ProjectIdeal(
+          world.camera, other.keyframes.At(o.keyframe).cam_from_world * landmark.position);
+      const Eigen::Vector2d is =
+          ProjectIdeal(world.camera,
+                       map.keyframes.At(o.keyframe).cam_from_world * map.landmarks.At(id).position);
       EXPECT_LT((was - is).norm(), 1e-6);
     }
   });
   const auto box_in = [&](const Map& m) {
     const ObjectObservation& o = m.objects.At(ObjectId(7)).observations.front();
-    return *ProjectToBox(m.objects.At(ObjectId(7)).ellipsoid, o.cam_from_anchor * *m.ResolvePose(o.anchor), world.camera);
+    return *ProjectToBox(m.objects.At(ObjectId(7)).ellipsoid,
+                         o.cam_from_anchor * *m.ResolvePose(o.anchor), world.camera);
   };
   EXPECT_NEAR(box_in(map).x1, box_in(other).x1, 1e-6);
   EXPECT_NEAR(box_in(map).y2, box_in(other).y2, 1e-6);

@@ -9,7 +9,8 @@
 namespace oaslam {
 
 // The landmarks that any of the keyframes sees, ascending, each once.
-inline std::vector<LandmarkId> LandmarksSeenBy(const Map& map, std::span<const KeyframeId> keyframes) {
+inline std::vector<LandmarkId> LandmarksSeenBy(const Map& map,
+                                               std::span<const KeyframeId> keyframes) {
   std::vector<LandmarkId> ids;
   for (const KeyframeId id : keyframes)
     for (const LandmarkId landmark : map.keyframes.At(id).landmarks)

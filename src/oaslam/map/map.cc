@@ -43,7 +43,8 @@ bool Map::AddObservation(LandmarkId landmark_id, KeyframeId keyframe_id, uint32_
   const Landmark* seen = landmarks.Find(landmark_id);
   const Keyframe* by = keyframes.Find(keyframe_id);
   if (!seen || !by || by->landmarks[keypoint].IsValid()) return false;
-  const auto place = std::ranges::lower_bound(seen->observations, keyframe_id, {}, &Observation::keyframe);
+  const auto place =
+      std::ranges::lower_bound(seen->observations, keyframe_id, {}, &Observation::keyframe);
   if (place != seen->observations.end() && place->keyframe == keyframe_id) return false;
   const auto offset = place - seen->observations.begin();
   auto& observations = landmarks.MutableAt(landmark_id).observations;
@@ -95,8 +96,10 @@ void Map::RetireKeyframe(KeyframeId id) {
   for (const LandmarkId landmark : keyframe.landmarks)
     if (landmark.IsValid()) EraseObservation(landmark, id);
   for (const Covisible& c : keyframe.covisible)
-    std::erase_if(keyframes.MutableAt(c.keyframe).covisible, [&](const Covisible& back) { return back.keyframe == id; });
-  retired.Insert(id, {parent, keyframe.cam_from_world * keyframes.At(parent).cam_from_world.Inverse()});
+    std::erase_if(keyframes.MutableAt(c.keyframe).covisible,
+                  [&](const Covisible& back) { return back.keyframe == id; });
+  retired.Insert(id,
+                 {parent, keyframe.cam_from_world * keyframes.At(parent).cam_from_world.Inverse()});
   keyframes.Erase(id);
 }
 
@@ -105,7 +108,8 @@ void Map::UpdateLandmarkGeometry(LandmarkId id) {
   if (landmark.observations.empty()) return;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Observation& o : landmark.observations)
-    sum += (landmark.position - keyframes.At(o.keyframe).cam_from_world.OriginInSource()).normalized();
+    sum +=
+        (landmark.position - keyframes.At(o.keyframe).cam_from_world.OriginInSource()).normalized();
   landmark.normal = sum.normalized();
   const Observation& reference = landmark.observations.front();
   const Keyframe& keyframe = keyframes.At(reference.keyframe);
@@ -113,7 +117,8 @@ void Map::UpdateLandmarkGeometry(LandmarkId id) {
   const double distance = (landmark.position - keyframe.cam_from_world.OriginInSource()).norm();
   const double scale = pyramid.Relative(keyframe.features->keypoints[reference.keypoint].octave);
   landmark.max_distance = static_cast<float>(distance * scale);
-  landmark.min_distance = landmark.max_distance / static_cast<float>(pyramid.Relative(pyramid.levels - 1));
+  landmark.min_distance =
+      landmark.max_distance / static_cast<float>(pyramid.Relative(pyramid.levels - 1));
 }
 
 void Map::UpdateLandmark(LandmarkId id) {
@@ -131,7 +136,8 @@ void Map::UpdateLandmark(LandmarkId id) {
   int best_median = std::numeric_limits<int>::max();
   std::vector<int> distances(all.size());
   for (const Descriptor* candidate : all) {
-    std::ranges::transform(all, distances.begin(), [&](const Descriptor* d) { return HammingDistance(*candidate, *d); });
+    std::ranges::transform(all, distances.begin(),
+                           [&](const Descriptor* d) { return HammingDistance(*candidate, *d); });
     const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
     std::ranges::nth_element(distances, middle);
     if (*middle < best_median) {
@@ -164,7 +170,8 @@ void Map::UpdateCovisibility(KeyframeId id, int min_shared) {
 
   for (const Covisible& old : keyframes.At(id).covisible)
     if (std::ranges::find(edges, old.keyframe, &Covisible::keyframe) == edges.end())
-      std::erase_if(keyframes.MutableAt(old.keyframe).covisible, [&](const Covisible& c) { return c.keyframe == id; });
+      std::erase_if(keyframes.MutableAt(old.keyframe).covisible,
+                    [&](const Covisible& c) { return c.keyframe == id; });
   for (const Covisible& edge : edges) {
     auto& back = keyframes.MutableAt(edge.keyframe).covisible;
     std::erase_if(back, [&](const Covisible& c) { return c.keyframe == id; });
@@ -188,7 +195,9 @@ std::vector<KeyframeId> Map::CovisibleKeyframes(KeyframeId id, int count) const 
 int Map::CountTrackedLandmarks(KeyframeId id, int min_observations) const {
   int count = 0;
   for (const LandmarkId landmark : keyframes.At(id).landmarks)
-    if (landmark.IsValid() && static_cast<int>(landmarks.At(landmark).observations.size()) >= min_observations) ++count;
+    if (landmark.IsValid() &&
+        static_cast<int>(landmarks.At(landmark).observations.size()) >= min_observations)
+      ++count;
   return count;
 }
 
@@ -196,7 +205,8 @@ double Map::MedianDepth(KeyframeId id) const {
   std::vector<double> depths;
   const Keyframe& keyframe = keyframes.At(id);
   for (const LandmarkId landmark : keyframe.landmarks)
-    if (landmark.IsValid()) depths.push_back((keyframe.cam_from_world * landmarks.At(landmark).position).z());
+    if (landmark.IsValid())
+      depths.push_back((keyframe.cam_from_world * landmarks.At(landmark).position).z());
   if (depths.empty()) return 0;
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
   std::ranges::nth_element(depths, middle);
@@ -205,8 +215,10 @@ double Map::MedianDepth(KeyframeId id) const {
 
 void Map::Scale(double factor) {
   OASLAM_CHECK(factor > 0);
-  for (const KeyframeId id : keyframes.Ids()) keyframes.MutableAt(id).cam_from_world.translation *= factor;
-  for (const KeyframeId id : retired.Ids()) retired.MutableAt(id).cam_from_parent.translation *= factor;
+  for (const KeyframeId id : keyframes.Ids())
+    keyframes.MutableAt(id).cam_from_world.translation *= factor;
+  for (const KeyframeId id : retired.Ids())
+    retired.MutableAt(id).cam_from_parent.translation *= factor;
   for (const LandmarkId id : landmarks.Ids()) {
     Landmark& landmark = landmarks.MutableAt(id);
     landmark.position *= factor;
@@ -228,48 +240,66 @@ std::vector<std::string> Map::CheckInvariants() const {
   std::vector<std::string> problems;
   keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     if (!keyframe.features || keyframe.landmarks.size() != keyframe.features->keypoints.size())
-      return problems.push_back(fmt::format("keyframe {}: landmarks and key points differ in number", id.value));
+      return problems.push_back(
+          fmt::format("keyframe {}: landmarks and key points differ in number", id.value));
     if (keyframe.camera < 0 || keyframe.camera >= static_cast<int>(cameras.size()))
-      problems.push_back(fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));
-    if (retired.Contains(id)) problems.push_back(fmt::format("keyframe {}: also retired", id.value));
+      problems.push_back(
+          fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));
+    if (retired.Contains(id))
+      problems.push_back(fmt::format("keyframe {}: also retired", id.value));
     for (uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
       const LandmarkId landmark = keyframe.landmarks[i];
       if (!landmark.IsValid()) continue;
       const Landmark* seen = landmarks.Find(landmark);
-      if (!seen || std::ranges::find(seen->observations, Observation{id, i}) == seen->observations.end())
-        problems.push_back(fmt::format("keyframe {}: landmark {} does not know it", id.value, landmark.value));
+      if (!seen ||
+          std::ranges::find(seen->observations, Observation{id, i}) == seen->observations.end())
+        problems.push_back(
+            fmt::format("keyframe {}: landmark {} does not know it", id.value, landmark.value));
     }
     for (const Covisible& c : keyframe.covisible) {
       const Keyframe* other = keyframes.Find(c.keyframe);
-      if (!other || std::ranges::find(other->covisible, id, &Covisible::keyframe) == other->covisible.end())
-        problems.push_back(fmt::format("keyframe {}: covisibility with {} is one-sided", id.value, c.keyframe.value));
+      if (!other ||
+          std::ranges::find(other->covisible, id, &Covisible::keyframe) == other->covisible.end())
+        problems.push_back(fmt::format("keyframe {}: covisibility with {} is one-sided", id.value,
+                                       c.keyframe.value));
     }
   });
   landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    if (!landmark.position.allFinite()) problems.push_back(fmt::format("landmark {}: position not finite", id.value));
-    if (landmark.observations.size() < 2) problems.push_back(fmt::format("landmark {}: fewer than two observations", id.value));
+    if (!landmark.position.allFinite())
+      problems.push_back(fmt::format("landmark {}: position not finite", id.value));
+    if (landmark.observations.size() < 2)
+      problems.push_back(fmt::format("landmark {}: fewer than two observations", id.value));
     for (size_t i = 0; i < landmark.observations.size(); ++i) {
       const Observation& o = landmark.observations[i];
       const Keyframe* by = keyframes.Find(o.keyframe);
       if (!by || o.keypoint >= by->landmarks.size() || by->landmarks[o.keypoint] != id)
-        problems.push_back(fmt::format("landmark {}: keyframe {} does not know it", id.value, o.keyframe.value));
+        problems.push_back(
+            fmt::format("landmark {}: keyframe {} does not know it", id.value, o.keyframe.value));
       if (i > 0 && landmark.observations[i - 1].keyframe >= o.keyframe)
         problems.push_back(fmt::format("landmark {}: observations not ascending", id.value));
     }
-    if (id.value >= next_landmark) problems.push_back(fmt::format("landmark {}: id not allocated", id.value));
+    if (id.value >= next_landmark)
+      problems.push_back(fmt::format("landmark {}: id not allocated", id.value));
   });
   retired.ForEach([&](KeyframeId id, const RetiredKeyframe&) {
-    if (!ResolvePose(id)) problems.push_back(fmt::format("retired keyframe {}: leads nowhere", id.value));
+    if (!ResolvePose(id))
+      problems.push_back(fmt::format("retired keyframe {}: leads nowhere", id.value));
   });
   objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.landmarks.size() != object.landmark_votes.size())
       problems.push_back(fmt::format("object {}: votes and landmarks differ in number", id.value));
     for (const ObjectObservation& o : object.observations)
-      if (!ResolvePose(o.anchor)) problems.push_back(fmt::format("object {}: anchor {} leads nowhere", id.value, o.anchor.value));
+      if (!ResolvePose(o.anchor))
+        problems.push_back(
+            fmt::format("object {}: anchor {} leads nowhere", id.value, o.anchor.value));
   });
   for (const auto& [name, anchor] : anchors) {
-    if (!ResolvePose(anchor.keyframe)) problems.push_back(fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
-    if (!(anchor.size > 0) || !std::isfinite(anchor.size)) problems.push_back(fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
+    if (!ResolvePose(anchor.keyframe))
+      problems.push_back(
+          fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
+    if (!(anchor.size > 0) || !std::isfinite(anchor.size))
+      problems.push_back(
+          fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));
   }
   return problems;
 }

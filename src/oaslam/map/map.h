@@ -31,8 +31,8 @@ struct Keyframe {
   int camera = 0;  // index into Map::cameras
   Rigid3 cam_from_world;
   std::shared_ptr<const Features> features;
-  std::vector<LandmarkId> landmarks;  // per key point; invalid where none
-  std::vector<Covisible> covisible;   // most shared landmarks first, then by id
+  std::vector<LandmarkId> landmarks;                // per key point; invalid where none
+  std::vector<Covisible> covisible;                 // most shared landmarks first, then by id
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
 };
 
@@ -50,23 +50,25 @@ struct Observation {
 
 struct Landmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // mean unit direction from camera centres to the point
-  Descriptor descriptor{};                             // of the observation closest to all others
-  float min_distance = 0, max_distance = 0;            // where the pyramid can see it
-  KeyframeId first_keyframe;                           // at its creation
-  int visible = 1, found = 1;                          // frames that should have seen it, and did
-  std::vector<Observation> observations;               // ascending by keyframe
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::Zero();               // mean unit direction from camera centres to the point
+  Descriptor descriptor{};                   // of the observation closest to all others
+  float min_distance = 0, max_distance = 0;  // where the pyramid can see it
+  KeyframeId first_keyframe;                 // at its creation
+  int visible = 1, found = 1;                // frames that should have seen it, and did
+  std::vector<Observation> observations;     // ascending by keyframe
 };
 
-// Tentative: boxes only. Initialized: has an ellipsoid, not yet accepted. Mapped: accepted. Dropped: erased from the map.
+// Tentative: boxes only. Initialized: has an ellipsoid, not yet accepted. Mapped: accepted.
+// Dropped: erased from the map.
 enum class ObjectState { kTentative, kInitialized, kMapped };
 
 struct ObjectObservation {
   int frame_index = 0;
-  KeyframeId anchor;          // keyframe that carries the pose
+  KeyframeId anchor;  // keyframe that carries the pose
   Rigid3 cam_from_anchor;
-  int camera = 0;             // index into Map::cameras
-  Box box;                    // ideal image
+  int camera = 0;  // index into Map::cameras
+  Box box;         // ideal image
   double score = 0;
   unsigned char truncated = 0;  // EdgeBits
   double weight = 1;            // as how many detections of a video of 30 Hz it counts; not saved
@@ -74,45 +76,50 @@ struct ObjectObservation {
 
 struct Object {
   int category_id = 0;
-  std::string name;                                 // a user's; empty: that of its class
+  std::string name;  // a user's; empty: that of its class
   ObjectState state = ObjectState::kTentative;
-  Ellipsoid ellipsoid;                              // world; meaningless while tentative
-  Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();  // center, log half axes, yaw about up
-  double detection_rate = 0.9;                      // P_D: share of frames in view that detected it
-  double mean_iou = 0;                              // of projection and box over its own untruncated observations
-  int total_observations = 0;                       // also those not kept
-  double evidence = 0;                              // the sum of their weights; not saved
+  Ellipsoid ellipsoid;  // world; meaningless while tentative
+  Eigen::Matrix<double, 7, 7> covariance =
+      Eigen::Matrix<double, 7, 7>::Zero();  // center, log half axes, yaw about up
+  double detection_rate = 0.9;              // P_D: share of frames in view that detected it
+  double mean_iou = 0;         // of projection and box over its own untruncated observations
+  int total_observations = 0;  // also those not kept
+  double evidence = 0;         // the sum of their weights; not saved
   int last_seen_frame = 0;
-  std::optional<double> last_seen_time{};           // seconds; none: not since the map was loaded
-  double absence = 0;                               // nats of evidence that it is no longer in its place (objects/presence.h); not saved
-  int misses = 0;                                   // frames in a row that should have shown it; not saved
-  bool was_mapped = false;                          // before it was contradicted; not saved
-  bool has_moved = false;                           // since the map was made or loaded
-  std::vector<ObjectObservation> observations;      // ascending by frame; thinned
-  std::vector<LandmarkId> landmarks;                // ascending; of key points often inside its boxes
-  std::vector<uint16_t> landmark_votes;             // parallel: how often
+  std::optional<double> last_seen_time{};  // seconds; none: not since the map was loaded
+  double absence =
+      0;  // nats of evidence that it is no longer in its place (objects/presence.h); not saved
+  int misses = 0;           // frames in a row that should have shown it; not saved
+  bool was_mapped = false;  // before it was contradicted; not saved
+  bool has_moved = false;   // since the map was made or loaded
+  std::vector<ObjectObservation> observations;  // ascending by frame; thinned
+  std::vector<LandmarkId> landmarks;            // ascending; of key points often inside its boxes
+  std::vector<uint16_t> landmark_votes;         // parallel: how often
 };
 
-// The map, a value: copies are snapshots (Table). One writer, the mapper; every edit keeps both sides of an observation consistent.
-// The world frame is that of the first keyframe; the unit is arbitrary (monocular) unless scaled.
+// The map, a value: copies are snapshots (Table). One writer, the mapper; every edit keeps both
+// sides of an observation consistent. The world frame is that of the first keyframe; the unit is
+// arbitrary (monocular) unless scaled.
 struct Map {
   std::vector<Camera> cameras;
   Table<KeyframeId, Keyframe> keyframes;
   Table<KeyframeId, RetiredKeyframe> retired;
   Table<LandmarkId, Landmark> landmarks;
   Table<ObjectId, Object> objects;
-  Table<ObjectId, ObjectId> merged_objects;  // from an erased duplicate to the object that took its observations
-  std::optional<Eigen::Vector3d> up;         // world direction against gravity, once known
-  int up_keyframes = 0;                      // whose measured gravity it is from; 0: from how the cameras were held
-  uint64_t version = 0;                      // of the snapshot
-  int loops_closed = 0;                      // since the map was made or loaded
-  bool is_metric = false;                    // the unit is the metre; else arbitrary
-  ClassRelations classes;                    // what moves, and what is a part of what
-  std::map<std::string, Anchor> anchors;     // by name
+  Table<ObjectId, ObjectId>
+      merged_objects;  // from an erased duplicate to the object that took its observations
+  std::optional<Eigen::Vector3d> up;  // world direction against gravity, once known
+  int up_keyframes = 0;    // whose measured gravity it is from; 0: from how the cameras were held
+  uint64_t version = 0;    // of the snapshot
+  int loops_closed = 0;    // since the map was made or loaded
+  bool is_metric = false;  // the unit is the metre; else arbitrary
+  ClassRelations classes;  // what moves, and what is a part of what
+  std::map<std::string, Anchor> anchors;  // by name
 
   uint32_t next_landmark = 0;
 
-  // The keyframe of the map through which a keyframe that is, or was, in it has a pose; nothing if it is unknown.
+  // The keyframe of the map through which a keyframe that is, or was, in it has a pose; nothing if
+  // it is unknown.
   struct Carried {
     KeyframeId by;
     Rigid3 cam_from_carrier;
@@ -134,7 +141,8 @@ struct Map {
   // Erases a keyframe; it stays resolvable through its most covisible neighbour.
   void RetireKeyframe(KeyframeId id);
 
-  // Descriptor, normal and distance range from the observations. Call after observations or poses changed.
+  // Descriptor, normal and distance range from the observations. Call after observations or poses
+  // changed.
   void UpdateLandmark(LandmarkId id);
   void UpdateLandmarkGeometry(LandmarkId id);  // normal and range only
   // Covisibility of a keyframe from its landmarks; updates the neighbours' lists too.

@@ -101,10 +101,16 @@ TEST(Map, ScalingChangesTheUnitAndNothingElse) {
   const Map before = map;
   map.Scale(2.5);
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
-  EXPECT_LT((map.ResolvePose(KeyframeId(1))->translation - 2.5 * before.ResolvePose(KeyframeId(1))->translation).norm(), 1e-12);
-  const auto in_cam = [](const Map& m) { return m.keyframes.At(KeyframeId(2)).cam_from_world * m.landmarks.At(LandmarkId(0)).position; };
+  EXPECT_LT((map.ResolvePose(KeyframeId(1))->translation -
+             2.5 * before.ResolvePose(KeyframeId(1))->translation)
+                .norm(),
+            1e-12);
+  const auto in_cam = [](const Map& m) {
+    return m.keyframes.At(KeyframeId(2)).cam_from_world * m.landmarks.At(LandmarkId(0)).position;
+  };
   EXPECT_LT((in_cam(map) - 2.5 * in_cam(before)).norm(), 1e-12);
-  EXPECT_FLOAT_EQ(map.landmarks.At(LandmarkId(0)).max_distance, 2.5F * before.landmarks.At(LandmarkId(0)).max_distance);
+  EXPECT_FLOAT_EQ(map.landmarks.At(LandmarkId(0)).max_distance,
+                  2.5F * before.landmarks.At(LandmarkId(0)).max_distance);
   const Object& scaled = map.objects.At(ObjectId(0));
   EXPECT_EQ(scaled.ellipsoid.half_axes, 2.5 * object.ellipsoid.half_axes);
   EXPECT_DOUBLE_EQ(scaled.covariance(0, 0), 6.25);

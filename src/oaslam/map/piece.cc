@@ -9,19 +9,27 @@ void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<F
   for (FramePose pose : other) {
     pose.cam_from_reference.translation *= scale;
     const auto own_end = own.begin() + static_cast<std::ptrdiff_t>(own_count);
-    const auto place = std::lower_bound(own.begin(), own_end, pose, [](const FramePose& a, const FramePose& b) { return a.frame_index < b.frame_index; });
-    if (place == own_end || place->frame_index != pose.frame_index) own.push_back(pose);
-    else if (place->state == TrackingState::kObjects && pose.state != TrackingState::kObjects) *place = pose;
+    const auto place = std::lower_bound(
+        own.begin(), own_end, pose,
+        [](const FramePose& a, const FramePose& b) { return a.frame_index < b.frame_index; });
+    if (place == own_end || place->frame_index != pose.frame_index)
+      own.push_back(pose);
+    else if (place->state == TrackingState::kObjects && pose.state != TrackingState::kObjects)
+      *place = pose;
   }
-  std::ranges::inplace_merge(own, own.begin() + static_cast<std::ptrdiff_t>(own_count), {}, &FramePose::frame_index);
+  std::ranges::inplace_merge(own, own.begin() + static_cast<std::ptrdiff_t>(own_count), {},
+                             &FramePose::frame_index);
 }
 
 Frame FrameOf(const Map& map, KeyframeId id) {
   const Keyframe& keyframe = map.keyframes.At(id);
-  Frame frame{keyframe.frame_index, keyframe.timestamp, keyframe.camera, keyframe.features, {}, false, keyframe.gravity_in_cam};
+  Frame frame{
+      keyframe.frame_index,   keyframe.timestamp, keyframe.camera, keyframe.features, {}, false,
+      keyframe.gravity_in_cam};
   map.objects.ForEach([&](ObjectId, const Object& object) {
     for (const ObjectObservation& o : object.observations)
-      if (o.frame_index == keyframe.frame_index) frame.detections.push_back({object.category_id, o.score, o.box, o.truncated});
+      if (o.frame_index == keyframe.frame_index)
+        frame.detections.push_back({object.category_id, o.score, o.box, o.truncated});
   });
   return frame;
 }

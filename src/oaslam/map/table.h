@@ -12,9 +12,10 @@
 
 namespace oaslam {
 
-// A table of values by id, itself a value: a copy shares the pages of the original until either side changes them, so that a
-// snapshot costs a pointer per page. Ids ascend and are never reused; erased means "not found". Iteration is in order of ids.
-// Thread safety: as of a std::vector, but that copies of one table may live on different threads.
+// A table of values by id, itself a value: a copy shares the pages of the original until either
+// side changes them, so that a snapshot costs a pointer per page. Ids ascend and are never reused;
+// erased means "not found". Iteration is in order of ids. Thread safety: as of a std::vector, but
+// that copies of one table may live on different threads.
 template <typename Id, typename T>
 class Table {
   static constexpr uint32_t kPageSize = 64;
@@ -25,8 +26,11 @@ class Table {
 
  public:
   Table() : epoch_(NewEpoch()) {}
-  Table(const Table& other) : pages_(other.pages_), size_(other.size_), epoch_(NewEpoch()) { other.epoch_ = NewEpoch(); }
-  Table(Table&& other) noexcept : pages_(std::move(other.pages_)), size_(other.size_), epoch_(other.epoch_.load()) {
+  Table(const Table& other) : pages_(other.pages_), size_(other.size_), epoch_(NewEpoch()) {
+    other.epoch_ = NewEpoch();
+  }
+  Table(Table&& other) noexcept
+      : pages_(std::move(other.pages_)), size_(other.size_), epoch_(other.epoch_.load()) {
     other.size_ = 0;
     other.epoch_ = NewEpoch();
   }
@@ -56,8 +60,8 @@ class Table {
   }
   bool Contains(Id id) const { return Find(id) != nullptr; }
 
-  // For writing; copies the page if a snapshot shares it. Pointers and references got earlier by Find or At into this table keep
-  // pointing to the old content: take them again.
+  // For writing; copies the page if a snapshot shares it. Pointers and references got earlier by
+  // Find or At into this table keep pointing to the old content: take them again.
   T* Mutable(Id id) {
     if (!Contains(id)) return nullptr;
     return &*OwnPage(id.value / kPageSize).slots[id.value % kPageSize];
@@ -98,12 +102,14 @@ class Table {
     for (uint32_t page = 0; page < pages_.size(); ++page) {
       if (!pages_[page]) continue;
       for (uint32_t slot = 0; slot < kPageSize; ++slot)
-        if (pages_[page]->slots[slot]) visit(Id(page * kPageSize + slot), *pages_[page]->slots[slot]);
+        if (pages_[page]->slots[slot])
+          visit(Id(page * kPageSize + slot), *pages_[page]->slots[slot]);
     }
   }
 
-  // Calls visit(id, before, now) for the ids whose values may differ from those of `earlier`, another copy of the same table: null where
-  // there is none. Ascending; what both share is skipped unseen.
+  // Calls visit(id, before, now) for the ids whose values may differ from those of `earlier`,
+  // another copy of the same table: null where there is none. Ascending; what both share is skipped
+  // unseen.
   template <typename Visitor>
   void ForEachDifference(const Table& earlier, Visitor&& visit) const {
     const size_t count = std::max(pages_.size(), earlier.pages_.size());

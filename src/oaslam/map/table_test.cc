@@ -51,8 +51,10 @@ TEST(Table, DifferencesAreWhatWasEdited) {
   std::vector<uint32_t> changed, gone, visited;
   table.ForEachDifference(earlier, [&](LandmarkId id, const int* before, const int* now) {
     visited.push_back(id.value);
-    if (!now) gone.push_back(id.value);
-    else if (!before || *before != *now) changed.push_back(id.value);
+    if (!now)
+      gone.push_back(id.value);
+    else if (!before || *before != *now)
+      changed.push_back(id.value);
   });
   EXPECT_EQ(changed, (std::vector{3U, 1000U}));
   EXPECT_EQ(gone, std::vector{70U});

@@ -15,7 +15,8 @@ bool SeenElsewhere(const Map& map, const Landmark& landmark, KeyframeId except, 
   for (const Observation& o : landmark.observations) {
     if (o.keyframe == except) continue;
     const Keyframe& other = map.keyframes.At(o.keyframe);
-    if (other.features->keypoints[o.keypoint].octave <= octave + 1 && ++count >= kOthers) return true;
+    if (other.features->keypoints[o.keypoint].octave <= octave + 1 && ++count >= kOthers)
+      return true;
   }
   return false;
 }
@@ -26,14 +27,16 @@ bool IsRedundant(const Map& map, KeyframeId id, double share) {
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].IsValid()) continue;
     ++total;
-    redundant += SeenElsewhere(map, map.landmarks.At(keyframe.landmarks[i]), id, keyframe.features->keypoints[i].octave);
+    redundant += SeenElsewhere(map, map.landmarks.At(keyframe.landmarks[i]), id,
+                               keyframe.features->keypoints[i].octave);
   }
   return total > 0 && redundant > share * total;
 }
 
 }  // namespace
 
-std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest, Map& map) {
+std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest,
+                                            Map& map) {
   constexpr double kMinFoundRatio = 0.25;
   constexpr size_t kMinObservations = 3;
   constexpr uint32_t kTrial = 3;  // keyframes
@@ -42,7 +45,8 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
     const Landmark* landmark = map.landmarks.Find(id);
     if (!landmark) continue;
     const uint32_t age = KeyframesSince(landmark->first_keyframe, newest);
-    if (landmark->found < kMinFoundRatio * landmark->visible || (age >= 2 && landmark->observations.size() < kMinObservations))
+    if (landmark->found < kMinFoundRatio * landmark->visible ||
+        (age >= 2 && landmark->observations.size() < kMinObservations))
       map.EraseLandmark(id);
     else if (age < kTrial)
       watched.push_back(id);
@@ -54,14 +58,19 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
   int culled = 0;
   const KeyframeId first = [&] {
     KeyframeId lowest;
-    map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { if (!lowest.IsValid()) lowest = id; });
+    map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) {
+      if (!lowest.IsValid()) lowest = id;
+    });
     return lowest;
   }();
-  std::vector<KeyframeId> neighbours = map.CovisibleKeyframes(keyframe, static_cast<int>(map.keyframes.size()));
+  std::vector<KeyframeId> neighbours =
+      map.CovisibleKeyframes(keyframe, static_cast<int>(map.keyframes.size()));
   std::ranges::sort(neighbours);
   for (const KeyframeId id : neighbours) {
     // The newest may still be the tracker's reference, and the first fixes the frame of the map.
-    if (id == first || id.value + 2 > keyframe.value || !IsRedundant(map, id, config.keyframe_redundancy)) continue;
+    if (id == first || id.value + 2 > keyframe.value ||
+        !IsRedundant(map, id, config.keyframe_redundancy))
+      continue;
     map.RetireKeyframe(id);
     ++culled;
   }

@@ -28,7 +28,8 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   fresh.next_landmark = map.next_landmark;
   fresh.classes = map.classes;
   fresh.keyframes.Insert(initial.first_id, MakeKeyframe(initial.first, {}));
-  fresh.keyframes.Insert(initial.second_id, MakeKeyframe(initial.second, initial.second_from_first));
+  fresh.keyframes.Insert(initial.second_id,
+                         MakeKeyframe(initial.second, initial.second_from_first));
   for (const InitialPoint& point : initial.points) {
     const LandmarkId id = fresh.AddLandmark(point.position, initial.second_id);
     fresh.AddObservation(id, initial.first_id, point.first_keypoint);
@@ -38,8 +39,10 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   fresh.UpdateCovisibility(initial.second_id, 1);
   ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
   const double depth = fresh.MedianDepth(initial.first_id);
-  if (depth <= 0 || fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2)) return false;
-  for (const KeyframeId id : fresh.keyframes.Ids()) fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;
+  if (depth <= 0 || fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
+    return false;
+  for (const KeyframeId id : fresh.keyframes.Ids())
+    fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.landmarks.MutableAt(id).position /= depth;
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.UpdateLandmark(id);
   fresh.UpdateCovisibility(initial.second_id, 1);
@@ -50,9 +53,12 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
 void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map) {
   const TrackedFrame& tracked = insertion.frame;
   const auto reference = map.ResolvePose(tracked.reference);
-  map.keyframes.Insert(insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference : tracked.cam_from_world));
+  map.keyframes.Insert(
+      insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference
+                                                          : tracked.cam_from_world));
   for (uint32_t i = 0; i < tracked.landmarks.size(); ++i)
-    if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i)) map.UpdateLandmark(tracked.landmarks[i]);
+    if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i))
+      map.UpdateLandmark(tracked.landmarks[i]);
   map.UpdateCovisibility(insertion.id, config.min_shared_landmarks);
 }
 

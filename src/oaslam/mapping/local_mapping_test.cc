@@ -30,8 +30,12 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
   initial.second_from_first = Rigid3(motion.rotation, motion.translation.normalized());
   for (int i = 0; i < static_cast<int>(first.point_of_keypoint.size()); ++i)
     for (int j = 0; j < static_cast<int>(second.point_of_keypoint.size()); ++j)
-      if (first.point_of_keypoint[i] >= 0 && first.point_of_keypoint[i] == second.point_of_keypoint[j])
-        initial.points.push_back({i, j, world.cam_from_world[2] * world.points[first.point_of_keypoint[i]] / motion.translation.norm()});
+      if (first.point_of_keypoint[i] >= 0 &&
+          first.point_of_keypoint[i] == second.point_of_keypoint[j])
+        initial.points.push_back(
+            {i, j,
+             world.cam_from_world[2] * world.points[first.point_of_keypoint[i]] /
+                 motion.translation.norm()});
   Map map;
   map.cameras.push_back(world.camera);
   ASSERT_TRUE(InsertInitialMap(initial, map));
@@ -59,7 +63,8 @@ TEST(Triangulation, RecoversErasedLandmarks) {
   int near = 0;
   for (const LandmarkId id : created) {
     double best = 1e9;
-    for (const Eigen::Vector3d& p : s.world.points) best = std::min(best, (p - s.map.landmarks.At(id).position).norm());
+    for (const Eigen::Vector3d& p : s.world.points)
+      best = std::min(best, (p - s.map.landmarks.At(id).position).norm());
     near += best < 0.1;
   }
   EXPECT_GT(near, 0.9 * static_cast<double>(created.size()));
@@ -98,7 +103,8 @@ TEST(Fusion, JoinsTheLandmarksOfAKeyframeWithItsNeighbours) {
   int twins = 0;
   Rng rng(2);
   synthetic::View view;
-  for (int k = 0; k <= 5; ++k) view = synthetic::MakeView(s.world, s.world.cam_from_world[k], {}, rng);
+  for (int k = 0; k <= 5; ++k)
+    view = synthetic::MakeView(s.world, s.world.cam_from_world[k], {}, rng);
   for (uint32_t i = 0; i < view.point_of_keypoint.size(); i += 3) {
     const int point = view.point_of_keypoint[i];
     if (point < 0 || !s.mapped.landmark_of_point[point].IsValid()) continue;

@@ -13,7 +13,8 @@ using testing::IsEmpty;
 constexpr uint32_t kHalf = 18;
 const synthetic::WorldOptions kLongWay{.cameras = 60, .arc_deg = 360};
 
-// Out along the arc and back again, where the way back has drifted away and made landmarks of its own.
+// Out along the arc and back again, where the way back has drifted away and made landmarks of its
+// own.
 struct Drifted {
   synthetic::World world;
   uint32_t half;
@@ -29,11 +30,13 @@ struct Drifted {
     for (const LandmarkId id : map.landmarks.Ids()) Split(id);
     for (const LandmarkId id : map.landmarks.Ids()) {
       Landmark& landmark = map.landmarks.MutableAt(id);
-      landmark.position = Moved(landmark.position, Share(landmark.observations.front().keyframe), drift);
+      landmark.position =
+          Moved(landmark.position, Share(landmark.observations.front().keyframe), drift);
     }
     for (uint32_t k = 0; k < 2 * half; ++k) {
       Rigid3& pose = map.keyframes.MutableAt(KeyframeId(k)).cam_from_world;
-      pose.translation = -(pose.rotation * Moved(pose.OriginInSource(), Share(KeyframeId(k)), drift));
+      pose.translation =
+          -(pose.rotation * Moved(pose.OriginInSource(), Share(KeyframeId(k)), drift));
     }
     for (uint32_t k = 0; k < 2 * half; ++k) map.UpdateCovisibility(KeyframeId(k), 15);
   }
@@ -60,7 +63,8 @@ struct Drifted {
       if (o.keyframe.value >= half) back.push_back(o);
     for (const Observation& o : back) map.EraseObservation(id, o.keyframe);
     if (back.size() < 2) return;
-    const Eigen::Vector3d position = map.landmarks.Contains(id) ? map.landmarks.At(id).position : Eigen::Vector3d(0, 0, 0);
+    const Eigen::Vector3d position =
+        map.landmarks.Contains(id) ? map.landmarks.At(id).position : Eigen::Vector3d(0, 0, 0);
     if (!map.landmarks.Contains(id)) return;
     const LandmarkId twin = map.AddLandmark(position, back.front().keyframe);
     for (const Observation& o : back) map.AddObservation(twin, o.keyframe, o.keypoint);
@@ -87,7 +91,10 @@ TEST(LoopClosing, JoinsBothEndsAndTakesTheDriftBack) {
   EXPECT_LT(d.Error(), error_before);
   EXPECT_LT(d.map.landmarks.size(), landmarks_before * 9 / 10);
   EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
-  EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() - d.truth.back().OriginInSource()).norm(), 0.02);
+  EXPECT_LT((d.map.keyframes.At(current).cam_from_world.OriginInSource() -
+             d.truth.back().OriginInSource())
+                .norm(),
+            0.02);
 }
 
 TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
@@ -97,11 +104,13 @@ TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
   auto loop = LoopDetector().Detect(d.map, current, rng);
   ASSERT_TRUE(loop);
   loop->old_from_current.scale = 1.2;  // a camera that has lost its scale on the way
-  d.map.anchors["it"] = {"flag", 0.3, current, Rigid3(Eigen::Quaterniond::Identity(), {0.1, 0.2, 2}), {}, {0, 0, 1}};
+  d.map.anchors["it"] = {
+      "flag", 0.3, current, Rigid3(Eigen::Quaterniond::Identity(), {0.1, 0.2, 2}), {}, {0, 0, 1}};
   const Eigen::Vector3d before = WorldFromAnchor(d.map, d.map.anchors.at("it"))->translation;
   ASSERT_TRUE(CorrectLoop(*loop, 15, d.map));
   const Anchor& anchor = d.map.anchors.at("it");
-  EXPECT_LT((WorldFromAnchor(d.map, anchor)->translation - loop->old_from_current * before).norm(), 1e-9);
+  EXPECT_LT((WorldFromAnchor(d.map, anchor)->translation - loop->old_from_current * before).norm(),
+            1e-9);
   EXPECT_NEAR(anchor.size, 0.36, 1e-9);
   EXPECT_NEAR(anchor.offset.z(), 1.2, 1e-9);
 }
@@ -111,8 +120,11 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   constexpr double kDrift = 8.5;
   Drifted d(kDrift, kLongWay);
   const KeyframeId current(2 * d.half - 3);
-  const auto center = [&](uint32_t id) { return d.map.keyframes.At(KeyframeId(id)).cam_from_world.OriginInSource(); };
-  for (uint32_t k = 0; k < d.half; ++k) ASSERT_GT((center(k) - center(current.value)).norm(), d.map.MedianDepth(current));
+  const auto center = [&](uint32_t id) {
+    return d.map.keyframes.At(KeyframeId(id)).cam_from_world.OriginInSource();
+  };
+  for (uint32_t k = 0; k < d.half; ++k)
+    ASSERT_GT((center(k) - center(current.value)).norm(), d.map.MedianDepth(current));
   const Eigen::Vector3d true_center(0.3, -0.2, 0.1);
   Object object;
   object.state = ObjectState::kMapped;
@@ -142,7 +154,8 @@ TEST(LoopClosing, WhatDriftCannotExplainIsNoLoop) {
 }
 
 TEST(LoopClosing, KeyframesThatShareLandmarksAreNoLoop) {
-  const synthetic::MappedWorld mapped = synthetic::MakeMap(synthetic::MakeWorld({.cameras = 30, .arc_deg = 20}), {});
+  const synthetic::MappedWorld mapped =
+      synthetic::MakeMap(synthetic::MakeWorld({.cameras = 30, .arc_deg = 20}), {});
   Rng rng(1);
   EXPECT_FALSE(LoopDetector().Detect(mapped.map, KeyframeId(29), rng));
 }
@@ -154,7 +167,8 @@ TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
   for (uint32_t k = 0; k < kHalf; ++k) {
     Keyframe& keyframe = d.map.keyframes.MutableAt(KeyframeId(k));
     auto features = std::make_shared<Features>(*keyframe.features);
-    for (Descriptor& descriptor : features->descriptors) descriptor = synthetic::RandomDescriptor(rng);
+    for (Descriptor& descriptor : features->descriptors)
+      descriptor = synthetic::RandomDescriptor(rng);
     keyframe.features = features;
   }
   EXPECT_FALSE(LoopDetector().Detect(d.map, KeyframeId(2 * kHalf - 1), rng));

@@ -20,19 +20,26 @@ constexpr int kMaxCandidates = 3, kGroupSize = 8;
 constexpr int kMinMatches = 20, kMinRansacInliers = 15, kMinInliers = 50, kMinScalePairs = 10;
 constexpr double kGuidedRadiusPx = 8;
 
-Eigen::Vector3d OpticalAxis(const Keyframe& keyframe) { return keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ(); }
+Eigen::Vector3d OpticalAxis(const Keyframe& keyframe) {
+  return keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+}
 
-// Whether a keyframe is so old, and so far from the current one in the covisibility graph, that meeting it closes a loop.
+// Whether a keyframe is so old, and so far from the current one in the covisibility graph, that
+// meeting it closes a loop.
 class OtherEnds {
  public:
   OtherEnds(const Map& map, KeyframeId current) : current_(current), linked_(current.value + 1, 0) {
-    const auto mark = [&](KeyframeId id) { if (id <= current) linked_[id.value] = 1; };
+    const auto mark = [&](KeyframeId id) {
+      if (id <= current) linked_[id.value] = 1;
+    };
     for (const Covisible& c : map.keyframes.At(current).covisible) {
       mark(c.keyframe);
       for (const Covisible& second : map.keyframes.At(c.keyframe).covisible) mark(second.keyframe);
     }
   }
-  bool Contains(KeyframeId id) const { return id.value + kMinKeyframesApart <= current_.value && !linked_[id.value]; }
+  bool Contains(KeyframeId id) const {
+    return id.value + kMinKeyframesApart <= current_.value && !linked_[id.value];
+  }
 
  private:
   KeyframeId current_;
@@ -67,35 +74,46 @@ Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkI
   Observed observed;
   for (uint32_t k = 0; k < matches.size(); ++k) {
     if (!matches[k].IsValid()) continue;
-    observed.points.push_back(ObservationOf(*by.features, static_cast<int>(k), map.landmarks.At(matches[k])));
+    observed.points.push_back(
+        ObservationOf(*by.features, static_cast<int>(k), map.landmarks.At(matches[k])));
     observed.keypoints.push_back(k);
   }
   return observed;
 }
 
-// Landmarks of both parts of the map that one key point shows: in the current part, and in the old one.
-std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map, const Keyframe& here, const LoopClosure& loop) {
+// Landmarks of both parts of the map that one key point shows: in the current part, and in the old
+// one.
+std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map,
+                                                                      const Keyframe& here,
+                                                                      const LoopClosure& loop) {
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> shared;
   for (const auto& [keypoint, old] : loop.old_landmarks)
-    if (const Landmark* current = here.landmarks[keypoint].IsValid() ? map.landmarks.Find(here.landmarks[keypoint]) : nullptr)
+    if (const Landmark* current = here.landmarks[keypoint].IsValid()
+                                      ? map.landmarks.Find(here.landmarks[keypoint])
+                                      : nullptr)
       shared.emplace_back(current->position, map.landmarks.At(old).position);
   return shared;
 }
 
-// How much larger the old part of the map is: the median ratio of the distances of shared points. Nothing where they are too few.
-std::optional<double> ScaleOf(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared, const Rigid3& cam_from_current,
-                              const Rigid3& cam_from_old) {
+// How much larger the old part of the map is: the median ratio of the distances of shared points.
+// Nothing where they are too few.
+std::optional<double> ScaleOf(
+    const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
+    const Rigid3& cam_from_current, const Rigid3& cam_from_old) {
   if (static_cast<int>(shared.size()) < kMinScalePairs) return std::nullopt;
   std::vector<double> ratios;
-  for (const auto& [current, old] : shared) ratios.push_back((cam_from_old * old).norm() / (cam_from_current * current).norm());
+  for (const auto& [current, old] : shared)
+    ratios.push_back((cam_from_old * old).norm() / (cam_from_current * current).norm());
   return Median(std::move(ratios));
 }
 
 // Shared points that the loop takes to each other, within a share of their distance.
-int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared, const Similarity& old_from_current, const Rigid3& cam_from_old) {
+int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
+                    const Similarity& old_from_current, const Rigid3& cam_from_old) {
   constexpr double kMaxRelativeError = 0.1;
   return static_cast<int>(std::ranges::count_if(shared, [&](const auto& pair) {
-    return (old_from_current * pair.first - pair.second).norm() < kMaxRelativeError * (cam_from_old * pair.second).norm();
+    return (old_from_current * pair.first - pair.second).norm() <
+           kMaxRelativeError * (cam_from_old * pair.second).norm();
   }));
 }
 
@@ -120,54 +138,69 @@ double DistanceMoved(const Map& map, const LoopClosure& loop) {
 }
 
 bool IsWithin(const Similarity& correction, double max_angle, double max_scale) {
-  return correction.rotation.angularDistance(Eigen::Quaterniond::Identity()) < max_angle && std::abs(std::log(correction.scale)) < std::log(max_scale);
+  return correction.rotation.angularDistance(Eigen::Quaterniond::Identity()) < max_angle &&
+         std::abs(std::log(correction.scale)) < std::log(max_scale);
 }
 
-// Two windows may look the same. What a loop corrects is the drift since, which is a share of the way.
+// Two windows may look the same. What a loop corrects is the drift since, which is a share of the
+// way.
 bool IsDrift(const Map& map, const LoopClosure& loop) {
   constexpr double kMaxShare = 0.25, kMaxAngle = 0.6, kMaxScale = 2.5;
-  return DistanceMoved(map, loop) < kMaxShare * PathLength(map, loop.old, loop.current) && IsWithin(loop.old_from_current, kMaxAngle, kMaxScale);
+  return DistanceMoved(map, loop) < kMaxShare * PathLength(map, loop.old, loop.current) &&
+         IsWithin(loop.old_from_current, kMaxAngle, kMaxScale);
 }
 
 // What a tie corrects is how well the pieces were laid on each other.
 bool IsSmall(const Map& map, const LoopClosure& tie) {
   constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
-  return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) && IsWithin(tie.old_from_current, kMaxAngle, kMaxScale);
+  return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) &&
+         IsWithin(tie.old_from_current, kMaxAngle, kMaxScale);
 }
 
-std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, bool is_near, Rng& rng) {
+std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, bool is_near,
+                                  Rng& rng) {
   const Keyframe& here = map.keyframes.At(current);
   const Camera& camera = map.cameras[here.camera];
-  const LandmarkMatches matches = MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), 0.75);
+  const LandmarkMatches matches =
+      MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), 0.75);
   if (matches.count < kMinMatches) return std::nullopt;
   AbsolutePoseOptions options;
   options.min_inliers = kMinRansacInliers;
-  const AbsolutePoseReport rough = EstimateAbsolutePose(camera, Observe(map, here, matches.landmarks).points, options, rng);
+  const AbsolutePoseReport rough =
+      EstimateAbsolutePose(camera, Observe(map, here, matches.landmarks).points, options, rng);
   if (!rough.success) return std::nullopt;
 
   std::vector<KeyframeId> group = map.CovisibleKeyframes(old, kGroupSize);
   group.push_back(old);
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : LandmarksSeenBy(map, group))
-    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), camera, rough.cam_from_world, *here.features)) projected.push_back(*p);
+    if (const auto p =
+            ProjectLandmark(id, map.landmarks.At(id), camera, rough.cam_from_world, *here.features))
+      projected.push_back(*p);
   ProjectionSearchOptions search;
   search.radius_px = kGuidedRadiusPx;
   const LandmarkMatches guided =
-      SearchByProjection(*here.features, map, projected, std::vector<LandmarkId>(here.features->keypoints.size()), search);
+      SearchByProjection(*here.features, map, projected,
+                         std::vector<LandmarkId>(here.features->keypoints.size()), search);
   const Observed observed = Observe(map, here, guided.landmarks);
   const PoseReport pose = RefinePose(camera, rough.cam_from_world, observed.points);
   if (!pose.success || pose.inliers < kMinInliers) return std::nullopt;
 
   LoopClosure loop{current, old, {}, {}};
   for (size_t i = 0; i < observed.keypoints.size(); ++i)
-    if (pose.inlier[i]) loop.old_landmarks.emplace_back(observed.keypoints[i], guided.landmarks[observed.keypoints[i]]);
+    if (pose.inlier[i])
+      loop.old_landmarks.emplace_back(observed.keypoints[i],
+                                      guided.landmarks[observed.keypoints[i]]);
   const auto shared = SharedPoints(map, here, loop);
   const std::optional<double> scale = ScaleOf(shared, here.cam_from_world, pose.cam_from_world);
   if (!scale && !is_near) return std::nullopt;
   // One camera: s (R_current x + t_current) = R_old x' + t_old
-  loop.old_from_current = Similarity(pose.cam_from_world.Inverse()) * Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
-                          Similarity(here.cam_from_world);
-  if (!is_near && CountConsistent(shared, loop.old_from_current, pose.cam_from_world) < std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
+  loop.old_from_current =
+      Similarity(pose.cam_from_world.Inverse()) *
+      Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
+      Similarity(here.cam_from_world);
+  if (!is_near && CountConsistent(shared, loop.old_from_current, pose.cam_from_world) <
+                      std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
     return std::nullopt;
   return loop;
 }
@@ -175,20 +208,23 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 }  // namespace
 
 std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  constexpr double kGrowth = 1.2;  // of the landmarks ever made; the newest do not matter for a loop
+  constexpr double kGrowth =
+      1.2;                        // of the landmarks ever made; the newest do not matter for a loop
   constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
   if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {
     index_.emplace(map);
     indexed_up_to_ = map.next_landmark;
   }
-  return index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features), std::numeric_limits<int>::max());
+  return index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features),
+                            std::numeric_limits<int>::max());
 }
 
 std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId current, Rng& rng) {
   if (!map.keyframes.Contains(current)) return std::nullopt;
   const OtherEnds others(map, current);
-  const std::vector<KeyframeId> near = NearInSpace(map, current, [&](KeyframeId id) { return others.Contains(id); });
+  const std::vector<KeyframeId> near =
+      NearInSpace(map, current, [&](KeyframeId id) { return others.Contains(id); });
   for (const KeyframeId old : near)
     if (auto loop = Verify(map, current, old, true, rng); loop && IsDrift(map, *loop)) return loop;
   int tried = 0;
@@ -202,8 +238,10 @@ std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId curre
   return std::nullopt;
 }
 
-std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current, const std::set<KeyframeId>& others, Rng& rng) {
-  for (const KeyframeId old : NearInSpace(map, current, [&](KeyframeId id) { return others.contains(id); }))
+std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
+                                   const std::set<KeyframeId>& others, Rng& rng) {
+  for (const KeyframeId old :
+       NearInSpace(map, current, [&](KeyframeId id) { return others.contains(id); }))
     if (auto tie = Verify(map, current, old, true, rng); tie && IsSmall(map, *tie)) return tie;
   return std::nullopt;
 }

@@ -11,8 +11,10 @@
 namespace oaslam {
 namespace {
 
-// Drops the pairs whose second key point is wanted by a closer descriptor, or that turn differently from most.
-KeypointPairs Filter(const KeypointPairs& pairs, const std::vector<int>& distances, const Features& first, const Features& second) {
+// Drops the pairs whose second key point is wanted by a closer descriptor, or that turn differently
+// from most.
+KeypointPairs Filter(const KeypointPairs& pairs, const std::vector<int>& distances,
+                     const Features& first, const Features& second) {
   std::vector<int> winner(second.keypoints.size(), -1);
   for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
     int& w = winner[pairs[i].second];
@@ -23,7 +25,8 @@ KeypointPairs Filter(const KeypointPairs& pairs, const std::vector<int>& distanc
   for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
     if (winner[pairs[i].second] != i) continue;
     unique.push_back(pairs[i]);
-    turns.push_back(first.keypoints[pairs[i].first].angle_rad - second.keypoints[pairs[i].second].angle_rad);
+    turns.push_back(first.keypoints[pairs[i].first].angle_rad -
+                    second.keypoints[pairs[i].second].angle_rad);
   }
   const std::vector<char> consistent = ConsistentOrientations(turns);
   KeypointPairs kept;
@@ -70,12 +73,14 @@ LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, con
   return matches;
 }
 
-LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map, const Keyframe& keyframe, double ratio) {
+LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
+                                       const Keyframe& keyframe, double ratio) {
   return MatchSeenLandmarks(features, map, *keyframe.features, keyframe.landmarks, ratio);
 }
 
-KeypointPairs MatchWithinWindow(const Features& first, const Features& second, std::span<const Eigen::Vector2d> expected,
-                                double window_px, double ratio) {
+KeypointPairs MatchWithinWindow(const Features& first, const Features& second,
+                                std::span<const Eigen::Vector2d> expected, double window_px,
+                                double ratio) {
   KeypointPairs pairs;
   std::vector<int> distances;
   for (int i = 0; i < first.size(); ++i) {
@@ -104,16 +109,19 @@ KeypointPairs MatchWithinWindow(const Features& first, const Features& second, s
   return Filter(pairs, distances, first, second);
 }
 
-KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first, const Keyframe& second) {
+KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
+                                      const Keyframe& second) {
   const Camera& first_camera = map.cameras[first.camera];
   const Camera& second_camera = map.cameras[second.camera];
   const Rigid3 second_from_first = second.cam_from_world * first.cam_from_world.Inverse();
   // x2^T F x1 = 0 (Hartley & Zisserman, section 9.6)
-  const Eigen::Matrix3d fundamental = Calibration(second_camera).inverse().transpose() * Skew(second_from_first.translation) *
-                                      second_from_first.rotation.toRotationMatrix() * Calibration(first_camera).inverse();
+  const Eigen::Matrix3d fundamental =
+      Calibration(second_camera).inverse().transpose() * Skew(second_from_first.translation) *
+      second_from_first.rotation.toRotationMatrix() * Calibration(first_camera).inverse();
   const Eigen::Vector3d epipole_ray = second_from_first.translation;
   const bool epipole_in_front = epipole_ray.z() > 1e-9;
-  const Eigen::Vector2d epipole = epipole_in_front ? ProjectIdeal(second_camera, epipole_ray) : Eigen::Vector2d::Zero();
+  const Eigen::Vector2d epipole =
+      epipole_in_front ? ProjectIdeal(second_camera, epipole_ray) : Eigen::Vector2d::Zero();
 
   const Features& a = *first.features;
   const Features& b = *second.features;
@@ -125,7 +133,9 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first, con
     const Keypoint& keypoint = b.keypoints[k];
     const float sigma = b.pyramid.scale[keypoint.octave];
     // Near the epipole the depth is anybody's guess.
-    if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() < 100 * sigma * b.pyramid.working_pixel()) continue;
+    if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() <
+                                100 * sigma * b.pyramid.working_pixel())
+      continue;
     free_second.push_back(k);
     place.Add(keypoint.px, static_cast<float>(std::sqrt(kChi2OneDof)) * sigma);
   }

@@ -14,9 +14,10 @@ struct FusionCandidate {
   bool operator==(const FusionCandidate&) const = default;
 };
 
-// Projects landmarks into a keyframe and finds those that it shows: within `radius_px` (at level 0), reprojection error below the
-// 95 % bound, descriptor close.
-std::vector<FusionCandidate> FindFusionCandidates(const Map& map, KeyframeId keyframe, std::span<const LandmarkId> landmarks,
+// Projects landmarks into a keyframe and finds those that it shows: within `radius_px` (at level
+// 0), reprojection error below the 95 % bound, descriptor close.
+std::vector<FusionCandidate> FindFusionCandidates(const Map& map, KeyframeId keyframe,
+                                                  std::span<const LandmarkId> landmarks,
                                                   double radius_px);
 
 // Adds the observations; where the key point already holds another landmark the two become one.

@@ -24,13 +24,15 @@ struct Scene {
     view = synthetic::MakeView(world, cam_from_world, {}, rng);
     point_of_landmark.resize(mapped.map.next_landmark, -1);
     for (size_t i = 0; i < mapped.landmark_of_point.size(); ++i)
-      if (mapped.landmark_of_point[i].IsValid()) point_of_landmark[mapped.landmark_of_point[i].value] = static_cast<int>(i);
+      if (mapped.landmark_of_point[i].IsValid())
+        point_of_landmark[mapped.landmark_of_point[i].value] = static_cast<int>(i);
   }
 
   int CountRight(const LandmarkMatches& matches) const {
     int right = 0;
     for (size_t i = 0; i < matches.landmarks.size(); ++i)
-      if (matches.landmarks[i].IsValid()) right += point_of_landmark[matches.landmarks[i].value] == view.point_of_keypoint[i];
+      if (matches.landmarks[i].IsValid())
+        right += point_of_landmark[matches.landmarks[i].value] == view.point_of_keypoint[i];
     return right;
   }
 };
@@ -39,10 +41,13 @@ TEST(ProjectionSearch, FindsLandmarksWhereTheyProject) {
   const Scene s;
   std::vector<ProjectedLandmark> projected;
   s.mapped.map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    if (const auto p = ProjectLandmark(id, landmark, s.world.camera, s.cam_from_world, *s.view.features)) projected.push_back(*p);
+    if (const auto p =
+            ProjectLandmark(id, landmark, s.world.camera, s.cam_from_world, *s.view.features))
+      projected.push_back(*p);
   });
   const LandmarkMatches matches =
-      SearchByProjection(*s.view.features, s.mapped.map, projected, std::vector<LandmarkId>(s.view.features->keypoints.size()), {});
+      SearchByProjection(*s.view.features, s.mapped.map, projected,
+                         std::vector<LandmarkId>(s.view.features->keypoints.size()), {});
   EXPECT_GT(matches.count, 300);
   EXPECT_GT(s.CountRight(matches), 0.98 * matches.count);
 }
@@ -51,18 +56,24 @@ TEST(ProjectionSearch, KeepsWhatIsTaken) {
   const Scene s;
   std::vector<ProjectedLandmark> projected;
   s.mapped.map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    if (const auto p = ProjectLandmark(id, landmark, s.world.camera, s.cam_from_world, *s.view.features)) projected.push_back(*p);
+    if (const auto p =
+            ProjectLandmark(id, landmark, s.world.camera, s.cam_from_world, *s.view.features))
+      projected.push_back(*p);
   });
   std::vector<LandmarkId> taken(s.view.features->keypoints.size());
   taken[5] = LandmarkId(12345);
-  EXPECT_EQ(SearchByProjection(*s.view.features, s.mapped.map, projected, taken, {}).landmarks[5], LandmarkId(12345));
+  EXPECT_EQ(SearchByProjection(*s.view.features, s.mapped.map, projected, taken, {}).landmarks[5],
+            LandmarkId(12345));
 }
 
 TEST(ProjectionSearch, ALandmarkBehindOrFarOffItsViewingDirectionIsNotProjected) {
   const Scene s;
   const Landmark& landmark = s.mapped.map.landmarks.At(s.mapped.map.landmarks.Ids().front());
-  const Rigid3 turned(Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY())), Eigen::Vector3d::Zero());
-  EXPECT_FALSE(ProjectLandmark({}, landmark, s.world.camera, turned * s.cam_from_world, *s.view.features));
+  const Rigid3 turned(
+      Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY())),
+      Eigen::Vector3d::Zero());
+  EXPECT_FALSE(
+      ProjectLandmark({}, landmark, s.world.camera, turned * s.cam_from_world, *s.view.features));
   const Rigid3 from_behind = synthetic::LookAt({0, 3, 0.8}, {0, 0, 0});
   EXPECT_FALSE(ProjectLandmark({}, landmark, s.world.camera, from_behind, *s.view.features));
 }
@@ -71,15 +82,17 @@ TEST(LastFrameSearch, FollowsLandmarksFromAWrongPrediction) {
   const Scene s;
   Rng rng(4);
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const LandmarkMatches matches = SearchFromLastFrame(*s.view.features, s.world.camera, synthetic::PoseOnArc({}, 2.7), s.mapped.map,
-                                                      *last.features, last.landmarks, 15);
+  const LandmarkMatches matches =
+      SearchFromLastFrame(*s.view.features, s.world.camera, synthetic::PoseOnArc({}, 2.7),
+                          s.mapped.map, *last.features, last.landmarks, 15);
   EXPECT_GT(matches.count, 150);
   EXPECT_GT(s.CountRight(matches), 0.95 * matches.count);
 }
 
 TEST(KeyframeMatch, FindsTheLandmarksOfAKeyframeByDescriptorsAlone) {
   const Scene s;
-  const LandmarkMatches matches = MatchKeyframeLandmarks(*s.view.features, s.mapped.map, s.mapped.map.keyframes.At(KeyframeId(4)), 0.75);
+  const LandmarkMatches matches = MatchKeyframeLandmarks(
+      *s.view.features, s.mapped.map, s.mapped.map.keyframes.At(KeyframeId(4)), 0.75);
   EXPECT_GT(matches.count, 250);
   EXPECT_GT(s.CountRight(matches), 0.98 * matches.count);
 }
@@ -87,9 +100,11 @@ TEST(KeyframeMatch, FindsTheLandmarksOfAKeyframeByDescriptorsAlone) {
 TEST(EpipolarMatch, PairsFreeKeypointsOfTheSamePoint) {
   Scene s;
   Map& map = s.mapped.map;
-  const std::vector<LandmarkId> in_a = map.keyframes.At(KeyframeId(3)).landmarks, in_b = map.keyframes.At(KeyframeId(5)).landmarks;
+  const std::vector<LandmarkId> in_a = map.keyframes.At(KeyframeId(3)).landmarks,
+                                in_b = map.keyframes.At(KeyframeId(5)).landmarks;
   for (const LandmarkId id : map.landmarks.Ids()) map.EraseLandmark(id);
-  const KeypointPairs pairs = MatchAlongEpipolarLines(map, map.keyframes.At(KeyframeId(3)), map.keyframes.At(KeyframeId(5)));
+  const KeypointPairs pairs = MatchAlongEpipolarLines(map, map.keyframes.At(KeyframeId(3)),
+                                                      map.keyframes.At(KeyframeId(5)));
   int right = 0;
   for (const auto& [i, j] : pairs) right += in_a[i].IsValid() && in_a[i] == in_b[j];
   EXPECT_GT(pairs.size(), 250U);

@@ -20,7 +20,8 @@ std::vector<char> ConsistentOrientations(const std::vector<float>& angle_differe
   for (int b = 0; b < kBins; ++b) order[b] = b;
   std::ranges::stable_sort(order, [&](int a, int b) { return histogram[a] > histogram[b]; });
   std::array<char, kBins> keep{};
-  for (int rank = 0; rank < 3; ++rank) keep[order[rank]] = histogram[order[rank]] * 10 >= histogram[order[0]];
+  for (int rank = 0; rank < 3; ++rank)
+    keep[order[rank]] = histogram[order[rank]] * 10 >= histogram[order[0]];
   std::vector<char> consistent(bin_of.size());
   std::ranges::transform(bin_of, consistent.begin(), [&](int b) { return keep[b]; });
   return consistent;

@@ -6,10 +6,11 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kViewsOfALandmark = 4;  // descriptors indexed of each: it looks different from different sides
+constexpr size_t kViewsOfALandmark =
+    4;  // descriptors indexed of each: it looks different from different sides
 constexpr int kMaxHamming = 64;
 constexpr size_t kMaxHits = 8;
-constexpr int kNeighbours = 5;           // keyframes that make a place with the first
+constexpr int kNeighbours = 5;  // keyframes that make a place with the first
 
 DescriptorIndex MakeIndex(const Map& map) {
   std::vector<Descriptor> descriptors;
@@ -32,11 +33,13 @@ PlaceIndex::PlaceIndex(const Map& map) : index_(MakeIndex(map)) {}
 LandmarkHits PlaceIndex::Find(const Features& features) const {
   LandmarkHits hits;
   hits.reserve(features.descriptors.size());
-  for (const Descriptor& descriptor : features.descriptors) hits.push_back(index_.Query(descriptor, kMaxHamming, kMaxHits));
+  for (const Descriptor& descriptor : features.descriptors)
+    hits.push_back(index_.Query(descriptor, kMaxHamming, kMaxHits));
   return hits;
 }
 
-std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hits, int count) const {
+std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hits,
+                                          int count) const {
   std::vector<double> votes;  // by keyframe
   for (const auto& of_keypoint : hits) {
     for (const DescriptorIndex::Hit& hit : of_keypoint) {
@@ -56,7 +59,8 @@ std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hi
     Place place{{id}, votes[k]};
     for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
       place.keyframes.push_back(neighbour);
-      if (neighbour.value < votes.size()) place.votes += 0.2 * votes[neighbour.value];  // support, yet the own view decides
+      if (neighbour.value < votes.size())
+        place.votes += 0.2 * votes[neighbour.value];  // support, yet the own view decides
     }
     places.push_back(std::move(place));
   }

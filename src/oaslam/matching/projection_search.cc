@@ -18,9 +18,12 @@ bool Inside(const Box& bounds, const Eigen::Vector2d& px) {
 // Best claims of landmarks on key points; a better claim drives out a worse one.
 class Claims {
  public:
-  explicit Claims(std::vector<LandmarkId> taken) : landmarks_(std::move(taken)), distance_(landmarks_.size(), -1) {}
+  explicit Claims(std::vector<LandmarkId> taken)
+      : landmarks_(std::move(taken)), distance_(landmarks_.size(), -1) {}
 
-  bool IsTaken(int keypoint) const { return landmarks_[keypoint].IsValid() && distance_[keypoint] < 0; }
+  bool IsTaken(int keypoint) const {
+    return landmarks_[keypoint].IsValid() && distance_[keypoint] < 0;
+  }
   void Claim(int keypoint, LandmarkId landmark, int distance) {
     if (landmarks_[keypoint].IsValid() && distance_[keypoint] <= distance) return;
     landmarks_[keypoint] = landmark;
@@ -30,7 +33,8 @@ class Claims {
   LandmarkId operator[](int keypoint) const { return landmarks_[keypoint]; }
 
   LandmarkMatches Finish() && {
-    const auto count = std::ranges::count_if(landmarks_, [](LandmarkId id) { return id.IsValid(); });
+    const auto count =
+        std::ranges::count_if(landmarks_, [](LandmarkId id) { return id.IsValid(); });
     return {std::move(landmarks_), static_cast<int>(count)};
   }
 
@@ -41,21 +45,26 @@ class Claims {
 
 }  // namespace
 
-std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& landmark, const Camera& camera,
-                                                 const Rigid3& cam_from_world, const Features& features) {
+std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& landmark,
+                                                 const Camera& camera, const Rigid3& cam_from_world,
+                                                 const Features& features) {
   const Eigen::Vector3d x_in_cam = cam_from_world * landmark.position;
   if (x_in_cam.z() <= 1e-6) return std::nullopt;
   const Eigen::Vector2d px = ProjectIdeal(camera, x_in_cam);
   if (!Inside(features.bounds, px)) return std::nullopt;
   const double distance = x_in_cam.norm();
-  if (distance < 0.8 * landmark.min_distance || distance > 1.2 * landmark.max_distance) return std::nullopt;
+  if (distance < 0.8 * landmark.min_distance || distance > 1.2 * landmark.max_distance)
+    return std::nullopt;
   const double view_cos = x_in_cam.dot(cam_from_world.rotation * landmark.normal) / distance;
   if (view_cos < kMinViewCos) return std::nullopt;
-  return ProjectedLandmark{id, px, features.pyramid.PredictLevel(distance, landmark.max_distance), view_cos};
+  return ProjectedLandmark{id, px, features.pyramid.PredictLevel(distance, landmark.max_distance),
+                           view_cos};
 }
 
-LandmarkMatches SearchByProjection(const Features& features, const Map& map, std::span<const ProjectedLandmark> projected,
-                                   std::vector<LandmarkId> taken, const ProjectionSearchOptions& options) {
+LandmarkMatches SearchByProjection(const Features& features, const Map& map,
+                                   std::span<const ProjectedLandmark> projected,
+                                   std::vector<LandmarkId> taken,
+                                   const ProjectionSearchOptions& options) {
   Claims claims(std::move(taken));
   for (const ProjectedLandmark& p : projected) {
     const Descriptor& descriptor = map.landmarks.At(p.id).descriptor;
@@ -84,12 +93,15 @@ LandmarkMatches SearchByProjection(const Features& features, const Map& map, std
   return std::move(claims).Finish();
 }
 
-LandmarkMatches SearchFromLastFrame(const Features& features, const Camera& camera, const Rigid3& cam_from_world, const Map& map,
-                                    const Features& last_features, std::span<const LandmarkId> last_landmarks, double radius_px) {
+LandmarkMatches SearchFromLastFrame(const Features& features, const Camera& camera,
+                                    const Rigid3& cam_from_world, const Map& map,
+                                    const Features& last_features,
+                                    std::span<const LandmarkId> last_landmarks, double radius_px) {
   Claims claims(std::vector<LandmarkId>(features.keypoints.size()));
   std::vector<int> keypoint_of(last_landmarks.size(), -1);
   for (size_t i = 0; i < last_landmarks.size(); ++i) {
-    const Landmark* landmark = last_landmarks[i].IsValid() ? map.landmarks.Find(last_landmarks[i]) : nullptr;
+    const Landmark* landmark =
+        last_landmarks[i].IsValid() ? map.landmarks.Find(last_landmarks[i]) : nullptr;
     if (!landmark) continue;
     const Eigen::Vector3d x_in_cam = cam_from_world * landmark->position;
     if (x_in_cam.z() <= 1e-6) continue;
@@ -112,7 +124,8 @@ LandmarkMatches SearchFromLastFrame(const Features& features, const Camera& came
   for (size_t i = 0; i < last_landmarks.size(); ++i) {
     if (keypoint_of[i] < 0 || claims[keypoint_of[i]] != last_landmarks[i]) continue;
     matched.push_back(keypoint_of[i]);
-    turns.push_back(last_features.keypoints[i].angle_rad - features.keypoints[keypoint_of[i]].angle_rad);
+    turns.push_back(last_features.keypoints[i].angle_rad -
+                    features.keypoints[keypoint_of[i]].angle_rad);
   }
   const std::vector<char> consistent = ConsistentOrientations(turns);
   for (size_t m = 0; m < matched.size(); ++m)

@@ -7,19 +7,20 @@
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/geometry/ideal_image.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/geometry/ideal_image.h"
 #include "oaslam/map/parts.h"
 #include "oaslam/objects/life_cycle.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kMinVisibleShare = 0.3;  // of a projection, to be associated at all
-constexpr double kWellInsideShare = 0.8;  // of a projection, to be missed when not detected
-constexpr double kMinMissedSize = 14;     // smaller objects are not missed, detector pixels
+constexpr double kMinVisibleShare = 0.3;      // of a projection, to be associated at all
+constexpr double kWellInsideShare = 0.8;      // of a projection, to be missed when not detected
+constexpr double kMinMissedSize = 14;         // smaller objects are not missed, detector pixels
 constexpr double kIndependentInterval = 0.2;  // seconds: a detector's errors are others by then
-// A landmark belongs to an object when it was in its boxes a third as often as the most frequent one.
+// A landmark belongs to an object when it was in its boxes a third as often as the most frequent
+// one.
 constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
 struct Candidate {
@@ -55,8 +56,10 @@ int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>&
   return shared;
 }
 
-// Tracks whose object was merged or dropped go; objects of the map without a track (of a loaded map) get one.
-void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfig& config, ObjectTracks& tracks) {
+// Tracks whose object was merged or dropped go; objects of the map without a track (of a loaded
+// map) get one.
+void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfig& config,
+                     ObjectTracks& tracks) {
   std::vector<ObjectTrack> kept;
   for (ObjectTrack track : tracks.open) {
     const std::optional<ObjectId> id = snapshot.ResolveObject(track.object);
@@ -66,11 +69,14 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
       track.in_map = true;
     }
     const bool mapped = id && snapshot.objects.At(*id).state == ObjectState::kMapped;
-    if (!mapped && IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time}, config)) continue;
+    if (!mapped &&
+        IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time}, config))
+      continue;
     kept.push_back(track);
   }
   snapshot.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state == ObjectState::kMapped) kept.push_back({id, object.category_id, {}, -1, 0, true});
+    if (object.state == ObjectState::kMapped)
+      kept.push_back({id, object.category_id, {}, -1, 0, true});
   });
   // Of several tracks of one object the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
@@ -81,8 +87,8 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
   tracks.open = std::move(kept);
 }
 
-std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot, const ObjectTracks& tracks,
-                                      const IdealImage& image) {
+std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot,
+                                      const ObjectTracks& tracks, const IdealImage& image) {
   std::vector<Candidate> candidates;
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
@@ -109,23 +115,27 @@ std::vector<LandmarkId> LandmarksInside(const TrackedFrame& tracked, const Box& 
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
     if (!tracked.landmarks[i].IsValid()) continue;
     const double x = keypoints[i].px.x() + kBoxFromPixel, y = keypoints[i].px.y() + kBoxFromPixel;
-    if (x >= box.x1 && x <= box.x2 && y >= box.y1 && y <= box.y2) inside.push_back(tracked.landmarks[i]);
+    if (x >= box.x1 && x <= box.x2 && y >= box.y1 && y <= box.y2)
+      inside.push_back(tracked.landmarks[i]);
   }
   std::ranges::sort(inside);
   return inside;
 }
 
-double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks, const Candidate& candidate,
-                const ObjectTrack& track, const Frame& frame, const ObjectsConfig& config) {
+double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks,
+                const Candidate& candidate, const ObjectTrack& track, const Frame& frame,
+                const ObjectsConfig& config) {
   if (track.category_id != detection.category_id) return 0;
   double score = 0;
-  const bool is_fresh = frame.timestamp - track.last_time <= config.max_box_age_s || frame.index - track.last_frame <= 1;
+  const bool is_fresh = frame.timestamp - track.last_time <= config.max_box_age_s ||
+                        frame.index - track.last_frame <= 1;
   if (track.last_frame >= 0 && is_fresh) {
     const double iou = IoU(track.last_box, detection.box);
     if (iou >= config.min_iou_box) score = iou;
   }
   if (candidate.projection) {
-    const double iou = IoU(ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
+    const double iou = IoU(
+        ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
     if (iou >= config.min_iou_projection) score = std::max(score, iou);
   }
   // Landmarks are more precise than boxes: they outweigh any overlap.
@@ -138,12 +148,17 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
 // What the frame shows of the mapped objects that it should show.
 class PlaceJudge {
  public:
-  PlaceJudge(const TrackedFrame& tracked, const Map& snapshot, const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
+  PlaceJudge(const TrackedFrame& tracked, const Map& snapshot,
+             const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
              const std::vector<ObjectSighting>& sightings)
-      : tracked_(tracked), snapshot_(snapshot), candidates_(candidates), seen_(candidates.size(), 0) {
+      : tracked_(tracked),
+        snapshot_(snapshot),
+        candidates_(candidates),
+        seen_(candidates.size(), 0) {
     for (size_t i = 0; i < track_of.size(); ++i) {
       if (track_of[i] >= 0) seen_[track_of[i]] = 1;
-      if (track_of[i] < 0 || !candidates[track_of[i]].IsMapped()) in_unknown_depth_.push_back(sightings[i].observation.box);
+      if (track_of[i] < 0 || !candidates[track_of[i]].IsMapped())
+        in_unknown_depth_.push_back(sightings[i].observation.box);
     }
     for (const ObjectDetection& d : tracked.frame.detections)
       if (snapshot.classes.IsMovable(d.category_id)) in_unknown_depth_.push_back(d.box);
@@ -151,8 +166,10 @@ class PlaceJudge {
 
   bool IsExpected(size_t j) const {
     const Candidate& c = candidates_[j];
-    const double min_size = kMinMissedSize * DetectorPixel(snapshot_.cameras[tracked_.frame.camera]);
-    return c.projection && c.IsMapped() && c.share_inside >= kWellInsideShare && SizeOf(*c.projection) >= min_size && !IsSeenAsPartOrWhole(j);
+    const double min_size =
+        kMinMissedSize * DetectorPixel(snapshot_.cameras[tracked_.frame.camera]);
+    return c.projection && c.IsMapped() && c.share_inside >= kWellInsideShare &&
+           SizeOf(*c.projection) >= min_size && !IsSeenAsPartOrWhole(j);
   }
   bool IsSeen(size_t j) const { return seen_[j] != 0; }
 
@@ -161,19 +178,24 @@ class PlaceJudge {
     const Candidate& c = candidates_[j];
     std::vector<Box> nearer = in_unknown_depth_;
     for (const Candidate& other : candidates_)
-      if (other.projection && other.IsMapped() && other.depth + other.radius < c.depth && !AreTogether(c, other)) nearer.push_back(*other.projection);
-    const bool is_clear = HiddenShare(*c.projection, nearer) < kMaxHiddenShare && WasSeenFrom(snapshot_, *c.object, tracked_.cam_from_world);
+      if (other.projection && other.IsMapped() && other.depth + other.radius < c.depth &&
+          !AreTogether(c, other))
+        nearer.push_back(*other.projection);
+    const bool is_clear = HiddenShare(*c.projection, nearer) < kMaxHiddenShare &&
+                          WasSeenFrom(snapshot_, *c.object, tracked_.cam_from_world);
     return is_clear ? PlaceEvidence::kAbsent : PlaceEvidence::kNone;
   }
 
  private:
   bool AreTogether(const Candidate& a, const Candidate& b) const {
-    return BelongTogether(snapshot_.classes, a.object->category_id, a.object->ellipsoid, b.object->category_id, b.object->ellipsoid);
+    return BelongTogether(snapshot_.classes, a.object->category_id, a.object->ellipsoid,
+                          b.object->category_id, b.object->ellipsoid);
   }
   bool IsSeenAsPartOrWhole(size_t j) const {
     if (seen_[j] || snapshot_.classes.whole_of.empty()) return false;
     for (size_t k = 0; k < candidates_.size(); ++k)
-      if (seen_[k] && candidates_[k].IsMapped() && AreTogether(candidates_[j], candidates_[k])) return true;
+      if (seen_[k] && candidates_[k].IsMapped() && AreTogether(candidates_[j], candidates_[k]))
+        return true;
     return false;
   }
 
@@ -184,9 +206,11 @@ class PlaceJudge {
   std::vector<Box> in_unknown_depth_;  // of what moves, or is not mapped yet: may hide any object
 };
 
-// Adds the misses, and what each sighting says of its object's place. The first sightings are those of `track_of`.
-void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config, const std::vector<Candidate>& candidates,
-                 const std::vector<int>& track_of, std::vector<ObjectSighting>& sightings) {
+// Adds the misses, and what each sighting says of its object's place. The first sightings are those
+// of `track_of`.
+void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config,
+                 const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
+                 std::vector<ObjectSighting>& sightings) {
   const PlaceJudge judge(tracked, snapshot, candidates, track_of, sightings);
   for (size_t i = 0; i < track_of.size(); ++i) {
     if (track_of[i] < 0) continue;
@@ -194,8 +218,10 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
     if (!c.projection || !c.IsMapped()) continue;
     const ObjectObservation& o = sightings[i].observation;
     const double iou = IoU(ClipAtTruncation(*c.projection, o.box, o.truncated), o.box);
-    if (iou >= config.min_accept_iou) sightings[i].place = PlaceEvidence::kInPlace;
-    else if (judge.IsExpected(track_of[i])) sightings[i].place = judge.OfAbsence(track_of[i]);
+    if (iou >= config.min_accept_iou)
+      sightings[i].place = PlaceEvidence::kInPlace;
+    else if (judge.IsExpected(track_of[i]))
+      sightings[i].place = judge.OfAbsence(track_of[i]);
   }
   for (size_t j = 0; j < candidates.size(); ++j) {
     if (judge.IsSeen(j) || !judge.IsExpected(j)) continue;
@@ -207,7 +233,8 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
     sightings.push_back(std::move(missed));
   }
   // Where most are out of place, it is rather the camera, or the detector, that is wrong.
-  const auto in_place = std::ranges::count(sightings, PlaceEvidence::kInPlace, &ObjectSighting::place);
+  const auto in_place =
+      std::ranges::count(sightings, PlaceEvidence::kInPlace, &ObjectSighting::place);
   const auto absent = std::ranges::count(sightings, PlaceEvidence::kAbsent, &ObjectSighting::place);
   if (absent <= std::max<std::ptrdiff_t>(in_place, 1)) return;
   for (ObjectSighting& sighting : sightings)
@@ -218,31 +245,37 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
 
 ObjectTracks ObjectTracks::ContinueFrom(const Map& map) {
   ObjectTracks tracks;
-  const auto reserve = [&](ObjectId id) { tracks.next_object = std::max(tracks.next_object, id.value + 1); };
+  const auto reserve = [&](ObjectId id) {
+    tracks.next_object = std::max(tracks.next_object, id.value + 1);
+  };
   map.objects.ForEach([&](ObjectId id, const Object&) { reserve(id); });
   map.merged_objects.ForEach([&](ObjectId id, const ObjectId&) { reserve(id); });
   return tracks;
 }
 
-ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot, ObjectTracks tracks,
-                                   const ObjectsConfig& config) {
+ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot,
+                                   ObjectTracks tracks, const ObjectsConfig& config) {
   const Frame& frame = tracked.frame;
   const Camera& camera = snapshot.cameras[frame.camera];
   SynchronizeWith(snapshot, frame, config, tracks);
-  const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, IdealImage(camera));
+  const std::vector<Candidate> candidates =
+      FindCandidates(tracked, snapshot, tracks, IdealImage(camera));
 
-  const double interval = tracks.last_time ? std::max(frame.timestamp - *tracks.last_time, 0.0) : kVideoInterval;
+  const double interval =
+      tracks.last_time ? std::max(frame.timestamp - *tracks.last_time, 0.0) : kVideoInterval;
   const double weight = std::min(interval, kIndependentInterval) / kVideoInterval;
   if (!frame.detections.empty()) tracks.last_time = frame.timestamp;
 
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
-    if (!(detection.score > config.min_score) || snapshot.classes.IsMovable(detection.category_id)) continue;
+    if (!(detection.score > config.min_score) || snapshot.classes.IsMovable(detection.category_id))
+      continue;
     ObjectSighting sighting;
     sighting.category_id = detection.category_id;
     sighting.landmarks = LandmarksInside(tracked, detection.box);
-    sighting.observation = {frame.index,   tracked.reference, tracked.cam_from_reference, frame.camera,
-                            detection.box, detection.score,   detection.truncated,        weight};
+    sighting.observation = {
+        frame.index,   tracked.reference, tracked.cam_from_reference, frame.camera,
+        detection.box, detection.score,   detection.truncated,        weight};
     sightings.push_back(std::move(sighting));
   }
   Eigen::MatrixXd scores(sightings.size(), candidates.size());
@@ -250,7 +283,8 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     const ObjectObservation& o = sightings[i].observation;
     const ObjectDetection detection{sightings[i].category_id, o.score, o.box, o.truncated};
     for (size_t j = 0; j < candidates.size(); ++j)
-      scores(i, j) = Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j], frame, config);
+      scores(i, j) =
+          Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j], frame, config);
   }
 
   const std::vector<int> track_of = AssignMaximum(scores);
@@ -265,10 +299,12 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     } else {
       sighting.object = ObjectId(tracks.next_object++);
       sighting.is_new = true;
-      tracks.open.push_back({sighting.object, sighting.category_id, sighting.observation.box, frame.index, frame.timestamp, false});
+      tracks.open.push_back({sighting.object, sighting.category_id, sighting.observation.box,
+                             frame.index, frame.timestamp, false});
     }
   }
-  if (!frame.detections.empty()) JudgePlaces(tracked, snapshot, config, candidates, track_of, sightings);
+  if (!frame.detections.empty())
+    JudgePlaces(tracked, snapshot, config, candidates, track_of, sightings);
   for (ObjectSighting& sighting : sightings) {
     sighting.timestamp = frame.timestamp;
     sighting.interval_s = interval;

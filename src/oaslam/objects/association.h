@@ -10,12 +10,14 @@
 
 namespace oaslam {
 
-// One detection of a frame and the object it is of; or that an object was not detected where it should have been.
+// One detection of a frame and the object it is of; or that an object was not detected where it
+// should have been.
 struct ObjectSighting {
   ObjectId object;  // as the tracker knows it; the mapper resolves merged objects
   int category_id = 0;
   bool is_new = false;   // its first: the mapper creates the object
-  bool detected = true;  // false: predicted well inside the image and missed; no observation and no landmarks then
+  bool detected = true;  // false: predicted well inside the image and missed; no observation and no
+                         // landmarks then
   PlaceEvidence place = PlaceEvidence::kNone;  // of a mapped object
   double timestamp = 0;                        // of the image
   double interval_s = kVideoInterval;          // that the image stands for
@@ -48,10 +50,11 @@ struct ObjectAssociation {
   std::vector<ObjectSighting> sightings;
 };
 
-// Decides which object each detection is of: optimal one-to-one within a class, by the overlap with the object's last
-// box or with its projection (paper, section "Box-based Object Tracking") or by shared landmarks ("Point-based"); the
-// rest open new tracks. Classes that move (Map::classes) are left out. The snapshot is the one the frame was tracked in.
-ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot, ObjectTracks tracks,
-                                   const ObjectsConfig& config);
+// Decides which object each detection is of: optimal one-to-one within a class, by the overlap with
+// the object's last box or with its projection (paper, section "Box-based Object Tracking") or by
+// shared landmarks ("Point-based"); the rest open new tracks. Classes that move (Map::classes) are
+// left out. The snapshot is the one the frame was tracked in.
+ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot,
+                                   ObjectTracks tracks, const ObjectsConfig& config);
 
 }  // namespace oaslam

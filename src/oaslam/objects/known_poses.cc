@@ -10,7 +10,8 @@
 namespace oaslam {
 namespace {
 
-double MeanIoU(const Map& map, const std::vector<std::pair<ObjectId, ObjectObservation>>& observations) {
+double MeanIoU(const Map& map,
+               const std::vector<std::pair<ObjectId, ObjectObservation>>& observations) {
   std::map<ObjectId, std::vector<ObjectObservation>> by_object;
   for (const auto& [id, observation] : observations)
     if (const auto object = map.ResolveObject(id)) by_object[*object].push_back(observation);
@@ -42,7 +43,8 @@ KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, c
   for (size_t i = 0; i < frames.size(); ++i) {
     const PosedDetections& frame = frames[i];
     const KeyframeId id(static_cast<uint32_t>(i));
-    map.keyframes.Insert(id, {frame.frame_index, frame.timestamp, 0, frame.cam_from_world, no_features, {}, {}});
+    map.keyframes.Insert(
+        id, {frame.frame_index, frame.timestamp, 0, frame.cam_from_world, no_features, {}, {}});
     TrackedFrame tracked;
     tracked.frame = {frame.frame_index, frame.timestamp, 0, no_features, frame.detections};
     tracked.cam_from_world = frame.cam_from_world;

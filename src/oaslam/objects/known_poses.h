@@ -19,13 +19,16 @@ struct PosedDetections {
 };
 
 struct KnownPoseMap {
-  Map map;              // a keyframe without features per frame
-  double mean_iou = 0;  // over mapped objects, of the mean over all of an object's untruncated observations
+  Map map;  // a keyframe without features per frame
+  double mean_iou =
+      0;  // over mapped objects, of the mean over all of an object's untruncated observations
 };
 
-// Maps objects from known poses, which stay as they are. `progress` is called after each frame with their count.
+// Maps objects from known poses, which stay as they are. `progress` is called after each frame with
+// their count.
 KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, const Camera& camera,
-                                      const ObjectsConfig& config, const ClassRelations& classes = {},
+                                      const ObjectsConfig& config,
+                                      const ClassRelations& classes = {},
                                       const std::function<void(int)>& progress = {});
 
 }  // namespace oaslam

@@ -17,8 +17,9 @@
 namespace oaslam {
 namespace {
 
-constexpr double kSameSize = 0.5;        // logarithm of the ratio of two sizes
-constexpr double kMinNewer = 12;         // observations that show it in another place, as of a video of 30 Hz
+constexpr double kSameSize = 0.5;  // logarithm of the ratio of two sizes
+constexpr double kMinNewer =
+    12;  // observations that show it in another place, as of a video of 30 Hz
 constexpr int kNewestShares[] = {2, 3};  // of its observations: the newest half, the newest third
 
 double LogSize(const Object& object) { return std::log(object.ellipsoid.half_axes.prod()) / 3; }
@@ -29,7 +30,8 @@ double WeightFrom(const Object& object, size_t begin) {
   constexpr size_t kFew = 4;
   if (object.observations.size() < begin + kFew) return 0;
   double weight = 0;
-  for (size_t i = begin; i < object.observations.size(); ++i) weight += object.observations[i].weight;
+  for (size_t i = begin; i < object.observations.size(); ++i)
+    weight += object.observations[i].weight;
   return weight;
 }
 
@@ -48,7 +50,8 @@ std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
   AdoptModel(*model, views, object);
   object.landmarks.clear();
   object.landmark_votes.clear();
-  object.state = object.evidence >= config.min_observations ? ObjectState::kMapped : ObjectState::kInitialized;
+  object.state =
+      object.evidence >= config.min_observations ? ObjectState::kMapped : ObjectState::kInitialized;
   object.absence = 0;
   object.misses = 0;
   object.has_moved |= object.was_mapped;
@@ -157,9 +160,11 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
     const Succession succession = FindSuccessor(map, id);
     if (succession.successor.IsValid()) {
       Succeed(id, succession.successor, map);
-    } else if (succession.is_pending || (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now), config))) {
+    } else if (succession.is_pending ||
+               (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now), config))) {
       if (object->state == ObjectState::kMapped) {
-        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up", Described(id, *object)));
+        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up",
+                                         Described(id, *object)));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;
       }
     } else {

@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
-#include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/description.h"
+#include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
@@ -21,10 +21,13 @@
 namespace oaslam {
 namespace {
 
-constexpr int kNeverConsistent = 3;  // times objects.min_observations: after so many it will not become an object
-constexpr double kMovedIoU = 0.02;  // a change of the overlap without new observations: its keyframes have moved
+constexpr int kNeverConsistent =
+    3;  // times objects.min_observations: after so many it will not become an object
+constexpr double kMovedIoU =
+    0.02;  // a change of the overlap without new observations: its keyframes have moved
 
-// The running ratio of detections to views, without a counter of views: these are total_observations / rate.
+// The running ratio of detections to views, without a counter of views: these are
+// total_observations / rate.
 void CountView(bool detected, Object& object) {
   const double hits = std::max(object.total_observations, 1), views = hits / object.detection_rate;
   object.detection_rate = std::clamp((hits + detected) / (views + 1), 0.02, 1.0);
@@ -33,7 +36,8 @@ void CountView(bool detected, Object& object) {
 
 // The object of a sighting that is to be updated; nothing if it was dropped meanwhile.
 std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
-  if (sighting.is_new && !map.objects.Contains(sighting.object) && !map.merged_objects.Contains(sighting.object)) {
+  if (sighting.is_new && !map.objects.Contains(sighting.object) &&
+      !map.merged_objects.Contains(sighting.object)) {
     Object object;
     object.category_id = sighting.category_id;
     map.objects.Insert(sighting.object, std::move(object));
@@ -49,13 +53,14 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
   }
   if (!sighting.detected) return std::nullopt;
   auto& observations = object.observations;
-  const auto place =
-      std::ranges::upper_bound(observations, sighting.observation.frame_index, {}, &ObjectObservation::frame_index);
+  const auto place = std::ranges::upper_bound(observations, sighting.observation.frame_index, {},
+                                              &ObjectObservation::frame_index);
   observations.insert(place, sighting.observation);
   ++object.total_observations;
   object.evidence += sighting.observation.weight;
   object.last_seen_frame = std::max(object.last_seen_frame, sighting.observation.frame_index);
-  object.last_seen_time = std::max(object.last_seen_time.value_or(sighting.timestamp), sighting.timestamp);
+  object.last_seen_time =
+      std::max(object.last_seen_time.value_or(sighting.timestamp), sighting.timestamp);
   AddVotes(sighting.landmarks, std::vector<uint16_t>(sighting.landmarks.size(), 1), object);
   return id;
 }
@@ -72,21 +77,25 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
 }
 
 // The paper's model takes all boxes for whole.
-std::vector<BoxView> VisibleViews(const Map& map, ObjectId id, const Object& object, const ObjectsConfig& config) {
+std::vector<BoxView> VisibleViews(const Map& map, ObjectId id, const Object& object,
+                                  const ObjectsConfig& config) {
   std::vector<BoxView> views = ViewsOf(map, object.observations);
-  if (object.state != ObjectState::kTentative && config.model != "paper") MarkHiddenEdges(map, std::span(&id, 1), object.ellipsoid, views);
+  if (object.state != ObjectState::kTentative && config.model != "paper")
+    MarkHiddenEdges(map, std::span(&id, 1), object.ellipsoid, views);
   return views;
 }
 
 bool HasMoved(const Map& map, ObjectId id, const Object& object, const ObjectsConfig& config) {
   if (object.state == ObjectState::kTentative) return false;
-  const ViewOverlap overlap = MeasureOverlap(object.ellipsoid, VisibleViews(map, id, object, config), config.min_accept_iou);
+  const ViewOverlap overlap = MeasureOverlap(
+      object.ellipsoid, VisibleViews(map, id, object, config), config.min_accept_iou);
   return std::abs(overlap.mean_iou - object.mean_iou) > kMovedIoU;
 }
 
 void Drop(ObjectId id, const std::string& reason, Map& map) {
   const Object& object = map.objects.At(id);
-  Log(LogLevel::kDebug, fmt::format("{} dropped: {} frame {}", Described(id, object), reason, object.last_seen_frame));
+  Log(LogLevel::kDebug, fmt::format("{} dropped: {} frame {}", Described(id, object), reason,
+                                    object.last_seen_frame));
   map.objects.Erase(id);
 }
 
@@ -95,19 +104,24 @@ void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& 
   object.was_mapped |= object.state == ObjectState::kMapped;
   ThinObservations(map, object.observations);
   ForgetErasedLandmarks(map, object);
-  const bool keep_start = object.state == ObjectState::kMapped || object.total_observations % 4 != 0;
-  const Ellipsoid* start = object.state != ObjectState::kTentative && keep_start ? &object.ellipsoid : nullptr;
+  const bool keep_start =
+      object.state == ObjectState::kMapped || object.total_observations % 4 != 0;
+  const Ellipsoid* start =
+      object.state != ObjectState::kTentative && keep_start ? &object.ellipsoid : nullptr;
   const std::vector<BoxView> views = VisibleViews(map, id, object, config);
   const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
   if (model) AdoptModel(*model, views, object);
-  const ObjectEvidence evidence{model.has_value(), object.evidence, model ? model->overlap.accept_share : 0,
+  const ObjectEvidence evidence{model.has_value(), object.evidence,
+                                model ? model->overlap.accept_share : 0,
                                 IsForgotten(UnseenSince(object, now), config)};
   const auto next = NextState(object.state, evidence, config);
   if (!next) return Drop(id, "unseen since", map);
   object.state = model ? *next : ObjectState::kTentative;
-  const bool is_contradicted = model && evidence.accept_share < MinKeptShare(config) && evidence.observations >= config.min_observations;
+  const bool is_contradicted = model && evidence.accept_share < MinKeptShare(config) &&
+                               evidence.observations >= config.min_observations;
   map.objects.MutableAt(id) = std::move(object);
-  if (is_contradicted && !RefitFromNewer(id, config, map) && evidence.observations >= kNeverConsistent * config.min_observations)
+  if (is_contradicted && !RefitFromNewer(id, config, map) &&
+      evidence.observations >= kNeverConsistent * config.min_observations)
     Drop(id, "its detections agree on no place, the last in", map);
 }
 
@@ -115,7 +129,8 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
     const bool is_waiting = IsProvenAbsent(object.absence);  // moved_objects.h
-    if (object.state != ObjectState::kMapped && !is_waiting && IsForgotten(UnseenSince(object, now), config))
+    if (object.state != ObjectState::kMapped && !is_waiting &&
+        IsForgotten(UnseenSince(object, now), config))
       Drop(id, "unseen since", map);
   }
 }
@@ -123,7 +138,8 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
 // Of a loaded map, whose time was another.
 void BeginTime(const ImageTime& now, Map& map) {
   for (const ObjectId id : map.objects.Ids())
-    if (!map.objects.At(id).last_seen_time) map.objects.MutableAt(id).last_seen_time = now.timestamp;
+    if (!map.objects.At(id).last_seen_time)
+      map.objects.MutableAt(id).last_seen_time = now.timestamp;
 }
 
 }  // namespace

@@ -9,10 +9,11 @@
 
 namespace oaslam {
 
-// Brings the map's objects up to date, once per keyframe and after its local bundle adjustment: adds the sightings
-// since the last call (in the order of their frames; their anchors must be resolvable), refits the objects that were
-// seen or whose keyframes have moved, decides over their life (life_cycle.h), and merges duplicates. Sets Map::up
-// where the cameras tell it (upright.h).
-void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now, const ObjectsConfig& config);
+// Brings the map's objects up to date, once per keyframe and after its local bundle adjustment:
+// adds the sightings since the last call (in the order of their frames; their anchors must be
+// resolvable), refits the objects that were seen or whose keyframes have moved, decides over their
+// life (life_cycle.h), and merges duplicates. Sets Map::up where the cameras tell it (upright.h).
+void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
+                   const ObjectsConfig& config);
 
 }  // namespace oaslam

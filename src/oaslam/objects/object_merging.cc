@@ -33,7 +33,8 @@ int CountShared(const Object& a, const Object& b) {
 }
 
 bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
-  if (a.category_id != b.category_id || a.state == ObjectState::kTentative || b.state == ObjectState::kTentative)
+  if (a.category_id != b.category_id || a.state == ObjectState::kTentative ||
+      b.state == ObjectState::kTentative)
     return false;
   return IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
          Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center) ||
@@ -46,7 +47,8 @@ int CountSideBySide(const Object& a, const Object& b) {
   auto j = b.observations.begin();
   for (const ObjectObservation& o : a.observations) {
     while (j != b.observations.end() && j->frame_index < o.frame_index) ++j;
-    if (j != b.observations.end() && j->frame_index == o.frame_index) count += IoU(o.box, j->box) < 0.5;
+    if (j != b.observations.end() && j->frame_index == o.frame_index)
+      count += IoU(o.box, j->box) < 0.5;
   }
   return count;
 }
@@ -72,7 +74,8 @@ struct Joint {
 };
 
 // The observations of both with the ellipsoid that explains them best; nothing if there is none.
-std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
+std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone,
+                          const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   Joint joint{Union(map, a, b), {}};
   const Ellipsoid* better = a.evidence >= b.evidence ? &a.ellipsoid : &b.ellipsoid;
@@ -87,7 +90,8 @@ std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone, const Ob
 }
 
 void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
-  Log(LogLevel::kDebug, fmt::format("{} takes in object {}: the same thing mapped twice", Described(kept, joint), gone.value));
+  Log(LogLevel::kDebug, fmt::format("{} takes in object {}: the same thing mapped twice",
+                                    Described(kept, joint), gone.value));
   map.objects.MutableAt(kept) = std::move(joint);
   map.objects.Erase(gone);
   map.merged_objects.Insert(gone, kept);
@@ -97,7 +101,8 @@ void TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& confi
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return;
   std::optional<Joint> joint = Join(map, kept, gone, config);
-  if (joint && joint->overlap.accept_share >= config.min_accept_share && joint->overlap.mean_iou >= kMinMergedIoU)
+  if (joint && joint->overlap.accept_share >= config.min_accept_share &&
+      joint->overlap.mean_iou >= kMinMergedIoU)
     Replace(std::move(joint->object), kept, gone, map);
 }
 
@@ -109,15 +114,18 @@ void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object
   object.covariance = EstimateCovariance(model.ellipsoid, views);
 }
 
-void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes, Object& object) {
+void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16_t>& votes,
+              Object& object) {
   std::vector<LandmarkId> ids;
   std::vector<uint16_t> sums;
   size_t i = 0, j = 0;
   while (i < object.landmarks.size() || j < landmarks.size()) {
-    const bool take_own = j >= landmarks.size() || (i < object.landmarks.size() && object.landmarks[i] <= landmarks[j]);
+    const bool take_own = j >= landmarks.size() ||
+                          (i < object.landmarks.size() && object.landmarks[i] <= landmarks[j]);
     const LandmarkId id = take_own ? object.landmarks[i] : landmarks[j];
     int sum = 0;
-    while (i < object.landmarks.size() && object.landmarks[i] == id) sum += object.landmark_votes[i++];
+    while (i < object.landmarks.size() && object.landmarks[i] == id)
+      sum += object.landmark_votes[i++];
     while (j < landmarks.size() && landmarks[j] == id) sum += votes[j++];
     ids.push_back(id);
     sums.push_back(static_cast<uint16_t>(std::min(sum, UINT16_MAX + 0)));

@@ -22,7 +22,8 @@ EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {
 
 Eigen::Vector3d DirectionInWorld(const Map& map, const ObjectObservation& o) {
   const Rigid3 cam_from_world = o.cam_from_anchor * *map.ResolvePose(o.anchor);
-  return (cam_from_world.rotation.conjugate() * RayOf(map.cameras[o.camera], CenterPixel(o.box))).normalized();
+  return (cam_from_world.rotation.conjugate() * RayOf(map.cameras[o.camera], CenterPixel(o.box)))
+      .normalized();
 }
 
 }  // namespace
@@ -34,24 +35,27 @@ std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> 
   for (const ObjectObservation& o : observations) {
     const std::optional<Rigid3> anchor_from_world = map.ResolvePose(o.anchor);
     OASLAM_CHECK(anchor_from_world.has_value());
-    views.push_back({o.cam_from_anchor * *anchor_from_world, &map.cameras[o.camera], o.box, o.score, o.truncated, o.weight});
+    views.push_back({o.cam_from_anchor * *anchor_from_world, &map.cameras[o.camera], o.box, o.score,
+                     o.truncated, o.weight});
     weight += o.weight;
   }
-  // Those of a long video are thinned out: however far apart they are, their errors have the object in common.
+  // Those of a long video are thinned out: however far apart they are, their errors have the object
+  // in common.
   if (weight > kMaxObservations)
     for (BoxView& view : views) view.weight *= kMaxObservations / weight;
   return views;
 }
 
-std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxView> views, const Ellipsoid* current,
-                                          const ObjectsConfig& config) {
+std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxView> views,
+                                          const Ellipsoid* current, const ObjectsConfig& config) {
   const EllipsoidFitOptions options = OptionsOf(map, config);
   const auto measured = [&](const EllipsoidFit& fit) {
     return ObjectModel{fit.ellipsoid, MeasureOverlap(fit.ellipsoid, views, config.min_accept_iou)};
   };
   std::optional<ObjectModel> best;
   if (current) {
-    if (const EllipsoidFit fit = FitEllipsoid(views, *current, options); fit.success) best = measured(fit);
+    if (const EllipsoidFit fit = FitEllipsoid(views, *current, options); fit.success)
+      best = measured(fit);
     if (best && best->overlap.mean_iou >= kBadIoU) return best;
   }
   const SphereEstimate sphere = EstimateSphere(views, config.min_parallax_deg);
@@ -63,7 +67,8 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
 }
 
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations) {
-  constexpr double kAnglePerFrame = 0.001;  // rad, of a video of 30 Hz: a still camera's observations are worth something, too
+  constexpr double kAnglePerFrame =
+      0.001;  // rad, of a video of 30 Hz: a still camera's observations are worth something, too
   if (observations.size() <= kMaxObservations) return;
   std::vector<Eigen::Vector3d> directions;
   for (const ObjectObservation& o : observations) directions.push_back(DirectionInWorld(map, o));
@@ -72,7 +77,8 @@ void ThinObservations(const Map& map, std::vector<ObjectObservation>& observatio
     double smallest = std::numeric_limits<double>::infinity();
     for (size_t i = 1; i + 1 < observations.size(); ++i) {
       const double gap = (directions[i + 1] - directions[i - 1]).norm() +
-                         kAnglePerFrame * observations[i].weight * (observations[i + 1].frame_index - observations[i - 1].frame_index);
+                         kAnglePerFrame * observations[i].weight *
+                             (observations[i + 1].frame_index - observations[i - 1].frame_index);
       if (gap >= smallest) continue;
       smallest = gap;
       closest = i;

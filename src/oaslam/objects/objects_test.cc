@@ -29,7 +29,9 @@ struct TrueObject {
 
 // A table with two cups side by side, a book and a bottle.
 std::vector<TrueObject> Table() {
-  const auto turned = [](double yaw) { return Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())); };
+  const auto turned = [](double yaw) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  };
   return {{41, {{-0.1, 0, 0.05}, {0.05, 0.05, 0.06}, turned(0)}},
           {41, {{0.1, 0.05, 0.05}, {0.05, 0.05, 0.06}, turned(0)}},
           {73, {{0.3, -0.3, 0.02}, {0.15, 0.1, 0.03}, turned(0.7)}},
@@ -40,7 +42,8 @@ Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double 
   const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(kUp).normalized();
   Eigen::Matrix3d rotation;
   rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ())) * Eigen::Quaterniond(rotation),
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ())) *
+              Eigen::Quaterniond(rotation),
           Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) * (-rotation * eye)};
 }
 
@@ -48,8 +51,8 @@ struct Noise {
   double box_px = 1, miss_rate = 0.1, false_rate = 0.1;
 };
 
-std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int frames, const Noise& noise,
-                                  uint64_t seed) {
+std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int frames,
+                                  const Noise& noise, uint64_t seed) {
   Rng rng(seed);
   std::vector<PosedDetections> film;
   for (int i = 0; i < frames; ++i) {
@@ -57,8 +60,9 @@ std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int fr
     PosedDetections frame;
     frame.frame_index = i;
     frame.timestamp = i / 30.0;
-    frame.cam_from_world = LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7 + 0.1 * std::sin(7 * angle)},
-                                  {0, 0, 0.05}, rng.Gaussian(0.03));
+    frame.cam_from_world =
+        LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7 + 0.1 * std::sin(7 * angle)},
+               {0, 0, 0.05}, rng.Gaussian(0.03));
     for (const TrueObject& object : objects) {
       if (rng.Uniform(0, 1) < noise.miss_rate) continue;
       Box box = *ProjectToBox(object.ellipsoid, frame.cam_from_world, kCamera);
@@ -96,10 +100,12 @@ TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
   for (const char* model : {"robust", "paper"}) {
     ObjectsConfig config;
     config.model = model;
-    const KnownPoseMap result = MapObjectsFromKnownPoses(Film(objects, 150, {}, 1), kCamera, config);
+    const KnownPoseMap result =
+        MapObjectsFromKnownPoses(Film(objects, 150, {}, 1), kCamera, config);
     const std::vector<Object> mapped = MappedObjects(result.map);
     EXPECT_EQ(mapped.size(), objects.size()) << model;
-    for (const TrueObject& truth : objects) EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << model;
+    for (const TrueObject& truth : objects)
+      EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << model;
     EXPECT_GT(result.mean_iou, 0.85) << model;
     for (const Object& o : mapped) {
       EXPECT_LE(o.observations.size(), 60U);
@@ -115,7 +121,8 @@ TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
 
 TEST(ObjectMapping, IsTheSameOnEveryRun) {
   const auto film = Film(Table(), 80, {}, 2);
-  const KnownPoseMap a = MapObjectsFromKnownPoses(film, kCamera, {}), b = MapObjectsFromKnownPoses(film, kCamera, {});
+  const KnownPoseMap a = MapObjectsFromKnownPoses(film, kCamera, {}),
+                     b = MapObjectsFromKnownPoses(film, kCamera, {});
   ASSERT_EQ(a.map.objects.Ids(), b.map.objects.Ids());
   for (const ObjectId id : a.map.objects.Ids())
     EXPECT_EQ(a.map.objects.At(id).ellipsoid.center, b.map.objects.At(id).ellipsoid.center);
@@ -144,7 +151,8 @@ TEST(ObjectMapping, SlowVideoNeedsNoMoreTime) {
     }
     const auto mapped = MappedObjects(MapObjectsFromKnownPoses(slow, kCamera, {}).map);
     EXPECT_EQ(mapped.size(), Table().size()) << step;
-    for (const TrueObject& truth : Table()) EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << step;
+    for (const TrueObject& truth : Table())
+      EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << step;
   }
 }
 
@@ -152,7 +160,8 @@ TEST(ObjectMapping, FastVideoNeedsNoLessTime) {
   // At 120 Hz 40 detections are a third of a second.
   auto film = Film(Table(), 150, {}, 8);
   const auto mapped_after = [&](size_t count) {
-    return MappedObjects(MapObjectsFromKnownPoses(std::span(film).first(count), kCamera, {}).map).size();
+    return MappedObjects(MapObjectsFromKnownPoses(std::span(film).first(count), kCamera, {}).map)
+        .size();
   };
   EXPECT_EQ(mapped_after(90), Table().size());
   for (PosedDetections& frame : film) frame.timestamp /= 4;
@@ -180,26 +189,34 @@ TEST(ObjectMapping, SizeAndOrientationOfTheImageDoNotMatter) {
       }
       auto other = film;
       for (PosedDetections& frame : other) {
-        const Rigid3 turn(Eigen::Quaterniond(Eigen::AngleAxisd(is_turned ? M_PI / 2 : 0, Eigen::Vector3d::UnitZ())), {0, 0, 0});
+        const Rigid3 turn(Eigen::Quaterniond(Eigen::AngleAxisd(is_turned ? M_PI / 2 : 0,
+                                                               Eigen::Vector3d::UnitZ())),
+                          {0, 0, 0});
         frame.cam_from_world = turn * frame.cam_from_world;
         for (ObjectDetection& d : frame.detections) {
           d.box = {scale * d.box.x1, scale * d.box.y1, scale * d.box.x2, scale * d.box.y2};
-          if (is_turned) d.box = {camera.width - d.box.y2, d.box.x1, camera.width - d.box.y1, d.box.x2};
+          if (is_turned)
+            d.box = {camera.width - d.box.y2, d.box.x1, camera.width - d.box.y1, d.box.x2};
         }
       }
       const auto mapped = MappedObjects(MapObjectsFromKnownPoses(other, camera, {}).map);
       ASSERT_EQ(mapped.size(), expected.size()) << scale << is_turned;
       // Turned, the map has no vertical: the shapes are freer.
       for (size_t i = 0; i < mapped.size(); ++i) {
-        EXPECT_LT((mapped[i].ellipsoid.center - expected[i].ellipsoid.center).norm(), is_turned ? 0.01 : 1e-4) << scale << is_turned;
-        EXPECT_NEAR(mapped[i].covariance(0, 0) / expected[i].covariance(0, 0), 1, is_turned ? 0.5 : 1e-3) << scale << is_turned;
+        EXPECT_LT((mapped[i].ellipsoid.center - expected[i].ellipsoid.center).norm(),
+                  is_turned ? 0.01 : 1e-4)
+            << scale << is_turned;
+        EXPECT_NEAR(mapped[i].covariance(0, 0) / expected[i].covariance(0, 0), 1,
+                    is_turned ? 0.5 : 1e-3)
+            << scale << is_turned;
       }
     }
 }
 
 TEST(ObjectMapping, OnlyBriefSightingsAreDropped) {
   auto film = Film(Table(), 200, {}, 4);
-  for (int i = 10; i < 25; ++i) film[i].detections.push_back({0, 0.9, {100.0 + i, 100, 160.0 + i, 220}, 0});
+  for (int i = 10; i < 25; ++i)
+    film[i].detections.push_back({0, 0.9, {100.0 + i, 100, 160.0 + i, 220}, 0});
   const KnownPoseMap result = MapObjectsFromKnownPoses(film, kCamera, {});
   result.map.objects.ForEach([&](ObjectId, const Object& o) { EXPECT_NE(o.category_id, 0); });
 }
@@ -207,8 +224,9 @@ TEST(ObjectMapping, OnlyBriefSightingsAreDropped) {
 TEST(ObjectMapping, FollowsCorrectedKeyframes) {
   const auto film = Film(Table(), 120, {}, 5);
   Map map = MapObjectsFromKnownPoses(film, kCamera, {}).map;
-  const Rigid3 moved_from_world(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
-                                {3, -2, 1});
+  const Rigid3 moved_from_world(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
+      {3, -2, 1});
   for (const KeyframeId id : map.keyframes.Ids()) {
     Keyframe& keyframe = map.keyframes.MutableAt(id);
     keyframe.cam_from_world = keyframe.cam_from_world * moved_from_world.Inverse();
@@ -218,16 +236,20 @@ TEST(ObjectMapping, FollowsCorrectedKeyframes) {
   const auto after = MappedObjects(map);
   ASSERT_EQ(before.size(), after.size());
   for (size_t i = 0; i < before.size(); ++i)
-    EXPECT_LT((after[i].ellipsoid.center - moved_from_world * before[i].ellipsoid.center).norm(), 0.01);
+    EXPECT_LT((after[i].ellipsoid.center - moved_from_world * before[i].ellipsoid.center).norm(),
+              0.01);
 }
 
 // A wide thing in front of a long one: of what is behind the detector sees the part beside it.
-std::vector<PosedDetections> FilmWithOcclusion(const TrueObject& front, const TrueObject& behind, bool cut) {
-  std::vector<PosedDetections> film = Film({front}, 160, {.box_px = 1, .miss_rate = 0, .false_rate = 0}, 3);
+std::vector<PosedDetections> FilmWithOcclusion(const TrueObject& front, const TrueObject& behind,
+                                               bool cut) {
+  std::vector<PosedDetections> film =
+      Film({front}, 160, {.box_px = 1, .miss_rate = 0, .false_rate = 0}, 3);
   for (PosedDetections& frame : film) {
     const Box hiding = *ProjectToBox(front.ellipsoid, frame.cam_from_world, kCamera);
     Box box = *ProjectToBox(behind.ellipsoid, frame.cam_from_world, kCamera);
-    const bool is_nearer = (frame.cam_from_world * front.ellipsoid.center).z() < (frame.cam_from_world * behind.ellipsoid.center).z();
+    const bool is_nearer = (frame.cam_from_world * front.ellipsoid.center).z() <
+                           (frame.cam_from_world * behind.ellipsoid.center).z();
     if (cut && is_nearer && hiding.x1 < box.x2 && hiding.x2 > box.x2) box.x2 = hiding.x1;
     if (cut && is_nearer && hiding.x2 > box.x1 && hiding.x1 < box.x1) box.x1 = hiding.x2;
     if (box.Width() > 8) frame.detections.push_back({behind.category_id, 0.8, box, 0});
@@ -237,15 +259,18 @@ std::vector<PosedDetections> FilmWithOcclusion(const TrueObject& front, const Tr
 
 TEST(Occlusion, WhatAnotherObjectHidesDoesNotPullAtTheModel) {
   const TrueObject front{75, {{0.45, 0.2, 0.15}, {0.1, 0.1, 0.2}, Eigen::Quaterniond::Identity()}};
-  const TrueObject behind{66, {{-0.05, 0.25, 0.05}, {0.2, 0.2, 0.06}, Eigen::Quaterniond::Identity()}};
+  const TrueObject behind{66,
+                          {{-0.05, 0.25, 0.05}, {0.2, 0.2, 0.06}, Eigen::Quaterniond::Identity()}};
   const auto error_of = [&](const std::string& model, bool cut) {
     ObjectsConfig config;
     config.model = model;
     config.min_accept_share = 0.5;
-    const KnownPoseMap result = MapObjectsFromKnownPoses(FilmWithOcclusion(front, behind, cut), kCamera, config);
+    const KnownPoseMap result =
+        MapObjectsFromKnownPoses(FilmWithOcclusion(front, behind, cut), kCamera, config);
     double error = 1;
     for (const Object& object : MappedObjects(result.map))
-      if (object.category_id == behind.category_id) error = std::min(error, (object.ellipsoid.center - behind.ellipsoid.center).norm());
+      if (object.category_id == behind.category_id)
+        error = std::min(error, (object.ellipsoid.center - behind.ellipsoid.center).norm());
     return error;
   };
   EXPECT_LT(error_of("robust", false), 0.01);
@@ -288,7 +313,8 @@ Map EmptyMap() {
 }
 
 TEST(Association, CrossingBoxesKeepTheirObjects) {
-  // Two boxes that pass each other: each is nearer to its own last place than to the other's at every step.
+  // Two boxes that pass each other: each is nearer to its own last place than to the other's at
+  // every step.
   const Map map = EmptyMap();
   ObjectTracks tracks;
   ObjectId left, right;
@@ -296,10 +322,12 @@ TEST(Association, CrossingBoxesKeepTheirObjects) {
     const Box a{100.0 + 4 * i, 100, 180.0 + 4 * i, 180}, b{260.0 - 4 * i, 120, 340.0 - 4 * i, 220};
     const bool swapped = i % 2 == 1;  // in any order
     const ObjectDetection da{41, 0.9, a, 0}, db{41, 0.9, b, 0};
-    auto result = AssociateObjects(FrameWith(i, swapped ? std::vector{db, da} : std::vector{da, db}), map, tracks, {});
+    auto result = AssociateObjects(
+        FrameWith(i, swapped ? std::vector{db, da} : std::vector{da, db}), map, tracks, {});
     tracks = result.tracks;
     ASSERT_EQ(result.sightings.size(), 2U);
-    const ObjectSighting &sa = result.sightings[swapped ? 1 : 0], &sb = result.sightings[swapped ? 0 : 1];
+    const ObjectSighting &sa = result.sightings[swapped ? 1 : 0],
+                         &sb = result.sightings[swapped ? 0 : 1];
     if (i == 0) {
       left = sa.object;
       right = sb.object;
@@ -340,7 +368,8 @@ TEST(Association, MapObjectsAreFoundByTheirProjection) {
   ASSERT_EQ(hit.sightings.size(), 1U);
   EXPECT_EQ(hit.sightings[0].object, ObjectId(7));
   EXPECT_FALSE(hit.sightings[0].is_new);
-  const auto miss = AssociateObjects(FrameWith(500, {{41, 0.9, {10, 10, 60, 60}, 0}}), map, tracks, {});
+  const auto miss =
+      AssociateObjects(FrameWith(500, {{41, 0.9, {10, 10, 60, 60}, 0}}), map, tracks, {});
   ASSERT_EQ(miss.sightings.size(), 2U);
   EXPECT_EQ(miss.sightings[0].object, ObjectId(8));  // ids go on after those of the map
   EXPECT_FALSE(miss.sightings[1].detected);
@@ -348,7 +377,8 @@ TEST(Association, MapObjectsAreFoundByTheirProjection) {
 }
 
 TEST(Association, OnlyWhatTheLensShowsIsMissed) {
-  // Barrel distortion: what is above the middle of the image's upper border is within the bounding rectangle of the ideal image.
+  // Barrel distortion: what is above the middle of the image's upper border is within the bounding
+  // rectangle of the ideal image.
   Camera camera = kCamera;
   camera.fx = camera.fy = 400;
   camera.distortion = {-0.3, 0.08, 0, 0, 0};
@@ -358,7 +388,8 @@ TEST(Association, OnlyWhatTheLensShowsIsMissed) {
     map.cameras = {camera};
     const Eigen::Vector3d ray = RayOf(camera, {camera.cx, y});
     map.objects.Insert(ObjectId(7), MappedCup(4 * ray));
-    const auto found = AssociateObjects(FrameWith(0, {{1, 0.9, {10, 10, 60, 60}, 0}}), map, ObjectTracks::ContinueFrom(map), {});
+    const auto found = AssociateObjects(FrameWith(0, {{1, 0.9, {10, 10, 60, 60}, 0}}), map,
+                                        ObjectTracks::ContinueFrom(map), {});
     const auto missed = std::ranges::count(found.sightings, false, &ObjectSighting::detected);
     EXPECT_EQ(missed, y > 0 ? 1 : 0) << y;
   }
@@ -378,7 +409,8 @@ TEST(Association, ABoxIsRememberedForAWhileOrForOneImage) {
 TEST(Association, AnImageOfASlowVideoSaysMore) {
   const Map map = EmptyMap();
   const auto weight_after = [&](double seconds) {
-    const auto first = AssociateObjects(FrameWith(0, {{41, 0.9, {100, 100, 180, 180}, 0}}), map, {}, {});
+    const auto first =
+        AssociateObjects(FrameWith(0, {{41, 0.9, {100, 100, 180, 180}, 0}}), map, {}, {});
     TrackedFrame next = FrameWith(1, {{41, 0.9, {100, 100, 180, 180}, 0}});
     next.frame.timestamp = seconds;
     return AssociateObjects(next, map, first.tracks, {}).sightings[0].observation.weight;
@@ -419,9 +451,11 @@ TEST(Association, FollowsMergedAndDroppedObjects) {
   map.merged_objects.Insert(ObjectId(1), ObjectId(0));
   ObjectTracks tracks;
   tracks.next_object = 3;
-  tracks.open = {{ObjectId(1), 41, {10, 10, 60, 60}, 4, 4 / 30.0, true}, {ObjectId(2), 41, {200, 10, 260, 60}, 4, 4 / 30.0, true}};
-  const auto result = AssociateObjects(FrameWith(5, {{41, 0.9, {10, 10, 60, 60}, 0}, {41, 0.9, {200, 10, 260, 60}, 0}}),
-                                       map, tracks, {});
+  tracks.open = {{ObjectId(1), 41, {10, 10, 60, 60}, 4, 4 / 30.0, true},
+                 {ObjectId(2), 41, {200, 10, 260, 60}, 4, 4 / 30.0, true}};
+  const auto result = AssociateObjects(
+      FrameWith(5, {{41, 0.9, {10, 10, 60, 60}, 0}, {41, 0.9, {200, 10, 260, 60}, 0}}), map, tracks,
+      {});
   EXPECT_EQ(result.sightings[0].object, ObjectId(0));  // now lives under this id
   EXPECT_EQ(result.sightings[1].object, ObjectId(3));  // object 2 was dropped: a new one
 }
@@ -436,7 +470,9 @@ TEST(LifeCycle, WhatWasNeverMappedIsForgottenAfterATimeAndSomeImages) {
 
 TEST(LifeCycle, Transitions) {
   const ObjectsConfig config;
-  const auto next = [&](ObjectState state, ObjectEvidence evidence) { return NextState(state, evidence, config); };
+  const auto next = [&](ObjectState state, ObjectEvidence evidence) {
+    return NextState(state, evidence, config);
+  };
   EXPECT_EQ(next(ObjectState::kTentative, {false, 100, 0, false}), ObjectState::kTentative);
   EXPECT_EQ(next(ObjectState::kTentative, {false, 100, 0, true}), std::nullopt);
   EXPECT_EQ(next(ObjectState::kTentative, {true, 12, 1, false}), ObjectState::kInitialized);
@@ -453,12 +489,15 @@ TEST(LifeCycle, Transitions) {
 // The film's cup 0 as two objects: what was seen before frame `split`, and after.
 Map SplitMap(bool really_two) {
   std::vector<TrueObject> objects = {Table()[0]};
-  if (really_two) objects.push_back({41, {{-0.1, 0, 0.05}, {0.02, 0.02, 0.02}, Eigen::Quaterniond::Identity()}});
+  if (really_two)
+    objects.push_back({41, {{-0.1, 0, 0.05}, {0.02, 0.02, 0.02}, Eigen::Quaterniond::Identity()}});
   Map map = EmptyMap();
   const auto features = std::make_shared<const Features>();
   const auto film = Film(objects, 200, {1, 0, 0}, 7);
   for (uint32_t k = 0; k < 200; ++k) {
-    map.keyframes.Insert(KeyframeId(k), {static_cast<int>(k), k / 30.0, 0, film[k].cam_from_world, features, {}, {}});
+    map.keyframes.Insert(
+        KeyframeId(k),
+        {static_cast<int>(k), k / 30.0, 0, film[k].cam_from_world, features, {}, {}});
     const size_t which = really_two ? 1 : 0;
     ObjectSighting first, second;
     first.object = ObjectId(0);
@@ -467,7 +506,8 @@ Map SplitMap(bool really_two) {
     first.is_new = k == 0;
     second.is_new = really_two ? k == 0 : k == 100;
     const auto observe = [&](size_t d) {
-      return ObjectObservation{static_cast<int>(k), KeyframeId(k), Rigid3(), 0, film[k].detections[d].box, 0.8, 0};
+      return ObjectObservation{static_cast<int>(k),       KeyframeId(k), Rigid3(), 0,
+                               film[k].detections[d].box, 0.8,           0};
     };
     first.observation = observe(0);
     second.observation = observe(which);
@@ -499,7 +539,8 @@ TEST(Merging, VotesAdd) {
   object.landmarks = {LandmarkId(1), LandmarkId(5)};
   object.landmark_votes = {2, 3};
   AddVotes({LandmarkId(0), LandmarkId(5), LandmarkId(9)}, {1, 1, 1}, object);
-  EXPECT_EQ(object.landmarks, (std::vector{LandmarkId(0), LandmarkId(1), LandmarkId(5), LandmarkId(9)}));
+  EXPECT_EQ(object.landmarks,
+            (std::vector{LandmarkId(0), LandmarkId(1), LandmarkId(5), LandmarkId(9)}));
   EXPECT_EQ(object.landmark_votes, (std::vector<uint16_t>{1, 2, 4, 1}));
 }
 

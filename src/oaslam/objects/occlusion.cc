@@ -18,7 +18,8 @@ struct Occluder {
 
 }  // namespace
 
-void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid, std::vector<BoxView>& views) {
+void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid,
+                     std::vector<BoxView>& views) {
   const int category = map.objects.At(own.front()).category_id;
   std::vector<Occluder> others;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
@@ -33,7 +34,8 @@ void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellips
     for (const Occluder& other : others) {
       const double other_depth = (view.cam_from_world * other.ellipsoid->center).z();
       if (other_depth <= 0 || other_depth + other.radius > depth) continue;
-      if (const auto box = ProjectToBox(*other.ellipsoid, view.cam_from_world, *view.camera)) nearer.push_back(*box);
+      if (const auto box = ProjectToBox(*other.ellipsoid, view.cam_from_world, *view.camera))
+        nearer.push_back(*box);
     }
     view.truncated |= HiddenEdges(view.box, nearer, DetectorPixel(*view.camera));
   }

@@ -8,8 +8,9 @@
 
 namespace oaslam {
 
-// Marks as truncated which edges of an object's views are hidden by other mapped objects that stand nearer to the camera; its
-// parts, and what it is a part of, hide nothing. `own`: the object's ids.
-void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid, std::vector<BoxView>& views);
+// Marks as truncated which edges of an object's views are hidden by other mapped objects that stand
+// nearer to the camera; its parts, and what it is a part of, hide nothing. `own`: the object's ids.
+void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid,
+                     std::vector<BoxView>& views);
 
 }  // namespace oaslam

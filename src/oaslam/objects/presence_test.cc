@@ -214,8 +214,10 @@ TEST(Presence, EvidenceIsBoundedBelowAndKnowsTheRate) {
     EXPECT_EQ(sure.absence, 0);
   }
   int sure_frames = 0, unsure_frames = 0;
-  for (; !IsProvenAbsent(sure.absence); ++sure_frames) WeighPlace(PlaceEvidence::kAbsent, kVideoInterval, sure);
-  for (; !IsProvenAbsent(unsure.absence); ++unsure_frames) WeighPlace(PlaceEvidence::kAbsent, kVideoInterval, unsure);
+  for (; !IsProvenAbsent(sure.absence); ++sure_frames)
+    WeighPlace(PlaceEvidence::kAbsent, kVideoInterval, sure);
+  for (; !IsProvenAbsent(unsure.absence); ++unsure_frames)
+    WeighPlace(PlaceEvidence::kAbsent, kVideoInterval, unsure);
   EXPECT_GT(sure_frames, 60);
   EXPECT_GT(unsure_frames, 2 * sure_frames);
 }
@@ -227,7 +229,8 @@ TEST(Presence, IsWeighedByTime) {
   const auto seconds = [&](double interval) {
     Object gone = object;
     int images = 0;
-    for (; !IsProvenAbsent(gone.absence); ++images) WeighPlace(PlaceEvidence::kAbsent, interval, gone);
+    for (; !IsProvenAbsent(gone.absence); ++images)
+      WeighPlace(PlaceEvidence::kAbsent, interval, gone);
     return images * interval;
   };
   EXPECT_NEAR(seconds(0.1), seconds(1 / 30.0), 0.15);

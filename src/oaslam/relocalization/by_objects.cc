@@ -16,7 +16,8 @@ constexpr size_t kFewGuesses = 5;
 constexpr double kSureScore = 34;  // no other guess is looked for beyond that
 // Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
 constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
-// A known vertical leaves wrong poses less freedom: less evidence, of three objects, suffices (tools/acceptance --scan).
+// A known vertical leaves wrong poses less freedom: less evidence, of three objects, suffices
+// (tools/acceptance --scan).
 constexpr double kGravityShare = 30.0 / 34;
 
 struct Refined {
@@ -24,39 +25,45 @@ struct Refined {
   double depth = 0;
 };
 
-void Refine(const ObjectScene& scene, const std::vector<PoseGuess>& guesses, std::vector<Refined>& refined) {
+void Refine(const ObjectScene& scene, const std::vector<PoseGuess>& guesses,
+            std::vector<Refined>& refined) {
   for (const PoseGuess& guess : SelectDistinct(guesses, kRefined))
     refined.push_back({RefineObjectPose(scene, guess.cam_from_world), guess.depth});
-  std::ranges::stable_sort(refined,
-                           [](const Refined& a, const Refined& b) { return a.candidate.score > b.candidate.score; });
+  std::ranges::stable_sort(refined, [](const Refined& a, const Refined& b) {
+    return a.candidate.score > b.candidate.score;
+  });
 }
 
 bool AreElsewhere(const Refined& a, const Refined& b) {
-  return AreDifferent(a.candidate.cam_from_world, b.candidate.cam_from_world, kElsewherePerDepth * a.depth,
-                      kElsewhereAngle);
+  return AreDifferent(a.candidate.cam_from_world, b.candidate.cam_from_world,
+                      kElsewherePerDepth * a.depth, kElsewhereAngle);
 }
 
 // Best first on input; sets the margins.
 std::vector<ObjectPoseCandidate> DistinctCandidates(std::vector<Refined>& refined) {
   std::vector<Refined> distinct;
   for (const Refined& r : refined) {
-    const bool is_new = std::ranges::all_of(distinct, [&](const Refined& d) { return AreElsewhere(d, r); });
+    const bool is_new =
+        std::ranges::all_of(distinct, [&](const Refined& d) { return AreElsewhere(d, r); });
     if (is_new && distinct.size() < kReturned) distinct.push_back(r);
   }
   std::vector<ObjectPoseCandidate> candidates;
   for (const Refined& d : distinct) {
     candidates.push_back(d.candidate);
-    const auto rival = std::ranges::find_if(refined, [&](const Refined& r) { return AreElsewhere(d, r); });
-    candidates.back().margin = d.candidate.score - (rival == refined.end() ? 0 : std::max(rival->candidate.score, 0.0));
+    const auto rival =
+        std::ranges::find_if(refined, [&](const Refined& r) { return AreElsewhere(d, r); });
+    candidates.back().margin =
+        d.candidate.score - (rival == refined.end() ? 0 : std::max(rival->candidate.score, 0.0));
   }
   return candidates;
 }
 
 }  // namespace
 
-std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetection> detections, const Camera& camera,
-                                                     const Map& map, const RelocalizationConfig& config,
-                                                     const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
+std::vector<ObjectPoseCandidate> RelocalizeByObjects(
+    std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
+    const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam,
+    Rng& rng) {
   const ObjectScene scene(detections, camera, map, config, gravity_in_cam);
   if (scene.detections.empty()) return {};
   const double ease = scene.up_in_cam ? kGravityShare : 1;
@@ -65,22 +72,29 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(std::span<const ObjectDetec
   std::vector<Refined> refined;
   const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
   Refine(scene, guesses, refined);
-  // One object says little, but its guesses reach where groups do not; most of their many are looked at in vain.
-  if (guesses.size() < kFewGuesses || refined.empty() || refined.front().candidate.score < kSureScore * ease)
+  // One object says little, but its guesses reach where groups do not; most of their many are
+  // looked at in vain.
+  if (guesses.size() < kFewGuesses || refined.empty() ||
+      refined.front().candidate.score < kSureScore * ease)
     Refine(scene, GuessFromSingles(scene), refined);
 
   std::vector<ObjectPoseCandidate> candidates = DistinctCandidates(refined);
   if (!candidates.empty()) {
     ObjectPoseCandidate& best = candidates.front();
-    best.accepted = best.margin > config.accept_margin && best.Evidence() > config.accept_evidence * ease && static_cast<int>(best.matched.size()) >= accept_objects;
+    best.accepted = best.margin > config.accept_margin &&
+                    best.Evidence() > config.accept_evidence * ease &&
+                    static_cast<int>(best.matched.size()) >= accept_objects;
   }
   return candidates;
 }
 
-ObjectPoseCandidate RefineByPointsAndObjects(std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
-                                             const RelocalizationConfig& config, const RelocalizationReport& by_points) {
+ObjectPoseCandidate RefineByPointsAndObjects(std::span<const ObjectDetection> detections,
+                                             const Camera& camera, const Map& map,
+                                             const RelocalizationConfig& config,
+                                             const RelocalizationReport& by_points) {
   const ObjectScene scene(detections, camera, map, config, std::nullopt);
-  const PosePrior prior{by_points.cam_from_world, (by_points.covariance * by_points.inliers).inverse()};
+  const PosePrior prior{by_points.cam_from_world,
+                        (by_points.covariance * by_points.inliers).inverse()};
   return RefineObjectPose(scene, by_points.cam_from_world, prior);
 }
 

@@ -32,7 +32,8 @@ Map Desk(uint64_t seed, int objects = 14) {
   map.up = kUp;
   for (uint32_t k = 0; k < 10; ++k) {
     Keyframe keyframe;
-    keyframe.cam_from_world = LookAt({1.6 * std::cos(0.1 * k), 1.6 * std::sin(0.1 * k), 0.8 + 0.03 * k}, {0, 0, 0});
+    keyframe.cam_from_world =
+        LookAt({1.6 * std::cos(0.1 * k), 1.6 * std::sin(0.1 * k), 0.8 + 0.03 * k}, {0, 0, 0});
     map.keyframes.Insert(KeyframeId(k), keyframe);
   }
   for (int i = 0; i < objects; ++i) {
@@ -40,9 +41,10 @@ Map Desk(uint64_t seed, int objects = 14) {
     object.category_id = i % 6;
     object.state = ObjectState::kMapped;
     const double size = 0.05 + 0.02 * object.category_id;
-    object.ellipsoid = {{rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6), size},
-                        {size, size * rng.Uniform(0.7, 1), size},
-                        Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), Eigen::Vector3d::UnitZ()))};
+    object.ellipsoid = {
+        {rng.Uniform(-0.8, 0.8), rng.Uniform(-0.6, 0.6), size},
+        {size, size * rng.Uniform(0.7, 1), size},
+        Eigen::Quaterniond(Eigen::AngleAxisd(rng.Uniform(0, 3), Eigen::Vector3d::UnitZ()))};
     object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
     map.objects.Insert(ObjectId(static_cast<uint32_t>(i)), object);
   }
@@ -68,8 +70,9 @@ struct Query {
 Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15) {
   Query query;
   const double angle = rng.Uniform(0, 2 * std::numbers::pi), distance = rng.Uniform(1.2, 2.2);
-  query.cam_from_world = LookAt({distance * std::cos(angle), distance * std::sin(angle), rng.Uniform(0.6, 1.1)},
-                                {rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2), 0}, rng.Gaussian(0.04));
+  query.cam_from_world =
+      LookAt({distance * std::cos(angle), distance * std::sin(angle), rng.Uniform(0.6, 1.1)},
+             {rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2), 0}, rng.Gaussian(0.04));
   map.objects.ForEach([&](ObjectId, const Object& object) {
     if (rng.Uniform(0, 1) < miss_rate) return;
     auto box = ProjectToBox(object.ellipsoid, query.cam_from_world, kCamera);
@@ -83,7 +86,9 @@ Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15) {
   return query;
 }
 
-double PositionError(const Rigid3& a, const Rigid3& b) { return (a.OriginInSource() - b.OriginInSource()).norm(); }
+double PositionError(const Rigid3& a, const Rigid3& b) {
+  return (a.OriginInSource() - b.OriginInSource()).norm();
+}
 
 struct Shares {
   double found = 0, accepted = 0, wrong = 0;
@@ -121,7 +126,8 @@ TEST(RelocalizeByObjects, HardlyEverAcceptsAWrongMap) {
   int accepted = 0;
   for (uint64_t seed = 1; seed <= 4; ++seed) {
     const Map map = Desk(seed);
-    accepted += static_cast<int>(std::lround(20 * Measure(map, Permuted(map, seed + 10), false, 20).accepted));
+    accepted += static_cast<int>(
+        std::lround(20 * Measure(map, Permuted(map, seed + 10), false, 20).accepted));
   }
   EXPECT_LE(accepted, 2);  // of 80
 }
@@ -129,13 +135,16 @@ TEST(RelocalizeByObjects, HardlyEverAcceptsAWrongMap) {
 TEST(RelocalizeByObjects, AFewObjectsOutOfPlaceAreOutvoted) {
   const Map map = Desk(1);
   Map disturbed = map;
-  for (const uint32_t i : {1U, 5U, 9U, 12U}) disturbed.objects.MutableAt(ObjectId(i)).ellipsoid.center += Eigen::Vector3d(0.06, -0.05, 0.03);
+  for (const uint32_t i : {1U, 5U, 9U, 12U})
+    disturbed.objects.MutableAt(ObjectId(i)).ellipsoid.center += Eigen::Vector3d(0.06, -0.05, 0.03);
   Rng rng(8);
   std::vector<double> errors;
   for (int i = 0; i < 40; ++i) {
     const Query query = Photograph(map, rng, 0.05);
-    const auto candidates = RelocalizeByObjects(query.detections, kCamera, disturbed, {}, std::nullopt, rng);
-    errors.push_back(candidates.empty() ? 1 : PositionError(candidates[0].cam_from_world, query.cam_from_world));
+    const auto candidates =
+        RelocalizeByObjects(query.detections, kCamera, disturbed, {}, std::nullopt, rng);
+    errors.push_back(
+        candidates.empty() ? 1 : PositionError(candidates[0].cam_from_world, query.cam_from_world));
   }
   std::ranges::sort(errors);
   EXPECT_LT(errors[20], 0.03);
@@ -194,7 +203,8 @@ TEST(RelocalizeByObjects, LargeMapsStayFast) {
     }
   Rng rng(6);
   Query query = Photograph(Desk(5), rng);
-  const auto candidates = RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
+  const auto candidates =
+      RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
   ASSERT_FALSE(candidates.empty());
   EXPECT_LT(PositionError(candidates[0].cam_from_world, query.cam_from_world), 0.1);
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;
-constexpr double kRatio = 0.85;    // of the nearest to the second nearest descriptor in a place
+constexpr double kRatio = 0.85;  // of the nearest to the second nearest descriptor in a place
 constexpr int kLocalKeyframes = 15;
 
 struct Match {
@@ -34,13 +34,16 @@ float AngleIn(const Map& map, const Place& place, const Landmark& landmark) {
 }
 
 // The closest match of each landmark, those that turn together, most certain first.
-std::vector<Match> Filter(const Map& map, const Features& features, const Place& place, std::vector<Match> matches) {
-  std::ranges::sort(matches, {}, [](const Match& m) { return std::tuple(m.landmark, m.distance, m.keypoint); });
+std::vector<Match> Filter(const Map& map, const Features& features, const Place& place,
+                          std::vector<Match> matches) {
+  std::ranges::sort(matches, {},
+                    [](const Match& m) { return std::tuple(m.landmark, m.distance, m.keypoint); });
   const auto repeats = std::ranges::unique(matches, {}, &Match::landmark);
   matches.erase(repeats.begin(), repeats.end());
   std::vector<float> turns;
   for (const Match& m : matches)
-    turns.push_back(AngleIn(map, place, map.landmarks.At(m.landmark)) - features.keypoints[m.keypoint].angle_rad);
+    turns.push_back(AngleIn(map, place, map.landmarks.At(m.landmark)) -
+                    features.keypoints[m.keypoint].angle_rad);
   const std::vector<char> consistent = ConsistentOrientations(turns);
   std::vector<Match> kept;
   for (size_t i = 0; i < matches.size(); ++i)
@@ -49,7 +52,8 @@ std::vector<Match> Filter(const Map& map, const Features& features, const Place&
   return kept;
 }
 
-std::vector<Match> MatchPlace(const Map& map, const Features& features, const Place& place, const LandmarkHits& hits) {
+std::vector<Match> MatchPlace(const Map& map, const Features& features, const Place& place,
+                              const LandmarkHits& hits) {
   const std::vector<LandmarkId> here = LandmarksSeenBy(map, place.keyframes);
   std::vector<Match> matches;
   for (int k = 0; k < static_cast<int>(hits.size()); ++k) {
@@ -65,10 +69,14 @@ std::vector<Match> MatchPlace(const Map& map, const Features& features, const Pl
   return Filter(map, features, place, std::move(matches));
 }
 
-AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map, const std::vector<Match>& matches, int iterations, Rng& rng) {
+AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map,
+                                   const std::vector<Match>& matches, int iterations, Rng& rng) {
   std::vector<PointObservation> observations;
-  for (const Match& m : matches) observations.push_back(ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
-  return EstimateAbsolutePose(map.cameras[frame.camera], observations, {.max_iterations = iterations, .min_inliers = 8}, rng);
+  for (const Match& m : matches)
+    observations.push_back(
+        ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
+  return EstimateAbsolutePose(map.cameras[frame.camera], observations,
+                              {.max_iterations = iterations, .min_inliers = 8}, rng);
 }
 
 Camera WithFocal(const Camera& camera, double focal) {
@@ -85,21 +93,28 @@ Map WithCameraOf(const Map& map, const Frame& frame, const Camera& camera) {
 }
 
 // The focal length with which most of the matches agree on a pose; nothing where none does.
-std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map, const std::vector<Match>& matches, int iterations, Rng& rng) {
+std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
+                                            const std::vector<Match>& matches, int iterations,
+                                            Rng& rng) {
   // From wide to tele, so close that the pose of the nearest one finds most of its inliers.
   constexpr double kShortest = 0.45, kLongest = 2.8, kStep = 1.2;  // of the longer side
   const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
   const double longer = std::max(camera.width, camera.height);
   std::vector<PointObservation> observations;
-  for (const Match& m : matches) observations.push_back(ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
+  for (const Match& m : matches)
+    observations.push_back(
+        ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
   std::optional<FocalReport> best;
   for (double focal = kShortest * longer; focal < kLongest * longer; focal *= kStep) {
     const Camera guess = WithFocal(camera, focal);
-    const AbsolutePoseReport rough = EstimateAbsolutePose(guess, observations, {.max_iterations = iterations, .min_inliers = 8}, rng);
+    const AbsolutePoseReport rough = EstimateAbsolutePose(
+        guess, observations, {.max_iterations = iterations, .min_inliers = 8}, rng);
     if (!rough.success) continue;
     FocalReport refined = RefinePoseAndFocal(guess, rough.cam_from_world, observations);
-    const bool is_plausible = refined.camera.fx > kShortest / kStep * longer && refined.camera.fx < kLongest * kStep * longer;
-    if (refined.success && is_plausible && (!best || refined.inliers > best->inliers)) best = std::move(refined);
+    const bool is_plausible = refined.camera.fx > kShortest / kStep * longer &&
+                              refined.camera.fx < kLongest * kStep * longer;
+    if (refined.success && is_plausible && (!best || refined.inliers > best->inliers))
+      best = std::move(refined);
   }
   return best;
 }
@@ -114,7 +129,8 @@ void Keep(const RelocalizationReport& found, RelocalizationReport& best) {
 }  // namespace
 
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config, const TrackingConfig& tracking, Rng& rng) {
+                                        const RelocalizationConfig& config,
+                                        const TrackingConfig& tracking, Rng& rng) {
   const Features& features = *frame.features;
   const LandmarkHits hits = index.Find(features);
   RelocalizationReport best;
@@ -122,11 +138,14 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
     const std::vector<Match> matches = MatchPlace(map, features, place, hits);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
-    const AbsolutePoseReport rough = PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
+    const AbsolutePoseReport rough =
+        PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
     if (!rough.success) continue;
-    std::vector<KeyframeId> around = map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
+    std::vector<KeyframeId> around =
+        map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
     around.push_back(place.keyframes.front());
-    RelocalizationReport found = SearchAround(frame, map, LandmarksSeenBy(map, around), rough.cam_from_world);
+    RelocalizationReport found =
+        SearchAround(frame, map, LandmarksSeenBy(map, around), rough.cam_from_world);
     found.keyframe = place.keyframes.front();
     Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, found);
     Keep(found, best);
@@ -136,11 +155,15 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
   return best;
 }
 
-FocalRelocalization RefineFocal(const Frame& frame, const Map& map, const RelocalizationReport& found, const TrackingConfig& tracking) {
-  FocalRelocalization result{found, map.cameras[static_cast<size_t>(frame.camera)], std::numeric_limits<double>::infinity()};
+FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
+                                const RelocalizationReport& found, const TrackingConfig& tracking) {
+  FocalRelocalization result{found, map.cameras[static_cast<size_t>(frame.camera)],
+                             std::numeric_limits<double>::infinity()};
   std::vector<PointObservation> observations;
   for (int k = 0; k < static_cast<int>(found.landmarks.size()); ++k)
-    if (found.landmarks[k].IsValid()) observations.push_back(ObservationOf(*frame.features, k, map.landmarks.At(found.landmarks[k])));
+    if (found.landmarks[k].IsValid())
+      observations.push_back(
+          ObservationOf(*frame.features, k, map.landmarks.At(found.landmarks[k])));
   const FocalReport refined = RefinePoseAndFocal(result.camera, found.cam_from_world, observations);
   if (!refined.success) return result;
   result.camera = refined.camera;
@@ -150,11 +173,14 @@ FocalRelocalization RefineFocal(const Frame& frame, const Map& map, const Reloca
   result.report.sigma_position = std::sqrt(refined.covariance.topLeftCorner<3, 3>().trace());
   // A focal length that is open leaves the distance to the scene as open.
   constexpr double kMaxRelativeSigma = 0.06;
-  Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, result.report, kMaxRelativeSigma);
+  Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers,
+        result.report, kMaxRelativeSigma);
   return result;
 }
 
-FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map, const PlaceIndex& index, const RelocalizationConfig& config,
+FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
+                                               const PlaceIndex& index,
+                                               const RelocalizationConfig& config,
                                                const TrackingConfig& tracking, Rng& rng) {
   const Features& features = *frame.features;
   const LandmarkHits hits = index.Find(features);
@@ -164,9 +190,11 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
     const std::vector<Match> matches = MatchPlace(map, features, place, hits);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
-    const std::optional<FocalReport> rough = FocalFromMatches(frame, map, matches, config.ransac_iterations, rng);
+    const std::optional<FocalReport> rough =
+        FocalFromMatches(frame, map, matches, config.ransac_iterations, rng);
     if (!rough) continue;
-    std::vector<KeyframeId> around = map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
+    std::vector<KeyframeId> around =
+        map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
     around.push_back(place.keyframes.front());
     const std::vector<LandmarkId> landmarks = LandmarksSeenBy(map, around);
     FocalRelocalization found;
@@ -191,21 +219,28 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
   return best;
 }
 
-RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map, const Rigid3& cam_from_world_guess, double search_radius_px,
-                                    const RelocalizationConfig& config, const TrackingConfig& tracking, Rng& rng) {
+RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
+                                    const Rigid3& cam_from_world_guess, double search_radius_px,
+                                    const RelocalizationConfig& config,
+                                    const TrackingConfig& tracking, Rng& rng) {
   const Features& features = *frame.features;
   const std::vector<LandmarkId> all = map.landmarks.Ids();
   const auto projected = ProjectLandmarks(map, all, frame, cam_from_world_guess);
-  const auto wide = SearchByProjection(features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
+  const auto wide = SearchByProjection(features, map, projected,
+                                       std::vector<LandmarkId>(features.keypoints.size()),
                                        {search_radius_px, 64, kRatio, false});
   RelocalizationReport report;
   std::vector<Match> matches;
   for (int k = 0; k < features.size(); ++k)
     if (wide.landmarks[k].IsValid())
-      matches.push_back({k, wide.landmarks[k], HammingDistance(map.landmarks.At(wide.landmarks[k]).descriptor, features.descriptors[k])});
+      matches.push_back({k, wide.landmarks[k],
+                         HammingDistance(map.landmarks.At(wide.landmarks[k]).descriptor,
+                                         features.descriptors[k])});
   std::ranges::stable_sort(matches, {}, &Match::distance);
-  const AbsolutePoseReport rough = PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
-  report = SearchAround(frame, map, all, rough.success ? rough.cam_from_world : cam_from_world_guess);
+  const AbsolutePoseReport rough =
+      PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
+  report =
+      SearchAround(frame, map, all, rough.success ? rough.cam_from_world : cam_from_world_guess);
   Judge(map, tracking.min_relocalization_inliers, config.min_matches, report);
   report.hypotheses.push_back({report.cam_from_world, static_cast<double>(report.inliers)});
   return report;

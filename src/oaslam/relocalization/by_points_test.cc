@@ -30,10 +30,13 @@ TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
   for (const double angle : {-25.0, -3.0, 12.0, 27.0}) {
     Rng rng(static_cast<uint64_t>(angle + 100));
     const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
-    const View view = MakeView(f.world, truth, {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
-    const RelocalizationReport report = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+    const View view =
+        MakeView(f.world, truth, {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
+    const RelocalizationReport report =
+        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
     ASSERT_TRUE(report.success) << angle << ": " << report.why_not;
-    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02) << angle;
+    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02)
+        << angle;
     EXPECT_LT(report.sigma_position, 0.02);
     EXPECT_TRUE(report.keyframe.IsValid());
     ASSERT_EQ(report.landmarks.size(), view.point_of_keypoint.size());
@@ -41,7 +44,8 @@ TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
     for (size_t k = 0; k < report.landmarks.size(); ++k) {
       if (!report.landmarks[k].IsValid()) continue;
       ++inliers;
-      right += view.point_of_keypoint[k] >= 0 && f.mapped.landmark_of_point[view.point_of_keypoint[k]] == report.landmarks[k];
+      right += view.point_of_keypoint[k] >= 0 &&
+               f.mapped.landmark_of_point[view.point_of_keypoint[k]] == report.landmarks[k];
     }
     EXPECT_EQ(inliers, report.inliers);
     EXPECT_GT(right, 0.97 * inliers);
@@ -56,7 +60,8 @@ TEST(RelocalizeByPoints, RefusesAnotherWorld) {
   for (uint64_t seed = 0; seed < 5; ++seed) {
     Rng rng(seed);
     const View view = MakeView(elsewhere, synthetic::PoseOnArc(kWorld, 0), {}, rng);
-    const RelocalizationReport report = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+    const RelocalizationReport report =
+        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
     EXPECT_FALSE(report.success);
     EXPECT_FALSE(report.why_not.empty());
   }
@@ -93,11 +98,14 @@ TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
       Rng rng(static_cast<uint64_t>(angle + focal));
       const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
       const View view = MakeView(seen, truth, {.flipped_bits = 20, .clutter = 200}, rng);
-      const FocalRelocalization found = RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+      const FocalRelocalization found =
+          RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
       ASSERT_TRUE(found.report.success) << focal << ' ' << angle << ": " << found.report.why_not;
       EXPECT_NEAR(found.camera.fx / focal, 1, 0.02) << angle;
       EXPECT_LT(found.relative_sigma, 0.01);
-      EXPECT_LT((found.report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.06) << focal;
+      EXPECT_LT((found.report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(),
+                0.06)
+          << focal;
     }
   }
 }
@@ -108,7 +116,8 @@ TEST(RelocalizeByPointsAndFocal, RefusesAnotherWorld) {
   other.seed = 78;
   Rng rng(1);
   const View view = MakeView(synthetic::MakeWorld(other), synthetic::PoseOnArc(kWorld, 0), {}, rng);
-  EXPECT_FALSE(RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng).report.success);
+  EXPECT_FALSE(RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng)
+                   .report.success);
 }
 
 TEST(VerifyByPoints, ConfirmsARoughPose) {
@@ -118,7 +127,8 @@ TEST(VerifyByPoints, ConfirmsARoughPose) {
     const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
     const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
     const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
-    const RelocalizationReport report = VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, {}, rng);
+    const RelocalizationReport report =
+        VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, {}, rng);
     ASSERT_TRUE(report.success) << seed << ": " << report.why_not;
     EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
   }
@@ -128,8 +138,8 @@ TEST(VerifyByPoints, RefusesAPoseThatIsElsewhere) {
   const Fixture f;
   Rng rng(4);
   const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
-  const RelocalizationReport report =
-      VerifyByPoints(MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, {}, rng);
+  const RelocalizationReport report = VerifyByPoints(
+      MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, {}, rng);
   EXPECT_FALSE(report.success);
 }
 

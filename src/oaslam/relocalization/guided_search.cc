@@ -10,8 +10,9 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMinShare = 0.4;          // of the landmarks found that must agree with the pose where these are few
-constexpr double kChanceFactor = 4;        // so many times what chance would give, and some more
+constexpr double kMinShare =
+    0.4;  // of the landmarks found that must agree with the pose where these are few
+constexpr double kChanceFactor = 4;  // so many times what chance would give, and some more
 
 struct Round {
   double radius_px;
@@ -20,8 +21,10 @@ struct Round {
 };
 constexpr Round kRounds[] = {{12, 80, 0.9}, {6, 80, 0.95}};
 
-// How many landmarks a wrong pose would seem to see: the same search where the projections are moved far away within the image.
-double ChanceInliers(const Features& features, const Map& map, std::vector<ProjectedLandmark> projected, const Round& round) {
+// How many landmarks a wrong pose would seem to see: the same search where the projections are
+// moved far away within the image.
+double ChanceInliers(const Features& features, const Map& map,
+                     std::vector<ProjectedLandmark> projected, const Round& round) {
   constexpr double kShifts[][2] = {{0.31, 0.43}, {0.57, 0.23}};
   double sum = 0;
   for (const auto& [shift_x, shift_y] : kShifts) {
@@ -30,9 +33,11 @@ double ChanceInliers(const Features& features, const Map& map, std::vector<Proje
     for (ProjectedLandmark& p : moved)
       p.px = {b.x1 + std::fmod(p.px.x() - b.x1 + shift_x * b.Width(), b.Width()),
               b.y1 + std::fmod(p.px.y() - b.y1 + shift_y * b.Height(), b.Height())};
-    const auto matches = SearchByProjection(features, map, moved, std::vector<LandmarkId>(features.keypoints.size()),
-                                            {round.radius_px, round.max_hamming, round.ratio, false});
-    // Only a part of what falls into the search window would also be an inlier: a circle within a square.
+    const auto matches =
+        SearchByProjection(features, map, moved, std::vector<LandmarkId>(features.keypoints.size()),
+                           {round.radius_px, round.max_hamming, round.ratio, false});
+    // Only a part of what falls into the search window would also be an inlier: a circle within a
+    // square.
     const double inlier_area = M_PI * kChi2TwoDof / (4 * round.radius_px * round.radius_px);
     sum += matches.count * std::min(1.0, inlier_area);
   }
@@ -44,7 +49,8 @@ struct Selected {
   std::vector<int> keypoints;
 };
 
-Selected Select(const Features& features, const Map& map, const std::vector<LandmarkId>& landmarks) {
+Selected Select(const Features& features, const Map& map,
+                const std::vector<LandmarkId>& landmarks) {
   Selected s;
   for (int k = 0; k < static_cast<int>(landmarks.size()); ++k) {
     if (!landmarks[k].IsValid()) continue;
@@ -56,27 +62,32 @@ Selected Select(const Features& features, const Map& map, const std::vector<Land
 
 }  // namespace
 
-std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map, std::span<const LandmarkId> landmarks, const Frame& frame,
-                                                const Rigid3& cam_from_world) {
+std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map,
+                                                std::span<const LandmarkId> landmarks,
+                                                const Frame& frame, const Rigid3& cam_from_world) {
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : landmarks)
     if (const Landmark* landmark = map.landmarks.Find(id))
-      if (const auto p = ProjectLandmark(id, *landmark, map.cameras[frame.camera], cam_from_world, *frame.features))
+      if (const auto p = ProjectLandmark(id, *landmark, map.cameras[frame.camera], cam_from_world,
+                                         *frame.features))
         projected.push_back(*p);
   return projected;
 }
 
-RelocalizationReport SearchAround(const Frame& frame, const Map& map, std::span<const LandmarkId> landmarks,
+RelocalizationReport SearchAround(const Frame& frame, const Map& map,
+                                  std::span<const LandmarkId> landmarks,
                                   const Rigid3& cam_from_world) {
   const Features& features = *frame.features;
   RelocalizationReport report;
   report.cam_from_world = cam_from_world;
   for (const Round& round : kRounds) {
     const auto projected = ProjectLandmarks(map, landmarks, frame, report.cam_from_world);
-    const auto matches = SearchByProjection(features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
-                                            {round.radius_px, round.max_hamming, round.ratio, false});
+    const auto matches = SearchByProjection(
+        features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
+        {round.radius_px, round.max_hamming, round.ratio, false});
     const Selected selected = Select(features, map, matches.landmarks);
-    const PoseReport pose = RefinePose(map.cameras[frame.camera], report.cam_from_world, selected.observations);
+    const PoseReport pose =
+        RefinePose(map.cameras[frame.camera], report.cam_from_world, selected.observations);
     report.inliers = 0;
     report.expected = static_cast<int>(projected.size());
     if (!pose.success) return report;
@@ -87,13 +98,15 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map, std::span<
     report.sigma_position = std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace());
     report.landmarks.assign(features.keypoints.size(), LandmarkId());
     for (size_t i = 0; i < selected.keypoints.size(); ++i)
-      if (pose.inlier[i]) report.landmarks[selected.keypoints[i]] = matches.landmarks[selected.keypoints[i]];
+      if (pose.inlier[i])
+        report.landmarks[selected.keypoints[i]] = matches.landmarks[selected.keypoints[i]];
     report.chance_inliers = ChanceInliers(features, map, projected, round);
   }
   return report;
 }
 
-void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report, double max_relative_sigma) {
+void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report,
+           double max_relative_sigma) {
   report.success = false;
   if (report.inliers < few_inliers) {
     report.why_not = fmt::format("{} points agree with the best pose", report.inliers);
@@ -101,7 +114,8 @@ void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationRe
   }
   const double by_chance = kChanceFactor * report.chance_inliers + 8;
   if (report.inliers < by_chance) {
-    report.why_not = fmt::format("{} points agree, chance alone would give {:.0f}", report.inliers, report.chance_inliers);
+    report.why_not = fmt::format("{} points agree, chance alone would give {:.0f}", report.inliers,
+                                 report.chance_inliers);
     return;
   }
   if (report.inliers < enough_inliers && report.inlier_share < kMinShare) {
@@ -111,12 +125,14 @@ void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationRe
   }
   std::vector<double> distances;
   for (const LandmarkId id : report.landmarks)
-    if (id.IsValid()) distances.push_back((report.cam_from_world * map.landmarks.At(id).position).norm());
+    if (id.IsValid())
+      distances.push_back((report.cam_from_world * map.landmarks.At(id).position).norm());
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::ranges::nth_element(distances, middle);
   const double correlated_sigma = report.sigma_position * std::sqrt(report.inliers);
   if (!(correlated_sigma < max_relative_sigma * *middle)) {
-    report.why_not = fmt::format("position uncertain by {:.0f} % of the distance", 100 * correlated_sigma / *middle);
+    report.why_not = fmt::format("position uncertain by {:.0f} % of the distance",
+                                 100 * correlated_sigma / *middle);
     return;
   }
   report.success = true;

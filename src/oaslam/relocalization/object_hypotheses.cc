@@ -15,16 +15,18 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kDepthFactor = 1.7;    // how well its size tells an object's depth
-constexpr double kTruncatedFactor = 3;  // a truncated box may be of a much nearer object
-constexpr size_t kAnchors = 3;          // detections that hypotheses start from
-constexpr size_t kMaxTriplets = 1500;     // of an anchor
-constexpr size_t kTripletBudget = 2500;   // of all anchors of a large map
-constexpr double kLeastCompany = 0.9;     // of an anchor in a large map: as many detections fit to it, of those that fit to the best
+constexpr double kDepthFactor = 1.7;     // how well its size tells an object's depth
+constexpr double kTruncatedFactor = 3;   // a truncated box may be of a much nearer object
+constexpr size_t kAnchors = 3;           // detections that hypotheses start from
+constexpr size_t kMaxTriplets = 1500;    // of an anchor
+constexpr size_t kTripletBudget = 2500;  // of all anchors of a large map
+constexpr double kLeastCompany = 0.9;  // of an anchor in a large map: as many detections fit to it,
+                                       // of those that fit to the best
 constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
 constexpr int kYaws = 36;
-constexpr size_t kSmallMap = 40;    // objects: all are scored
-constexpr double kScopeDepths = 1.2;  // in larger maps: those within this many (greatest) depths of the anchor
+constexpr size_t kSmallMap = 40;  // objects: all are scored
+constexpr double kScopeDepths =
+    1.2;  // in larger maps: those within this many (greatest) depths of the anchor
 
 // A detection taken as an object.
 struct Node {
@@ -34,17 +36,21 @@ struct Node {
 
 Node MakeNode(const ObjectScene& scene, int detection, int object) {
   const SceneDetection& d = scene.detections[detection];
-  const double depth = std::sqrt(scene.camera.fx * scene.camera.fy) * scene.objects[object].radius / (d.size / 2);
-  return {detection, object, depth, depth / (d.truncated ? kTruncatedFactor : kDepthFactor), depth * kDepthFactor};
+  const double depth =
+      std::sqrt(scene.camera.fx * scene.camera.fy) * scene.objects[object].radius / (d.size / 2);
+  return {detection, object, depth, depth / (d.truncated ? kTruncatedFactor : kDepthFactor),
+          depth * kDepthFactor};
 }
 
 // Whether some depths within the bounds of both put them as far apart as they are.
 bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   if (a.detection == b.detection || a.object == b.object) return false;
-  const Eigen::Vector3d &p = scene.detections[a.detection].ray, &q = scene.detections[b.detection].ray;
+  const Eigen::Vector3d &p = scene.detections[a.detection].ray,
+                        &q = scene.detections[b.detection].ray;
   const double pp = p.squaredNorm(), qq = q.squaredNorm(), pq = p.dot(q);
   const double between =
-      (scene.objects[a.object].ellipsoid.center - scene.objects[b.object].ellipsoid.center).squaredNorm();
+      (scene.objects[a.object].ellipsoid.center - scene.objects[b.object].ellipsoid.center)
+          .squaredNorm();
   const auto squared = [&](double s, double t) { return s * s * pp + t * t * qq - 2 * s * t * pq; };
   double nearest = 1e300, farthest = 0;
   for (const double s : {a.min_depth, a.max_depth}) {
@@ -81,7 +87,8 @@ std::vector<int> ScopeOf(const ObjectScene& scene, const Node& anchor) {
 }
 
 // Predicted over measured size of a pair that a pose was made from.
-double SizeRatio(const ObjectScene& scene, const Node& node, const Rigid3& pose, const Eigen::Matrix3d& rotation) {
+double SizeRatio(const ObjectScene& scene, const Node& node, const Rigid3& pose,
+                 const Eigen::Matrix3d& rotation) {
   const SceneObject& object = scene.objects[node.object];
   const Eigen::Vector3d center = pose.translation + rotation * object.ellipsoid.center;
   const OutlineConic outline = OutlineOf(center, rotation * object.scaled_axes);
@@ -89,9 +96,11 @@ double SizeRatio(const ObjectScene& scene, const Node& node, const Rigid3& pose,
   return SizeOf(OutlineBox(outline, scene.camera)) / scene.detections[node.detection].size;
 }
 
-bool HasPlausibleSize(const ObjectScene& scene, const Node& node, const Rigid3& pose, const Eigen::Matrix3d& rotation) {
+bool HasPlausibleSize(const ObjectScene& scene, const Node& node, const Rigid3& pose,
+                      const Eigen::Matrix3d& rotation) {
   const double ratio = SizeRatio(scene, node, pose, rotation);
-  return ratio > 0.5 && ratio < (scene.detections[node.detection].truncated ? 2 * kTruncatedFactor : 2.0);
+  return ratio > 0.5 &&
+         ratio < (scene.detections[node.detection].truncated ? 2 * kTruncatedFactor : 2.0);
 }
 
 // The angles of the vertical to try.
@@ -99,9 +108,11 @@ std::vector<Eigen::Vector3d> UpDirections(const ObjectScene& scene) {
   if (!scene.up) return {};
   if (scene.up_in_cam) return {*scene.up_in_cam};
   std::vector<Eigen::Vector3d> ups;
-  const double low = scene.habit.min_pitch - kTiltMargin, high = scene.habit.max_pitch + kTiltMargin;
+  const double low = scene.habit.min_pitch - kTiltMargin,
+               high = scene.habit.max_pitch + kTiltMargin;
   const int steps = std::max(static_cast<int>(std::ceil((high - low) / kTiltStep)), 1);
-  for (int i = 0; i <= steps; ++i) ups.push_back(UpInCamera(low + (high - low) * i / steps, scene.habit.mean_roll));
+  for (int i = 0; i <= steps; ++i)
+    ups.push_back(UpInCamera(low + (high - low) * i / steps, scene.habit.mean_roll));
   return ups;
 }
 
@@ -146,7 +157,9 @@ class GroupGuesser {
         Start& start = starts.emplace_back(Start{anchor, {}, 0});
         int last = -1;  // nodes are ordered by detection
         for (const Node& node : nodes_) {
-          if (std::ranges::find(done, node.detection) != done.end() || !AreCompatible(scene_, anchor, node)) continue;
+          if (std::ranges::find(done, node.detection) != done.end() ||
+              !AreCompatible(scene_, anchor, node))
+            continue;
           start.neighbors.push_back(node);
           start.company += node.detection != last;
           last = node.detection;
@@ -164,8 +177,10 @@ class GroupGuesser {
   }
 
   void AddPair(const Node& a, const Node& b) {
-    const std::array rays = {scene_.detections[a.detection].ray, scene_.detections[b.detection].ray};
-    const std::array points = {scene_.objects[a.object].ellipsoid.center, scene_.objects[b.object].ellipsoid.center};
+    const std::array rays = {scene_.detections[a.detection].ray,
+                             scene_.detections[b.detection].ray};
+    const std::array points = {scene_.objects[a.object].ellipsoid.center,
+                               scene_.objects[b.object].ellipsoid.center};
     for (const Eigen::Vector3d& up : ups_) {
       const Up2PPoses solved = SolveUp2P(rays, up, points, *scene_.up);
       for (int i = 0; i < solved.count; ++i) AddPose(solved.poses[i], std::array{a, b});
@@ -181,7 +196,8 @@ class GroupGuesser {
     for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
       if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
-      const std::array group = {start.anchor, neighbors[triplets_[k].first], neighbors[triplets_[k].second]};
+      const std::array group = {start.anchor, neighbors[triplets_[k].first],
+                                neighbors[triplets_[k].second]};
       std::array<Eigen::Vector3d, 3> rays, points;
       for (int n = 0; n < 3; ++n) {
         rays[n] = scene_.detections[group[n].detection].ray.normalized();
@@ -216,7 +232,9 @@ bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angl
   return 2 * std::acos(std::min(std::abs(a.rotation.dot(b.rotation)), 1.0)) > angle_rad;
 }
 
-std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) { return GroupGuesser(scene).Run(rng); }
+std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
+  return GroupGuesser(scene).Run(rng);
+}
 
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   std::vector<PoseGuess> guesses;
@@ -231,7 +249,8 @@ std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
         const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(*scene.up, up);
         for (int yaw = 0; yaw < kYaws; ++yaw) {
           Rigid3 pose;
-          pose.rotation = tilt * Eigen::Quaterniond(Eigen::AngleAxisd(2 * std::numbers::pi * yaw / kYaws, *scene.up));
+          pose.rotation = tilt * Eigen::Quaterniond(Eigen::AngleAxisd(
+                                     2 * std::numbers::pi * yaw / kYaws, *scene.up));
           const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
           pose.translation = node.depth * detection.ray - rotation * center;
           // The outline from this side instead of the sphere's.
@@ -253,7 +272,8 @@ std::vector<PoseGuess> SelectDistinct(std::vector<PoseGuess> guesses, size_t cou
   for (const PoseGuess& guess : guesses) {
     if (chosen.size() >= count || !(guess.score > 0)) break;
     const auto differs = [&](const PoseGuess& c) {
-      return AreDifferent(c.cam_from_world, guess.cam_from_world, kDistancePerDepth * guess.depth, kAngle);
+      return AreDifferent(c.cam_from_world, guess.cam_from_world, kDistancePerDepth * guess.depth,
+                          kAngle);
     };
     if (std::ranges::all_of(chosen, differs)) chosen.push_back(guess);
   }

@@ -16,11 +16,12 @@ struct PoseGuess {
 // The camera's centre further away than `distance`, or its rotation by more than `angle_rad`.
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
-// Guesses from two and three detections of compatible sizes, around the detections whose class says most
-// (objects-study.md, section 5.7).
+// Guesses from two and three detections of compatible sizes, around the detections whose class says
+// most (objects-study.md, section 5.7).
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
-// Guesses from one detection, over a grid of how the camera may be turned. Empty unless the map knows its up.
+// Guesses from one detection, over a grid of how the camera may be turned. Empty unless the map
+// knows its up.
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene);
 
 // The best `count` guesses that differ.

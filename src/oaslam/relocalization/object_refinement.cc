@@ -16,11 +16,13 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kCauchy = 0.8;
 constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
-constexpr double kMissedShare = 0.8, kMissedSizePx = 14;  // an object this visible should have been detected
-constexpr double kHiddenShare = 0.3;                          // behind what moves it need not be
-constexpr int kRounds = 3, kIterationsPerRound = 4;       // matches are renewed each round
+constexpr double kMissedShare = 0.8,
+                 kMissedSizePx = 14;  // an object this visible should have been detected
+constexpr double kHiddenShare = 0.3;  // behind what moves it need not be
+constexpr int kRounds = 3, kIterationsPerRound = 4;  // matches are renewed each round
 
-// A detection, its object, and the inverse sigmas of the edges as of the pose where they were matched.
+// A detection, its object, and the inverse sigmas of the edges as of the pose where they were
+// matched.
 struct Match {
   int detection = 0, object = 0;
   double score = 0;
@@ -51,23 +53,30 @@ std::vector<InView> FindInView(const ObjectScene& scene, const Rigid3& pose) {
   return in_view;
 }
 
-std::vector<Box> NearerBoxes(const ObjectScene& scene, const std::vector<InView>& in_view, const InView& than) {
+std::vector<Box> NearerBoxes(const ObjectScene& scene, const std::vector<InView>& in_view,
+                             const InView& than) {
   std::vector<Box> nearer;
   for (const InView& other : in_view)
-    if (other.view.center.z() + scene.objects[other.object].radius < than.view.center.z() && !scene.AreTogether(other.object, than.object))
+    if (other.view.center.z() + scene.objects[other.object].radius < than.view.center.z() &&
+        !scene.AreTogether(other.object, than.object))
       nearer.push_back(other.box);
   return nearer;
 }
 
 bool IsBehindMoving(const ObjectScene& scene, const Box& box) {
-  return std::ranges::any_of(scene.moving, [&](const Box& moving) { return ShareInside(box, moving) > kHiddenShare; });
+  return std::ranges::any_of(
+      scene.moving, [&](const Box& moving) { return ShareInside(box, moving) > kHiddenShare; });
 }
 
 // A detector sees wholes from afar and parts from near: either shows that the thing is there.
-void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& matches, std::vector<unsigned char>& is_expected) {
+void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& matches,
+                          std::vector<unsigned char>& is_expected) {
   if (scene.classes.whole_of.empty()) return;
   for (int o = 0; o < static_cast<int>(is_expected.size()); ++o)
-    if (is_expected[o] && std::ranges::any_of(matches, [&](const Match& m) { return scene.AreTogether(m.object, o); })) is_expected[o] = 0;
+    if (is_expected[o] && std::ranges::any_of(matches, [&](const Match& m) {
+          return scene.AreTogether(m.object, o);
+        }))
+      is_expected[o] = 0;
 }
 
 Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
@@ -77,18 +86,21 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(detections, objects);
   const std::vector<InView> in_view = FindInView(scene, pose);
   std::vector<Eigen::Vector4d> variances(objects);
-  std::vector<unsigned char> hidden(objects, 0);  // spares the pose, but is no evidence for it: the score counts all edges
+  std::vector<unsigned char> hidden(
+      objects, 0);  // spares the pose, but is no evidence for it: the score counts all edges
   std::vector<unsigned char> is_expected(objects, 0);
   for (const InView& seen : in_view) {
     const int o = seen.object;
     const SceneObject& object = scene.objects[o];
-    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() && scene.image.ShareShown(seen.box) > kMissedShare && !IsBehindMoving(scene, seen.box))
+    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() &&
+        scene.image.ShareShown(seen.box) > kMissedShare && !IsBehindMoving(scene, seen.box))
       is_expected[o] = 1;
     if (object.detections.empty()) continue;
     variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
     hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
     for (const int d : object.detections)
-      scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box, variances[o]);
+      scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box,
+                                 variances[o]);
   }
   const std::vector<int> assigned = AssignMaximum(scores);
   for (int d = 0; d < static_cast<int>(assigned.size()); ++d) {
@@ -96,7 +108,8 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
     if (o < 0) continue;
     const double sigma = scene.score.DetectorSigma(scene.detections[d].box);
     const auto truncated = static_cast<unsigned char>(scene.detections[d].truncated | hidden[o]);
-    result.matches.push_back({d, o, scores(d, o), truncated, (variances[o].array() + sigma * sigma).rsqrt()});
+    result.matches.push_back(
+        {d, o, scores(d, o), truncated, (variances[o].array() + sigma * sigma).rsqrt()});
     result.llr += scores(d, o);
   }
   // Where the detector gives few boxes for all that is in view, each missing one says less.
@@ -115,8 +128,8 @@ struct PoseEquations {
   double cost = 0;
 };
 
-// The vertical as a sensor sees it, or the horizon as level as the mapping cameras held it. du = w x u under a turn w
-// of the camera.
+// The vertical as a sensor sees it, or the horizon as level as the mapping cameras held it. du = w
+// x u under a turn w of the camera.
 void AddUprightPrior(const ObjectScene& scene, const Rigid3& pose, PoseEquations& equations) {
   if (!scene.up) return;
   const Eigen::Vector3d u = pose.rotation * *scene.up;
@@ -152,7 +165,8 @@ struct Evidence {
   const std::optional<PosePrior>& prior;
 };
 
-PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matches, const Rigid3& pose, bool with_derivatives) {
+PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matches,
+                        const Rigid3& pose, bool with_derivatives) {
   const ObjectScene& scene = evidence.scene;
   PoseEquations equations;
   AddUprightPrior(scene, pose, equations);
@@ -171,7 +185,8 @@ PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matc
     const Eigen::Array4d ratio = residual.array().square() / (kCauchy * kCauchy);
     equations.cost += kCauchy * kCauchy * (1 + ratio).log().sum();
     if (!with_derivatives) continue;
-    const EdgesByPose jacobian = match.inverse_sigma.asDiagonal() * DifferentiateByPose(*view, scene.camera);
+    const EdgesByPose jacobian =
+        match.inverse_sigma.asDiagonal() * DifferentiateByPose(*view, scene.camera);
     for (int row = 0; row < 4; ++row) {
       if ((match.truncated & (1 << row)) && residual[row] == 0) continue;
       const PoseVector j = jacobian.row(row).transpose();
@@ -188,7 +203,8 @@ Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& match
   double damping = 1e-3;
   for (int iteration = 0; iteration < kIterationsPerRound; ++iteration) {
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
-    damped.diagonal() += (damping * damped.diagonal().array() + 1e-9 * damped.diagonal().maxCoeff()).matrix();
+    damped.diagonal() +=
+        (damping * damped.diagonal().array() + 1e-9 * damped.diagonal().maxCoeff()).matrix();
     const PoseVector step = -damped.ldlt().solve(equations.gradient);
     if (!step.allFinite()) break;
     const Rigid3 moved = Moved(pose, step);
@@ -206,30 +222,35 @@ Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& match
 }
 
 // Of the camera's centre: it moves by -R^T of the translation's change.
-double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches, const Rigid3& pose) {
+double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches,
+                     const Rigid3& pose) {
   Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
-  const Eigen::Matrix<double, 6, 6> covariance = information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+  const Eigen::Matrix<double, 6, 6> covariance =
+      information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
   return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));
 }
 
 }  // namespace
 
-ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start, const std::optional<PosePrior>& prior) {
+ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
+                                     const std::optional<PosePrior>& prior) {
   const Evidence evidence{scene, prior};
   ObjectPoseCandidate candidate;
   candidate.cam_from_world = start;
   Matching matching = MatchBoxes(scene, start);
   for (int round = 0; round < kRounds && !matching.matches.empty(); ++round) {
-    candidate.cam_from_world = RefineOnMatches(evidence, matching.matches, candidate.cam_from_world);
+    candidate.cam_from_world =
+        RefineOnMatches(evidence, matching.matches, candidate.cam_from_world);
     matching = MatchBoxes(scene, candidate.cam_from_world);
   }
   candidate.llr = matching.llr;
-  candidate.score =
-      matching.llr * static_cast<double>(matching.matches.size()) / static_cast<double>(scene.detections.size()) -
-      matching.penalty;
+  candidate.score = matching.llr * static_cast<double>(matching.matches.size()) /
+                        static_cast<double>(scene.detections.size()) -
+                    matching.penalty;
   for (const Match& match : matching.matches)
-    candidate.matched.emplace_back(scene.detections[match.detection].index, scene.objects[match.object].id);
+    candidate.matched.emplace_back(scene.detections[match.detection].index,
+                                   scene.objects[match.object].id);
   if (!matching.matches.empty())
     candidate.sigma_position = PositionSigma(evidence, matching.matches, candidate.cam_from_world);
   return candidate;

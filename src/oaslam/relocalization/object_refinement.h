@@ -11,12 +11,14 @@ namespace oaslam {
 // What is known of a pose besides its objects.
 struct PosePrior {
   Rigid3 cam_from_world;
-  Eigen::Matrix<double, 6, 6> information;  // inverse covariance of (translation, rotation [rad]) of a small motion applied after it
+  Eigen::Matrix<double, 6, 6> information;  // inverse covariance of (translation, rotation [rad])
+                                            // of a small motion applied after it
 };
 
-// Refines a pose on the edges of the boxes it explains, each weighted by the detector's and its object's uncertainty,
-// and evaluates it (objects-study.md, sections 3b and 5.8). `margin` and `accepted` are left to the caller, who knows
-// the other poses.
-ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start, const std::optional<PosePrior>& prior = std::nullopt);
+// Refines a pose on the edges of the boxes it explains, each weighted by the detector's and its
+// object's uncertainty, and evaluates it (objects-study.md, sections 3b and 5.8). `margin` and
+// `accepted` are left to the caller, who knows the other poses.
+ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
+                                     const std::optional<PosePrior>& prior = std::nullopt);
 
 }  // namespace oaslam

@@ -25,8 +25,8 @@ SceneObject Prepare(ObjectId id, const Object& object) {
   scene.radius = std::cbrt(object.ellipsoid.half_axes.prod());
   scene.reach = object.ellipsoid.half_axes.maxCoeff();
   scene.covariance = object.covariance;
-  const Eigen::Vector3d axes =
-      object.ellipsoid.half_axes.cwiseAbs2().cwiseProduct(object.covariance.diagonal().segment<3>(3));
+  const Eigen::Vector3d axes = object.ellipsoid.half_axes.cwiseAbs2().cwiseProduct(
+      object.covariance.diagonal().segment<3>(3));
   scene.variance = object.covariance.topLeftCorner<3, 3>().trace() / 3 + axes.mean();
   scene.detection_rate = std::clamp(object.detection_rate, 0.5, 0.97);
   return scene;
@@ -53,14 +53,18 @@ CameraHabit HabitOf(const Map& map, const Eigen::Vector3d& up) {
   return habit;
 }
 
-// False where the object's image is certainly beside all boxes of its class: of the points of a ball of radius a about c, the coordinate x / z differs
-// from that of c by at most a (1 + |c_x / c_z|) / (c_z - a).
-bool MayOverlap(const SceneObject& object, const Eigen::Vector3d& center, const ObjectScene& scene) {
+// False where the object's image is certainly beside all boxes of its class: of the points of a
+// ball of radius a about c, the coordinate x / z differs from that of c by at most a (1 + |c_x /
+// c_z|) / (c_z - a).
+bool MayOverlap(const SceneObject& object, const Eigen::Vector3d& center,
+                const ObjectScene& scene) {
   const double near = center.z() - object.reach;
   if (near <= 0) return true;
   const Eigen::Vector2d slope = center.head<2>() / center.z();
-  const double x = scene.camera.fx * slope.x() + scene.camera.cx + kBoxFromPixel, y = scene.camera.fy * slope.y() + scene.camera.cy + kBoxFromPixel;
-  const double dx = scene.camera.fx * object.reach * (1 + std::abs(slope.x())) / near, dy = scene.camera.fy * object.reach * (1 + std::abs(slope.y())) / near;
+  const double x = scene.camera.fx * slope.x() + scene.camera.cx + kBoxFromPixel,
+               y = scene.camera.fy * slope.y() + scene.camera.cy + kBoxFromPixel;
+  const double dx = scene.camera.fx * object.reach * (1 + std::abs(slope.x())) / near,
+               dy = scene.camera.fy * object.reach * (1 + std::abs(slope.y())) / near;
   return std::ranges::any_of(object.detections, [&](int d) {
     const Box& box = scene.detections[d].box;
     return x + dx > box.x1 && x - dx < box.x2 && y + dy > box.y1 && y - dy < box.y2;
@@ -73,8 +77,10 @@ Eigen::Vector3d UpInCamera(double pitch, double roll) {
   return {std::sin(roll) * std::cos(pitch), -std::cos(roll) * std::cos(pitch), -std::sin(pitch)};
 }
 
-ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera, const Map& map,
-                         const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam)
+ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
+                         const Camera& query_camera, const Map& map,
+                         const RelocalizationConfig& config,
+                         const std::optional<Eigen::Vector3d>& gravity_in_cam)
     : camera(query_camera), score(query_camera), image(query_camera), classes(map.classes) {
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state == ObjectState::kMapped) objects.push_back(Prepare(id, object));
@@ -84,14 +90,17 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections, const 
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(all_detections.size()); ++i) {
     const ObjectDetection& d = all_detections[i];
-    const bool known = std::ranges::find(objects, d.category_id, &SceneObject::category_id) != objects.end();
+    const bool known =
+        std::ranges::find(objects, d.category_id, &SceneObject::category_id) != objects.end();
     if (d.score >= config.min_score && known && d.box.Area() > 0) order.push_back(i);
   }
-  std::ranges::stable_sort(order, [&](int a, int b) { return all_detections[a].score > all_detections[b].score; });
+  std::ranges::stable_sort(
+      order, [&](int a, int b) { return all_detections[a].score > all_detections[b].score; });
   order.resize(std::min({order.size(), static_cast<size_t>(config.max_detections), kMaxScored}));
   for (const int i : order) {
     const ObjectDetection& d = all_detections[i];
-    SceneDetection scene{i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), SizeOf(d.box), {}};
+    SceneDetection scene{i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), SizeOf(d.box),
+                         {}};
     for (int o = 0; o < static_cast<int>(objects.size()); ++o) {
       if (objects[o].category_id != d.category_id) continue;
       scene.objects.push_back(o);
@@ -120,10 +129,11 @@ double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int>
     const double variance = focal_squared * object.variance / (center.z() * center.z());
     for (const int d : object.detections) {
       const SceneDetection& detection = detections[d];
-      if (predicted.x1 > detection.box.x2 || predicted.x2 < detection.box.x1 || predicted.y1 > detection.box.y2 ||
-          predicted.y2 < detection.box.y1)
+      if (predicted.x1 > detection.box.x2 || predicted.x2 < detection.box.x1 ||
+          predicted.y1 > detection.box.y2 || predicted.y2 < detection.box.y1)
         continue;
-      best[d] = std::max(best[d], score.WithCommonVariance(detection.box, detection.truncated, predicted, variance));
+      best[d] = std::max(best[d], score.WithCommonVariance(detection.box, detection.truncated,
+                                                           predicted, variance));
     }
   }
   double sum = 0;
@@ -144,7 +154,8 @@ bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {
   if (up_in_cam) return u.dot(*up_in_cam) > kCosMaxTilt;
   // Looking straight up or down has no roll.
   if (std::abs(u.z()) > kSteep) return true;
-  return u.x() * std::sin(habit.mean_roll) - u.y() * std::cos(habit.mean_roll) > kCosMaxRoll * std::hypot(u.x(), u.y());
+  return u.x() * std::sin(habit.mean_roll) - u.y() * std::cos(habit.mean_roll) >
+         kCosMaxRoll * std::hypot(u.x(), u.y());
 }
 
 }  // namespace oaslam

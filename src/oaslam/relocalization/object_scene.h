@@ -48,19 +48,20 @@ struct ObjectScene {
   Camera camera;
   ObjectScore score;
   IdealImage image;
-  std::vector<SceneObject> objects;          // mapped ones
-  std::vector<SceneDetection> detections;    // whose class is in the map, best detector scores first
-  std::vector<Box> moving;                   // detections of classes that move: may hide any object
+  std::vector<SceneObject> objects;        // mapped ones
+  std::vector<SceneDetection> detections;  // whose class is in the map, best detector scores first
+  std::vector<Box> moving;                 // detections of classes that move: may hide any object
   ClassRelations classes;
   std::optional<Eigen::Vector3d> up;         // world
   std::optional<Eigen::Vector3d> up_in_cam;  // from a gravity sensor; only with `up`
   CameraHabit habit;                         // only with `up`
 
-  ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera, const Map& map,
-              const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera,
+              const Map& map, const RelocalizationConfig& config,
+              const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
-  // Sum over the detections of their best score among the objects of `scope` (indices): fast, not one to one, a common
-  // edge variance.
+  // Sum over the detections of their best score among the objects of `scope` (indices): fast, not
+  // one to one, a common edge variance.
   double ScorePose(const Rigid3& cam_from_world, std::span<const int> scope) const;
 
   // One is a part of the other.

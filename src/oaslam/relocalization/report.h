@@ -21,12 +21,12 @@ struct RelocalizationReport {
   Rigid3 cam_from_world;
   std::vector<LandmarkId> landmarks;  // per key point, inliers only; invalid elsewhere
   int inliers = 0;
-  int expected = 0;                   // landmarks that the pose puts into view
-  double inlier_share = 0;            // of the landmarks that were found near their projection
-  double chance_inliers = 0;          // that a wrong pose would have got by the same search
+  int expected = 0;           // landmarks that the pose puts into view
+  double inlier_share = 0;    // of the landmarks that were found near their projection
+  double chance_inliers = 0;  // that a wrong pose would have got by the same search
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // as PoseReport's
-  double sigma_position = 0;          // map units
-  KeyframeId keyframe;                // the place that led to it; invalid for a verification
+  double sigma_position = 0;                                                     // map units
+  KeyframeId keyframe;                     // the place that led to it; invalid for a verification
   std::vector<PoseHypothesis> hypotheses;  // by number of inliers, best first; also without success
 };
 

@@ -27,20 +27,26 @@ Map EmptyLike(const Map& map, uint32_t first_landmark) {
 }
 
 NextIds Behind(const NextIds& a, const NextIds& b) {
-  return {std::max(a.keyframe, b.keyframe), std::max(a.landmark, b.landmark), std::max(a.object, b.object)};
+  return {std::max(a.keyframe, b.keyframe), std::max(a.landmark, b.landmark),
+          std::max(a.object, b.object)};
 }
 
 NextIds NextIdsOf(const Map& map) {
   NextIds ids{0, map.next_landmark, ObjectTracks::ContinueFrom(map).next_object};
-  for (const KeyframeId id : map.keyframes.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
+  for (const KeyframeId id : map.keyframes.Ids())
+    ids.keyframe = std::max(ids.keyframe, id.value + 1);
   for (const KeyframeId id : map.retired.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
   return ids;
 }
 
-bool IsLost(const Tracker::Outcome& outcome) { return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects; }
+bool IsLost(const Tracker::Outcome& outcome) {
+  return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
+}
 
-// world_from_piece, by frames that have a pose in both, and by looking for keyframes of the piece in the other map. Nothing where they do not tell.
-std::optional<Similarity> Locate(const Piece& piece, const Map& world, const std::vector<FramePose>& trajectory, RelocalizationMode mode,
+// world_from_piece, by frames that have a pose in both, and by looking for keyframes of the piece
+// in the other map. Nothing where they do not tell.
+std::optional<Similarity> Locate(const Piece& piece, const Map& world,
+                                 const std::vector<FramePose>& trajectory, RelocalizationMode mode,
                                  const SlamConfig& config, Relocalizer& relocalizer) {
   constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
   const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
@@ -52,7 +58,8 @@ std::optional<Similarity> Locate(const Piece& piece, const Map& world, const std
   for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
     const Frame frame = FrameOf(piece.map, ids[i]);
     Rng rng(static_cast<uint64_t>(config.runner.seed));
-    const auto anchor = AnchorOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
+    const auto anchor =
+        AnchorOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
     if (!anchor) continue;
     link.AddKeyframe(frame.index, *anchor);
     ++found;
@@ -62,7 +69,8 @@ std::optional<Similarity> Locate(const Piece& piece, const Map& world, const std
 
 }  // namespace
 
-Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others) : config_(config) {
+Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others)
+    : config_(config) {
   for (Piece& piece : others) {
     piece.map.cameras = map.cameras;
     free_ids_ = Behind(free_ids_, NextIdsOf(piece.map));
@@ -83,8 +91,10 @@ void Atlas::BeginMain(Map map, bool is_loaded) {
 
 Tracker::Outcome Atlas::Process(const Frame& frame) {
   newest_frame_ = frame.index;
-  // The main piece may make objects while its camera is lost, and anything in the frame after it has been found for good.
-  if (resumption_ && lost_since_) main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
+  // The main piece may make objects while its camera is lost, and anything in the frame after it
+  // has been found for good.
+  if (resumption_ && lost_since_)
+    main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
   if (resumption_ && !lost_since_) main_->SkipIds(resumption_->session().next_ids(), frame.index);
   const bool looks = MayLook(frame);
   Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
@@ -97,7 +107,8 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
     main_number_ = ++last_number_;
   }
   outcome = Resume(frame, std::move(outcome));
-  if (mapping_ && config_.runner.mode != "live") passed_.Add(frame, main_->tracker().HasTracked(frame.index));
+  if (mapping_ && config_.runner.mode != "live")
+    passed_.Add(frame, main_->tracker().HasTracked(frame.index));
   return outcome;
 }
 
@@ -112,14 +123,18 @@ bool Atlas::MayLook(const Frame& frame) const {
 Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing || !mapping_) return outcome;
   const bool is_lost = IsLost(outcome);
-  if (!is_lost) lost_since_.reset();
-  else if (!lost_since_) lost_since_ = frame.timestamp;
-  // Found by points in the main map: while it makes no keyframes there, the new one may still be joined.
+  if (!is_lost)
+    lost_since_.reset();
+  else if (!lost_since_)
+    lost_since_ = frame.timestamp;
+  // Found by points in the main map: while it makes no keyframes there, the new one may still be
+  // joined.
   if (!is_lost && !outcome.anchor) EndResumption(frame.index);
   if (outcome.is_keyframe) LookInWaiting(frame, *main_);
   const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < Resumption::kPatience;
   if (!resumption_ && is_patient) return outcome;
-  if (!resumption_ || (is_lost && resumption_->IsLost(frame.timestamp))) BeginResumption(frame.index);
+  if (!resumption_ || (is_lost && resumption_->IsLost(frame.timestamp)))
+    BeginResumption(frame.index);
   resumption_->session().tracker().SkipIds(main_->tracker().next_ids());
   const Tracker::Outcome there = resumption_->Process(frame, outcome.anchor);
   if (there.gives_up) {
@@ -128,7 +143,8 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
   }
   if (there.is_keyframe) LookInWaiting(frame, resumption_->session());
   if (!JoinResumption(frame.index)) {
-    const bool is_larger = resumption_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
+    const bool is_larger =
+        resumption_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
     if (!is_larger || !is_lost || IsLost(there) || MustStayMain()) return outcome;
     PromoteResumption();
   }
@@ -161,11 +177,14 @@ bool Atlas::JoinResumption(int frame_index) {
   const std::shared_ptr<const Map> map = found.Newest();  // what was still queued may have moved it
   const std::optional<Similarity> world_from_new = resumption_->Locate();
   if (!world_from_new) return false;
-  if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map, found.tracker().trajectory(), *world_from_new)) return false;
+  if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map,
+                    found.tracker().trajectory(), *world_from_new))
+    return false;
   main_->Join(*map, *world_from_new, frame_index);
   main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
   resumption_.reset();
-  Log(LogLevel::kInfo, fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
+  Log(LogLevel::kInfo,
+      fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
   return true;
 }
 
@@ -188,7 +207,8 @@ void Atlas::Settle(Session& session, int frame_index) {
 // What a session has made waits from now on.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
-  rest.settle = config_.runner.mode != "live";  // there the camera does not wait for a global bundle adjustment
+  rest.settle = config_.runner.mode !=
+                "live";  // there the camera does not wait for a global bundle adjustment
   session.SubmitAndWait(std::move(rest));
   const std::shared_ptr<const Map> map = session.snapshot();
   free_ids_ = Behind(free_ids_, session.next_ids());
@@ -201,30 +221,42 @@ void Atlas::Park(Session& session) {
 // Looks for a keyframe of a session in the pieces that wait, in one of them at a time.
 void Atlas::LookInWaiting(const Frame& frame, Session& session) {
   if (waiting_.empty()) return;
-  const auto waiting = std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
+  const auto waiting =
+      std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const auto anchor = AnchorOf(waiting->relocalizer.Find(frame, waiting->piece.map, mode_, frame.gravity_in_cam, rng), waiting->piece.map);
+  const auto anchor = AnchorOf(
+      waiting->relocalizer.Find(frame, waiting->piece.map, mode_, frame.gravity_in_cam, rng),
+      waiting->piece.map);
   if (!anchor) return;
   waiting->link.AddKeyframe(frame.index, *anchor);
-  const auto locate = [&] { return waiting->link.Locate(*session.snapshot(), session.tracker().trajectory()); };
+  const auto locate = [&] {
+    return waiting->link.Locate(*session.snapshot(), session.tracker().trajectory());
+  };
   if (!locate()) return;
   Settle(session, frame.index);  // what is still to be done may move the map
   const auto piece_from_world = locate();
-  if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session)) waiting_.erase(waiting);
+  if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session))
+    waiting_.erase(waiting);
 }
 
-bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index, Session& session) {
+bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index,
+                 Session& session) {
   const Piece& piece = waiting.piece;
-  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map, piece.trajectory, world_from_piece)) return false;
+  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map,
+                    piece.trajectory, world_from_piece))
+    return false;
   session.Join(piece.map, world_from_piece, frame_index);
   session.tracker().Adopt(piece.trajectory, world_from_piece.scale);
   const auto frame_of = [&](KeyframeId id) { return piece.map.keyframes.At(id).frame_index; };
   const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
-  Log(LogLevel::kInfo, fmt::format("frame {}: a piece of {} keyframes, from frame {} on, was joined", frame_index, ids.size(), frame_of(ids.front())));
+  Log(LogLevel::kInfo,
+      fmt::format("frame {}: a piece of {} keyframes, from frame {} on, was joined", frame_index,
+                  ids.size(), frame_of(ids.front())));
   return true;
 }
 
-// Joins what can be joined by the keyframes of the pieces, with the main one and with each other. Pairs that were tried as they are now are passed over.
+// Joins what can be joined by the keyframes of the pieces, with the main one and with each other.
+// Pairs that were tried as they are now are passed over.
 void Atlas::LocateWaiting() {
   const auto is_new = [&](const Waiting& piece, int other, uint64_t version) {
     return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;
@@ -236,9 +268,12 @@ void Atlas::LocateWaiting() {
     for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
       const auto here = waiting++;
       if (!is_new(*here, main_number_, main_->snapshot()->version)) continue;
-      std::optional<Similarity> world_from_piece = Locate(here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
+      std::optional<Similarity> world_from_piece = Locate(
+          here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
       if (!world_from_piece)
-        if (const auto inverse = here->link.Locate(*main_->snapshot(), main_->tracker().trajectory())) world_from_piece = inverse->Inverse();
+        if (const auto inverse =
+                here->link.Locate(*main_->snapshot(), main_->tracker().trajectory()))
+          world_from_piece = inverse->Inverse();
       if (!world_from_piece || !Join(*here, *world_from_piece, newest_frame_, *main_)) continue;
       waiting_.erase(here);
       has_joined = true;
@@ -247,9 +282,12 @@ void Atlas::LocateWaiting() {
       for (auto other = std::next(into); other != waiting_.end();) {
         const auto here = other++;
         if (!is_new(*here, into->number, into->piece.map.keyframes.size())) continue;
-        const auto world_from_piece = Locate(here->piece, into->piece.map, into->piece.trajectory, mode_, config_, into->relocalizer);
+        const auto world_from_piece = Locate(here->piece, into->piece.map, into->piece.trajectory,
+                                             mode_, config_, into->relocalizer);
         if (!world_from_piece) continue;
-        if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map, here->piece.trajectory, *world_from_piece)) continue;
+        if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map,
+                          here->piece.trajectory, *world_from_piece))
+          continue;
         Rng rng(static_cast<uint64_t>(config_.runner.seed));
         JoinPiece(here->piece.map, *world_from_piece, config_, rng, into->piece.map);
         AdoptPoses(here->piece.trajectory, world_from_piece->scale, into->piece.trajectory);
@@ -269,7 +307,9 @@ bool Atlas::MustStayMain() const {
 void Atlas::PromoteLargest() {
   const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
   const auto largest = std::ranges::max_element(waiting_, {}, size_of);
-  if (largest == waiting_.end() || MustStayMain() || size_of(*largest) <= main_->snapshot()->keyframes.size()) return;
+  if (largest == waiting_.end() || MustStayMain() ||
+      size_of(*largest) <= main_->snapshot()->keyframes.size())
+    return;
   Piece piece = std::move(largest->piece);
   const int number = largest->number;
   waiting_.erase(largest);
@@ -308,7 +348,8 @@ void Atlas::Finish() {
   for (Waiting& waiting : waiting_) {
     constexpr int kIterations = 20;
     Map& map = waiting.piece.map;
-    if (map.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config_.bundle), map);
+    if (map.keyframes.size() > 2)
+      ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config_.bundle), map);
     ++map.version;
   }
 }
@@ -319,7 +360,8 @@ void Atlas::Shutdown() {
   main_->Shutdown();
 }
 
-std::optional<Tracker::Outcome> Atlas::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections) {
+std::optional<Tracker::Outcome> Atlas::AddDetections(
+    int frame_index, const std::vector<ObjectDetection>& detections) {
   if (resumption_) main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->cam_from_world && !IsLost(*outcome)) lost_since_.reset();
@@ -361,7 +403,8 @@ void Atlas::SetClassRelations(const ClassRelations& relations) {
 std::vector<Piece> Atlas::Others() const {
   std::vector<Piece> pieces;
   for (const Waiting& waiting : waiting_) pieces.push_back(waiting.piece);
-  std::ranges::stable_sort(pieces, std::greater(), [](const Piece& p) { return p.map.keyframes.size(); });
+  std::ranges::stable_sort(pieces, std::greater(),
+                           [](const Piece& p) { return p.map.keyframes.size(); });
   return pieces;
 }
 

@@ -17,12 +17,17 @@
 
 namespace oaslam {
 
-// All pieces of map of a run: the one in whose frame poses are told; the one that a lost camera makes meanwhile; and those that wait until they are
-// known to lie in one of these. Pieces are joined, in any number, as soon as frames are found in both, by points, objects or both; none is thrown away.
+// All pieces of map of a run: the one in whose frame poses are told; the one that a lost camera
+// makes meanwhile; and those that wait until they are known to lie in one of these. Pieces are
+// joined, in any number, as soon as frames are found in both, by points, objects or both; none is
+// thrown away.
 // - The camera is followed in the main piece: there is no other one in the making.
-// - It is lost there for a moment (Resumption::kPatience): another piece is begun, while each frame is still looked for in the main one.
-// - It is found there by objects, or by points on probation: both go on, until it is known how they lie to each other, and they are joined.
-// - It is found there for good, or lost in the new one, too: the new one waits. Where the new one has grown larger, the main one waits.
+// - It is lost there for a moment (Resumption::kPatience): another piece is begun, while each frame
+// is still looked for in the main one.
+// - It is found there by objects, or by points on probation: both go on, until it is known how they
+// lie to each other, and they are joined.
+// - It is found there for good, or lost in the new one, too: the new one waits. Where the new one
+// has grown larger, the main one waits.
 class Atlas {
  public:
   // `is_loaded`: the camera is looked for in `map`. No two of the pieces share an id.
@@ -31,8 +36,10 @@ class Atlas {
   // Tracks the next frame.
   Tracker::Outcome Process(const Frame& frame);
   // Of a frame that was processed before.
-  std::optional<Tracker::Outcome> AddDetections(int frame_index, const std::vector<ObjectDetection>& detections);
-  // Joins what can be joined, looks back into gaps (but where the runner is live), and waits for the last optimisation.
+  std::optional<Tracker::Outcome> AddDetections(int frame_index,
+                                                const std::vector<ObjectDetection>& detections);
+  // Joins what can be joined, looks back into gaps (but where the runner is live), and waits for
+  // the last optimisation.
   void Finish();
   void Shutdown();
 
@@ -41,7 +48,9 @@ class Atlas {
   void ForceRelocalization();
   void SetClassRelations(const ClassRelations& relations);
 
-  bool IsInitializing() const { return main_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing()); }
+  bool IsInitializing() const {
+    return main_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing());
+  }
   Session& main() { return *main_; }
   const Session& main() const { return *main_; }
   // Of the main piece: poses are told in its frame. Another one has another number.
@@ -67,7 +76,8 @@ class Atlas {
   static void Settle(Session& session, int frame_index);
   void Park(Session& session);
   void LookInWaiting(const Frame& frame, Session& session);
-  bool Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index, Session& session);
+  bool Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index,
+            Session& session);
   void LocateWaiting();
   void LookBack();
   void PromoteLargest();

@@ -18,7 +18,8 @@ Rigid3 TruePose(int frame) { return synthetic::PoseOnArc({}, -20 + 0.4 * frame);
 // What of the synthetic world a camera sees.
 enum class Scene { kLeft, kRight, kAll, kFew, kNothing };
 
-// Two scenes in one place, without a point in common: as if each were hidden while the other is seen.
+// Two scenes in one place, without a point in common: as if each were hidden while the other is
+// seen.
 class AtlasTest : public testing::Test {
  protected:
   AtlasTest() {
@@ -34,10 +35,18 @@ class AtlasTest : public testing::Test {
 
   // Frame `index` of a video, taken from the place on the arc of frame `place`.
   Frame View(int index, int place, Scene scene) {
-    const synthetic::World& world = scene == Scene::kLeft ? left_ : scene == Scene::kRight ? right_ : all_;
+    const synthetic::World& world = scene == Scene::kLeft    ? left_
+                                    : scene == Scene::kRight ? right_
+                                                             : all_;
     const double missed = scene == Scene::kNothing ? 1 : scene == Scene::kFew ? 0.965 : 0.1;
     Rng same_few(3);
-    return {index, index / 30.0, 0, synthetic::MakeView(world, TruePose(place), {.missed = missed}, scene == Scene::kFew ? same_few : rng_).features, {}};
+    return {index,
+            index / 30.0,
+            0,
+            synthetic::MakeView(world, TruePose(place), {.missed = missed},
+                                scene == Scene::kFew ? same_few : rng_)
+                .features,
+            {}};
   }
 
   void Walk(Atlas& atlas, int first, int count, int first_place, Scene scene, int step = 1) {
@@ -48,17 +57,23 @@ class AtlasTest : public testing::Test {
     }
   }
 
-  // RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of the world.
+  // RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of
+  // the world.
   double AbsoluteError(const Map& map, const std::vector<FramePose>& trajectory) const {
     const auto n = static_cast<Eigen::Index>(trajectory.size());
     Eigen::Matrix3Xd estimate(3, n), truth(3, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const FramePose& pose = trajectory[static_cast<size_t>(i)];
-      estimate.col(i) = (pose.cam_from_reference * *map.ResolvePose(pose.reference)).OriginInSource();
+      estimate.col(i) =
+          (pose.cam_from_reference * *map.ResolvePose(pose.reference)).OriginInSource();
       truth.col(i) = TruePose(places_[static_cast<size_t>(pose.frame_index)]).OriginInSource();
     }
     const Eigen::Matrix4d sim = Eigen::umeyama(estimate, truth, true);
-    return std::sqrt(((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth).colwise().squaredNorm().mean());
+    return std::sqrt(
+        ((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth)
+            .colwise()
+            .squaredNorm()
+            .mean());
   }
 
   static std::set<int> FramesOf(const std::vector<FramePose>& trajectory) {
@@ -75,7 +90,8 @@ class AtlasTest : public testing::Test {
     return atlas;
   }
 
-  synthetic::World all_ = synthetic::MakeWorld({.points = 1200}), left_ = EmptyWorld(), right_ = EmptyWorld();
+  synthetic::World all_ = synthetic::MakeWorld({.points = 1200}), left_ = EmptyWorld(),
+                   right_ = EmptyWorld();
   Map map_;
   Rng rng_{7};
   std::vector<int> places_;  // by frame
@@ -96,10 +112,13 @@ TEST_F(AtlasTest, WhatCannotBeJoinedIsKept) {
   const Map& main = *atlas->main().snapshot();
   EXPECT_GE(main.keyframes.size(), others[0].map.keyframes.size());
   std::set<int> frames = FramesOf(atlas->main().tracker().trajectory());
-  for (const int frame : FramesOf(others[0].trajectory)) EXPECT_TRUE(frames.insert(frame).second) << frame;
+  for (const int frame : FramesOf(others[0].trajectory))
+    EXPECT_TRUE(frames.insert(frame).second) << frame;
   EXPECT_GT(frames.size(), 130U);
-  for (const KeyframeId id : others[0].map.keyframes.Ids()) EXPECT_FALSE(main.keyframes.Contains(id) || main.retired.Contains(id));
-  for (const LandmarkId id : others[0].map.landmarks.Ids()) EXPECT_FALSE(main.landmarks.Contains(id));
+  for (const KeyframeId id : others[0].map.keyframes.Ids())
+    EXPECT_FALSE(main.keyframes.Contains(id) || main.retired.Contains(id));
+  for (const LandmarkId id : others[0].map.landmarks.Ids())
+    EXPECT_FALSE(main.landmarks.Contains(id));
   EXPECT_THAT(main.CheckInvariants(), IsEmpty());
   EXPECT_THAT(others[0].map.CheckInvariants(), IsEmpty());
   EXPECT_LT(AbsoluteError(main, atlas->main().tracker().trajectory()), 0.01);
@@ -144,7 +163,9 @@ TEST_F(AtlasTest, RunsRepeatExactly) {
     Walk(*atlas, 160, 60, -20, Scene::kAll);
     atlas->Finish();
     for (const FramePose& pose : atlas->main().tracker().trajectory())
-      run.push_back((pose.cam_from_reference * *atlas->main().snapshot()->ResolvePose(pose.reference)).OriginInSource());
+      run.push_back(
+          (pose.cam_from_reference * *atlas->main().snapshot()->ResolvePose(pose.reference))
+              .OriginInSource());
   }
   EXPECT_EQ(centers[0], centers[1]);
 }
@@ -191,7 +212,8 @@ TEST(PassedFrames, KeepsWhatWasLostAndSomeBesideIt) {
   EXPECT_LT(kept.size(), 240U);
 }
 
-// Two pieces that one camera went through: the second lies where it belongs, or is laid too far away.
+// Two pieces that one camera went through: the second lies where it belongs, or is laid too far
+// away.
 TEST(PieceLink, ACameraDoesNotJumpBetweenPieces) {
   synthetic::World world = synthetic::MakeWorld({});
   const Map map = synthetic::MakeMap(world, {}).map;
@@ -207,8 +229,11 @@ TEST(PieceLink, ACameraDoesNotJumpBetweenPieces) {
   };
   const std::vector<FramePose> first = way(0, 40, 1), second = way(45, 90, 1);
   EXPECT_TRUE(IsContinuous(map, first, map, second, Similarity()));
-  EXPECT_FALSE(IsContinuous(map, first, map, second, Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));
-  EXPECT_TRUE(IsContinuous(map, first, map, way(90, 120, 1), Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));  // too long after
+  EXPECT_FALSE(IsContinuous(map, first, map, second,
+                            Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));
+  EXPECT_TRUE(
+      IsContinuous(map, first, map, way(90, 120, 1),
+                   Similarity(1, Eigen::Quaterniond::Identity(), {1.5, 0, 0})));  // too long after
 }
 
 }  // namespace

@@ -2,7 +2,8 @@
 
 namespace oaslam {
 
-BackgroundBundle::BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index) : begun_at_(frame_index), work_(new Work{map, {}, false}) {
+BackgroundBundle::BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index)
+    : begun_at_(frame_index), work_(new Work{map, {}, false}) {
   constexpr int kIterations = 20;
   thread_ = std::jthread([work = work_.get(), config](const std::stop_token& stop) {
     work->correction = GlobalBundleAdjustment(work->map, kIterations, config, stop);

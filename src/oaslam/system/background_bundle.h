@@ -10,7 +10,8 @@
 
 namespace oaslam {
 
-// A global bundle adjustment of a copy of the map, on a thread of its own. Its end is stopped and waited for with the object's.
+// A global bundle adjustment of a copy of the map, on a thread of its own. Its end is stopped and
+// waited for with the object's.
 class BackgroundBundle {
  public:
   // `frame_index`: now.

@@ -34,15 +34,19 @@ constexpr double kReadoutSigmaS = 0.02;
 cv::Mat Grey(const cv::Mat& image) {
   cv::Mat grey;
   if (image.type() == CV_8UC1) return image;
-  if (image.type() == CV_8UC3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  else if (image.type() == CV_8UC4) cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
-  else throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+  if (image.type() == CV_8UC3)
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  else if (image.type() == CV_8UC4)
+    cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
+  else
+    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
   return grey;
 }
 
 // The camera of the same images scaled to another size. Pixel centres are at integers.
 Camera Scaled(const Camera& camera, const cv::Size& size) {
-  const double sx = static_cast<double>(size.width) / camera.width, sy = static_cast<double>(size.height) / camera.height;
+  const double sx = static_cast<double>(size.width) / camera.width,
+               sy = static_cast<double>(size.height) / camera.height;
   Camera scaled = camera;
   scaled.width = size.width;
   scaled.height = size.height;
@@ -77,7 +81,8 @@ double Change(const Camera& a, const Camera& b) { return std::abs(std::log(a.fx 
 
 class CameraEstimator::Impl {
  public:
-  Impl(const SlamConfig& config, const CameraEstimationOptions& options) : config_(config), options_(options) {
+  Impl(const SlamConfig& config, const CameraEstimationOptions& options)
+      : config_(config), options_(options) {
     if (config_.runner.mode == "live") config_.runner.mode = "lockstep";
   }
 
@@ -85,9 +90,11 @@ class CameraEstimator::Impl {
     if (image.empty()) throw InputError("camera estimation: empty image");
     if (original_.empty()) SetSize(image.size());
     if (image.size() != original_)
-      throw InputError(fmt::format("camera estimation: image of {}x{} pixels among {}x{}", image.cols, image.rows, original_.width, original_.height));
+      throw InputError(fmt::format("camera estimation: image of {}x{} pixels among {}x{}",
+                                   image.cols, image.rows, original_.width, original_.height));
     if (!times_.empty() && !(timestamp > times_.back()))
-      throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", timestamp, times_.back()));
+      throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
+                                   timestamp, times_.back()));
     if (IsFull() || (!times_.empty() && timestamp - times_.back() < 1 / kMaxRateHz)) return;
     cv::Mat small = Grey(image);
     if (size_ != original_) cv::resize(small, small, size_, 0, 0, cv::INTER_AREA);
@@ -124,12 +131,14 @@ class CameraEstimator::Impl {
     original_ = size_ = size;
     const double scale = std::sqrt(kMaxPixels / (static_cast<double>(size.width) * size.height));
     if (scale >= 1) return;
-    size_ = {std::max(1, static_cast<int>(std::lround(scale * size.width))), std::max(1, static_cast<int>(std::lround(scale * size.height)))};
+    size_ = {std::max(1, static_cast<int>(std::lround(scale * size.width))),
+             std::max(1, static_cast<int>(std::lround(scale * size.height)))};
   }
 
   // The lens that is expected, but for its focal length.
   Camera Expected() const {
-    return options_.start ? Scaled(*options_.start, size_) : Guess(FocalLengthOf(original_, kUsualFov[0]));
+    return options_.start ? Scaled(*options_.start, size_)
+                          : Guess(FocalLengthOf(original_, kUsualFov[0]));
   }
 
   // Pixels are square in the original images.
@@ -140,7 +149,8 @@ class CameraEstimator::Impl {
     if (found_) starts.push_back(*found_);
     if (options_.start) starts.push_back(Expected());
     if (options_.focal_length_35mm)
-      starts.push_back(Guess(*options_.focal_length_35mm / kFrameDiagonal35mm * std::hypot(original_.width, original_.height)));
+      starts.push_back(Guess(*options_.focal_length_35mm / kFrameDiagonal35mm *
+                             std::hypot(original_.width, original_.height)));
     for (const double fov : kUsualFov) starts.push_back(Guess(FocalLengthOf(original_, fov)));
     return starts;
   }
@@ -174,13 +184,17 @@ class CameraEstimator::Impl {
       if (pass.calibration.success && pass.calibration.RelativeSigma() < enough) break;
     }
     if (!(pass.calibration.success && pass.calibration.RelativeSigma() < enough)) check();
-    Log(LogLevel::kDebug, fmt::format("camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, readout {:.1f} +- {:.1f} ms, "
-                                      "{} keyframes, {} of {} observations, rmse {:.3f}{}{}",
-                                      pass.images, camera.fx, pass.calibration.camera.fx, pass.calibration.focal_sigma_px, pass.calibration.camera.distortion[0],
-                                      pass.calibration.camera.distortion[1], pass.calibration.camera.cx, pass.calibration.camera.cy,
-                                      1000 * pass.calibration.readout_s, 1000 * pass.calibration.readout_sigma_s, pass.calibration.keyframes,
-                                      pass.calibration.inliers, pass.calibration.observations, pass.calibration.rmse, pass.calibration.success ? "" : ": ",
-                                      pass.calibration.why_not));
+    Log(LogLevel::kDebug,
+        fmt::format("camera estimation: {} images from a focal length of {:.1f}: {:.1f} +- {:.1f}, "
+                    "k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}, readout {:.1f} +- {:.1f} ms, "
+                    "{} keyframes, {} of {} observations, rmse {:.3f}{}{}",
+                    pass.images, camera.fx, pass.calibration.camera.fx,
+                    pass.calibration.focal_sigma_px, pass.calibration.camera.distortion[0],
+                    pass.calibration.camera.distortion[1], pass.calibration.camera.cx,
+                    pass.calibration.camera.cy, 1000 * pass.calibration.readout_s,
+                    1000 * pass.calibration.readout_sigma_s, pass.calibration.keyframes,
+                    pass.calibration.inliers, pass.calibration.observations, pass.calibration.rmse,
+                    pass.calibration.success ? "" : ": ", pass.calibration.why_not));
     return pass;
   }
 
@@ -195,7 +209,8 @@ class CameraEstimator::Impl {
       const double change = Change(pass.calibration.camera, before.calibration.camera);
       const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
       // What another map moves is not known any better.
-      pass.calibration.focal_sigma_px = std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
+      pass.calibration.focal_sigma_px =
+          std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
       best_ = before = pass;
       if (stays) break;
     }
@@ -204,7 +219,8 @@ class CameraEstimator::Impl {
 
   void Keep(const Pass& pass) {
     const bool is_better = !best_ || (pass.calibration.success && !best_->calibration.success) ||
-                           (pass.calibration.success == best_->calibration.success && pass.calibration.RelativeSigma() < best_->calibration.RelativeSigma());
+                           (pass.calibration.success == best_->calibration.success &&
+                            pass.calibration.RelativeSigma() < best_->calibration.RelativeSigma());
     if (is_better) best_ = pass;
   }
 
@@ -224,7 +240,8 @@ class CameraEstimator::Impl {
     }
     estimate.camera = Scaled(camera, original_);
     estimate.camera.is_guess = !found.success;
-    estimate.camera.name = options_.start && !options_.start->name.empty() ? options_.start->name : "estimated";
+    estimate.camera.name =
+        options_.start && !options_.start->name.empty() ? options_.start->name : "estimated";
     return estimate;
   }
 
@@ -233,7 +250,7 @@ class CameraEstimator::Impl {
   cv::Size original_, size_;
   std::vector<cv::Mat> images_;
   std::vector<double> times_;
-  std::optional<Pass> best_;      // of the images there are
+  std::optional<Pass> best_;     // of the images there are
   std::optional<Camera> found_;  // from images before
 };
 
@@ -250,11 +267,20 @@ void CameraEstimator::Forget() { impl_->Forget(); }
 
 std::string Describe(const CameraEstimate& estimate) {
   const Camera& c = estimate.camera;
-  const auto fov = [](int side, double focal) { return 2 * std::atan(0.5 * side / focal) * 180 / std::numbers::pi; };
-  const std::string sigma = std::isfinite(estimate.focal_sigma_px) ? fmt::format(" +- {:.2g}", estimate.focal_sigma_px) : std::string();
-  const std::string readout = estimate.readout_s != 0 ? fmt::format(", rolling shutter {:.1f} ms", 1000 * estimate.readout_s) : std::string();
-  return fmt::format("focal length {:.1f}{} px (fov {:.1f} x {:.1f} degrees), k1 {:.4f}, k2 {:.4f}, centre {:.1f} {:.1f}{}", c.fx, sigma, fov(c.width, c.fx),
-                     fov(c.height, c.fy), c.distortion[0], c.distortion[1], c.cx, c.cy, readout);
+  const auto fov = [](int side, double focal) {
+    return 2 * std::atan(0.5 * side / focal) * 180 / std::numbers::pi;
+  };
+  const std::string sigma = std::isfinite(estimate.focal_sigma_px)
+                                ? fmt::format(" +- {:.2g}", estimate.focal_sigma_px)
+                                : std::string();
+  const std::string readout = estimate.readout_s != 0 ? fmt::format(", rolling shutter {:.1f} ms",
+                                                                    1000 * estimate.readout_s)
+                                                      : std::string();
+  return fmt::format(
+      "focal length {:.1f}{} px (fov {:.1f} x {:.1f} degrees), k1 {:.4f}, k2 {:.4f}, centre {:.1f} "
+      "{:.1f}{}",
+      c.fx, sigma, fov(c.width, c.fx), fov(c.height, c.fy), c.distortion[0], c.distortion[1], c.cx,
+      c.cy, readout);
 }
 
 }  // namespace oaslam

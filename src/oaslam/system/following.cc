@@ -15,24 +15,30 @@ namespace {
 Rigid3 Fraction(const Rigid3& motion, double share) {
   if (std::abs(share - 1) < 1e-3) return motion;
   const Eigen::AngleAxisd turn(motion.rotation);
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(share * turn.angle(), turn.axis())), share * motion.translation};
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(share * turn.angle(), turn.axis())),
+          share * motion.translation};
 }
 
-// How far, in pixels of the lowest level, landmarks were from where a prediction put them, in the median.
-double PredictionError(const Frame& frame, const Map& map, const TrackReport& tracked, const Rigid3& predicted) {
+// How far, in pixels of the lowest level, landmarks were from where a prediction put them, in the
+// median.
+double PredictionError(const Frame& frame, const Map& map, const TrackReport& tracked,
+                       const Rigid3& predicted) {
   const Camera& camera = map.cameras[frame.camera];
   std::vector<double> errors;
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
     if (!tracked.landmarks[i].IsValid()) continue;
     const Eigen::Vector3d p = predicted * map.landmarks.At(tracked.landmarks[i]).position;
-    if (p.z() > 0) errors.push_back((ProjectIdeal(camera, p) - frame.features->keypoints[i].px.cast<double>()).norm());
+    if (p.z() > 0)
+      errors.push_back(
+          (ProjectIdeal(camera, p) - frame.features->keypoints[i].px.cast<double>()).norm());
   }
   return errors.empty() ? 0 : Median(std::move(errors)) / frame.features->pyramid.working_pixel();
 }
-constexpr double kProbation = 0.5;  // seconds
+constexpr double kProbation = 0.5;    // seconds
 constexpr double kMotionWindow = 15;  // pixels of the lowest level, at least
 constexpr double kErrorsSearched = 4;
-constexpr int kThin = 200;  // landmarks: with fewer in view the matches of all key points with the last image are worth their time
+constexpr int kThin = 200;  // landmarks: with fewer in view the matches of all key points with the
+                            // last image are worth their time
 constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
 
 }  // namespace
@@ -42,12 +48,14 @@ TrackDemands Tracker::Demands(const Frame& frame) const {
   TrackDemands demands;
   demands.inliers = config_.tracking.min_inliers;
   demands.spread = LeastSpread();
-  if (IsOnProbation(frame)) demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
+  if (IsOnProbation(frame))
+    demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
   return demands;
 }
 
-// A few landmarks in one corner of the image do not tell a turn from a step aside, and then the map's scale is lost. Where they have been few and close
-// together all along, as on a thing on a plain table, they are what there is.
+// A few landmarks in one corner of the image do not tell a turn from a step aside, and then the
+// map's scale is lost. Where they have been few and close together all along, as on a thing on a
+// plain table, they are what there is.
 double Tracker::LeastSpread() const {
   constexpr double kShare = 0.1;
   constexpr double kEnough = 0.36;  // as of a hundred landmarks in a fifth of the image's width
@@ -67,7 +75,8 @@ Rigid3 Tracker::Predict(const Rigid3& last_pose, double timestamp) const {
 
 // As a keyframe the last frame has landmarks by now that it did not have when it came.
 const Keyframe* Tracker::LastAsKeyframe(const Map& map) const {
-  return last_->frame.index == newest_keyframe_frame_ ? map.keyframes.Find(newest_keyframe_) : nullptr;
+  return last_->frame.index == newest_keyframe_frame_ ? map.keyframes.Find(newest_keyframe_)
+                                                      : nullptr;
 }
 
 TrackReport Tracker::Follow(const Frame& frame, const Map& map) {
@@ -79,43 +88,56 @@ TrackReport Tracker::Follow(const Frame& frame, const Map& map) {
   const Features& before = *last_->frame.features;
   const auto in_local_map = [&](const TrackReport& first) {
     TrackReport report = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
-    if (report.success && report.inliers < kThin) report = StrengthenByMatches(frame, map, before, last_pose, report, demands);
+    if (report.success && report.inliers < kThin)
+      report = StrengthenByMatches(frame, map, before, last_pose, report, demands);
     return report;
   };
-  const double window = motion_ ? std::max(kMotionWindow, kErrorsSearched * motion_->error) : kMotionWindow;
+  const double window =
+      motion_ ? std::max(kMotionWindow, kErrorsSearched * motion_->error) : kMotionWindow;
   const Rigid3 predicted = Predict(last_pose, frame.timestamp);
   for (const double radius : {window, 2 * window, 4 * window})
-    if (const TrackReport found = in_local_map(TrackFromLastFrame(frame, map, before, last_->landmarks, predicted, radius));
+    if (const TrackReport found = in_local_map(
+            TrackFromLastFrame(frame, map, before, last_->landmarks, predicted, radius));
         found.success)
       return found;
   if (motion_)
-    if (const TrackReport found = in_local_map(TrackFromLastFrame(frame, map, before, last_->landmarks, last_pose, 2 * window));
+    if (const TrackReport found = in_local_map(
+            TrackFromLastFrame(frame, map, before, last_->landmarks, last_pose, 2 * window));
         found.success)
       return found;
-  if (const TrackReport found = in_local_map(TrackByDescriptors(frame, map, before, last_->landmarks, rng_)); found.success)
+  if (const TrackReport found =
+          in_local_map(TrackByDescriptors(frame, map, before, last_->landmarks, rng_));
+      found.success)
     return found;
   const Keyframe* keyframe = map.keyframes.Find(last_->reference);
   if (keyframe)
-    if (const TrackReport found = in_local_map(TrackByDescriptors(frame, map, *keyframe->features, keyframe->landmarks, rng_)); found.success)
+    if (const TrackReport found = in_local_map(
+            TrackByDescriptors(frame, map, *keyframe->features, keyframe->landmarks, rng_));
+        found.success)
       return found;
   return {};
 }
 
-void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
+void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tracked,
+                       TrackingState state) {
   const Rigid3 cam_from_reference = RelativeTo(map, tracked.reference, tracked.cam_from_world);
   const auto before = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (before && frame.timestamp != last_->frame.timestamp) {
     const Rigid3 last_pose = last_->cam_from_reference * *before;
     const double error = PredictionError(frame, map, tracked, Predict(last_pose, frame.timestamp));
-    motion_ = Motion{tracked.cam_from_world * last_pose.Inverse(), frame.timestamp - last_->frame.timestamp, error};
+    motion_ = Motion{tracked.cam_from_world * last_pose.Inverse(),
+                     frame.timestamp - last_->frame.timestamp, error};
   } else {
     motion_.reset();
   }
   constexpr double kSpreadSeconds = 3;
   const double seconds = last_ ? std::abs(frame.timestamp - last_->frame.timestamp) : 0;
-  usual_spread_ = usual_spread_ > 0 ? std::lerp(tracked.spread, usual_spread_, std::exp(-seconds / kSpreadSeconds)) : tracked.spread;
+  usual_spread_ = usual_spread_ > 0 ? std::lerp(tracked.spread, usual_spread_,
+                                                std::exp(-seconds / kSpreadSeconds))
+                                    : tracked.spread;
   last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
-  trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state}, frame, tracked.landmarks);
+  trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state},
+                  frame, tracked.landmarks);
   trajectory_.Settle(map, frame.index - kSettleAfter);
   phase_ = Phase::kTracking;
   for (const LandmarkId id : tracked.visible) uses_.push_back({id, 1, 0});

@@ -7,33 +7,38 @@
 
 namespace oaslam {
 
-std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index, std::vector<ObjectDetection> detections,
+std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index,
+                                                       std::vector<ObjectDetection> detections,
                                                        const Map& map) {
-  const auto found =
-      std::ranges::find(undetected_, frame_index, [](const Undetected& u) { return u.tracked.frame.index; });
+  const auto found = std::ranges::find(undetected_, frame_index,
+                                       [](const Undetected& u) { return u.tracked.frame.index; });
   if (found == undetected_.end()) return std::nullopt;
   Undetected late = std::move(*found);
   undetected_.erase(undetected_.begin(), found + 1);
   late.tracked.frame.detections = std::move(detections);
-  if (!late.has_pose) return phase_ == Phase::kLost ? std::optional(FindLate(late.tracked.frame, map)) : std::nullopt;
+  if (!late.has_pose)
+    return phase_ == Phase::kLost ? std::optional(FindLate(late.tracked.frame, map)) : std::nullopt;
   const auto reference = map.ResolvePose(late.tracked.reference);
   if (!reference) return std::nullopt;
   late.tracked.cam_from_world = late.tracked.cam_from_reference * *reference;
-  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, late.tracked.cam_from_world, 0, late.tracked.inliers);
+  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, late.tracked.cam_from_world, 0,
+                                     late.tracked.inliers);
   outcome.objects = Associate(late.tracked, map);
   return outcome;
 }
 
 // Searches a frame that has passed for the pose of a camera that is lost since.
 Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
-  if (relocalized_frame_ && frame.index <= *relocalized_frame_) return {};  // filled in from there, where it could be
+  if (relocalized_frame_ && frame.index <= *relocalized_frame_)
+    return {};  // filled in from there, where it could be
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
   Outcome outcome;
   if (found.evidence == PoseEvidence::kNone) return outcome;
   if (found.evidence == PoseEvidence::kObjects) {
     if (found.relative_sigma <= config_.tracking.max_object_sigma) {
       outcome = ShowObjectPose(frame, map, found);
-      for (Missed& missed : missed_) missed.has_pose = missed.has_pose || missed.frame.index == frame.index;
+      for (Missed& missed : missed_)
+        missed.has_pose = missed.has_pose || missed.frame.index == frame.index;
     }
     outcome.anchor = PoseAnchor{found.cam_from_world, found.sigma_position};
     return outcome;
@@ -45,10 +50,11 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   std::erase_if(missed_, [&](const Missed& missed) { return missed.frame.index >= frame.index; });
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   Remember(frame, map, tracked, TrackingState::kRelocalized);
-  outcome = Outcome::Tracked(TrackingState::kRelocalized, tracked.cam_from_world, tracked.matched, tracked.inliers);
-  outcome.objects = Associate(
-      {frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers},
-      map);
+  outcome = Outcome::Tracked(TrackingState::kRelocalized, tracked.cam_from_world, tracked.matched,
+                             tracked.inliers);
+  outcome.objects = Associate({frame, tracked.cam_from_world, tracked.reference,
+                               last_->cam_from_reference, tracked.landmarks, tracked.inliers},
+                              map);
   return outcome;
 }
 

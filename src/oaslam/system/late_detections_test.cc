@@ -15,7 +15,8 @@ std::vector<Ellipsoid> Things() {
   std::vector<Ellipsoid> things;
   for (int i = 0; i < 8; ++i)
     things.push_back({Eigen::Vector3d(-1.2 + 0.8 * (i % 4), i < 4 ? -0.5 : 0.4, 0.15 * (i % 3)),
-                      Eigen::Vector3d(0.15 + 0.01 * i, 0.2, 0.25 - 0.01 * i), Eigen::Quaterniond::Identity()});
+                      Eigen::Vector3d(0.15 + 0.01 * i, 0.2, 0.25 - 0.01 * i),
+                      Eigen::Quaterniond::Identity()});
   return things;
 }
 
@@ -41,13 +42,18 @@ class LateDetections : public testing::Test {
     return config;
   }
 
-  // Frames up to `count`, whose detections come `lag` frames later, of every `stride`th frame; lag 0: with the frame.
+  // Frames up to `count`, whose detections come `lag` frames later, of every `stride`th frame; lag
+  // 0: with the frame.
   void Walk(Session& session, int count, int lag, int stride, int first_blind = kBlind) {
     Rng rng(7);
     for (int i = 0; i < count; ++i) {
       const bool blind = i >= first_blind;
       Frame frame{
-          i, i / 30.0, 0, synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features, {}};
+          i,
+          i / 30.0,
+          0,
+          synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features,
+          {}};
       frame.detections_follow = lag > 0;
       if (lag == 0 && i % stride == 0) frame.detections = Detect(i);
       states_.push_back(session.Process(frame).state);
@@ -75,7 +81,8 @@ class LateDetections : public testing::Test {
 };
 
 TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
-  Session at_once(Config(), NewMap(world_.camera), {}, false), late(Config(), NewMap(world_.camera), {}, false);
+  Session at_once(Config(), NewMap(world_.camera), {}, false),
+      late(Config(), NewMap(world_.camera), {}, false);
   Walk(at_once, kBlind, 0, 2);
   Walk(late, kBlind, 9, 2);
   at_once.Finish();
@@ -88,8 +95,8 @@ TEST_F(LateDetections, MapTheObjectsOfDetectionsThatComeAtOnce) {
     double nearest = 1e9;
     b->objects.ForEach([&](ObjectId, const Object& other) {
       if (other.state == ObjectState::kMapped && other.category_id == object.category_id)
-        nearest = std::min(
-            nearest, (other.ellipsoid.center - object.ellipsoid.center).norm() / object.ellipsoid.half_axes.maxCoeff());
+        nearest = std::min(nearest, (other.ellipsoid.center - object.ellipsoid.center).norm() /
+                                        object.ellipsoid.half_axes.maxCoeff());
     });
     EXPECT_LT(nearest, 0.15) << object.category_id;
   });
@@ -124,18 +131,20 @@ TEST_F(LateDetections, FindALostCameraByObjects) {
   const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3));
   ASSERT_TRUE(found);
   ASSERT_TRUE(found->anchor);
-  // How far it has come since a frame that was tracked, in units of the way from frame 40 to there: free of the map's
-  // unit.
+  // How far it has come since a frame that was tracked, in units of the way from frame 40 to there:
+  // free of the map's unit.
   const auto center = [&](int frame) {
     for (const FramePose& pose : session.tracker().trajectory())
       if (pose.frame_index == frame)
-        return (pose.cam_from_reference * *session.snapshot()->ResolvePose(pose.reference)).OriginInSource();
+        return (pose.cam_from_reference * *session.snapshot()->ResolvePose(pose.reference))
+            .OriginInSource();
     return Eigen::Vector3d(1e9, 0, 0);
   };
-  const double found_ratio =
-      (found->anchor->cam_from_world.OriginInSource() - center(90)).norm() / (center(90) - center(40)).norm();
-  const double true_ratio = (TruePose(kBlind + 3).OriginInSource() - TruePose(90).OriginInSource()).norm() /
-                            (TruePose(90).OriginInSource() - TruePose(40).OriginInSource()).norm();
+  const double found_ratio = (found->anchor->cam_from_world.OriginInSource() - center(90)).norm() /
+                             (center(90) - center(40)).norm();
+  const double true_ratio =
+      (TruePose(kBlind + 3).OriginInSource() - TruePose(90).OriginInSource()).norm() /
+      (TruePose(90).OriginInSource() - TruePose(40).OriginInSource()).norm();
   EXPECT_NEAR(found_ratio, true_ratio, 0.1);
 }
 

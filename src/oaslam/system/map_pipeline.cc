@@ -17,7 +17,8 @@ RunnerMode ModeOf(const std::string& name) {
 MapPipeline::MapPipeline(const SlamConfig& config, Map map)
     : mode_(ModeOf(config.runner.mode)), lag_(config.runner.lag), mapper_(config, std::move(map)) {
   published_.push_back({0, mapper_.Publish()});
-  if (mode_ != RunnerMode::kSequential) thread_ = std::jthread([this](std::stop_token stop) { Work(stop); });
+  if (mode_ != RunnerMode::kSequential)
+    thread_ = std::jthread([this](std::stop_token stop) { Work(stop); });
 }
 
 void MapPipeline::Submit(MapCommand command, bool wait) {

@@ -15,9 +15,11 @@ namespace oaslam {
 enum class RunnerMode { kSequential, kLockstep, kLive };
 
 // Takes map commands from the tracker to the mapper, and snapshots back.
-// Sequential: the mapper works inside Submit. Lockstep: on its own thread, and the tracker of frame k gets exactly the snapshot that holds
-// the commands of the frames up to k - lag, so that results are the same on every run. Live: on its own thread, newest snapshot; the tracker
-// asks for no keyframe while the last one is not yet in the map, which keeps the queue short, and it is bounded all the same.
+// Sequential: the mapper works inside Submit. Lockstep: on its own thread, and the tracker of frame
+// k gets exactly the snapshot that holds the commands of the frames up to k - lag, so that results
+// are the same on every run. Live: on its own thread, newest snapshot; the tracker asks for no
+// keyframe while the last one is not yet in the map, which keeps the queue short, and it is bounded
+// all the same.
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);
@@ -25,7 +27,8 @@ class MapPipeline {
 
   static constexpr size_t kMaxQueued = 8;
 
-  // Hands a command over; waits where kMaxQueued commands wait already. With `wait` it is in every snapshot from now on, whatever the mode.
+  // Hands a command over; waits where kMaxQueued commands wait already. With `wait` it is in every
+  // snapshot from now on, whatever the mode.
   void Submit(MapCommand command, bool wait);
 
   // The snapshot for the tracker of a frame.
@@ -56,8 +59,10 @@ class MapPipeline {
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<MapCommand> queue_;
-  std::deque<Published> published_;  // ascending; the oldest the tracker may still ask for comes first
-  std::deque<std::pair<int, uint64_t>> submitted_;  // frame and sequence of commands not yet behind the lag
+  std::deque<Published>
+      published_;  // ascending; the oldest the tracker may still ask for comes first
+  std::deque<std::pair<int, uint64_t>>
+      submitted_;  // frame and sequence of commands not yet behind the lag
   uint64_t submitted_count_ = 0, applied_count_ = 0, required_ = 0;
   std::jthread thread_;
 };

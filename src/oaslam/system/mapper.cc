@@ -7,8 +7,8 @@
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
-#include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/moved_objects.h"
+#include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
 #include "oaslam/system/piece_joining.h"
 #include "oaslam/util/log.h"
@@ -25,7 +25,8 @@ void Mapper::Apply(const MapCommand& command) {
   if (command.classes) SetClassRelations(*command.classes, map_);
   if (command.anchors) {
     map_.anchors = *command.anchors;
-    std::erase_if(map_.anchors, [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
+    std::erase_if(map_.anchors,
+                  [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
   }
   AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, map_))
@@ -33,8 +34,11 @@ void Mapper::Apply(const MapCommand& command) {
   if (command.joining) Join(*command.joining, command.frame_index);
   CountLandmarkUse(command.uses, map_);
   if (command.keyframe) MapKeyframe(*command.keyframe);
-  if (!command.sightings.empty()) UpdateObjects(map_, command.sightings, {command.frame_index, command.sightings.back().timestamp}, config_.objects);
-  else if (command.keyframe) UpdateUp(map_);
+  if (!command.sightings.empty())
+    UpdateObjects(map_, command.sightings,
+                  {command.frame_index, command.sightings.back().timestamp}, config_.objects);
+  else if (command.keyframe)
+    UpdateUp(map_);
 }
 
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
@@ -45,10 +49,12 @@ void Mapper::Join(const JoiningMap& joining, int frame_index) {
 void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   InsertKeyframe(keyframe, config_.mapping, map_);
   recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
-  const std::vector<LandmarkId> created = TriangulateNewLandmarks(keyframe.id, config_.mapping, map_);
+  const std::vector<LandmarkId> created =
+      TriangulateNewLandmarks(keyframe.id, config_.mapping, map_);
   recent_landmarks_.insert(recent_landmarks_.end(), created.begin(), created.end());
   FuseLandmarks(keyframe.id, config_.mapping, map_);
-  if (map_.keyframes.size() > 2) ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
+  if (map_.keyframes.size() > 2)
+    ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
   CloseLoop(keyframe.id, keyframe.frame.frame.index);
 }
@@ -60,7 +66,8 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
   if (!loop) return;
   if (!CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_)) return;
-  Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}", loop->current.value, loop->old.value));
+  Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}",
+                                   loop->current.value, loop->old.value));
   last_loop_ = keyframe;
   ++map_.loops_closed;
   background_bundle_.emplace(map_, config_.bundle, frame_index);
@@ -70,7 +77,9 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
 void Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   constexpr int kFrames = 30;  // that it may take
   if (!background_bundle_) return;
-  const bool is_due = config_.runner.mode == "live" ? background_bundle_->IsReady() : command.frame_index >= background_bundle_->begun_at() + kFrames;
+  const bool is_due = config_.runner.mode == "live"
+                          ? background_bundle_->IsReady()
+                          : command.frame_index >= background_bundle_->begun_at() + kFrames;
   if (!is_due && !command.settle) return;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
@@ -79,7 +88,8 @@ void Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 void Mapper::Finish() {
   background_bundle_.reset();  // the last one does its work
   constexpr int kIterations = 20;
-  if (map_.keyframes.size() > 2) ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
+  if (map_.keyframes.size() > 2)
+    ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
 }
 
 std::shared_ptr<const Map> Mapper::Publish() {

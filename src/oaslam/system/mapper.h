@@ -6,8 +6,8 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/command.h"
-#include "oaslam/mapping/loop_closing.h"
 #include "oaslam/map/map.h"
+#include "oaslam/mapping/loop_closing.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/system/background_bundle.h"
 #include "oaslam/util/rng.h"
@@ -24,11 +24,12 @@ struct JoiningMap {
 struct MapCommand {
   int frame_index = 0;
   uint32_t first_landmark = 0;  // landmarks made from now on have this id or a higher one
-  bool settle = false;  // wait for what runs in the background: the map must not move later
+  bool settle = false;          // wait for what runs in the background: the map must not move later
   std::optional<ClassRelations> classes;
   std::optional<std::map<std::string, Anchor>> anchors;  // from now on, all of them
   std::optional<InitialMap> initial;
-  std::shared_ptr<const Map> successor;  // goes on with this map, which was made from the one there is
+  std::shared_ptr<const Map>
+      successor;  // goes on with this map, which was made from the one there is
   std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;
   std::vector<LandmarkUse> uses;
@@ -60,7 +61,7 @@ class Mapper {
   Rng rng_;
   std::vector<LandmarkId> recent_landmarks_;
   LoopDetector loop_detector_;
-  KeyframeId last_loop_;  // keyframe that closed the last loop
+  KeyframeId last_loop_;                               // keyframe that closed the last loop
   std::optional<BackgroundBundle> background_bundle_;  // after a loop
 };
 

@@ -6,16 +6,20 @@
 
 #include "oaslam/system/tracker.h"
 
-// Poses of frames that had none when they came: before there was a map, while the camera was lost, and in gaps that are looked at once a video is over.
+// Poses of frames that had none when they came: before there was a map, while the camera was lost,
+// and in gaps that are looked at once a video is over.
 namespace oaslam {
 namespace {
 
-constexpr double kWindow = 30;  // pixels of the lowest level: of a neighbour in time only the pose is known
+constexpr double kWindow =
+    30;  // pixels of the lowest level: of a neighbour in time only the pose is known
 
 // From a neighbour in time to the local map.
-TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features, const std::vector<LandmarkId>& landmarks,
+TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features,
+                               const std::vector<LandmarkId>& landmarks,
                                const Rigid3& cam_from_world, const TrackDemands& demands) {
-  const TrackReport report = TrackFromLastFrame(frame, map, features, landmarks, cam_from_world, kWindow);
+  const TrackReport report =
+      TrackFromLastFrame(frame, map, features, landmarks, cam_from_world, kWindow);
   return report.success ? TrackLocalMap(frame, map, report, demands) : TrackReport{};
 }
 
@@ -28,7 +32,8 @@ void Tracker::Miss(const Frame& frame, bool has_pose) {
   if (missed_.size() > kMaxMissed) missed_.pop_front();
 }
 
-// Frames that passed before there was a map get their poses now: from the first keyframe on to the second, and back to where it is out of sight.
+// Frames that passed before there was a map get their poses now: from the first keyframe on to the
+// second, and back to where it is out of sight.
 void Tracker::FillInBeforeMap(const Map& map) {
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
@@ -37,13 +42,16 @@ void Tracker::FillInBeforeMap(const Map& map) {
     std::vector<LandmarkId> landmarks = keyframe.landmarks;
     Rigid3 pose = keyframe.cam_from_world;
     for (const Frame& frame : frames) {
-      const TrackReport report = TrackFromNeighbour(frame, map, *features, landmarks, pose, {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
+      const TrackReport report =
+          TrackFromNeighbour(frame, map, *features, landmarks, pose,
+                             {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
       if (!report.success) {
         if (frame.index < keyframe.frame_index) return;
         continue;
       }
-      trajectory_.Add({frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking}, frame,
-                      report.landmarks);
+      trajectory_.Add({frame.index, frame.timestamp, first,
+                       RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking},
+                      frame, report.landmarks);
       features = frame.features;
       landmarks = report.landmarks;
       pose = report.cam_from_world;
@@ -56,19 +64,24 @@ void Tracker::FillInBeforeMap(const Map& map) {
   fill_in(std::ranges::subrange(std::make_reverse_iterator(from_first), frames.rend()));
 }
 
-// Follows the camera back in time, from where it was found to the frames that were lost before, at most `count` of them.
+// Follows the camera back in time, from where it was found to the frames that were lost before, at
+// most `count` of them.
 void Tracker::FillInMissed(const Map& map, int count) {
   for (; backfill_ && count > 0; --count) {
     if (missed_.empty() || missed_.back().frame.index != backfill_->index - 1) return EndBackfill();
     const Missed missed = std::move(missed_.back());
     missed_.pop_back();
     const Frame& frame = missed.frame;
-    TrackReport report = TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks, backfill_->after.cam_from_world,
-                                            {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
+    TrackReport report =
+        TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks,
+                           backfill_->after.cam_from_world,
+                           {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
     if (!report.success) return EndBackfill();
     const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
     if (!missed.has_pose)
-      trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference, TrackingState::kTracking}, frame, report.landmarks);
+      trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference,
+                       TrackingState::kTracking},
+                      frame, report.landmarks);
     backfill_ = Backfill{frame.features, std::move(report), frame.index, true};
   }
 }
@@ -96,17 +109,23 @@ std::optional<Rigid3> Tracker::PoseOf(int frame_index, const Map& map) const {
 
 bool Tracker::TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence) {
   takes_thin_evidence_ = on_thin_evidence;
-  const auto carried = HasTracked(frame.index) ? map.ResolveKeyframe(trajectory_.PoseOf(frame.index)->reference) : std::nullopt;
+  const auto carried = HasTracked(frame.index)
+                           ? map.ResolveKeyframe(trajectory_.PoseOf(frame.index)->reference)
+                           : std::nullopt;
   if (!carried) return false;
   const Keyframe& keyframe = map.keyframes.At(carried->by);
-  const Rigid3 pose = trajectory_.PoseOf(frame.index)->cam_from_reference * carried->cam_from_carrier * keyframe.cam_from_world;
-  const TrackReport tracked = TrackFromNeighbour(frame, map, *keyframe.features, keyframe.landmarks, pose, {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
+  const Rigid3 pose = trajectory_.PoseOf(frame.index)->cam_from_reference *
+                      carried->cam_from_carrier * keyframe.cam_from_world;
+  const TrackReport tracked =
+      TrackFromNeighbour(frame, map, *keyframe.features, keyframe.landmarks, pose,
+                         {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
   if (!tracked.success) return false;
   EndBackfill();
   undetected_.clear();
   relocalized_frame_.reset();
   motion_.reset();
-  last_ = Last{frame, tracked.landmarks, tracked.reference, RelativeTo(map, tracked.reference, tracked.cam_from_world)};
+  last_ = Last{frame, tracked.landmarks, tracked.reference,
+               RelativeTo(map, tracked.reference, tracked.cam_from_world)};
   newest_keyframe_ = carried->by;
   newest_keyframe_frame_ = keyframe.frame_index;
   newest_keyframe_time_ = keyframe.timestamp;
@@ -118,7 +137,8 @@ std::optional<Tracker::Outcome> Tracker::Extend(const Frame& frame, const Map& m
   const TrackReport tracked = Follow(frame, map);
   if (!tracked.success) return std::nullopt;
   Remember(frame, map, tracked, TrackingState::kTracking);
-  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, tracked.cam_from_world,
+                                     tracked.matched, tracked.inliers);
   outcome.depth = tracked.depth;
   MakeKeyframe(frame, map, tracked, outcome);
   return outcome;

@@ -17,7 +17,8 @@ void PassedFrames::Add(const Frame& frame, bool is_tracked) {
   recent_.pop_front();
   if (!oldest.is_tracked) last_lost_ = oldest.frame.index;
   const auto next = recent_.begin() + std::min<std::ptrdiff_t>(kBeside, std::ssize(recent_));
-  const bool is_before_gap = std::any_of(recent_.begin(), next, [](const Passed& passed) { return !passed.is_tracked; });
+  const bool is_before_gap =
+      std::any_of(recent_.begin(), next, [](const Passed& passed) { return !passed.is_tracked; });
   const bool is_behind_gap = last_lost_ && oldest.frame.index - *last_lost_ <= kBeside;
   if (is_before_gap || is_behind_gap) kept_.push_back(oldest);
   if (kept_.size() > kMaxKept) kept_.pop_front();

@@ -8,8 +8,8 @@
 
 namespace oaslam {
 
-// Remembers with their features the frames in which the camera was not followed by points, some before and behind them, and the newest ones, to look
-// there again once the map is complete.
+// Remembers with their features the frames in which the camera was not followed by points, some
+// before and behind them, and the newest ones, to look there again once the map is complete.
 class PassedFrames {
  public:
   // The next frame, in order.

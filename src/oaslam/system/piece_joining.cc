@@ -14,15 +14,19 @@
 namespace oaslam {
 namespace {
 
-// Keyframes of the other piece go to where they meet those of the map, whose first one stays where it is.
-bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& of_other, const SlamConfig& config, Rng& rng, Map& map) {
+// Keyframes of the other piece go to where they meet those of the map, whose first one stays where
+// it is.
+bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& of_other,
+         const SlamConfig& config, Rng& rng, Map& map) {
   constexpr int kMaxTies = 3;
   int ties = 0;
   std::set<KeyframeId> untied(of_map.begin(), of_map.end());
   for (const KeyframeId id : of_other) {
     const auto tie = FindTie(map, id, untied, rng);
-    if (!tie || !CorrectLoop(*tie, config.mapping.min_shared_landmarks, map, of_map.front())) continue;
-    Log(LogLevel::kDebug, fmt::format("pieces tied at keyframes {} and {} by {} landmarks", id.value, tie->old.value, tie->old_landmarks.size()));
+    if (!tie || !CorrectLoop(*tie, config.mapping.min_shared_landmarks, map, of_map.front()))
+      continue;
+    Log(LogLevel::kDebug, fmt::format("pieces tied at keyframes {} and {} by {} landmarks",
+                                      id.value, tie->old.value, tie->old_landmarks.size()));
     if (++ties == kMaxTies) break;
     untied.erase(tie->old);
     for (const Covisible& c : map.keyframes.At(tie->old).covisible) untied.erase(c.keyframe);
@@ -32,7 +36,8 @@ bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& o
 
 }  // namespace
 
-bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config, Rng& rng, Map& map) {
+bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
+               Rng& rng, Map& map) {
   const std::vector<KeyframeId> before = map.keyframes.Ids(), joined = other.keyframes.Ids();
   JoinMap(other, world_from_other, map);
   const std::vector<ObjectId> objects = other.objects.Ids();

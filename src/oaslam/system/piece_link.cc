@@ -11,12 +11,15 @@ namespace oaslam {
 namespace {
 
 constexpr int kMinWeight = 20;
-constexpr double kMinShare = 0.6;          // of the anchors that must agree
-constexpr double kTrackedSigma = 0.005;    // of the depth: what is left of bending where points are seen from about where they were mapped
-constexpr double kMaxScaleSigma = 0.06;    // relative
+constexpr double kMinShare = 0.6;        // of the anchors that must agree
+constexpr double kTrackedSigma = 0.005;  // of the depth: what is left of bending where points are
+                                         // seen from about where they were mapped
+constexpr double kMaxScaleSigma = 0.06;  // relative
 
 // A pose by points says more than one by objects.
-int WeightOf(bool by_points, bool of_keyframe) { return of_keyframe ? (by_points ? 5 : 2) : (by_points ? 2 : 1); }
+int WeightOf(bool by_points, bool of_keyframe) {
+  return of_keyframe ? (by_points ? 5 : 2) : (by_points ? 2 : 1);
+}
 
 double MedianDepth(const Map& map, const Relocalization& found) {
   std::vector<double> depths;
@@ -34,12 +37,17 @@ struct Passed {
   bool is_other = false;
 };
 
-void Append(const Map& map, std::span<const FramePose> trajectory, const Similarity& world_from_map, bool is_other, std::vector<Passed>& way) {
+void Append(const Map& map, std::span<const FramePose> trajectory, const Similarity& world_from_map,
+            bool is_other, std::vector<Passed>& way) {
   for (const FramePose& frame : trajectory) {
-    const auto reference = frame.state == TrackingState::kObjects ? std::nullopt : map.ResolveKeyframe(frame.reference);
+    const auto reference = frame.state == TrackingState::kObjects
+                               ? std::nullopt
+                               : map.ResolveKeyframe(frame.reference);
     if (!reference) continue;
-    const Rigid3 cam_from_map = frame.cam_from_reference * reference->cam_from_carrier * map.keyframes.At(reference->by).cam_from_world;
-    way.push_back({frame.frame_index, frame.timestamp, (Similarity(cam_from_map) * world_from_map.Inverse()).AsPose(),
+    const Rigid3 cam_from_map = frame.cam_from_reference * reference->cam_from_carrier *
+                                map.keyframes.At(reference->by).cam_from_world;
+    way.push_back({frame.frame_index, frame.timestamp,
+                   (Similarity(cam_from_map) * world_from_map.Inverse()).AsPose(),
                    world_from_map.scale * map.MedianDepth(reference->by), is_other});
   }
 }
@@ -49,7 +57,8 @@ struct Step {
 };
 
 Step StepBetween(const Passed& a, const Passed& b) {
-  return {b.time - a.time, (a.cam_from_world.OriginInSource() - b.cam_from_world.OriginInSource()).norm(),
+  return {b.time - a.time,
+          (a.cam_from_world.OriginInSource() - b.cam_from_world.OriginInSource()).norm(),
           a.cam_from_world.rotation.angularDistance(b.cam_from_world.rotation)};
 }
 
@@ -68,33 +77,43 @@ std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map) 
   return PoseAnchor{found.cam_from_world, std::max(least, found.sigma_position), by_points};
 }
 
-void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other, std::span<const FramePose> in_this) {
+void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other,
+                          std::span<const FramePose> in_this) {
   for (const FramePose& pose : in_this) {
-    const auto there = std::ranges::lower_bound(in_other, pose.frame_index, {}, &FramePose::frame_index);
-    if (there == in_other.end() || there->frame_index != pose.frame_index || there->state == TrackingState::kObjects) continue;
+    const auto there =
+        std::ranges::lower_bound(in_other, pose.frame_index, {}, &FramePose::frame_index);
+    if (there == in_other.end() || there->frame_index != pose.frame_index ||
+        there->state == TrackingState::kObjects)
+      continue;
     const auto reference = other.ResolveKeyframe(there->reference);
     if (!reference) continue;
-    const Rigid3 cam_from_other = there->cam_from_reference * reference->cam_from_carrier * other.keyframes.At(reference->by).cam_from_world;
+    const Rigid3 cam_from_other = there->cam_from_reference * reference->cam_from_carrier *
+                                  other.keyframes.At(reference->by).cam_from_world;
     Add(pose.frame_index, {cam_from_other, kTrackedSigma * other.MedianDepth(reference->by), true});
   }
 }
 
 bool PieceLink::CanLocate(size_t keyframes) const {
   int weight = WeightOf(true, true) * static_cast<int>(keyframes);
-  for (const auto& [frame, anchor] : anchors_) weight += WeightOf(anchor.in_other.by_points, anchor.of_keyframe);
+  for (const auto& [frame, anchor] : anchors_)
+    weight += WeightOf(anchor.in_other.by_points, anchor.of_keyframe);
   return weight >= kMinWeight;
 }
 
-std::optional<Similarity> PieceLink::Locate(const Map& map, std::span<const FramePose> trajectory) const {
+std::optional<Similarity> PieceLink::Locate(const Map& map,
+                                            std::span<const FramePose> trajectory) const {
   std::vector<PosePair> pairs;
   std::vector<int> weights;
   int sum = 0;
   for (const FramePose& pose : trajectory) {
     const auto anchor = anchors_.find(pose.frame_index);
-    const auto reference = anchor == anchors_.end() || pose.state == TrackingState::kObjects ? std::nullopt : map.ResolvePose(pose.reference);
+    const auto reference = anchor == anchors_.end() || pose.state == TrackingState::kObjects
+                               ? std::nullopt
+                               : map.ResolvePose(pose.reference);
     if (!reference) continue;
     const auto& [in_other, of_keyframe] = anchor->second;
-    pairs.push_back({pose.cam_from_reference * *reference, in_other.cam_from_world, in_other.sigma});
+    pairs.push_back(
+        {pose.cam_from_reference * *reference, in_other.cam_from_world, in_other.sigma});
     weights.push_back(WeightOf(in_other.by_points, of_keyframe));
     sum += weights.back();
   }
@@ -103,15 +122,19 @@ std::optional<Similarity> PieceLink::Locate(const Map& map, std::span<const Fram
   if (!fit.success) return std::nullopt;
   int weight = 0;
   for (size_t i = 0; i < pairs.size(); ++i) weight += fit.is_inlier[i] ? weights[i] : 0;
-  const bool agree = fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && weight >= kMinWeight;
+  const bool agree =
+      fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && weight >= kMinWeight;
   return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(fit.b_from_a) : std::nullopt;
 }
 
-bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other, std::span<const FramePose> other_trajectory,
-                  const Similarity& world_from_other) {
+bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
+                  std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
   constexpr double kMaxSeconds = 1, kMaxTimes = 2;
-  constexpr double kHandTurn = 3, kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
-  const auto is_step = [](const Step& step) { return step.seconds > 0 && step.seconds <= kMaxSeconds; };  // else of two videos, or after a long time
+  constexpr double kHandTurn = 3,
+                   kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
+  const auto is_step = [](const Step& step) {
+    return step.seconds > 0 && step.seconds <= kMaxSeconds;
+  };                                   // else of two videos, or after a long time
   constexpr double kTolerance = 0.03;  // of the depth, and rad: how well pieces fit to each other
   std::vector<Passed> way;
   Append(map, trajectory, Similarity(), false, way);
@@ -128,13 +151,16 @@ bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const M
     turns.push_back(step.angle / step.seconds);
   }
   if (speeds.empty()) return true;
-  const double max_speed = kMaxTimes * NinetyFifth(std::move(speeds)), max_turn = std::max(kHandTurn, kMaxTimes * NinetyFifth(std::move(turns)));
+  const double max_speed = kMaxTimes * NinetyFifth(std::move(speeds)),
+               max_turn = std::max(kHandTurn, kMaxTimes * NinetyFifth(std::move(turns)));
   for (size_t i = 1; i < way.size(); ++i) {
     const Step step = StepBetween(way[i - 1], way[i]);
     if (way[i - 1].is_other == way[i].is_other || !is_step(step)) continue;
     const double depth = std::min(way[i - 1].depth, way[i].depth);
-    const double max_distance = std::max(max_speed, kHandSpeed * depth) * step.seconds + kTolerance * depth;
-    if (step.distance > max_distance || step.angle > max_turn * step.seconds + kTolerance) return false;
+    const double max_distance =
+        std::max(max_speed, kHandSpeed * depth) * step.seconds + kTolerance * depth;
+    if (step.distance > max_distance || step.angle > max_turn * step.seconds + kTolerance)
+      return false;
   }
   return true;
 }

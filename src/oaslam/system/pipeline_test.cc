@@ -25,9 +25,11 @@ struct WalkResult {
   std::vector<TrackingState> states;
 };
 
-// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; blind in [blind_from, blind_to), and seeing
-// little up to dim_to. A slow camera leaves the mapper all the time it needs.
-WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1, bool slow_camera = false, int dim_to = -1) {
+// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; blind in
+// [blind_from, blind_to), and seeing little up to dim_to. A slow camera leaves the mapper all the
+// time it needs.
+WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1,
+                bool slow_camera = false, int dim_to = -1) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = std::min(d, 3.6);
   SlamConfig config;
@@ -41,18 +43,25 @@ WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int bl
     Frame frame{i, i / 30.0, 0, {}, {}};
     const bool dim = i >= blind_to && i < dim_to;
     Rng same_few(3);
-    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle), {.missed = blind ? 1.0 : dim ? 0.94 : 0.1}, dim ? same_few : rng).features;
+    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle),
+                                         {.missed = blind ? 1.0
+                                                    : dim ? 0.94
+                                                          : 0.1},
+                                         dim ? same_few : rng)
+                         .features;
     run.states.push_back(atlas.Process(frame).state);
     if (slow_camera) atlas.main().Newest();
   }
   atlas.Finish();
   run.map = atlas.main().snapshot();
   run.trajectory = atlas.main().tracker().trajectory();
-  for (const FramePose& f : run.trajectory) run.final_poses.push_back(f.cam_from_reference * *run.map->ResolvePose(f.reference));
+  for (const FramePose& f : run.trajectory)
+    run.final_poses.push_back(f.cam_from_reference * *run.map->ResolvePose(f.reference));
   return run;
 }
 
-// RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of the world.
+// RMSE of camera centres against the arc after the best similarity (Umeyama 1991), in units of the
+// world.
 double AbsoluteError(const WalkResult& run) {
   const auto n = static_cast<Eigen::Index>(run.trajectory.size());
   Eigen::Matrix3Xd estimate(3, n), truth(3, n);
@@ -62,10 +71,15 @@ double AbsoluteError(const WalkResult& run) {
     truth.col(i) = synthetic::PoseOnArc({}, -20 + 0.4 * (f < 80 ? f : 160 - f)).OriginInSource();
   }
   const Eigen::Matrix4d sim = Eigen::umeyama(estimate, truth, true);
-  return std::sqrt(((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth).colwise().squaredNorm().mean());
+  return std::sqrt(
+      ((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - truth)
+          .colwise()
+          .squaredNorm()
+          .mean());
 }
 
-// What a display is told of a frame is what the tracker made of it; a forced relocalization finds the camera where it was.
+// What a display is told of a frame is what the tracker made of it; a forced relocalization finds
+// the camera where it was.
 TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
   const synthetic::World world = synthetic::MakeWorld({});
   SlamConfig config;
@@ -75,7 +89,13 @@ TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
   Rng rng(7);
   Tracker::Outcome outcome;
   for (int i = 0; i < 60; ++i) {
-    Frame frame{i, i / 30.0, 0, synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.4 * i), {.missed = 0.1}, rng).features, {}};
+    Frame frame{
+        i,
+        i / 30.0,
+        0,
+        synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.4 * i), {.missed = 0.1}, rng)
+            .features,
+        {}};
     if (i == 50) tracker.ForceRelocalization();
     outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
     if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
@@ -90,7 +110,8 @@ TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
     }
     if (outcome.state != TrackingState::kTracking) continue;
     EXPECT_EQ(static_cast<int>(view.landmarks.size()), view.frame.features->size());
-    EXPECT_GE(std::ranges::count_if(view.landmarks, [](LandmarkId id) { return id.IsValid(); }), outcome.inliers);
+    EXPECT_GE(std::ranges::count_if(view.landmarks, [](LandmarkId id) { return id.IsValid(); }),
+              outcome.inliers);
   }
   EXPECT_EQ(outcome.state, TrackingState::kTracking);
 }
@@ -127,7 +148,8 @@ TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
   SlamConfig config;
   MapPipeline pipeline(config, EmptyMap());
   MapCommand nothing;
-  for (nothing.frame_index = 0; nothing.frame_index < 5; ++nothing.frame_index) pipeline.Submit(nothing, false);
+  for (nothing.frame_index = 0; nothing.frame_index < 5; ++nothing.frame_index)
+    pipeline.Submit(nothing, false);
   pipeline.Shutdown();
   pipeline.Shutdown();
   EXPECT_EQ(pipeline.Newest()->version, 6U);
@@ -156,7 +178,12 @@ TEST(Pipeline, MayEndAtAnyMoment) {
       Session session(config, EmptyMap(), {}, false);
       Rng rng(7);
       for (int i = 0; i < end; ++i)
-        session.Process({i, i / 30.0, 0, synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features, {}});
+        session.Process(
+            {i,
+             i / 30.0,
+             0,
+             synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features,
+             {}});
       if (end % 2 == 0) session.Shutdown();
       EXPECT_THAT(session.Newest()->CheckInvariants(), IsEmpty());
     }  // and here without
@@ -175,7 +202,9 @@ TEST(BackgroundBundle, EndsWithItsOwnerAndCorrectsWhatHasGrown) {
   EXPECT_TRUE(bundle.IsReady());
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
   double moved = 0;
-  map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) { moved = std::max(moved, (l.position - before.landmarks.At(id).position).norm()); });
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
+    moved = std::max(moved, (l.position - before.landmarks.At(id).position).norm());
+  });
   EXPECT_GT(moved, 0.01);
 }
 

@@ -15,21 +15,26 @@ double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
   double distance = 0;
   for (const auto& [detection, object] : candidate.matched)
     distance += (candidate.cam_from_world * map.objects.At(object).ellipsoid.center).norm();
-  return distance > 0 ? candidate.sigma_position * static_cast<double>(candidate.matched.size()) / distance : 1;
+  return distance > 0
+             ? candidate.sigma_position * static_cast<double>(candidate.matched.size()) / distance
+             : 1;
 }
 
 // How far, in pixels, a pose from objects may be off at the depth of the scene.
 double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
   constexpr double kSigmas = 3, kMin = 1.0 / 35, kMax = 4.0 / 35;  // rad: 1.6 and 6.5 degrees
   const Camera& camera = map.cameras[frame.camera];
-  return std::clamp(kSigmas * RelativeSigma(map, candidate), kMin, kMax) * std::sqrt(camera.fx * camera.fy) /
-         frame.features->pyramid.working_pixel();
+  return std::clamp(kSigmas * RelativeSigma(map, candidate), kMin, kMax) *
+         std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
 }
 
-// Few points, all in one corner of the image, can agree on a pose that is far off; boxes all over the image cannot.
+// Few points, all in one corner of the image, can agree on a pose that is far off; boxes all over
+// the image cannot.
 bool Agree(const RelocalizationReport& by_points, const ObjectPoseCandidate& by_objects) {
   constexpr double kMaxSigmas = 4;
-  const double distance = (by_points.cam_from_world.OriginInSource() - by_objects.cam_from_world.OriginInSource()).norm();
+  const double distance =
+      (by_points.cam_from_world.OriginInSource() - by_objects.cam_from_world.OriginInSource())
+          .norm();
   return distance < kMaxSigmas * std::hypot(by_points.sigma_position, by_objects.sigma_position);
 }
 
@@ -64,16 +69,22 @@ const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
   return *index_;
 }
 
-Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng) {
-  const RelocalizationReport report = RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
+Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects,
+                                     Rng& rng) {
+  const RelocalizationReport report =
+      RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
   const bool are_few = report.inliers < 2 * config_.tracking.min_relocalization_inliers;
-  if (report.success && join_objects && are_few) return JoinObjects(frame, map, report, PoseEvidence::kPoints);
+  if (report.success && join_objects && are_few)
+    return JoinObjects(frame, map, report, PoseEvidence::kPoints);
   return FromPoints(report, PoseEvidence::kPoints);
 }
 
-Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map, const RelocalizationReport& by_points, PoseEvidence evidence) const {
+Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map,
+                                        const RelocalizationReport& by_points,
+                                        PoseEvidence evidence) const {
   Relocalization result = FromPoints(by_points, evidence);
-  const ObjectPoseCandidate joint = RefineByPointsAndObjects(frame.detections, map.cameras[frame.camera], map, config_.relocalization, by_points);
+  const ObjectPoseCandidate joint = RefineByPointsAndObjects(
+      frame.detections, map.cameras[frame.camera], map, config_.relocalization, by_points);
   result.matched_objects = static_cast<int>(joint.matched.size());
   if (result.matched_objects < config_.relocalization.accept_objects) return result;
   result.cam_from_world = joint.cam_from_world;
@@ -82,15 +93,19 @@ Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map, cons
 }
 
 Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
-                                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const {
+                                      const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                                      Rng& rng) const {
   const std::vector<ObjectPoseCandidate> candidates =
-      RelocalizeByObjects(frame.detections, map.cameras[frame.camera], map, config_.relocalization, gravity_in_cam, rng);
+      RelocalizeByObjects(frame.detections, map.cameras[frame.camera], map, config_.relocalization,
+                          gravity_in_cam, rng);
   Relocalization result;
-  for (const ObjectPoseCandidate& c : candidates) result.candidates.push_back({c.cam_from_world, c.score});
+  for (const ObjectPoseCandidate& c : candidates)
+    result.candidates.push_back({c.cam_from_world, c.score});
   if (confirm_by_points && frame.features)
     for (const ObjectPoseCandidate& c : candidates) {
       const RelocalizationReport report =
-          VerifyByPoints(frame, map, c.cam_from_world, SearchRadius(map, frame, c), config_.relocalization, config_.tracking, rng);
+          VerifyByPoints(frame, map, c.cam_from_world, SearchRadius(map, frame, c),
+                         config_.relocalization, config_.tracking, rng);
       if (!report.success || !Agree(report, c)) continue;
       Relocalization confirmed = JoinObjects(frame, map, report, PoseEvidence::kPointsAndObjects);
       confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, ConfidenceOf(c));

@@ -21,9 +21,10 @@ struct Relocalization {
   std::vector<LandmarkId> landmarks;  // per key point, where points stand for the pose
   int inliers = 0;
   int matched_objects = 0;
-  double sigma_position = 0;          // map units
-  double relative_sigma = 0;          // of an object-only pose: sigma_position over the distance to its objects
-  double confidence = 0;              // [0, 1], of the best hypothesis, also where evidence is kNone
+  double sigma_position = 0;  // map units
+  double relative_sigma =
+      0;                  // of an object-only pose: sigma_position over the distance to its objects
+  double confidence = 0;  // [0, 1], of the best hypothesis, also where evidence is kNone
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
   std::vector<PoseHypothesis> candidates;
   std::string why_not;
@@ -32,29 +33,34 @@ struct Relocalization {
 // The same for a frame whose camera is not known.
 struct UnknownCameraRelocalization {
   Relocalization found;
-  Camera camera;              // a camera of the map, or one with the focal length that the points ask for
+  Camera camera;  // a camera of the map, or one with the focal length that the points ask for
   double relative_sigma = 0;  // of that focal length; 0 where it is a camera of the map
 };
 
-// Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points; where these fail, by objects, whose pose
-// guides the search for points; and by objects alone as a last resort, if their evidence is strong.
+// Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points;
+// where these fail, by objects, whose pose guides the search for points; and by objects alone as a
+// last resort, if their evidence is strong.
 class Relocalizer {
  public:
   explicit Relocalizer(const SlamConfig& config) : config_(config) {}
 
-  // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without features is found by objects only.
+  // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without
+  // features is found by objects only.
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
-  // Of a frame in its original image, whose camera in the map is without distortion and of its size, else arbitrary: first as if one of the
-  // map's cameras had taken it; where points contradict that, or find nothing, with a focal length of its own.
-  UnknownCameraRelocalization FindWithUnknownCamera(const Frame& raw, const Map& map, RelocalizationMode mode,
-                                                    const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
+  // Of a frame in its original image, whose camera in the map is without distortion and of its
+  // size, else arbitrary: first as if one of the map's cameras had taken it; where points
+  // contradict that, or find nothing, with a focal length of its own.
+  UnknownCameraRelocalization FindWithUnknownCamera(
+      const Frame& raw, const Map& map, RelocalizationMode mode,
+      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
  private:
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
   // A pose on few points, which its objects make better.
-  Relocalization JoinObjects(const Frame& frame, const Map& map, const RelocalizationReport& by_points, PoseEvidence evidence) const;
+  Relocalization JoinObjects(const Frame& frame, const Map& map,
+                             const RelocalizationReport& by_points, PoseEvidence evidence) const;
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
                            const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const;
   const PlaceIndex& IndexOf(const Map& map);

@@ -4,14 +4,18 @@ namespace oaslam {
 
 Tracker::Outcome Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in_old) {
   Tracker::Outcome outcome = session_->Process(frame);
-  const bool is_lost = outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
-  if (!is_lost) lost_since_.reset();
-  else if (!lost_since_) lost_since_ = frame.timestamp;
+  const bool is_lost =
+      outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
+  if (!is_lost)
+    lost_since_.reset();
+  else if (!lost_since_)
+    lost_since_ = frame.timestamp;
   if (in_old) to_old_.Add(frame.index, *in_old);
   return outcome;
 }
 
-void Resumption::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections, const std::optional<PoseAnchor>& in_old) {
+void Resumption::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
+                               const std::optional<PoseAnchor>& in_old) {
   session_->AddDetections(frame_index, detections);
   if (in_old) to_old_.Add(frame_index, *in_old);
 }

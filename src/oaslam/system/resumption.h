@@ -12,8 +12,9 @@
 
 namespace oaslam {
 
-// What a lost camera does meanwhile: it makes a map of its own, whose frames are related by points, while each is also looked for in the old map,
-// mostly by objects. Once enough of them are found there and agree, the new map's place in the old one is known much better than any single frame
+// What a lost camera does meanwhile: it makes a map of its own, whose frames are related by points,
+// while each is also looked for in the old map, mostly by objects. Once enough of them are found
+// there and agree, the new map's place in the old one is known much better than any single frame
 // (paper, section "Application to AR": resuming SLAM).
 class Resumption {
  public:
@@ -24,7 +25,8 @@ class Resumption {
   // `in_old`: the frame's pose in the old map, where it was found.
   Tracker::Outcome Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
   // Of a frame that was processed before.
-  void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections, const std::optional<PoseAnchor>& in_old);
+  void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
+                     const std::optional<PoseAnchor>& in_old);
   bool IsInitializing() const { return session_->tracker().IsInitializing(); }
 
   // The new map lost its camera, too, for good.

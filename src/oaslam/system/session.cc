@@ -10,12 +10,16 @@
 namespace oaslam {
 
 Session::Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded)
-    : config_(config), pipeline_(config, std::move(map)), tracker_(config, ids, map_is_loaded), snapshot_(pipeline_.Newest()) {}
+    : config_(config),
+      pipeline_(config, std::move(map)),
+      tracker_(config, ids, map_is_loaded),
+      snapshot_(pipeline_.Newest()) {}
 
 Tracker::Outcome Session::Process(const Frame& frame) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
   Tracker::Outcome outcome = tracker_.Track(frame, *snapshot_);
-  if (outcome.command) pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
+  if (outcome.command)
+    pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
   if (!outcome.map_required) return outcome;
   return tracker_.AdoptInitialMap(frame, *Newest());
 }
@@ -46,7 +50,8 @@ void Session::SkipIds(const NextIds& ids, int frame_index) {
   SubmitAndWait(std::move(command));
 }
 
-// Follows the camera from frame `first`, which has a pose, until it is lost or has come to `last`. Returns how many frames were followed.
+// Follows the camera from frame `first`, which has a pose, until it is lost or has come to `last`.
+// Returns how many frames were followed.
 int Session::Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence) {
   if (!tracker_.TakeUp(*way[first], *snapshot_, on_thin_evidence)) return 0;
   int found = 0;
@@ -65,29 +70,37 @@ bool Session::AgreesWith(const Frame& frame) const {
   const std::optional<Rigid3> known = tracker.PoseOf(frame.index, *snapshot_);
   const std::optional<Tracker::Outcome> followed = tracker.Extend(frame, *snapshot_);
   if (!known || !followed) return false;
-  const double distance = (known->OriginInSource() - followed->cam_from_world->OriginInSource()).norm();
-  return distance < kMaxDistance * followed->depth && known->rotation.angularDistance(followed->cam_from_world->rotation) < kMaxAngle;
+  const double distance =
+      (known->OriginInSource() - followed->cam_from_world->OriginInSource()).norm();
+  return distance < kMaxDistance * followed->depth &&
+         known->rotation.angularDistance(followed->cam_from_world->rotation) < kMaxAngle;
 }
 
-// From each frame with a pose to those after it that have none, each time in a copy of the map: where the way comes to a frame with a pose, and does not
-// agree with it, it went wrong. With `is_confirmed` on thin evidence: the way must come to such a frame, or be confirmed.
+// From each frame with a pose to those after it that have none, each time in a copy of the map:
+// where the way comes to a frame with a pose, and does not agree with it, it went wrong. With
+// `is_confirmed` on thin evidence: the way must come to such a frame, or be confirmed.
 int Session::FollowAlong(const Way& way, const Confirmation* is_confirmed) {
   int found = 0;
   const auto is_tracked = [&](const Frame* frame) { return tracker_.HasTracked(frame->index); };
   for (size_t i = 0; i + 1 < way.size(); ++i) {
     if (!is_tracked(way[i]) || is_tracked(way[i + 1])) continue;
-    const auto gap_end = static_cast<size_t>(std::find_if(way.begin() + static_cast<std::ptrdiff_t>(i) + 1, way.end(), is_tracked) - way.begin());
+    const auto gap_end = static_cast<size_t>(
+        std::find_if(way.begin() + static_cast<std::ptrdiff_t>(i) + 1, way.end(), is_tracked) -
+        way.begin());
     Session trial(config_, *snapshot_, next_ids(), true);
     trial.tracker_ = tracker_;
     const int count = trial.Extend(way, i, gap_end, is_confirmed != nullptr);
-    const bool has_met = count > 0 && i + static_cast<size_t>(count) + 1 == gap_end && gap_end < way.size();
+    const bool has_met =
+        count > 0 && i + static_cast<size_t>(count) + 1 == gap_end && gap_end < way.size();
     const auto is_right = [&] {
       if (has_met) return trial.AgreesWith(*way[gap_end]);
       return !is_confirmed || (*is_confirmed)(*trial.snapshot_, trial.tracker_.trajectory());
     };
     const bool is_believed = count > 0 && is_right();
-    Log(LogLevel::kDebug, fmt::format("looking back from frame {}{}: {} frames followed{}{}", way[i]->index, is_confirmed ? " on thin evidence" : "", count,
-                                      has_met ? ", to the end of the gap" : "", is_believed || count == 0 ? "" : ", not believed"));
+    Log(LogLevel::kDebug, fmt::format("looking back from frame {}{}: {} frames followed{}{}",
+                                      way[i]->index, is_confirmed ? " on thin evidence" : "", count,
+                                      has_met ? ", to the end of the gap" : "",
+                                      is_believed || count == 0 ? "" : ", not believed"));
     if (!is_believed) continue;
     found += count;
     tracker_.Learn(std::move(trial.tracker_));
@@ -104,7 +117,8 @@ int Session::LookBack(const std::vector<Frame>& frames, const Confirmation& is_c
   Way way;
   for (const Frame& frame : frames) way.push_back(&frame);
   int found = 0;
-  for (const Confirmation* confirmation : {static_cast<const Confirmation*>(nullptr), &is_confirmed})
+  for (const Confirmation* confirmation :
+       {static_cast<const Confirmation*>(nullptr), &is_confirmed})
     for (int direction = 0; direction < 2; ++direction) {
       found += FollowAlong(way, confirmation);
       std::ranges::reverse(way);

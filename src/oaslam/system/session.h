@@ -21,17 +21,21 @@ class Session {
   // A frame in which a lost camera is not looked for.
   Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame); }
   // Of a frame that was processed before.
-  std::optional<Tracker::Outcome> AddDetections(int frame_index, const std::vector<ObjectDetection>& detections) {
+  std::optional<Tracker::Outcome> AddDetections(int frame_index,
+                                                const std::vector<ObjectDetection>& detections) {
     return tracker_.AddDetections(frame_index, detections, *snapshot_);
   }
   // Submits, and takes the map that holds it.
   void SubmitAndWait(MapCommand command);
   // Adds what is seen of another piece; returns after the mapper has done it.
   void Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
-  // Whether something else speaks for a way that was followed, by the map and the trajectory that it made.
+  // Whether something else speaks for a way that was followed, by the map and the trajectory that
+  // it made.
   using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
-  // Follows the camera once more, and maps, where it was not followed when these frames came, from both sides: first with as much evidence as ever, then
-  // with less, if the way agrees with what is known at its end or is confirmed. `frames` in order, perhaps with holes. Returns how many got a pose.
+  // Follows the camera once more, and maps, where it was not followed when these frames came, from
+  // both sides: first with as much evidence as ever, then with less, if the way agrees with what is
+  // known at its end or is confirmed. `frames` in order, perhaps with holes. Returns how many got a
+  // pose.
   int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
   // Hands over what is left, and waits for the last optimisation.
   void Finish();
@@ -39,7 +43,9 @@ class Session {
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
-  const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }  // as the tracker saw it last
+  const std::shared_ptr<const Map>& snapshot() const {
+    return snapshot_;
+  }  // as the tracker saw it last
   // Ids from here on are free.
   NextIds next_ids();
   // To be free of ids that other pieces took meanwhile.

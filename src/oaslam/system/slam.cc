@@ -23,13 +23,16 @@ namespace {
 
 cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
   if (image.cols != camera.width || image.rows != camera.height)
-    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}", image.cols, image.rows,
-                                 camera.width, camera.height));
+    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
+                                 image.cols, image.rows, camera.width, camera.height));
   if (image.type() == CV_8UC1) return image;
   cv::Mat grey;
-  if (image.type() == CV_8UC3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  else if (image.type() == CV_8UC4) cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
-  else throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+  if (image.type() == CV_8UC3)
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  else if (image.type() == CV_8UC4)
+    cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
+  else
+    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
   return grey;
 }
 
@@ -38,10 +41,12 @@ void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
     throw InputError("gravity in the camera's frame: must be finite and not zero");
 }
 
-std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections, const Camera& camera) {
+std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections,
+                                          const Camera& camera) {
   std::vector<ObjectDetection> ideal;
   for (const Detection& d : detections)
-    ideal.push_back({d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
+    ideal.push_back(
+        {d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
   return ideal;
 }
 
@@ -49,8 +54,10 @@ std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detectio
 int FramesOf(const SavedMap& saved) {
   int last = -1;
   const auto count = [&](const Map& map, const std::vector<FramePose>& trajectory) {
-    map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
-    map.objects.ForEach([&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
+    map.keyframes.ForEach(
+        [&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
+    map.objects.ForEach(
+        [&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
     for (const FramePose& pose : trajectory) last = std::max(last, pose.frame_index);
   };
   count(saved.map, saved.trajectory);
@@ -60,12 +67,14 @@ int FramesOf(const SavedMap& saved) {
 
 void CheckConfig(const SlamConfig& config) {
   const std::vector<std::string> problems = config.Validate();
-  if (!problems.empty()) throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
+  if (!problems.empty())
+    throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
 }
 
 void CheckCamera(const Camera& camera) {
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
-    throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive", camera.width, camera.height, camera.fx, camera.fy));
+    throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive",
+                                 camera.width, camera.height, camera.fx, camera.fy));
 }
 
 RelocalizationResult ResultOf(const Relocalization& found) {
@@ -78,7 +87,8 @@ RelocalizationResult ResultOf(const Relocalization& found) {
   result.inlier_points = found.inliers;
   result.matched_objects = found.matched_objects;
   result.sigma_position = found.sigma_position;
-  for (const PoseHypothesis& h : found.candidates) result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
+  for (const PoseHypothesis& h : found.candidates)
+    result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
   result.why_not = found.why_not;
   return result;
 }
@@ -87,7 +97,11 @@ RelocalizationResult ResultOf(const Relocalization& found) {
 
 class Slam::Impl {
  public:
-  Impl(const SlamConfig& config, const Camera& camera) : config_(config), camera_(camera), extractor_(config.features, camera), relocalizer_(config) {
+  Impl(const SlamConfig& config, const Camera& camera)
+      : config_(config),
+        camera_(camera),
+        extractor_(config.features, camera),
+        relocalizer_(config) {
     Map map;
     map.cameras.push_back(camera);
     Begin(std::move(map), false);
@@ -105,8 +119,11 @@ class Slam::Impl {
   TrackingResult Process(const ImageInput& input);
   Session& session() { return atlas_->main(); }
   const Session& session() const { return atlas_->main(); }
-  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam, double ms_features);
-  RelocalizationResult FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
+                            const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                            double ms_features);
+  RelocalizationResult FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode,
+                                             const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
   void SetAnchors(std::map<std::string, Anchor> anchors) {
     MapCommand command;
@@ -118,8 +135,15 @@ class Slam::Impl {
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
     const cv::Mat grey = ToGrey(input.image, camera_);
     CheckGravity(input.gravity_in_cam);
-    Frame frame{index, input.timestamp, camera_index_, {}, ToIdealImage(input.detections, camera_), input.detections_follow, input.gravity_in_cam};
-    frame.features = std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame)));
+    Frame frame{index,
+                input.timestamp,
+                camera_index_,
+                {},
+                ToIdealImage(input.detections, camera_),
+                input.detections_follow,
+                input.gravity_in_cam};
+    frame.features =
+        std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame)));
     return frame;
   }
 
@@ -127,11 +151,13 @@ class Slam::Impl {
     const ClassRelations& classes = session().snapshot()->classes;
     std::vector<Box> boxes;
     for (const ObjectDetection& d : frame.detections)
-      if (d.score >= config_.relocalization.min_score && classes.IsMovable(d.category_id)) boxes.push_back(d.box);
+      if (d.score >= config_.relocalization.min_score && classes.IsMovable(d.category_id))
+        boxes.push_back(d.box);
     return boxes;
   }
 
-  // About `count` key points outside of the boxes. What stands before a thing that moves is not told apart from it: it is rather held.
+  // About `count` key points outside of the boxes. What stands before a thing that moves is not
+  // told apart from it: it is rather held.
   Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
     if (moving.empty()) return extractor_.Extract(grey, count);
     const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
@@ -156,7 +182,8 @@ class Slam::Impl {
 
 TrackingResult Slam::Impl::Process(const ImageInput& input) {
   if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
-    throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", input.timestamp, *last_timestamp_));
+    throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
+                                 input.timestamp, *last_timestamp_));
   const Stopwatch total;
   const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
   const Frame frame = MakeFrame(input, next_index_, keypoints);
@@ -167,7 +194,8 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   const Stopwatch tracking;
   const Tracker::Outcome outcome = atlas_->Process(frame);
   const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
-  if (outcome.cam_from_world && !session().tracker().IsMapping()) audit_.Add(frame, *outcome.cam_from_world, *session().snapshot(), config_.objects);
+  if (outcome.cam_from_world && !session().tracker().IsMapping())
+    audit_.Add(frame, *outcome.cam_from_world, *session().snapshot(), config_.objects);
 
   TrackingResult result;
   result.frame = frame.index - first_index_;
@@ -190,20 +218,25 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   return result;
 }
 
-RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam,
+RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
+                                      const std::optional<Eigen::Vector3d>& gravity_in_cam,
                                       double ms_features) {
   // Each image for itself: the same answer whatever came before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
-  const Relocalization found = relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng);
+  const Relocalization found =
+      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng);
   RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
-  if (result.world_from_cam) audit_.Add(frame, found.cam_from_world, *session().snapshot(), config_.objects);
+  if (result.world_from_cam)
+    audit_.Add(frame, found.cam_from_world, *session().snapshot(), config_.objects);
   return result;
 }
 
-RelocalizationResult Slam::Impl::FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+RelocalizationResult Slam::Impl::FindWithUnknownCamera(
+    const ImageInput& input, RelocalizationMode mode,
+    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   const Stopwatch watch;
   Camera plain = camera_;
   plain.model = LensModel::kPinhole;
@@ -216,7 +249,8 @@ RelocalizationResult Slam::Impl::FindWithUnknownCamera(const ImageInput& input, 
   frame.detections = ToIdealImage(input.detections, plain);
   const double ms_features = watch.WallMs();
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const UnknownCameraRelocalization answer = relocalizer_.FindWithUnknownCamera(frame, map, mode, gravity_in_cam, rng);
+  const UnknownCameraRelocalization answer =
+      relocalizer_.FindWithUnknownCamera(frame, map, mode, gravity_in_cam, rng);
   RelocalizationResult result = ResultOf(answer.found);
   if (result.world_from_cam) {
     result.camera = answer.camera;
@@ -250,18 +284,25 @@ void Slam::SetRelocalizationMode(RelocalizationMode mode) {
   impl_->atlas_->SetRelocalizationMode(mode);
 }
 
-RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode,
+                                      const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
-  return impl_->Find(frame, mode, gravity_in_cam ? gravity_in_cam : frame.gravity_in_cam, watch.WallMs());
+  return impl_->Find(frame, mode, gravity_in_cam ? gravity_in_cam : frame.gravity_in_cam,
+                     watch.WallMs());
 }
 
-RelocalizationResult Slam::RelocalizeWithUnknownCamera(const ImageInput& input, RelocalizationMode mode, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+RelocalizationResult Slam::RelocalizeWithUnknownCamera(
+    const ImageInput& input, RelocalizationMode mode,
+    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   return impl_->FindWithUnknownCamera(input, mode, gravity_in_cam);
 }
 
-RelocalizationResult Slam::RelocalizeByObjects(const std::vector<Detection>& detections, const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  const Frame frame{0, 0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_), false};
+RelocalizationResult Slam::RelocalizeByObjects(
+    const std::vector<Detection>& detections,
+    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  const Frame frame{0,    0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_),
+                    false};
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 
@@ -275,16 +316,20 @@ FrameView Slam::View() const {
   return view;
 }
 
-void Slam::SetClassNames(std::map<int, std::string> names) { impl_->class_names_ = std::move(names); }
+void Slam::SetClassNames(std::map<int, std::string> names) {
+  impl_->class_names_ = std::move(names);
+}
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
-  if (const auto part = PartOfItself(relations.whole_of)) throw InputError(fmt::format("class {} is a part of itself", *part));
+  if (const auto part = PartOfItself(relations.whole_of))
+    throw InputError(fmt::format("class {} is a part of itself", *part));
   impl_->atlas_->SetClassRelations(relations);
 }
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
 
-// Of the newest map: one that the tracker saw before may be of another scale by what is still queued.
+// Of the newest map: one that the tracker saw before may be of another scale by what is still
+// queued.
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
   const std::shared_ptr<const Map> map = impl_->session().Newest();
   std::map<std::string, Anchor> anchors = map->anchors;
@@ -313,20 +358,25 @@ void Slam::Finish() {
   const std::string why_no_map = impl_->session().tracker().why_no_map();
   impl_->atlas_->Finish();
   if (impl_->session().snapshot()->keyframes.empty() && !why_no_map.empty())
-    Log(LogLevel::kWarning, fmt::format("no map was made: {}; it takes a camera that moves sideways past things with texture, neither too fast nor too dark",
-                                        why_no_map));
+    Log(LogLevel::kWarning,
+        fmt::format("no map was made: {}; it takes a camera that moves sideways past things with "
+                    "texture, neither too fast nor too dark",
+                    why_no_map));
 }
 
 std::vector<Slam::TimedPose> Slam::Trajectory() const {
   std::vector<TimedPose> poses;
   for (const FramePose& frame : impl_->session().tracker().trajectory())
-    if (const auto reference = frame.frame_index < impl_->first_index_ ? std::nullopt : impl_->session().snapshot()->ResolvePose(frame.reference))
+    if (const auto reference = frame.frame_index < impl_->first_index_
+                                   ? std::nullopt
+                                   : impl_->session().snapshot()->ResolvePose(frame.reference))
       poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
   return poses;
 }
 
 SavedMap Slam::Export() const {
-  SavedMap saved{*impl_->session().snapshot(), impl_->loaded_trajectory_, impl_->class_names_, impl_->atlas_->Others()};
+  SavedMap saved{*impl_->session().snapshot(), impl_->loaded_trajectory_, impl_->class_names_,
+                 impl_->atlas_->Others()};
   AdoptPoses(impl_->session().tracker().trajectory(), 1, saved.trajectory);
   return saved;
 }
@@ -344,20 +394,19 @@ void Slam::Load(const std::string& path, int piece) {
   impl_->class_names_ = std::move(saved.class_names);
 }
 
-void Slam::Reset() {
-  impl_ = std::make_unique<Impl>(impl_->config_, impl_->camera_);
-}
+void Slam::Reset() { impl_ = std::make_unique<Impl>(impl_->config_, impl_->camera_); }
 
-void Slam::Shutdown() {
-  impl_->atlas_->Shutdown();
-}
+void Slam::Shutdown() { impl_->atlas_->Shutdown(); }
 
 MapSnapshot Slam::Snapshot() const {
   MapSnapshot view;
-  impl_->session().snapshot()->keyframes.ForEach([&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
-  impl_->session().snapshot()->landmarks.ForEach([&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
+  impl_->session().snapshot()->keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
+  impl_->session().snapshot()->landmarks.ForEach(
+      [&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
   impl_->session().snapshot()->objects.ForEach([&](ObjectId id, const Object& o) {
-    if (o.state == ObjectState::kMapped) view.objects.push_back({id.value, o.category_id, o.ellipsoid, o.total_observations});
+    if (o.state == ObjectState::kMapped)
+      view.objects.push_back({id.value, o.category_id, o.ellipsoid, o.total_observations});
   });
   return view;
 }

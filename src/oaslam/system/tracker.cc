@@ -14,11 +14,14 @@ namespace oaslam {
 namespace {
 
 // A bound that holds where points are seen from about where they were mapped.
-double PositionSigma(const Map& map, const TrackReport& tracked) { return 0.005 * map.MedianDepth(tracked.reference); }
+double PositionSigma(const Map& map, const TrackReport& tracked) {
+  return 0.005 * map.MedianDepth(tracked.reference);
+}
 
 }  // namespace
 
-Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers) {
+Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& cam_from_world,
+                                           int matched, int inliers) {
   Outcome outcome;
   outcome.state = state;
   outcome.cam_from_world = cam_from_world;
@@ -59,7 +62,9 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   const TrackReport tracked = Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
-  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes && map.anchors.empty()) return GiveUp();
+  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes &&
+      map.anchors.empty())
+    return GiveUp();
   return Relocalize(frame, map);
 }
 
@@ -76,9 +81,11 @@ Tracker::Outcome Tracker::Lose(const Frame& frame) {
   return {};
 }
 
-Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state) {
+Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
+                                   TrackingState state) {
   Remember(frame, map, tracked, state);
-  Outcome outcome = Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  Outcome outcome =
+      Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   outcome.depth = tracked.depth;
   ObserveObjects(frame, map, tracked, outcome);
   constexpr int kBackfillPerFrame = 2;  // a share of each frame's time, not a pause
@@ -86,9 +93,12 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
     backfill_->proven = true;
     FillInMissed(map, kBackfillPerFrame);
   }
-  if (IsOnProbation(frame)) outcome.anchor = PoseAnchor{tracked.cam_from_world, PositionSigma(map, tracked), true};
-  if (mapping_) MakeKeyframe(frame, map, tracked, outcome);
-  else TakeRest();
+  if (IsOnProbation(frame))
+    outcome.anchor = PoseAnchor{tracked.cam_from_world, PositionSigma(map, tracked), true};
+  if (mapping_)
+    MakeKeyframe(frame, map, tracked, outcome);
+  else
+    TakeRest();
   return outcome;
 }
 
@@ -102,8 +112,10 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   initial->first_id = KeyframeId(next_keyframe_++);
   initial->second_id = KeyframeId(next_keyframe_++);
   trajectory_.Clear();
-  for (const auto& [pose_frame, id] : {std::pair{initial->first, initial->first_id}, std::pair{frame, initial->second_id}})
-    trajectory_.Add({pose_frame.index, pose_frame.timestamp, id, {}, TrackingState::kTracking}, pose_frame, {});
+  for (const auto& [pose_frame, id] :
+       {std::pair{initial->first, initial->first_id}, std::pair{frame, initial->second_id}})
+    trajectory_.Add({pose_frame.index, pose_frame.timestamp, id, {}, TrackingState::kTracking},
+                    pose_frame, {});
   newest_keyframe_ = initial->second_id;
   newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
@@ -129,7 +141,8 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   FillInBeforeMap(map);
   const int points = static_cast<int>(map.landmarks.size());
   newest_keyframe_inliers_ = points;
-  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
+  Outcome outcome =
+      Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
   outcome.depth = map.MedianDepth(newest_keyframe_);
   return outcome;
 }
@@ -138,8 +151,10 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
   motion_.reset();
   last_.reset();
-  const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_);
-  relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects, found.why_not};
+  const Relocalization found =
+      relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_);
+  relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects,
+                     found.why_not};
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) {
     const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
@@ -157,7 +172,8 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
 }
 
 // From a pose found by points to the local map.
-TrackReport Tracker::TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const {
+TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
+                                const Relocalization& found) const {
   constexpr double kWiderSearch = 2;
   TrackReport first;
   first.success = true;
@@ -165,23 +181,31 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map, const Reloca
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
   const int inliers = config_.tracking.min_relocalization_inliers;
-  return TrackLocalMap(frame, map, first, {.inliers = inliers, .least_inliers = inliers, .spread = LeastSpread(), .radius_scale = kWiderSearch});
+  return TrackLocalMap(frame, map, first,
+                       {.inliers = inliers,
+                        .least_inliers = inliers,
+                        .spread = LeastSpread(),
+                        .radius_scale = kWiderSearch});
 }
 
 // A pose for this frame only: tracking needs points to go on from.
-Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found) {
+Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
+                                         const Relocalization& found) {
   const Rigid3& cam_from_world = found.cam_from_world;
   KeyframeId nearest;
   double least = 0;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    const double distance = (keyframe.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm();
+    const double distance =
+        (keyframe.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm();
     if (nearest.IsValid() && distance >= least) return;
     nearest = id;
     least = distance;
   });
   if (!nearest.IsValid()) return {};
   const Rigid3 cam_from_reference = RelativeTo(map, nearest, cam_from_world);
-  trajectory_.Add({frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame, {});
+  trajectory_.Add(
+      {frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame,
+      {});
   Outcome outcome = Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
   outcome.objects = found.matched_objects;
   outcome.confidence = found.confidence;
@@ -211,7 +235,8 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   next_keyframe_ = other.next_keyframe_;
   object_tracks_ = std::move(other.object_tracks_);
   undetected_ = std::move(other.undetected_);
-  for (Undetected& undetected : undetected_) undetected.tracked.cam_from_reference.translation *= scale;
+  for (Undetected& undetected : undetected_)
+    undetected.tracked.cam_from_reference.translation *= scale;
   for (ObjectSighting& sighting : other.sightings_) {
     sighting.observation.cam_from_anchor.translation *= scale;
     sightings_.push_back(std::move(sighting));
@@ -228,7 +253,9 @@ FrameView Tracker::View() const {
     view.landmarks = last_->landmarks;
     for (const ObjectTrack& track : object_tracks_.open)
       for (size_t i = 0; track.last_frame == newest_.index && i < newest_.detections.size(); ++i)
-        if (newest_.detections[i].box == track.last_box && newest_.detections[i].category_id == track.category_id) view.detected[i] = track.object;
+        if (newest_.detections[i].box == track.last_box &&
+            newest_.detections[i].category_id == track.category_id)
+          view.detected[i] = track.object;
   }
   const std::vector<FramePose>& poses = trajectory_.poses();
   const auto at = std::ranges::lower_bound(poses, newest_.index, {}, &FramePose::frame_index);
@@ -246,20 +273,25 @@ void Tracker::ForceRelocalization() {
 Tracker::Outcome Tracker::Present(const Map& map) const {
   const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference || phase_ != Phase::kTracking) return {};
-  const auto seen = static_cast<int>(std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
-  Outcome outcome = Outcome::Tracked(TrackingState::kRelocalized, last_->cam_from_reference * *reference, seen, seen);
+  const auto seen = static_cast<int>(
+      std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
+  Outcome outcome = Outcome::Tracked(TrackingState::kRelocalized,
+                                     last_->cam_from_reference * *reference, seen, seen);
   if (map.keyframes.Contains(last_->reference)) outcome.depth = map.MedianDepth(last_->reference);
   return outcome;
 }
 
-void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome) {
+void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
+                           Outcome& outcome) {
   if (IsOnProbation(frame)) return;  // on probation the map is only read
   const KeyframeEvidence evidence{
       .seconds_since_keyframe = std::abs(frame.timestamp - newest_keyframe_time_),
-      .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) || map.retired.Contains(newest_keyframe_),
+      .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) ||
+                     map.retired.Contains(newest_keyframe_),
       .matched = tracked.matched,
       .inliers = tracked.inliers,
-      .reference_landmarks = map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
+      .reference_landmarks =
+          map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
       .inliers_at_keyframe = newest_keyframe_inliers_};
   const KeyframeNeed need = NeedsKeyframe(evidence, config_.tracking);
   if (need == KeyframeNeed::kNone) return;
@@ -270,7 +302,10 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
   trajectory_.MakeKeyframe(frame.index, newest_keyframe_);
   MapCommand command;
   command.frame_index = frame.index;
-  command.keyframe = KeyframeInsertion{newest_keyframe_, {frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers}};
+  command.keyframe =
+      KeyframeInsertion{newest_keyframe_,
+                        {frame, tracked.cam_from_world, tracked.reference,
+                         last_->cam_from_reference, tracked.landmarks, tracked.inliers}};
   command.uses = TakeUses();
   command.sightings = std::exchange(sightings_, {});
   outcome.command = std::move(command);
@@ -286,9 +321,15 @@ MapCommand Tracker::TakeRest() {
   return command;
 }
 
-void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome) {
+void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked,
+                             Outcome& outcome) {
   const Stopwatch watch;
-  TrackedFrame seen{frame, tracked.cam_from_world, tracked.reference, last_->cam_from_reference, tracked.landmarks, tracked.inliers};
+  TrackedFrame seen{frame,
+                    tracked.cam_from_world,
+                    tracked.reference,
+                    last_->cam_from_reference,
+                    tracked.landmarks,
+                    tracked.inliers};
   if (frame.detections_follow)
     undetected_.back() = {std::move(seen), true};
   else
@@ -298,7 +339,8 @@ void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackRepo
 
 // Returns how many mapped objects were seen.
 int Tracker::Associate(const TrackedFrame& seen, const Map& map) {
-  ObjectAssociation association = AssociateObjects(seen, map, std::move(object_tracks_), config_.objects);
+  ObjectAssociation association =
+      AssociateObjects(seen, map, std::move(object_tracks_), config_.objects);
   object_tracks_ = std::move(association.tracks);
   int objects = 0;
   for (ObjectSighting& sighting : association.sightings) {

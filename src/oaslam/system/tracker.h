@@ -31,18 +31,20 @@ class Tracker {
     TrackingState state = TrackingState::kLost;
     std::optional<Rigid3> cam_from_world;
     int matched = 0, inliers = 0;
-    int objects = 0;             // mapped objects seen
-    double confidence = 0;       // [0, 1], of the pose
-    double depth = 0;            // median, of the landmarks that stand for it
+    int objects = 0;        // mapped objects seen
+    double confidence = 0;  // [0, 1], of the pose
+    double depth = 0;       // median, of the landmarks that stand for it
     double ms_objects = 0;
     std::optional<PoseAnchor> anchor;  // of a lost camera, or one that has just come back
     std::optional<MapCommand> command;
     bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
     bool is_urgent = false;     // the next frame needs the map that holds the command
     bool is_keyframe = false;
-    bool gives_up = false;      // lost, in a map too small to look for the camera there: a tracker of another one goes on
+    bool gives_up = false;  // lost, in a map too small to look for the camera there: a tracker of
+                            // another one goes on
 
-    static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched, int inliers);
+    static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched,
+                           int inliers);
   };
 
   // `map_is_loaded`: it begins lost in a map that is there already.
@@ -58,20 +60,25 @@ class Tracker {
   // Takes over a map that Track asked for; back to initialising where the mapper refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
 
-  // Detections of a frame that was tracked while they were still to come: they count at the pose it has by now. Of a frame in which the camera was
-  // lost, and still is, they are searched for its pose, and tracking goes on from there. Frames ascend; nothing where the frame is too old.
-  std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections, const Map& map);
+  // Detections of a frame that was tracked while they were still to come: they count at the pose it
+  // has by now. Of a frame in which the camera was lost, and still is, they are searched for its
+  // pose, and tracking goes on from there. Frames ascend; nothing where the frame is too old.
+  std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections,
+                                       const Map& map);
 
-  // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it was; the poses of its frames join this trajectory.
+  // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it
+  // was; the poses of its frames join this trajectory.
   void GoOnAs(Tracker other, double scale);
-  // Frames of a piece that was joined with the map: those that have no pose by points here take theirs.
+  // Frames of a piece that was joined with the map: those that have no pose by points here take
+  // theirs.
   void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }
   // All but that of landmarks, which the mapper counts.
   NextIds next_ids() const { return {next_keyframe_, 0, object_tracks_.next_object}; }
   void SkipIds(const NextIds& ids);
 
-  // To look back, once a video is over: takes up a frame that has a pose by points, and goes on from there in either direction of time. Keyframes are
-  // made as ever; objects are not observed. On thin evidence: few landmarks, close together, are enough.
+  // To look back, once a video is over: takes up a frame that has a pose by points, and goes on
+  // from there in either direction of time. Keyframes are made as ever; objects are not observed.
+  // On thin evidence: few landmarks, close together, are enough.
   bool TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence);
   // Nothing where the frame cannot be followed.
   std::optional<Outcome> Extend(const Frame& frame, const Map& map);
@@ -113,7 +120,8 @@ class Tracker {
   Outcome Relocalize(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
   Outcome FindLate(const Frame& frame, const Map& map);
-  Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
+  Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
+                   TrackingState state);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   bool IsOnProbation(const Frame& frame) const;  // found by points a moment ago
   TrackDemands Demands(const Frame& frame) const;
@@ -128,10 +136,13 @@ class Tracker {
   void Miss(const Frame& frame, bool has_pose);
   void FillInMissed(const Map& map, int count);
   void EndBackfill();
-  void Remember(const Frame& frame, const Map& map, const TrackReport& tracked, TrackingState state);
-  void MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome);
+  void Remember(const Frame& frame, const Map& map, const TrackReport& tracked,
+                TrackingState state);
+  void MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
+                    Outcome& outcome);
   std::vector<LandmarkUse> TakeUses();
-  void ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked, Outcome& outcome);
+  void ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked,
+                      Outcome& outcome);
   int Associate(const TrackedFrame& seen, const Map& map);
 
   struct Last {
@@ -145,7 +156,8 @@ class Tracker {
   struct Motion {
     Rigid3 cam_from_before;
     double seconds = 0;
-    double error = 0;  // how far from where it led to landmarks were found, median; pixels of the lowest level
+    double error =
+        0;  // how far from where it led to landmarks were found, median; pixels of the lowest level
   };
 
   struct Missed {
@@ -174,11 +186,11 @@ class Tracker {
   bool map_is_loaded_;
   bool mapping_ = true;
   uint32_t next_keyframe_;
-  Frame newest_;                                    // also without a pose
+  Frame newest_;                                      // also without a pose
   std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
-  std::vector<Frame> before_map_;  // frames that came before there was one, in order
-  std::deque<Missed> missed_;   // the newest frames without points to track
+  std::vector<Frame> before_map_;     // frames that came before there was one, in order
+  std::deque<Missed> missed_;         // the newest frames without points to track
   std::optional<Backfill> backfill_;  // since the camera was found
   std::optional<Motion> motion_;
   KeyframeId newest_keyframe_;
@@ -189,8 +201,8 @@ class Tracker {
   std::optional<int> relocalized_frame_;  // the newest when the camera was last found
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
-  double usual_spread_ = 0;  // of the landmarks in the image, over the last seconds
-  std::vector<LandmarkUse> uses_;   // since the newest keyframe
+  double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
+  std::vector<LandmarkUse> uses_;  // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe
   std::deque<Undetected> undetected_;      // ascending by frame

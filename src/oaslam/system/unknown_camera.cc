@@ -34,7 +34,9 @@ std::vector<Camera> CamerasOfMap(const Map& map, const Camera& of_image) {
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { used.insert(k.camera); });
   std::vector<Camera> cameras;
   for (auto index = used.rbegin(); index != used.rend(); ++index)
-    if (const auto camera = ForSize(map.cameras[static_cast<size_t>(*index)], of_image.width, of_image.height)) cameras.push_back(*camera);
+    if (const auto camera =
+            ForSize(map.cameras[static_cast<size_t>(*index)], of_image.width, of_image.height))
+      cameras.push_back(*camera);
   return cameras;
 }
 
@@ -54,21 +56,23 @@ Seen SeenBy(const Camera& camera, const Frame& raw, const Map& map) {
   return seen;
 }
 
-// How far the points ask for another focal length: not at all, perhaps, or for certain. Their errors go together, far from as independent as their covariance
-// has it.
+// How far the points ask for another focal length: not at all, perhaps, or for certain. Their
+// errors go together, far from as independent as their covariance has it.
 enum class Contradiction { kNone, kPossible, kCertain };
 
 Contradiction ContradictionOf(const FocalRelocalization& refined, const Camera& camera) {
   constexpr double kSigmas = 10, kTolerance = 0.02, kSuspicious = 0.05;
-  const double off = std::abs(std::log(refined.camera.fx / camera.fx)), bound = std::max(kTolerance, kSigmas * refined.relative_sigma);
+  const double off = std::abs(std::log(refined.camera.fx / camera.fx)),
+               bound = std::max(kTolerance, kSigmas * refined.relative_sigma);
   if (!(off < bound)) return Contradiction::kCertain;
   return off < kSuspicious ? Contradiction::kNone : Contradiction::kPossible;
 }
 
 }  // namespace
 
-UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(const Frame& raw, const Map& map, RelocalizationMode mode,
-                                                               const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
+UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
+    const Frame& raw, const Map& map, RelocalizationMode mode,
+    const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
   UnknownCameraRelocalization best;
   const Camera& plain = map.cameras[static_cast<size_t>(raw.camera)];
   best.camera = plain;
@@ -83,7 +87,8 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(const Frame& raw,
     report.inliers = found.inliers;
     const bool has_points = found.evidence != PoseEvidence::kObjects;
     const FocalRelocalization refined = RefineFocal(seen.frame, seen.map, report, config_.tracking);
-    const Contradiction contradiction = has_points ? ContradictionOf(refined, camera) : Contradiction::kPossible;
+    const Contradiction contradiction =
+        has_points ? ContradictionOf(refined, camera) : Contradiction::kPossible;
     if (contradiction == Contradiction::kCertain) continue;
     if (best.found.evidence == PoseEvidence::kNone || found.inliers > best.found.inliers) {
       best.found = std::move(found);
@@ -92,8 +97,11 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(const Frame& raw,
     if (contradiction == Contradiction::kNone) return best;
   }
   if (mode == RelocalizationMode::kObjects) return best;
-  const FocalRelocalization free = RelocalizeByPointsAndFocal(raw, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
-  if (!free.report.success || (best.found.evidence != PoseEvidence::kNone && free.report.inliers <= best.found.inliers)) return best;
+  const FocalRelocalization free = RelocalizeByPointsAndFocal(
+      raw, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
+  if (!free.report.success ||
+      (best.found.evidence != PoseEvidence::kNone && free.report.inliers <= best.found.inliers))
+    return best;
   best.found = {};
   best.found.evidence = PoseEvidence::kPoints;
   best.found.cam_from_world = free.report.cam_from_world;

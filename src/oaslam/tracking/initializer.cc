@@ -11,14 +11,16 @@
 namespace oaslam {
 namespace {
 
-// Of the focal length: how far key points may go between two images, some eleven degrees of turning.
+// Of the focal length: how far key points may go between two images, some eleven degrees of
+// turning.
 constexpr double kWindow = 0.2;
 constexpr double kRatio = 0.9;
 constexpr size_t kMaxReferences = 4;
-constexpr double kLostShare = 0.7;   // a new reference once the newest keeps less than this of its matches
-constexpr size_t kMaxRecent = 150;   // frames, some 50 KB each
+constexpr double kLostShare =
+    0.7;  // a new reference once the newest keeps less than this of its matches
+constexpr size_t kMaxRecent = 150;      // frames, some 50 KB each
 constexpr double kBetweenTries = 0.05;  // seconds: parallax takes its time
-constexpr double kStillPixels = 3;   // of the lowest level: less motion than this is none
+constexpr double kStillPixels = 3;      // of the lowest level: less motion than this is none
 
 }  // namespace
 
@@ -29,26 +31,33 @@ void Initializer::Reset() {
 
 int Initializer::NeededMatches(const Frame& frame) const {
   constexpr int kFewest = 40, kShare = 8;
-  return std::clamp(frame.features->size() / kShare, std::min(kFewest, config_.min_init_matches), config_.min_init_matches);
+  return std::clamp(frame.features->size() / kShare, std::min(kFewest, config_.min_init_matches),
+                    config_.min_init_matches);
 }
 
-KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame, const Camera& camera) const {
-  KeypointPairs pairs = MatchWithinWindow(*reference.frame.features, *frame.features, reference.last_seen, kWindow * camera.fx, kRatio);
-  for (const auto& [a, b] : pairs) reference.last_seen[a] = frame.features->keypoints[b].px.cast<double>();
+KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame,
+                                  const Camera& camera) const {
+  KeypointPairs pairs = MatchWithinWindow(*reference.frame.features, *frame.features,
+                                          reference.last_seen, kWindow * camera.fx, kRatio);
+  for (const auto& [a, b] : pairs)
+    reference.last_seen[a] = frame.features->keypoints[b].px.cast<double>();
   reference.matches = static_cast<int>(pairs.size());
   reference.first_matches = std::max(reference.first_matches, reference.matches);
   return pairs;
 }
 
-std::optional<InitialMap> Initializer::Try(const Reference& reference, const Frame& frame, const Camera& camera,
-                                           const KeypointPairs& pairs, Rng& rng) {
+std::optional<InitialMap> Initializer::Try(const Reference& reference, const Frame& frame,
+                                           const Camera& camera, const KeypointPairs& pairs,
+                                           Rng& rng) {
   const Features &first = *reference.frame.features, &second = *frame.features;
   std::vector<Eigen::Vector2d> in_first, in_second;
   std::vector<double> sigma, motion;
   for (const auto& [a, b] : pairs) {
     in_first.push_back(first.keypoints[a].px.cast<double>());
     in_second.push_back(second.keypoints[b].px.cast<double>());
-    sigma.push_back(std::hypot(first.pyramid.scale[first.keypoints[a].octave], second.pyramid.scale[second.keypoints[b].octave]) / std::sqrt(2));
+    sigma.push_back(std::hypot(first.pyramid.scale[first.keypoints[a].octave],
+                               second.pyramid.scale[second.keypoints[b].octave]) /
+                    std::sqrt(2));
     motion.push_back((in_first.back() - in_second.back()).norm());
   }
   std::ranges::nth_element(motion, motion.begin() + static_cast<std::ptrdiff_t>(motion.size() / 2));
@@ -59,17 +68,24 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   TwoViewOptions options;
   options.min_parallax_deg = config_.min_init_parallax_deg;
   options.min_points = NeededMatches(frame) / 2;
-  const TwoViewReport report = EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
+  const TwoViewReport report =
+      EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
   if (!report.success) {
-    why_not_ = report.parallax_deg < options.min_parallax_deg ? "the camera only turned, or all it sees is far away" : report.why_not;
+    why_not_ = report.parallax_deg < options.min_parallax_deg
+                   ? "the camera only turned, or all it sees is far away"
+                   : report.why_not;
     return std::nullopt;
   }
-  Log(LogLevel::kDebug, fmt::format("map begun from frames {} and {}: {} matches, {} inliers, {} points, parallax {:.1f} degrees, direction +- {:.1f} degrees, rival {:.2f}{}",
-                                    reference.frame.index, frame.index, pairs.size(), report.inliers, report.triangulated, report.parallax_deg,
-                                    report.direction_sigma_deg, report.rival, report.planar ? ", planar" : ""));
+  Log(LogLevel::kDebug,
+      fmt::format("map begun from frames {} and {}: {} matches, {} inliers, {} points, parallax "
+                  "{:.1f} degrees, direction +- {:.1f} degrees, rival {:.2f}{}",
+                  reference.frame.index, frame.index, pairs.size(), report.inliers,
+                  report.triangulated, report.parallax_deg, report.direction_sigma_deg,
+                  report.rival, report.planar ? ", planar" : ""));
   InitialMap map{reference.frame, frame, {}, {}, report.second_from_first, {}};
   for (size_t i = 0; i < pairs.size(); ++i)
-    if (report.points[i]) map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});
+    if (report.points[i])
+      map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});
   return map;
 }
 
@@ -79,18 +95,21 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
   std::optional<InitialMap> map;
   for (Reference& reference : references_) {
     const KeypointPairs pairs = Follow(reference, frame, camera);
-    const bool is_due = !reference.last_try || frame.timestamp - *reference.last_try > kBetweenTries;
+    const bool is_due =
+        !reference.last_try || frame.timestamp - *reference.last_try > kBetweenTries;
     if (map || !is_due || reference.matches < needed) continue;
     map = Try(reference, frame, camera, pairs, rng);
     reference.last_try = frame.timestamp;
   }
   if (map) return map;
   std::erase_if(references_, [&](const Reference& r) { return r.matches < needed; });
-  const bool begins = references_.empty() || references_.back().matches < kLostShare * references_.back().first_matches;
+  const bool begins = references_.empty() ||
+                      references_.back().matches < kLostShare * references_.back().first_matches;
   if (begins && frame.features->size() >= needed) {
     if (references_.size() == kMaxReferences) references_.pop_front();
     Reference reference{frame, {}, 0, 0};
-    for (const Keypoint& k : frame.features->keypoints) reference.last_seen.push_back(k.px.cast<double>());
+    for (const Keypoint& k : frame.features->keypoints)
+      reference.last_seen.push_back(k.px.cast<double>());
     references_.push_back(std::move(reference));
   }
   recent_.push_back(frame);

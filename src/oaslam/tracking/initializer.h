@@ -23,9 +23,11 @@ class Initializer {
   // Feeds the next frame; a map (without keyframe ids) once one can be trusted.
   std::optional<InitialMap> Process(const Frame& frame, const Camera& camera, Rng& rng);
   void Reset();
-  // The frames that came before the second of the map just made, the last few seconds of them, in order: to be tracked in it afterwards.
+  // The frames that came before the second of the map just made, the last few seconds of them, in
+  // order: to be tracked in it afterwards.
   std::vector<Frame> TakeRecent();
-  // Why there is no map yet, for a user: "the camera has not moved", "too few corners", "only turned".
+  // Why there is no map yet, for a user: "the camera has not moved", "too few corners", "only
+  // turned".
   const std::string& why_not() const { return why_not_; }
 
  private:
@@ -41,7 +43,8 @@ class Initializer {
   // Matches of the two views that a map needs: fewer where the image has few corners.
   int NeededMatches(const Frame& frame) const;
   KeypointPairs Follow(Reference& reference, const Frame& frame, const Camera& camera) const;
-  std::optional<InitialMap> Try(const Reference& reference, const Frame& frame, const Camera& camera, const KeypointPairs& pairs, Rng& rng);
+  std::optional<InitialMap> Try(const Reference& reference, const Frame& frame,
+                                const Camera& camera, const KeypointPairs& pairs, Rng& rng);
 
   TrackingConfig config_;
   std::deque<Reference> references_;  // oldest first

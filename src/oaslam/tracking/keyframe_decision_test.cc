@@ -15,7 +15,8 @@ TEST(KeyframeDecision, ANewViewMakesAKeyframe) {
 
 TEST(KeyframeDecision, TimeAloneMakesAKeyframe) {
   const TrackingConfig config;
-  EXPECT_EQ(KeyframeNeed::kWanted, NeedsKeyframe({config.max_keyframe_interval, true, 300, 300, 300}, config));
+  EXPECT_EQ(KeyframeNeed::kWanted,
+            NeedsKeyframe({config.max_keyframe_interval, true, 300, 300, 300}, config));
 }
 
 TEST(KeyframeDecision, APoseThatManyMatchesContradictDoesNot) {

@@ -16,7 +16,8 @@ LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, in
     }
   }
   std::erase_if(votes, [](const Covisible& v) { return v.shared == 0; });
-  std::ranges::stable_sort(votes, [](const Covisible& a, const Covisible& b) { return a.shared > b.shared; });
+  std::ranges::stable_sort(
+      votes, [](const Covisible& a, const Covisible& b) { return a.shared > b.shared; });
 
   LocalMap local;
   std::vector<char> taken;

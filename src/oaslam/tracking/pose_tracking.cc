@@ -48,17 +48,20 @@ double Spread(const PoseReport& pose, const Matched& matched, const Camera& came
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < matched.observations.size(); ++i) {
     if (!pose.inlier[i]) continue;
-    const Eigen::Vector2d place = matched.observations[i].px.cwiseQuotient(Eigen::Vector2d(camera.width, camera.height));
+    const Eigen::Vector2d place =
+        matched.observations[i].px.cwiseQuotient(Eigen::Vector2d(camera.width, camera.height));
     sum += place;
     squares += place * place.transpose();
   }
   if (pose.inliers == 0) return 0;
   const Eigen::Vector2d mean = sum / pose.inliers;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(squares / pose.inliers - mean * mean.transpose(), Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
+      squares / pose.inliers - mean * mean.transpose(), Eigen::EigenvaluesOnly);
   return pose.inliers * std::max(0.0, eigen.eigenvalues()(0));
 }
 
-TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& matched, const std::vector<LandmarkId>& matches, int min_inliers) {
+TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& matched,
+                   const std::vector<LandmarkId>& matches, int min_inliers) {
   TrackReport report;
   report.landmarks.resize(matches.size());
   report.matched = static_cast<int>(matched.keypoints.size());
@@ -69,44 +72,56 @@ TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& 
   report.inliers = pose.inliers;
   report.depth = MedianDepth(pose, matched);
   report.spread = Spread(pose, matched, camera);
-  report.relative_sigma = report.depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / report.depth : 1;
+  report.relative_sigma =
+      report.depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / report.depth
+                       : 1;
   report.success = pose.inliers >= min_inliers;
   return report;
 }
 
 // Refines the pose on the matches and keeps the inliers.
-TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial, const std::vector<LandmarkId>& matches, int min_inliers) {
+TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial,
+                   const std::vector<LandmarkId>& matches, int min_inliers) {
   const Matched matched = Observe(frame, map, matches);
   const Camera& camera = map.cameras[frame.camera];
-  return Report(camera, RefinePose(camera, initial, matched.observations), matched, matches, min_inliers);
+  return Report(camera, RefinePose(camera, initial, matched.observations), matched, matches,
+                min_inliers);
 }
 
 bool Meets(const TrackReport& report, const TrackDemands& demands) {
   constexpr double kMostOfMatched = 0.5;
-  if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma) || report.spread < demands.spread) return false;
+  if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma) ||
+      report.spread < demands.spread)
+    return false;
   return report.inliers >= demands.inliers || report.inliers > kMostOfMatched * report.matched;
 }
 
 }  // namespace
 
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
-                               const std::vector<LandmarkId>& last_landmarks, const Rigid3& predicted, double radius) {
+                               const std::vector<LandmarkId>& last_landmarks,
+                               const Rigid3& predicted, double radius) {
   const LandmarkMatches matches =
-      SearchFromLastFrame(*frame.features, map.cameras[frame.camera], predicted, map, last_features, last_landmarks, radius);
+      SearchFromLastFrame(*frame.features, map.cameras[frame.camera], predicted, map, last_features,
+                          last_landmarks, radius);
   if (matches.count < kMinMatches) return {};
   return Refine(frame, map, predicted, matches.landmarks, kMinFirstInliers);
 }
 
-TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from, const std::vector<LandmarkId>& seen, Rng& rng) {
+TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from,
+                               const std::vector<LandmarkId>& seen, Rng& rng) {
   constexpr double kRatio = 0.85;  // geometry verifies
   const LandmarkMatches matches = MatchSeenLandmarks(*frame.features, map, from, seen, kRatio);
   if (matches.count < kMinFirstInliers) return {};
-  const AbsolutePoseReport rough =
-      EstimateAbsolutePose(map.cameras[frame.camera], Observe(frame, map, matches.landmarks).observations, {}, rng);
-  return rough.success ? Refine(frame, map, rough.cam_from_world, matches.landmarks, kMinFirstInliers) : TrackReport{};
+  const AbsolutePoseReport rough = EstimateAbsolutePose(
+      map.cameras[frame.camera], Observe(frame, map, matches.landmarks).observations, {}, rng);
+  return rough.success
+             ? Refine(frame, map, rough.cam_from_world, matches.landmarks, kMinFirstInliers)
+             : TrackReport{};
 }
 
-TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial, const TrackDemands& demands) {
+TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
+                          const TrackDemands& demands) {
   const LocalMap local = CollectLocalMap(map, initial.landmarks, kMaxLocalKeyframes);
   TrackReport report = initial;
   report.success = false;
@@ -120,12 +135,14 @@ TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport&
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : local.landmarks) {
     if (std::ranges::binary_search(matched, id)) continue;
-    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[frame.camera], initial.cam_from_world, *frame.features))
+    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[frame.camera],
+                                       initial.cam_from_world, *frame.features))
       projected.push_back(*p);
   }
   ProjectionSearchOptions options;
   options.radius_px = kLocalRadius * demands.radius_scale;
-  const LandmarkMatches matches = SearchByProjection(*frame.features, map, projected, initial.landmarks, options);
+  const LandmarkMatches matches =
+      SearchByProjection(*frame.features, map, projected, initial.landmarks, options);
   for (const ProjectedLandmark& p : projected) report.visible.push_back(p.id);
 
   std::vector<LandmarkId> visible = std::move(report.visible);
@@ -138,9 +155,10 @@ TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport&
 
 namespace {
 
-// Key points of the image before found in this one, around where they should be if all were at this depth.
-KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before, const Rigid3& cam_from_before, double depth,
-                           double radius) {
+// Key points of the image before found in this one, around where they should be if all were at this
+// depth.
+KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before,
+                           const Rigid3& cam_from_before, double depth, double radius) {
   constexpr double kRatio = 0.9;
   const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(-1e6);
   std::vector<Eigen::Vector2d> expected;
@@ -148,29 +166,37 @@ KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Featu
     const Eigen::Vector3d p = cam_from_before * (depth * RayOf(camera, k.px.cast<double>()));
     expected.push_back(p.z() > 0 ? ProjectIdeal(camera, p) : nowhere);
   }
-  return MatchWithinWindow(before, *frame.features, expected, radius * frame.features->pyramid.working_pixel(), kRatio);
+  return MatchWithinWindow(before, *frame.features, expected,
+                           radius * frame.features->pyramid.working_pixel(), kRatio);
 }
 
-EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Features& now, const std::pair<int, int>& pair) {
+EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Features& now,
+                      const std::pair<int, int>& pair) {
   const Keypoint &first = before.keypoints[pair.first], &second = now.keypoints[pair.second];
-  const double sigma = std::hypot(before.pyramid.scale[first.octave], now.pyramid.scale[second.octave]) / std::sqrt(2);
+  const double sigma =
+      std::hypot(before.pyramid.scale[first.octave], now.pyramid.scale[second.octave]) /
+      std::sqrt(2);
   return {RayOf(camera, first.px.cast<double>()), RayOf(camera, second.px.cast<double>()), sigma};
 }
 
 }  // namespace
 
-TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before, const Rigid3& before_from_world,
-                                const TrackReport& tracked, const TrackDemands& demands) {
-  constexpr double kRadius = 40;  // pixels of the lowest level: what the depth of a point may move it between two images
+TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
+                                const Rigid3& before_from_world, const TrackReport& tracked,
+                                const TrackDemands& demands) {
+  constexpr double kRadius =
+      40;  // pixels of the lowest level: what the depth of a point may move it between two images
   const Camera& camera = map.cameras[frame.camera];
   if (!(tracked.depth > 0)) return tracked;
   const Rigid3 cam_from_before = tracked.cam_from_world * before_from_world.Inverse();
   std::vector<EpipolarMatch> matches;
-  for (const auto& pair : MatchAtDepth(frame, camera, before, cam_from_before, tracked.depth, kRadius))
+  for (const auto& pair :
+       MatchAtDepth(frame, camera, before, cam_from_before, tracked.depth, kRadius))
     if (!tracked.landmarks[pair.second].IsValid())  // a landmark says more
       matches.push_back(ToMatch(camera, before, *frame.features, pair));
   const Matched matched = Observe(frame, map, tracked.landmarks);
-  const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations, before_from_world, matches);
+  const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations,
+                                              before_from_world, matches);
   TrackReport report = Report(camera, pose, matched, tracked.landmarks, 0);
   report.matched = tracked.matched;
   report.reference = tracked.reference;

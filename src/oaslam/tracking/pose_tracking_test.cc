@@ -19,13 +19,16 @@ struct Scene {
     Rng rng(9);
     frame.features = synthetic::MakeView(world, truth, {}, rng).features;
   }
-  double Error(const Rigid3& pose) const { return (pose.OriginInSource() - truth.OriginInSource()).norm(); }
+  double Error(const Rigid3& pose) const {
+    return (pose.OriginInSource() - truth.OriginInSource()).norm();
+  }
 };
 
 TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
   const Scene s;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
+  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features,
+                                               last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
   ASSERT_TRUE(first.success);
   const TrackReport tracked = TrackLocalMap(s.frame, s.mapped.map, first, {});
   ASSERT_TRUE(tracked.success);
@@ -39,7 +42,8 @@ TEST(PoseTracking, FindsItselfByDescriptorsAlone) {
   const Scene s;
   const Keyframe& keyframe = s.mapped.map.keyframes.At(KeyframeId(4));
   Rng rng(2);
-  const TrackReport report = TrackByDescriptors(s.frame, s.mapped.map, *keyframe.features, keyframe.landmarks, rng);
+  const TrackReport report =
+      TrackByDescriptors(s.frame, s.mapped.map, *keyframe.features, keyframe.landmarks, rng);
   ASSERT_TRUE(report.success);
   EXPECT_LT(s.Error(report.cam_from_world), 0.02);
 }
@@ -48,16 +52,20 @@ TEST(PoseTracking, AnImageOfNothingFails) {
   const Scene s;
   Rng rng(1);
   Frame clutter;
-  clutter.features = synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng).features;
+  clutter.features =
+      synthetic::MakeView(s.world, s.truth, {.missed = 1.0, .clutter = 800}, rng).features;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  const TrackReport first = TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth, 15);
+  const TrackReport first =
+      TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth, 15);
   EXPECT_FALSE(first.success && TrackLocalMap(clutter, s.mapped.map, first, {}).success);
-  EXPECT_FALSE(TrackByDescriptors(clutter, s.mapped.map, *last.features, last.landmarks, rng).success);
+  EXPECT_FALSE(
+      TrackByDescriptors(clutter, s.mapped.map, *last.features, last.landmarks, rng).success);
 }
 
 TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {
   const Scene s;
-  const LocalMap local = CollectLocalMap(s.mapped.map, s.mapped.map.keyframes.At(KeyframeId(2)).landmarks, 5);
+  const LocalMap local =
+      CollectLocalMap(s.mapped.map, s.mapped.map.keyframes.At(KeyframeId(2)).landmarks, 5);
   ASSERT_EQ(local.keyframes.size(), 5U);
   EXPECT_EQ(local.keyframes.front(), KeyframeId(2));
   std::vector<LandmarkId> sorted = local.landmarks;
@@ -76,7 +84,8 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
     Frame frame;
     frame.index = i;
     frame.timestamp = i / 30.0;
-    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
+    frame.features =
+        synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
     map = initializer.Process(frame, world.camera, rng);
     at = i;
   }
@@ -97,7 +106,10 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
     Frame frame;
     frame.index = i;
     frame.timestamp = i / 30.0;
-    frame.features = synthetic::MakeView(world, Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0), {}, views).features;
+    frame.features =
+        synthetic::MakeView(
+            world, Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0), {}, views)
+            .features;
     EXPECT_FALSE(initializer.Process(frame, world.camera, rng)) << i;
   }
   EXPECT_EQ(initializer.why_not(), "the camera only turned, or all it sees is far away");
@@ -124,7 +136,8 @@ TEST(Initializer, SaysWhyThereIsNoMapYet) {
 TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
   const Scene s;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
-  TrackReport tracked = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
+  TrackReport tracked = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks,
+                                           synthetic::PoseOnArc({}, 2.5), 15);
   ASSERT_TRUE(tracked.success);
   int kept = 0;  // the landmarks of the left quarter of the image
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
@@ -132,7 +145,8 @@ TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
     kept += tracked.landmarks[i].IsValid();
   }
   ASSERT_GT(kept, 15);
-  const TrackReport strong = StrengthenByMatches(s.frame, s.mapped.map, *last.features, last.cam_from_world, tracked, {.relative_sigma = 1});
+  const TrackReport strong = StrengthenByMatches(
+      s.frame, s.mapped.map, *last.features, last.cam_from_world, tracked, {.relative_sigma = 1});
   ASSERT_TRUE(strong.success);
   EXPECT_GE(strong.inliers, kept * 3 / 4);
   EXPECT_LT(s.Error(strong.cam_from_world), 0.02);

@@ -11,22 +11,30 @@ std::vector<FramePose>::iterator Trajectory::Find(int frame_index) {
   return place != poses_.end() && place->frame_index == frame_index ? place : poses_.end();
 }
 
-void Trajectory::Add(const FramePose& pose, const Frame& frame, const std::vector<LandmarkId>& landmarks) {
+void Trajectory::Add(const FramePose& pose, const Frame& frame,
+                     const std::vector<LandmarkId>& landmarks) {
   Put(pose);
   std::erase_if(unsettled_, [&](const Unsettled& u) { return u.frame_index == pose.frame_index; });
   Unsettled unsettled{pose.frame_index, frame.camera, {}};
   for (size_t i = 0; i < landmarks.size(); ++i) {
     const Keypoint& keypoint = frame.features->keypoints[i];
-    if (landmarks[i].IsValid()) unsettled.seen.push_back({landmarks[i], keypoint.px, frame.features->pyramid.scale[keypoint.octave]});
+    if (landmarks[i].IsValid())
+      unsettled.seen.push_back(
+          {landmarks[i], keypoint.px, frame.features->pyramid.scale[keypoint.octave]});
   }
   if (unsettled.seen.empty()) return;
-  unsettled_.insert(std::ranges::upper_bound(unsettled_, pose.frame_index, {}, &Unsettled::frame_index), std::move(unsettled));
+  unsettled_.insert(
+      std::ranges::upper_bound(unsettled_, pose.frame_index, {}, &Unsettled::frame_index),
+      std::move(unsettled));
 }
 
 void Trajectory::Put(const FramePose& pose) {
   const auto own = Find(pose.frame_index);
-  if (own != poses_.end()) *own = pose;
-  else poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index), pose);
+  if (own != poses_.end())
+    *own = pose;
+  else
+    poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index),
+                  pose);
 }
 
 void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
@@ -39,8 +47,10 @@ void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
 
 void Trajectory::Settle(const Map& map, int frame_index) {
   constexpr int kMinInliers = 20;
-  constexpr double kMinShare = 0.7;  // of what the frame saw; else the landmarks are no longer what they were
-  for (; !unsettled_.empty() && unsettled_.front().frame_index < frame_index; unsettled_.pop_front()) {
+  constexpr double kMinShare =
+      0.7;  // of what the frame saw; else the landmarks are no longer what they were
+  for (; !unsettled_.empty() && unsettled_.front().frame_index < frame_index;
+       unsettled_.pop_front()) {
     const Unsettled& u = unsettled_.front();
     const auto pose = Find(u.frame_index);
     const auto reference = pose != poses_.end() ? map.ResolvePose(pose->reference) : std::nullopt;
@@ -48,9 +58,13 @@ void Trajectory::Settle(const Map& map, int frame_index) {
     std::vector<PointObservation> observations;
     for (const Seen& s : u.seen)
       if (const Landmark* landmark = map.landmarks.Find(s.landmark))
-        observations.push_back({landmark->position, s.px.cast<double>(), 1.0 / (s.scale * s.scale)});
-    const PoseReport refined = RefinePose(map.cameras[u.camera], pose->cam_from_reference * *reference, observations);
-    if (!refined.success || refined.inliers < kMinInliers || refined.inliers < kMinShare * static_cast<double>(u.seen.size())) continue;
+        observations.push_back(
+            {landmark->position, s.px.cast<double>(), 1.0 / (s.scale * s.scale)});
+    const PoseReport refined =
+        RefinePose(map.cameras[u.camera], pose->cam_from_reference * *reference, observations);
+    if (!refined.success || refined.inliers < kMinInliers ||
+        refined.inliers < kMinShare * static_cast<double>(u.seen.size()))
+      continue;
     pose->cam_from_reference = refined.cam_from_world * reference->Inverse();
   }
 }
@@ -61,7 +75,9 @@ void Trajectory::Join(Trajectory other, double scale) {
     Put(pose);
   }
   for (Unsettled& unsettled : other.unsettled_)
-    unsettled_.insert(std::ranges::upper_bound(unsettled_, unsettled.frame_index, {}, &Unsettled::frame_index), std::move(unsettled));
+    unsettled_.insert(
+        std::ranges::upper_bound(unsettled_, unsettled.frame_index, {}, &Unsettled::frame_index),
+        std::move(unsettled));
 }
 
 void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {

@@ -20,14 +20,19 @@ struct Scene {
     Rng rng(4);
     const synthetic::View view = synthetic::MakeView(world, truth, {}, rng);
     frame = {20, 0.6, 0, view.features, {}};
-    for (const int point : view.point_of_keypoint) landmarks.push_back(point < 0 ? LandmarkId() : mapped.landmark_of_point[point]);
+    for (const int point : view.point_of_keypoint)
+      landmarks.push_back(point < 0 ? LandmarkId() : mapped.landmark_of_point[point]);
   }
   FramePose Pose(int index) const {
     const KeyframeId reference(2);
-    return {index, index / 30.0, reference, wrong * mapped.map.keyframes.At(reference).cam_from_world.Inverse(), TrackingState::kTracking};
+    return {index, index / 30.0, reference,
+            wrong * mapped.map.keyframes.At(reference).cam_from_world.Inverse(),
+            TrackingState::kTracking};
   }
   double Error(const FramePose& pose) const {
-    return ((pose.cam_from_reference * *mapped.map.ResolvePose(pose.reference)).OriginInSource() - truth.OriginInSource()).norm();
+    return ((pose.cam_from_reference * *mapped.map.ResolvePose(pose.reference)).OriginInSource() -
+            truth.OriginInSource())
+        .norm();
   }
 };
 
@@ -47,7 +52,8 @@ TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
   trajectory.Add(s.Pose(20), s.frame, s.landmarks);
   int seen = 0;
   for (const LandmarkId id : s.landmarks)
-    if (id.IsValid() && s.mapped.map.landmarks.Contains(id) && ++seen % 2 == 0) s.mapped.map.EraseLandmark(id);
+    if (id.IsValid() && s.mapped.map.landmarks.Contains(id) && ++seen % 2 == 0)
+      s.mapped.map.EraseLandmark(id);
   trajectory.Settle(s.mapped.map, 100);
   EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
 }

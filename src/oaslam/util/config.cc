@@ -12,11 +12,12 @@ namespace oaslam {
 std::vector<std::string> SlamConfig::Validate() const {
   std::vector<std::string> problems;
   const auto check = [&]<typename Value, typename... Bound>(const char* name, const Value& value,
-                                                          const Bound&... bound) {
+                                                            const Bound&... bound) {
     if constexpr (std::is_same_v<Value, std::string>) {
       const std::vector<std::string>& allowed = std::get<0>(std::tie(bound...));
       if (std::ranges::find(allowed, value) == allowed.end())
-        problems.push_back(fmt::format("{}: {}, allowed: {}", name, value, fmt::join(allowed, " | ")));
+        problems.push_back(
+            fmt::format("{}: {}, allowed: {}", name, value, fmt::join(allowed, " | ")));
     } else {
       const auto [min, max] = std::tie(bound...);
       if (!(value >= min && value <= max))
@@ -25,8 +26,9 @@ std::vector<std::string> SlamConfig::Validate() const {
   };
   VisitFields(*this, check);
   if (features.min_fast_threshold > features.fast_threshold)
-    problems.push_back(fmt::format("features.min_fast_threshold: {}, allowed: 1 to features.fast_threshold = {}",
-                                   features.min_fast_threshold, features.fast_threshold));
+    problems.push_back(
+        fmt::format("features.min_fast_threshold: {}, allowed: 1 to features.fast_threshold = {}",
+                    features.min_fast_threshold, features.fast_threshold));
   return problems;
 }
 

@@ -6,7 +6,8 @@
 
 namespace oaslam {
 
-// An id that cannot be mistaken for one of another kind. Ascending in order of creation, never reused.
+// An id that cannot be mistaken for one of another kind. Ascending in order of creation, never
+// reused.
 template <typename Tag>
 struct StrongId {
   static constexpr uint32_t kInvalid = UINT32_MAX;

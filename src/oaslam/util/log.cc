@@ -6,7 +6,8 @@
 namespace oaslam {
 namespace {
 
-// Any thread may log while another installs a sink: the one lock of the library that is not a queue's.
+// Any thread may log while another installs a sink: the one lock of the library that is not a
+// queue's.
 std::mutex sink_mutex;
 LogSink& Sink() {
   static LogSink sink;

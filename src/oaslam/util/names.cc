@@ -5,36 +5,49 @@ namespace oaslam {
 
 const char* ToString(TrackingState state) {
   switch (state) {
-    case TrackingState::kInitializing: return "initializing";
-    case TrackingState::kTracking: return "tracking";
-    case TrackingState::kRelocalized: return "relocalized";
-    case TrackingState::kObjects: return "objects";
-    case TrackingState::kLost: break;
+    case TrackingState::kInitializing:
+      return "initializing";
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kRelocalized:
+      return "relocalized";
+    case TrackingState::kObjects:
+      return "objects";
+    case TrackingState::kLost:
+      break;
   }
   return "lost";
 }
 
 const char* ToString(RelocalizationMode mode) {
   switch (mode) {
-    case RelocalizationMode::kPoints: return "points";
-    case RelocalizationMode::kObjects: return "objects";
-    case RelocalizationMode::kPointsAndObjects: break;
+    case RelocalizationMode::kPoints:
+      return "points";
+    case RelocalizationMode::kObjects:
+      return "objects";
+    case RelocalizationMode::kPointsAndObjects:
+      break;
   }
   return "points+objects";
 }
 
 const char* ToString(PoseEvidence evidence) {
   switch (evidence) {
-    case PoseEvidence::kPoints: return "points";
-    case PoseEvidence::kObjects: return "objects";
-    case PoseEvidence::kPointsAndObjects: return "points+objects";
-    case PoseEvidence::kNone: break;
+    case PoseEvidence::kPoints:
+      return "points";
+    case PoseEvidence::kObjects:
+      return "objects";
+    case PoseEvidence::kPointsAndObjects:
+      return "points+objects";
+    case PoseEvidence::kNone:
+      break;
   }
   return "failed";
 }
 
 RelocalizationMode RelocalizationModeOf(const std::string& name) {
-  for (const RelocalizationMode mode : {RelocalizationMode::kPoints, RelocalizationMode::kObjects, RelocalizationMode::kPointsAndObjects})
+  for (const RelocalizationMode mode : {RelocalizationMode::kPoints, RelocalizationMode::kObjects,
+                                        RelocalizationMode::kPointsAndObjects})
     if (name == ToString(mode)) return mode;
   throw InputError("relocalization: " + name + ", allowed: points | objects | points+objects");
 }

@@ -4,7 +4,8 @@
 
 namespace oaslam {
 
-// Seeded random numbers, the same on every platform (SplitMix64, Steele et al. 2014). Passed as an argument, never global.
+// Seeded random numbers, the same on every platform (SplitMix64, Steele et al. 2014). Passed as an
+// argument, never global.
 class Rng {
  public:
   explicit Rng(uint64_t seed) : state_(seed) {}

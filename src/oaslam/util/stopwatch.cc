@@ -14,7 +14,8 @@ double ClockMs(clockid_t clock) {
 
 }  // namespace
 
-Stopwatch::Stopwatch() : wall_ms_(ClockMs(CLOCK_MONOTONIC)), cpu_ms_(ClockMs(CLOCK_THREAD_CPUTIME_ID)) {}
+Stopwatch::Stopwatch()
+    : wall_ms_(ClockMs(CLOCK_MONOTONIC)), cpu_ms_(ClockMs(CLOCK_THREAD_CPUTIME_ID)) {}
 
 double Stopwatch::WallMs() const { return ClockMs(CLOCK_MONOTONIC) - wall_ms_; }
 

@@ -10,7 +10,9 @@ namespace oaslam {
 void Crops::Add(ObjectId object, int frame, const cv::Mat& picture, double scale, const Box& box) {
   constexpr int kMaxSide = 160, kQuality = 80;
   std::vector<Crop>& crops = crops_[object];
-  if (std::ranges::any_of(crops, [&](const Crop& c) { return std::abs(c.frame - frame) < kMinFramesBetween; })) return;
+  if (std::ranges::any_of(
+          crops, [&](const Crop& c) { return std::abs(c.frame - frame) < kMinFramesBetween; }))
+    return;
   const cv::Mat cut = CutOut(picture, scale, box, kMaxSide);
   if (cut.empty()) return;
   const auto place = std::ranges::upper_bound(crops, frame, {}, &Crop::frame);
@@ -19,7 +21,8 @@ void Crops::Add(ObjectId object, int frame, const cv::Mat& picture, double scale
   // Whose neighbours in time are closest together is missed least; the first and the last stay.
   size_t least = 1;
   for (size_t i = 2; i + 1 < crops.size(); ++i)
-    if (crops[i + 1].frame - crops[i - 1].frame < crops[least + 1].frame - crops[least - 1].frame) least = i;
+    if (crops[i + 1].frame - crops[i - 1].frame < crops[least + 1].frame - crops[least - 1].frame)
+      least = i;
   crops.erase(crops.begin() + static_cast<std::ptrdiff_t>(least));
 }
 

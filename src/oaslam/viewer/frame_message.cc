@@ -37,17 +37,19 @@ json DescribeEllipses(const FrameView& view, const Rigid3& cam_from_world, const
   const Box image{0, 0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
   view.map->objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
-    const std::optional<Ellipse> ellipse = ProjectToEllipse(object.ellipsoid, cam_from_world, camera);
+    const std::optional<Ellipse> ellipse =
+        ProjectToEllipse(object.ellipsoid, cam_from_world, camera);
     if (!ellipse || Intersection(BoundingBox(*ellipse), image).Area() <= 0) return;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(ellipse->covariance);
     const Eigen::Vector2d major = axes.eigenvectors().col(1);
-    list.push_back({{"object", id.value},
-                    {"label", object.name.empty() ? NameOf(names, object.category_id) : object.name},
-                    {"category_id", object.category_id},
-                    {"center", {ellipse->mean.x(), ellipse->mean.y()}},
-                    {"half_axes", {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0])}},
-                    {"angle", std::atan2(major.y(), major.x())},
-                    {"depth", (cam_from_world * object.ellipsoid.center).z()}});
+    list.push_back(
+        {{"object", id.value},
+         {"label", object.name.empty() ? NameOf(names, object.category_id) : object.name},
+         {"category_id", object.category_id},
+         {"center", {ellipse->mean.x(), ellipse->mean.y()}},
+         {"half_axes", {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0])}},
+         {"angle", std::atan2(major.y(), major.x())},
+         {"depth", (cam_from_world * object.ellipsoid.center).z()}});
   });
   return list;
 }

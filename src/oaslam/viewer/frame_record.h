@@ -20,7 +20,8 @@ struct FrameNote {
   double ms_total = 0;
 };
 
-// One image and what the tracker made of it, as a run hands it to its viewers: shared content and a few numbers.
+// One image and what the tracker made of it, as a run hands it to its viewers: shared content and a
+// few numbers.
 struct FrameRecord {
   FrameNote note;
   std::optional<Rigid3> world_from_cam;

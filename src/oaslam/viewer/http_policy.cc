@@ -9,7 +9,8 @@ namespace {
 
 std::string Lower(std::string_view text) {
   std::string lower(text);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return lower;
 }
 
@@ -17,13 +18,14 @@ std::string Lower(std::string_view text) {
 std::string NameOfHost(std::string_view host) {
   const bool bracketed = host.starts_with('[');
   const size_t end = bracketed ? host.find(']') : host.find(':');
-  const std::string_view name =
-      host.substr(bracketed ? 1 : 0, end == std::string_view::npos ? end : end - (bracketed ? 1 : 0));
+  const std::string_view name = host.substr(
+      bracketed ? 1 : 0, end == std::string_view::npos ? end : end - (bracketed ? 1 : 0));
   const std::string_view rest =
       end == std::string_view::npos ? std::string_view() : host.substr(end + (bracketed ? 1 : 0));
   if (bracketed && end == std::string_view::npos) return {};
-  if (!rest.empty() && (rest[0] != ':' || rest.size() > 6 ||
-                        !std::ranges::all_of(rest.substr(1), [](unsigned char c) { return std::isdigit(c); })))
+  if (!rest.empty() &&
+      (rest[0] != ':' || rest.size() > 6 ||
+       !std::ranges::all_of(rest.substr(1), [](unsigned char c) { return std::isdigit(c); })))
     return {};
   return Lower(name);
 }

@@ -27,7 +27,8 @@ constexpr std::string_view kModels = "/models/";
 
 // The page is its own: it loads nothing, and nothing may frame it.
 constexpr const char* kContentPolicy =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; connect-src "
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
+    "data:; connect-src "
     "'self' blob: data:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'";
 
@@ -40,15 +41,18 @@ std::shared_ptr<void> Counted(int& count, std::shared_ptr<ServerState> server) {
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   HttpSession(tcp::socket socket, std::shared_ptr<ServerState> server)
-      : stream_(std::move(socket)), server_(std::move(server)), token_(Counted(server_->connections, server_)) {}
+      : stream_(std::move(socket)),
+        server_(std::move(server)),
+        token_(Counted(server_->connections, server_)) {}
 
   void Read() {
     constexpr uint32_t kMaxHeader = 8192;  // bytes
     parser_.emplace();
     parser_->header_limit(kMaxHeader);
     stream_.expires_after(kTimeout);
-    http::async_read(stream_, buffer_, *parser_,
-                     [self = shared_from_this()](beast::error_code error, size_t) { self->OnRequest(error); });
+    http::async_read(
+        stream_, buffer_, *parser_,
+        [self = shared_from_this()](beast::error_code error, size_t) { self->OnRequest(error); });
   }
 
  private:
@@ -60,8 +64,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const auto& request = parser_->get();
     const std::string host(request[http::field::host]), origin(request[http::field::origin]);
     if (!IsAllowedHost(host, server_->machine_name))
-      return Answer(
-          Text(http::status::forbidden, "unknown host name: use an address or localhost\n", request.version(), false));
+      return Answer(Text(http::status::forbidden,
+                         "unknown host name: use an address or localhost\n", request.version(),
+                         false));
     if (!IsAllowedOrigin(origin, host))
       return Answer(Text(http::status::forbidden, "foreign origin\n", request.version(), false));
     const std::string target(request.target().substr(0, request.target().find('?')));
@@ -72,16 +77,19 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     }
     const bool keep = request.keep_alive();
     if (request.method() != http::verb::get && request.method() != http::verb::head)
-      return Answer(Text(http::status::method_not_allowed, "only GET and HEAD\n", request.version(), false));
+      return Answer(
+          Text(http::status::method_not_allowed, "only GET and HEAD\n", request.version(), false));
     if (target.starts_with(kModels)) return AnswerModel(target.substr(kModels.size()), request);
-    if (target != "/") return Answer(Text(http::status::not_found, "not found\n", request.version(), keep));
+    if (target != "/")
+      return Answer(Text(http::status::not_found, "not found\n", request.version(), keep));
     Response response = Text(http::status::ok, std::string(ViewerPage()), request.version(), keep);
     response.set(http::field::content_type, "text/html; charset=utf-8");
     if (request.method() == http::verb::head) response.body().clear();  // its length stays
     Answer(std::move(response));
   }
 
-  // A file of virtual content, or of what it refers to; one of the user's goes from the disk, however large it is.
+  // A file of virtual content, or of what it refers to; one of the user's goes from the disk,
+  // however large it is.
   void AnswerModel(const std::string& path, const http::request<http::empty_body>& request) {
     const auto not_found = [&] {
       Answer(Text(http::status::not_found, "not found\n", request.version(), request.keep_alive()));
@@ -90,7 +98,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (!found) return not_found();
     const bool is_head = request.method() == http::verb::head;
     if (found->path.empty()) {
-      Response response = Text(http::status::ok, std::string(found->bytes), request.version(), request.keep_alive());
+      Response response = Text(http::status::ok, std::string(found->bytes), request.version(),
+                               request.keep_alive());
       response.set(http::field::content_type, found->content_type);
       if (is_head) response.body().clear();
       return Answer(std::move(response));
@@ -136,10 +145,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     constexpr bool kIsFile = std::is_same_v<Message, FileResponse>;
     const auto kept = std::make_shared<Message>(std::move(response));
     stream_.expires_after(kIsFile ? kFileTimeout : kTimeout);
-    http::async_write(stream_, *kept, [self = shared_from_this(), kept](beast::error_code error, size_t) {
-      if (error || kept->need_eof() || !kept->keep_alive()) return self->End();
-      self->Read();
-    });
+    http::async_write(stream_, *kept,
+                      [self = shared_from_this(), kept](beast::error_code error, size_t) {
+                        if (error || kept->need_eof() || !kept->keep_alive()) return self->End();
+                        self->Read();
+                      });
   }
 
   void End() {
@@ -162,7 +172,8 @@ class Refusal : public std::enable_shared_from_this<Refusal> {
 
   void Run() {
     static constexpr std::string_view kAnswer =
-        "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Type: text/plain\r\nRetry-After: "
+        "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Type: "
+        "text/plain\r\nRetry-After: "
         "1\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
     stream_.expires_after(std::chrono::seconds(2));
     asio::async_write(stream_, asio::buffer(kAnswer.data(), kAnswer.size()),
@@ -175,10 +186,11 @@ class Refusal : public std::enable_shared_from_this<Refusal> {
 
  private:
   void Drain() {
-    stream_.async_read_some(asio::buffer(rest_), [self = shared_from_this()](beast::error_code error, size_t count) {
-      if (error || (self->read_ += count) > 65536) return;
-      self->Drain();
-    });
+    stream_.async_read_some(asio::buffer(rest_),
+                            [self = shared_from_this()](beast::error_code error, size_t count) {
+                              if (error || (self->read_ += count) > 65536) return;
+                              self->Drain();
+                            });
   }
 
   beast::tcp_stream stream_;

@@ -13,8 +13,10 @@ namespace oaslam {
 // The colour in which each landmark was first seen. The map itself has none.
 class LandmarkColors {
  public:
-  // `picture`: ideal image, BGR, `scale` of its pixels a pixel of the camera; `landmarks`: per key point.
-  void Add(const cv::Mat& picture, double scale, const Features& features, const std::vector<LandmarkId>& landmarks);
+  // `picture`: ideal image, BGR, `scale` of its pixels a pixel of the camera; `landmarks`: per key
+  // point.
+  void Add(const cv::Mat& picture, double scale, const Features& features,
+           const std::vector<LandmarkId>& landmarks);
   void Clear();
 
   size_t size() const { return ids_.size(); }

@@ -33,7 +33,8 @@ void AddKeyframes(const Map* before, const Map& now, MessageBuilder& message) {
       [&](KeyframeId id, const Keyframe* a, const Keyframe* b) {
         if (!b) return gone.push_back(id.value);
         const std::array<float, 7> pose = PoseNumbers(b->cam_from_world.Inverse());
-        if (a && PoseNumbers(a->cam_from_world.Inverse()) == pose && a->covisible == b->covisible) return;
+        if (a && PoseNumbers(a->cam_from_world.Inverse()) == pose && a->covisible == b->covisible)
+          return;
         ids.push_back(id.value);
         frames.push_back(static_cast<uint32_t>(b->frame_index));
         poses.insert(poses.end(), pose.begin(), pose.end());
@@ -44,15 +45,17 @@ void AddKeyframes(const Map* before, const Map& now, MessageBuilder& message) {
   message.Add("keyframe_ids", ids);
   message.Add("keyframe_frames", frames);
   message.Add("keyframe_poses", poses);
-  message.Add("keyframe_degrees",
-              degrees);  // of the covisibility graph: so many pairs (keyframe, shared landmarks) for each
+  message.Add(
+      "keyframe_degrees",
+      degrees);  // of the covisibility graph: so many pairs (keyframe, shared landmarks) for each
   message.Add("keyframe_edges", edges);
   message.Add("keyframes_gone", gone);
 }
 
 bool IsShown(const Object* object) { return object && object->state != ObjectState::kTentative; }
 
-void AddObjects(const Map* before, const Map& now, const ClassNames& names, MessageBuilder& message) {
+void AddObjects(const Map* before, const Map& now, const ClassNames& names,
+                MessageBuilder& message) {
   json changed = json::array(), gone = json::array();
   now.objects.ForEachDifference(before ? before->objects : Table<ObjectId, Object>(),
                                 [&](ObjectId id, const Object* a, const Object* b) {
@@ -83,7 +86,8 @@ json DescribeAnchors(const Map& map) {
 // All of them where one has changed: they are few.
 void AddAnchors(const Map* before, const Map& now, MessageBuilder& message) {
   json anchors = DescribeAnchors(now);
-  if (anchors != (before ? DescribeAnchors(*before) : json::array())) message.header["anchors"] = std::move(anchors);
+  if (anchors != (before ? DescribeAnchors(*before) : json::array()))
+    message.header["anchors"] = std::move(anchors);
 }
 
 }  // namespace
@@ -113,7 +117,8 @@ json DescribeObject(ObjectId id, const Object& object, const ClassNames& names) 
           {"last_seen_frame", object.last_seen_frame}};
 }
 
-void AddMapDelta(const Map* before, const Map& now, const ClassNames& names, MessageBuilder& message) {
+void AddMapDelta(const Map* before, const Map& now, const ClassNames& names,
+                 MessageBuilder& message) {
   if (before == &now) return;
   AddLandmarks(before, now, message);
   AddKeyframes(before, now, message);

@@ -31,14 +31,18 @@ struct Page {
     const auto ids = message.Array<uint32_t>("landmark_ids");
     const auto xyz = message.Array<float>("landmark_positions");
     changed_landmarks = ids.size();
-    for (size_t i = 0; i < ids.size(); ++i) landmarks[ids[i]] = {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
-    for (const uint32_t id : message.Array<uint32_t>("landmarks_gone")) EXPECT_EQ(landmarks.erase(id), 1U);
-    const auto degrees = message.Array<uint32_t>("keyframe_degrees"), edges = message.Array<uint32_t>("keyframe_edges");
+    for (size_t i = 0; i < ids.size(); ++i)
+      landmarks[ids[i]] = {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
+    for (const uint32_t id : message.Array<uint32_t>("landmarks_gone"))
+      EXPECT_EQ(landmarks.erase(id), 1U);
+    const auto degrees = message.Array<uint32_t>("keyframe_degrees"),
+               edges = message.Array<uint32_t>("keyframe_edges");
     const auto keyframe_ids = message.Array<uint32_t>("keyframe_ids");
     auto edge = edges.begin();
     for (size_t i = 0; i < keyframe_ids.size(); edge += 2 * degrees[i++])
       keyframes[keyframe_ids[i]] = {edge, edge + 2 * degrees[i]};
-    for (const uint32_t id : message.Array<uint32_t>("keyframes_gone")) EXPECT_EQ(keyframes.erase(id), 1U);
+    for (const uint32_t id : message.Array<uint32_t>("keyframes_gone"))
+      EXPECT_EQ(keyframes.erase(id), 1U);
     for (const json& object : message.header.value("objects", json::array()))
       objects[object["id"].get<uint32_t>()] = object;
     if (message.header.contains("anchors")) anchors = message.header["anchors"];
@@ -48,11 +52,13 @@ struct Page {
 
   void ExpectShows(const Map& map) const {
     EXPECT_EQ(landmarks.size(), map.landmarks.size());
-    map.landmarks.ForEach(
-        [&](LandmarkId id, const Landmark& l) { EXPECT_EQ(landmarks.at(id.value), l.position.cast<float>()); });
+    map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
+      EXPECT_EQ(landmarks.at(id.value), l.position.cast<float>());
+    });
     EXPECT_EQ(keyframes.size(), map.keyframes.size());
-    map.keyframes.ForEach(
-        [&](KeyframeId id, const Keyframe& k) { EXPECT_EQ(keyframes.at(id.value).size(), 2 * k.covisible.size()); });
+    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+      EXPECT_EQ(keyframes.at(id.value).size(), 2 * k.covisible.size());
+    });
     size_t shown = 0;
     map.objects.ForEach([&](ObjectId id, const Object& o) {
       if (o.state == ObjectState::kTentative) return;
@@ -73,18 +79,21 @@ TEST(MapDelta, FromNothingIsTheWholeMap) {
 
 TEST(MapDelta, ManySmallEditsLeadToTheSameMap) {
   Rng rng(2);
-  Map map = RandomMap({.keyframes = 20, .keypoints = 200, .landmarks = 900, .objects = 12}, rng).map;
+  Map map =
+      RandomMap({.keyframes = 20, .keypoints = 200, .landmarks = 900, .objects = 12}, rng).map;
   auto snapshot = std::make_shared<const Map>(map);
   Page page;
   page.Take(nullptr, *snapshot);
   for (int step = 0; step < 40; ++step) {
     const std::vector<LandmarkId> ids = map.landmarks.Ids();
     for (int i = 0; i < 5; ++i)
-      map.landmarks.MutableAt(ids[static_cast<size_t>(rng.Index(static_cast<int>(ids.size())))]).position.x() += 0.5;
+      map.landmarks.MutableAt(ids[static_cast<size_t>(rng.Index(static_cast<int>(ids.size())))])
+          .position.x() += 0.5;
     map.EraseLandmark(ids[static_cast<size_t>(rng.Index(static_cast<int>(ids.size())))]);
     if (step % 10 == 0) map.RetireKeyframe(map.keyframes.Ids()[static_cast<size_t>(rng.Index(5))]);
     if (step % 7 == 0) map.objects.Erase(map.objects.Ids().front());
-    if (step % 3 == 0 && !map.objects.empty()) map.objects.MutableAt(map.objects.Ids().back()).total_observations += 1;
+    if (step % 3 == 0 && !map.objects.empty())
+      map.objects.MutableAt(map.objects.Ids().back()).total_observations += 1;
     const auto next = std::make_shared<const Map>(map);
     page.Take(snapshot.get(), *next);
     page.ExpectShows(*next);
@@ -99,7 +108,8 @@ TEST(MapDelta, AnchorsAreToldWhenTheyChange) {
   page.Take(nullptr, map);
   EXPECT_THAT(page.anchors, IsEmpty());
   const auto empty = std::make_shared<const Map>(map);
-  map.anchors["gate"] = {"flag", 0.5, map.keyframes.Ids().front(), {}, map.objects.Ids().back(), {0, 1, 0}};
+  map.anchors["gate"] = {"flag",   0.5, map.keyframes.Ids().front(), {}, map.objects.Ids().back(),
+                         {0, 1, 0}};
   map.objects.MutableAt(map.objects.Ids().back()).state = ObjectState::kMapped;
   page.Take(empty.get(), map);
   ASSERT_EQ(page.anchors.size(), 1U);
@@ -109,7 +119,8 @@ TEST(MapDelta, AnchorsAreToldWhenTheyChange) {
   const auto placed = std::make_shared<const Map>(map);
   map.objects.MutableAt(map.objects.Ids().back()).ellipsoid.center.x() += 1;
   page.Take(placed.get(), map);
-  EXPECT_NEAR(page.anchors[0]["pose"][4].get<double>(), before[0]["pose"][4].get<double>() + 1, 1e-4);
+  EXPECT_NEAR(page.anchors[0]["pose"][4].get<double>(), before[0]["pose"][4].get<double>() + 1,
+              1e-4);
   const auto moved = std::make_shared<const Map>(map);
   map.anchors.clear();
   page.Take(moved.get(), map);
@@ -121,7 +132,8 @@ TEST(MapDelta, HoldsOnlyWhatChanged) {
   Rng rng(3);
   Map map;
   map.cameras.push_back({.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
-  for (int i = 0; i < 50000; ++i) map.AddLandmark({rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1)}, KeyframeId(0));
+  for (int i = 0; i < 50000; ++i)
+    map.AddLandmark({rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1)}, KeyframeId(0));
   const auto before = std::make_shared<const Map>(map);
   map.landmarks.MutableAt(LandmarkId(777)).position.y() += 1;
   map.landmarks.MutableAt(LandmarkId(40000)).found += 1;  // nothing to see

@@ -9,8 +9,8 @@
 namespace oaslam {
 
 // A message to the page: a JSON header that names the arrays behind it (docs/viewer.md).
-//   u32 length of the header, little-endian | header, padded with blanks to a multiple of 4 | arrays, each padded with
-//   zeros likewise
+//   u32 length of the header, little-endian | header, padded with blanks to a multiple of 4 |
+//   arrays, each padded with zeros likewise
 // header.arrays: [[name, "f32" | "u32" | "u8", number of elements], ...]
 class MessageBuilder {
  public:
@@ -31,7 +31,8 @@ class MessageBuilder {
   nlohmann::json header;
 
  private:
-  void AddArray(const std::string& name, const char* type, std::span<const std::byte> bytes, size_t count);
+  void AddArray(const std::string& name, const char* type, std::span<const std::byte> bytes,
+                size_t count);
 
   nlohmann::json arrays_ = nlohmann::json::array();
   std::string body_;

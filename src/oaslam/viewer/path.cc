@@ -7,8 +7,9 @@ namespace oaslam {
 void Path::Add(const FramePose& pose, const Map& map) {
   const std::optional<Rigid3> reference = map.ResolvePose(pose.reference);
   poses_.push_back(pose);
-  points_.push_back(reference ? Point{PoseNumbers((pose.cam_from_reference * *reference).Inverse()), ++version_}
-                              : Point{});
+  points_.push_back(
+      reference ? Point{PoseNumbers((pose.cam_from_reference * *reference).Inverse()), ++version_}
+                : Point{});
 }
 
 void Path::Replace(const std::vector<FramePose>& poses, const Map& map) {
@@ -21,9 +22,11 @@ void Path::Update(const Map& map) {
   KeyframeId known;
   std::optional<Rigid3> reference;
   for (size_t i = 0; i < poses_.size(); ++i) {
-    if (poses_[i].reference != known || !reference) reference = map.ResolvePose(known = poses_[i].reference);
+    if (poses_[i].reference != known || !reference)
+      reference = map.ResolvePose(known = poses_[i].reference);
     if (!reference) continue;
-    const std::array<float, 7> now = PoseNumbers((poses_[i].cam_from_reference * *reference).Inverse());
+    const std::array<float, 7> now =
+        PoseNumbers((poses_[i].cam_from_reference * *reference).Inverse());
     if (points_[i].changed == 0 || now != points_[i].world_from_cam) points_[i] = {now, version_};
   }
 }

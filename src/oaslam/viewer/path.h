@@ -8,8 +8,8 @@
 
 namespace oaslam {
 
-// The poses of the frames, each carried by its keyframe: they move with the map, and only those that moved are sent
-// again.
+// The poses of the frames, each carried by its keyframe: they move with the map, and only those
+// that moved are sent again.
 class Path {
  public:
   // The keyframe that carries it may come with a later map.

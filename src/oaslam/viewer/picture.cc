@@ -18,8 +18,10 @@ cv::Mat CutOut(const cv::Mat& picture, double scale, const Box& box, int max_sid
   const auto inside = [](double value, int end) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(end)));
   };
-  const int x1 = inside((box.x1 - dx) * scale, picture.cols), x2 = inside((box.x2 + dx) * scale, picture.cols);
-  const int y1 = inside((box.y1 - dy) * scale, picture.rows), y2 = inside((box.y2 + dy) * scale, picture.rows);
+  const int x1 = inside((box.x1 - dx) * scale, picture.cols),
+            x2 = inside((box.x2 + dx) * scale, picture.cols);
+  const int y1 = inside((box.y1 - dy) * scale, picture.rows),
+            y2 = inside((box.y2 + dy) * scale, picture.rows);
   constexpr int kMinSide = 8;
   if (x2 - x1 < kMinSide || y2 - y1 < kMinSide) return {};
   cv::Mat cut = picture(cv::Rect(x1, y1, x2 - x1, y2 - y1)).clone();

@@ -37,16 +37,21 @@ void AddObject(const json& entry, SavedMap& saved) {
   object.name = entry.value("name", "");
   object.state = ObjectState::kMapped;
   const Eigen::Vector4d rotation = VectorOf<4>(entry, "rotation");
-  object.ellipsoid = {VectorOf<3>(entry, "center"), VectorOf<3>(entry, "half_axes"), Eigen::Quaterniond(rotation)};
-  if (!(object.ellipsoid.half_axes.minCoeff() > 0)) throw std::invalid_argument("\"half_axes\" must be above 0");
-  if (std::abs(rotation.norm() - 1) > 1e-3) throw std::invalid_argument("\"rotation\" is no unit quaternion");
+  object.ellipsoid = {VectorOf<3>(entry, "center"), VectorOf<3>(entry, "half_axes"),
+                      Eigen::Quaterniond(rotation)};
+  if (!(object.ellipsoid.half_axes.minCoeff() > 0))
+    throw std::invalid_argument("\"half_axes\" must be above 0");
+  if (std::abs(rotation.norm() - 1) > 1e-3)
+    throw std::invalid_argument("\"rotation\" is no unit quaternion");
   object.total_observations = entry.value("observations", 0);
-  if (entry.contains("covariance_diag")) object.covariance.diagonal() = VectorOf<7>(entry, "covariance_diag");
+  if (entry.contains("covariance_diag"))
+    object.covariance.diagonal() = VectorOf<7>(entry, "covariance_diag");
   const ObjectId id(entry.at("id").get<uint32_t>());
   if (!id.IsValid() || id.value > 10'000'000 || saved.map.objects.Contains(id))
     throw std::invalid_argument("\"id\" is absurd, or there twice");
   saved.map.objects.Insert(id, object);
-  saved.class_names[object.category_id] = entry.value("category", NameOf(saved.class_names, object.category_id));
+  saved.class_names[object.category_id] =
+      entry.value("category", NameOf(saved.class_names, object.category_id));
 }
 
 void AddObjects(const std::string& path, SavedMap& saved) {
@@ -62,12 +67,14 @@ void AddObjects(const std::string& path, SavedMap& saved) {
 // The line of frames.csv with this time.
 const FrameNote* NoteAt(const std::vector<FrameNote>& notes, double timestamp) {
   constexpr double kSameTime = 1e-4;  // seconds; files have six digits
-  const auto note = std::ranges::lower_bound(notes, timestamp - kSameTime, {}, &FrameNote::timestamp);
+  const auto note =
+      std::ranges::lower_bound(notes, timestamp - kSameTime, {}, &FrameNote::timestamp);
   return note != notes.end() && note->timestamp < timestamp + kSameTime ? &*note : nullptr;
 }
 
 // Without what they saw.
-void AddKeyframes(const std::vector<StampedPose>& poses, const std::vector<FrameNote>& notes, Map& map) {
+void AddKeyframes(const std::vector<StampedPose>& poses, const std::vector<FrameNote>& notes,
+                  Map& map) {
   for (uint32_t i = 0; i < poses.size(); ++i) {
     const FrameNote* note = NoteAt(notes, poses[i].timestamp);
     Keyframe keyframe;
@@ -79,7 +86,8 @@ void AddKeyframes(const std::vector<StampedPose>& poses, const std::vector<Frame
 }
 
 // All hang on one keyframe: nothing moves any more.
-void SetTrajectory(const std::vector<StampedPose>& poses, const std::vector<FrameNote>& notes, SavedMap& saved) {
+void SetTrajectory(const std::vector<StampedPose>& poses, const std::vector<FrameNote>& notes,
+                   SavedMap& saved) {
   if (poses.empty()) return;
   if (saved.map.keyframes.empty()) AddKeyframes({poses[0]}, notes, saved.map);
   const KeyframeId carrier = saved.map.keyframes.Ids().front();
@@ -87,8 +95,8 @@ void SetTrajectory(const std::vector<StampedPose>& poses, const std::vector<Fram
   saved.trajectory.clear();
   for (size_t i = 0; i < poses.size(); ++i) {
     const FrameNote* note = NoteAt(notes, poses[i].timestamp);
-    saved.trajectory.push_back({note ? note->frame : static_cast<int>(i), poses[i].timestamp, carrier,
-                                poses[i].world_from_cam.Inverse() * world_from_carrier,
+    saved.trajectory.push_back({note ? note->frame : static_cast<int>(i), poses[i].timestamp,
+                                carrier, poses[i].world_from_cam.Inverse() * world_from_carrier,
                                 note ? note->state : TrackingState::kTracking});
   }
 }
@@ -117,14 +125,16 @@ std::vector<std::string_view> Columns(std::string_view line) {
 std::vector<FrameNote> LoadNotes(const std::string& path) {
   const std::string text = ReadTextFile(path);
   const std::vector<std::string_view> lines = SplitLines(text);
-  const std::vector<std::string_view> names = lines.empty() ? std::vector<std::string_view>{} : Columns(lines[0]);
+  const std::vector<std::string_view> names =
+      lines.empty() ? std::vector<std::string_view>{} : Columns(lines[0]);
   const auto column = [&](std::initializer_list<const char*> any) {
     for (const char* name : any)
-      if (const auto found = std::ranges::find(names, name); found != names.end()) return found - names.begin();
+      if (const auto found = std::ranges::find(names, name); found != names.end())
+        return found - names.begin();
     throw InputError(fmt::format("{}: no column \"{}\"", path, *any.begin()));
   };
-  const std::array places{column({"frame"}), column({"timestamp"}), column({"inliers", "inlier_points"}),
-                          column({"ms_total", "ms"})};
+  const std::array places{column({"frame"}), column({"timestamp"}),
+                          column({"inliers", "inlier_points"}), column({"ms_total", "ms"})};
   const auto state_place = column({"state", "status"});
   std::vector<FrameNote> notes;
   for (size_t i = 1; i < lines.size(); ++i) {
@@ -132,7 +142,8 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
     const std::vector<std::string_view> fields = Columns(lines[i]);
     std::array<double, 4> values{};
     const auto fail = [&] {
-      throw InputError(fmt::format("{}:{}: \"{}\" does not fit the columns", path, i + 1, lines[i]));
+      throw InputError(
+          fmt::format("{}:{}: \"{}\" does not fit the columns", path, i + 1, lines[i]));
     };
     if (fields.size() != names.size()) fail();
     for (size_t k = 0; k < places.size(); ++k) {
@@ -142,8 +153,8 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
     }
     const std::optional<TrackingState> state = StateOf(fields[state_place]);
     if (!state || values[0] < 0 || values[0] > 1e9) fail();
-    notes.push_back(
-        {static_cast<int>(values[0]), values[1], *state, static_cast<int>(std::clamp(values[2], 0.0, 1e6)), values[3]});
+    notes.push_back({static_cast<int>(values[0]), values[1], *state,
+                     static_cast<int>(std::clamp(values[2], 0.0, 1e6)), values[3]});
   }
   return notes;
 }
@@ -151,10 +162,12 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
 std::string MapFileIn(const std::string& folder) {
   std::vector<std::string> found;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".map" && entry.is_regular_file()) found.push_back(entry.path().string());
+    if (entry.path().extension() == ".map" && entry.is_regular_file())
+      found.push_back(entry.path().string());
   if (found.size() > 1) {
     std::ranges::sort(found);
-    throw InputError(fmt::format("{}: has {} map files; choose one with --map", folder, found.size()));
+    throw InputError(
+        fmt::format("{}: has {} map files; choose one with --map", folder, found.size()));
   }
   return found.empty() ? "" : found[0];
 }
@@ -169,7 +182,8 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
     return is_folder && fs::exists(fs::path(path) / name) ? (fs::path(path) / name).string() : "";
   };
   SavedRun run;
-  if (const std::string notes = in_folder("frames.csv"); !notes.empty()) run.notes = LoadNotes(notes);
+  if (const std::string notes = in_folder("frames.csv"); !notes.empty())
+    run.notes = LoadNotes(notes);
   // The map counts the images that were processed, a file those of the source.
   for (size_t i = 0; i < run.notes.size(); ++i) run.notes[i].frame = static_cast<int>(i);
   std::ranges::stable_sort(run.notes, {}, &FrameNote::timestamp);
@@ -181,11 +195,18 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
   } else {
     const std::string objects = in_folder("objects.json"), keyframes = in_folder("keyframes.txt");
     if (objects.empty() && trajectory.empty() && keyframes.empty())
-      throw InputError(fmt::format(
-          "{}: neither a map file nor objects.json, keyframes.txt, trajectory.txt or poses.txt lies in it", path));
+      throw InputError(
+          fmt::format("{}: neither a map file nor objects.json, keyframes.txt, trajectory.txt or "
+                      "poses.txt lies in it",
+                      path));
     run.saved.class_names = CocoClassNames();
-    run.saved.map.cameras.push_back(
-        {.width = 640, .height = 480, .fx = 540, .fy = 540, .cx = 319.5, .cy = 239.5, .is_guess = true});
+    run.saved.map.cameras.push_back({.width = 640,
+                                     .height = 480,
+                                     .fx = 540,
+                                     .fy = 540,
+                                     .cx = 319.5,
+                                     .cy = 239.5,
+                                     .is_guess = true});
     if (!objects.empty()) AddObjects(objects, run.saved);
     if (!keyframes.empty()) AddKeyframes(LoadTrajectory(keyframes), run.notes, run.saved.map);
   }

@@ -18,7 +18,8 @@ constexpr const char* kObjects =
     R"([{"id": 3, "category_id": 41, "category": "mug", "center": [1, 2, 3], "half_axes": [0.1, 0.2, 0.1],
   "rotation": [0, 0, 0, 1], "observations": 50, "score": 0.9, "covariance_diag": [1, 1, 1, 1, 1, 1, 1]}])";
 constexpr const char* kFrames =
-    "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_track,ms_objects,cpu_"
+    "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,ms_"
+    "track,ms_objects,cpu_"
     "ms,filled\n"
     "100,0.000000,initializing,900,0,0,3,0,4.1,3,1,0,4,0\n"
     "101,0.033333,tracking,900,300,250,3,0,8.25,3,1,0,4,0\n";
@@ -54,8 +55,8 @@ TEST(SavedRun, AFolderOfTextFiles) {
   EXPECT_EQ(run.notes[1].ms_total, 8.25);
   ASSERT_THAT(run.saved.trajectory, SizeIs(1));
   EXPECT_EQ(run.saved.trajectory[0].frame_index, 1);  // the second image that was processed
-  const auto pose =
-      run.saved.trajectory[0].cam_from_reference * *run.saved.map.ResolvePose(run.saved.trajectory[0].reference);
+  const auto pose = run.saved.trajectory[0].cam_from_reference *
+                    *run.saved.map.ResolvePose(run.saved.trajectory[0].reference);
   EXPECT_LT((pose.OriginInSource() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
 }
 
@@ -65,7 +66,8 @@ TEST(SavedRun, PosesFoundInAMap) {
   SaveMap(folder / "a.map", RandomMap({}, rng));
   folder.Write("found/poses.txt", "0.5 7 8 9 0 0 0 1\n");
   folder.Write("found/frames.csv",
-               "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,ms\n5,0.5,"
+               "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
+               "features,ms\n5,0.5,"
                "points+objects,0.9,80,4,0.01,5,11\n");
   const SavedRun run = LoadSavedRun(folder / "found", folder / "a.map");
   ASSERT_THAT(run.saved.trajectory, SizeIs(1));
@@ -74,8 +76,10 @@ TEST(SavedRun, PosesFoundInAMap) {
 
 TEST(SavedRun, BadInputIsNamed) {
   const TempFolder folder;
-  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.path(), ""); }), HasSubstr("neither a map file nor"));
-  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.Write("x.map", "no map"), ""); }), HasSubstr("x.map"));
+  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.path(), ""); }),
+              HasSubstr("neither a map file nor"));
+  EXPECT_THAT(InputErrorOf([&] { LoadSavedRun(folder.Write("x.map", "no map"), ""); }),
+              HasSubstr("x.map"));
   const auto objects_error = [&](const std::string& text) {
     const TempFolder other;
     other.Write("objects.json", text);
@@ -106,8 +110,10 @@ TEST(SavedRun, BadInputIsNamed) {
     return InputErrorOf([&] { LoadSavedRun(other.path(), ""); });
   };
   EXPECT_THAT(frames_error("frame,time\n"), HasSubstr("no column \"timestamp\""));
-  EXPECT_THAT(frames_error("frame,timestamp,state,inliers,ms_total\n1,2,dreaming,4,5\n"), HasSubstr("frames.csv:2"));
-  EXPECT_THAT(frames_error("frame,timestamp,state,inliers,ms_total\n1,2,lost,4\n"), HasSubstr("frames.csv:2"));
+  EXPECT_THAT(frames_error("frame,timestamp,state,inliers,ms_total\n1,2,dreaming,4,5\n"),
+              HasSubstr("frames.csv:2"));
+  EXPECT_THAT(frames_error("frame,timestamp,state,inliers,ms_total\n1,2,lost,4\n"),
+              HasSubstr("frames.csv:2"));
 }
 
 }  // namespace

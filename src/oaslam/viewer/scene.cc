@@ -31,7 +31,8 @@ void Scene::Add(FrameRecord record) {
   if (++frame_count_ % kUnwatchedStep == 1) TakePicture();
 }
 
-// What the newest frame's image shows is kept as far as it is needed later; the image itself is let go.
+// What the newest frame's image shows is kept as far as it is needed later; the image itself is let
+// go.
 void Scene::TakePicture() {
   const FrameView& view = frame_->view;
   const cv::Mat grey = std::exchange(frame_->image, {});
@@ -43,30 +44,35 @@ void Scene::TakePicture() {
   if (view.frame.features) colors_.Add(picture_, scale, *view.frame.features, view.landmarks);
   for (size_t i = 0; i < view.detected.size(); ++i)
     if (view.detected[i].IsValid())
-      crops_.Add(view.detected[i], frame_->note.frame, picture_, scale, view.frame.detections[i].box);
+      crops_.Add(view.detected[i], frame_->note.frame, picture_, scale,
+                 view.frame.detections[i].box);
 }
 
 void Scene::NoteState(const FrameRecord& record) {
   const TrackingState now = record.note.state;
-  const std::optional<TrackingState> before = notes_.empty() ? std::nullopt : std::optional(notes_.back().state);
+  const std::optional<TrackingState> before =
+      notes_.empty() ? std::nullopt : std::optional(notes_.back().state);
   const int frame = record.note.frame;
   if (now == TrackingState::kRelocalized) {
     const auto& found = record.view.relocalization;
     if (!found || found->evidence == PoseEvidence::kNone)
       AddEvent(frame, "relocalized", "joined with the map made while lost");
     else
-      AddEvent(frame, "relocalized",
-               fmt::format("by {}: {} points{}, confidence {:.2f}", ToString(found->evidence), found->inlier_points,
-                           found->matched_objects > 0 ? fmt::format(", {} objects", found->matched_objects) : "",
-                           found->confidence));
+      AddEvent(
+          frame, "relocalized",
+          fmt::format(
+              "by {}: {} points{}, confidence {:.2f}", ToString(found->evidence),
+              found->inlier_points,
+              found->matched_objects > 0 ? fmt::format(", {} objects", found->matched_objects) : "",
+              found->confidence));
   }
   if (before == now) return;
   if (now == TrackingState::kObjects)
     AddEvent(frame, "objects",
-             record.view.relocalization
-                 ? fmt::format("pose by {} objects alone, confidence {:.2f}",
-                               record.view.relocalization->matched_objects, record.view.relocalization->confidence)
-                 : "pose by objects alone");
+             record.view.relocalization ? fmt::format("pose by {} objects alone, confidence {:.2f}",
+                                                      record.view.relocalization->matched_objects,
+                                                      record.view.relocalization->confidence)
+                                        : "pose by objects alone");
   if (now == TrackingState::kLost)
     AddEvent(frame, "lost", record.view.relocalization ? record.view.relocalization->why_not : "");
   if (now == TrackingState::kInitializing && before) {
@@ -81,8 +87,11 @@ void Scene::NoteMap(const Map& map, int frame) {
   if (!map_) return;
   if (map.loops_closed > map_->loops_closed) AddEvent(frame, "loop", "closed");
   map.objects.ForEachDifference(map_->objects, [&](ObjectId id, const Object* a, const Object* b) {
-    const bool was = a && a->state == ObjectState::kMapped, is = b && b->state == ObjectState::kMapped;
-    if (is && !was) AddEvent(frame, "object", fmt::format("{} {} mapped", NameOf(names_, b->category_id), id.value));
+    const bool was = a && a->state == ObjectState::kMapped,
+               is = b && b->state == ObjectState::kMapped;
+    if (is && !was)
+      AddEvent(frame, "object",
+               fmt::format("{} {} mapped", NameOf(names_, b->category_id), id.value));
     if (was && !is && !map.keyframes.empty())
       AddEvent(frame, "object",
                fmt::format("{} {} {}", NameOf(names_, a->category_id), id.value,
@@ -132,7 +141,8 @@ void Scene::AddPicture(int frame_index, const cv::Mat& image) {
     const Camera& camera = map_->cameras[keyframe.camera];
     if (image.cols != camera.width || image.rows != camera.height) return;
     const cv::Mat picture = picture_maker_.Make(camera, image);
-    if (keyframe.features) colors_.Add(picture, PictureMaker::ScaleOf(camera), *keyframe.features, keyframe.landmarks);
+    if (keyframe.features)
+      colors_.Add(picture, PictureMaker::ScaleOf(camera), *keyframe.features, keyframe.landmarks);
     if (pictures_.size() < kMaxPictures) pictures_[frame_index] = EncodeJpeg(picture, kQuality);
   });
   map_->objects.ForEach([&](ObjectId id, const Object& object) {
@@ -140,7 +150,8 @@ void Scene::AddPicture(int frame_index, const cv::Mat& image) {
       if (o.frame_index != frame_index || object.state != ObjectState::kMapped) continue;
       const Camera& camera = map_->cameras[o.camera];
       if (image.cols != camera.width || image.rows != camera.height) continue;
-      crops_.Add(id, frame_index, picture_maker_.Make(camera, image), PictureMaker::ScaleOf(camera), o.box);
+      crops_.Add(id, frame_index, picture_maker_.Make(camera, image), PictureMaker::ScaleOf(camera),
+                 o.box);
     }
   });
 }
@@ -172,8 +183,9 @@ void Scene::AddNotes(SceneCursor& cursor, MessageBuilder& message) const {
 }
 
 std::optional<std::string> Scene::News(SceneCursor& cursor) {
-  const bool has_news = cursor.map != map_ || cursor.path != path_.version() || cursor.frame != frame_count_ ||
-                        cursor.status != status_count_ || cursor.groundtruth != groundtruth_count_ ||
+  const bool has_news = cursor.map != map_ || cursor.path != path_.version() ||
+                        cursor.frame != frame_count_ || cursor.status != status_count_ ||
+                        cursor.groundtruth != groundtruth_count_ ||
                         cursor.colors != colors_.size() || cursor.events != events_.size() ||
                         cursor.notes != notes_.size() || cursor.generation != generation_;
   if (!has_news) return std::nullopt;
@@ -189,7 +201,8 @@ std::optional<std::string> Scene::News(SceneCursor& cursor) {
   if (map_ && cursor.map != map_) AddMapDelta(cursor.map.get(), *map_, names_, message);
   cursor.path = path_.AddDelta(cursor.path, message);
   colors_.AddDelta(cursor.colors, message);
-  for (; cursor.events < events_.size(); ++cursor.events) message.header["events"].push_back(events_[cursor.events]);
+  for (; cursor.events < events_.size(); ++cursor.events)
+    message.header["events"].push_back(events_[cursor.events]);
   AddNotes(cursor, message);
   if (cursor.groundtruth != groundtruth_count_) message.Add("groundtruth", groundtruth_);
   if (cursor.status != status_count_)

@@ -26,8 +26,8 @@ struct SceneStatus {
   bool operator==(const SceneStatus&) const = default;
 };
 
-// How far one viewer has followed: it is told what came since, however much that is, in one message. Nothing queues up
-// for a slow one.
+// How far one viewer has followed: it is told what came since, however much that is, in one
+// message. Nothing queues up for a slow one.
 struct SceneCursor {
   std::shared_ptr<const Map> map;
   uint64_t generation = 0, path = 0, frame = 0, status = 0, groundtruth = 0;

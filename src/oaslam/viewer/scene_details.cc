@@ -30,12 +30,14 @@ std::optional<std::string> Scene::DescribeObject(ObjectId id) const {
   message.header["object"] = oaslam::DescribeObject(id, *object, names_);
   json covariance = json::array();  // of centre and log half axes, by rows
   for (int row = 0; row < 7; ++row)
-    for (int column = 0; column < 7; ++column) covariance.push_back(object->covariance(row, column));
+    for (int column = 0; column < 7; ++column)
+      covariance.push_back(object->covariance(row, column));
   message.header["covariance"] = std::move(covariance);
   message.header["detection_rate"] = object->detection_rate;
   message.header["landmarks"] = object->landmarks.size();
   json observations = json::array();
-  for (const ObjectObservation& o : object->observations) observations.push_back(DescribeObservation(*map_, o));
+  for (const ObjectObservation& o : object->observations)
+    observations.push_back(DescribeObservation(*map_, o));
   message.header["observations"] = std::move(observations);
   json crops = json::array();
   std::vector<uint8_t> jpegs;
@@ -57,11 +59,12 @@ std::optional<std::string> Scene::DescribeKeyframe(KeyframeId id) const {
   if (note != notes_.end() && note->frame == keyframe->frame_index) record.note = *note;
   record.world_from_cam = keyframe->cam_from_world.Inverse();
   record.view.map = map_;
-  record.view.frame = {keyframe->frame_index, keyframe->timestamp, keyframe->camera, keyframe->features, {}};
+  record.view.frame = {
+      keyframe->frame_index, keyframe->timestamp, keyframe->camera, keyframe->features, {}};
   record.view.landmarks = keyframe->landmarks;
   record.keypoints = static_cast<int>(keyframe->landmarks.size());
-  record.matched = static_cast<int>(
-      std::ranges::count_if(keyframe->landmarks, [](LandmarkId landmark) { return landmark.IsValid(); }));
+  record.matched = static_cast<int>(std::ranges::count_if(
+      keyframe->landmarks, [](LandmarkId landmark) { return landmark.IsValid(); }));
   record.note.inliers = record.matched;
   map_->objects.ForEach([&](ObjectId object_id, const Object& object) {
     for (const ObjectObservation& o : object.observations)
@@ -74,7 +77,8 @@ std::optional<std::string> Scene::DescribeKeyframe(KeyframeId id) const {
   MessageBuilder message("keyframe");
   message.header["keyframe"] = id.value;
   const auto picture = pictures_.find(keyframe->frame_index);
-  AddFrame(record, names_, picture == pictures_.end() ? std::vector<uint8_t>{} : picture->second, message);
+  AddFrame(record, names_, picture == pictures_.end() ? std::vector<uint8_t>{} : picture->second,
+           message);
   return std::move(message).Finish();
 }
 

@@ -20,14 +20,16 @@ using testing::SizeIs;
 // One mapped object in front of a camera at the origin.
 Map MapWithCup() {
   Map map;
-  map.cameras.push_back({.width = 320, .height = 240, .fx = 300, .fy = 300, .cx = 159.5, .cy = 119.5});
+  map.cameras.push_back(
+      {.width = 320, .height = 240, .fx = 300, .fy = 300, .cx = 159.5, .cy = 119.5});
   Keyframe keyframe;
   keyframe.features = std::make_shared<Features>();
   map.keyframes.Insert(KeyframeId(0), keyframe);
   Object cup;
   cup.category_id = 41;
   cup.state = ObjectState::kMapped;
-  cup.ellipsoid = {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(0.1, 0.2, 0.1), Eigen::Quaterniond::Identity()};
+  cup.ellipsoid = {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(0.1, 0.2, 0.1),
+                   Eigen::Quaterniond::Identity()};
   cup.total_observations = 50;
   cup.covariance.diagonal().setConstant(0.01);
   cup.observations.push_back({0, KeyframeId(0), {}, 0, Box{140, 90, 180, 150}, 0.9, 0});
@@ -35,12 +37,14 @@ Map MapWithCup() {
   return map;
 }
 
-FrameRecord RecordOf(const std::shared_ptr<const Map>& map, int frame, TrackingState state = TrackingState::kTracking) {
+FrameRecord RecordOf(const std::shared_ptr<const Map>& map, int frame,
+                     TrackingState state = TrackingState::kTracking) {
   FrameRecord record;
   record.note = {frame, frame / 30.0, state, 120, 8.5};
   if (state != TrackingState::kLost) record.world_from_cam = Rigid3();
   record.view.map = map;
-  record.view.frame = {frame, frame / 30.0, 0, std::make_shared<Features>(), {{41, 0.9, Box{140, 90, 180, 150}, 0}}};
+  record.view.frame = {
+      frame, frame / 30.0, 0, std::make_shared<Features>(), {{41, 0.9, Box{140, 90, 180, 150}, 0}}};
   record.view.detected = {ObjectId(7)};
   record.view.pose = FramePose{frame, frame / 30.0, KeyframeId(0), {}, state};
   record.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(10, 20, 200));
@@ -84,7 +88,8 @@ TEST(Scene, AFrameHasItsPictureBoxesAndEllipses) {
   ASSERT_THAT(frame["ellipses"], SizeIs(1));
   const json& ellipse = frame["ellipses"][0];
   EXPECT_NEAR(ellipse["center"][0].get<double>(), 159.5, 0.5);
-  // 0.2 high at a distance of 2 with a focal length of 300; the outline of a sphere is a little larger.
+  // 0.2 high at a distance of 2 with a focal length of 300; the outline of a sphere is a little
+  // larger.
   EXPECT_NEAR(ellipse["half_axes"][0].get<double>(), 30, 1);
   EXPECT_NEAR(std::abs(ellipse["angle"].get<double>()), std::numbers::pi / 2, 1e-3);
   const cv::Mat picture = cv::imdecode(news.Array<uint8_t>("jpeg"), cv::IMREAD_COLOR);
@@ -104,7 +109,8 @@ TEST(Scene, SaysWhatHappened) {
   add(0, TrackingState::kTracking, {});
   add(1, TrackingState::kLost, RelocalizationNote{PoseEvidence::kNone, 0, 0, 0, "too few matches"});
   add(2, TrackingState::kLost, RelocalizationNote{PoseEvidence::kNone, 0, 0, 0, "too few matches"});
-  add(3, TrackingState::kRelocalized, RelocalizationNote{PoseEvidence::kPointsAndObjects, 0.97, 80, 4, ""});
+  add(3, TrackingState::kRelocalized,
+      RelocalizationNote{PoseEvidence::kPointsAndObjects, 0.97, 80, 4, ""});
   const json events = NewsOf(scene, cursor).header["events"];
   ASSERT_THAT(events, SizeIs(2));
   EXPECT_EQ(events[0]["kind"], "lost");
@@ -153,15 +159,21 @@ TEST(Scene, AKeyframeIsAFrame) {
   EXPECT_THAT(before.header["frame"]["ellipses"], SizeIs(1));
   EXPECT_EQ(before.header["frame"]["detections"][0]["object"], 7);
   scene.AddPicture(0, cv::Mat(240, 320, CV_8UC1, cv::Scalar(50)));
-  EXPECT_GT(DecodedMessage(*scene.DescribeKeyframe(KeyframeId(0))).Array<uint8_t>("jpeg").size(), 300U);
+  EXPECT_GT(DecodedMessage(*scene.DescribeKeyframe(KeyframeId(0))).Array<uint8_t>("jpeg").size(),
+            300U);
   EXPECT_THAT(DecodedMessage(*scene.DescribeObject(ObjectId(7))).header["crops"], SizeIs(1));
   EXPECT_EQ(scene.DescribeKeyframe(KeyframeId(1)), std::nullopt);
 }
 
 // A point of the scene is where the tracker says, also behind a lens that distorts.
 TEST(PictureMaker, UndistortsAsTheTrackerDoes) {
-  Camera camera{
-      .width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240, .distortion = {-0.3, 0.1, 0, 0, 0}};
+  Camera camera{.width = 640,
+                .height = 480,
+                .fx = 500,
+                .fy = 500,
+                .cx = 320,
+                .cy = 240,
+                .distortion = {-0.3, 0.1, 0, 0, 0}};
   const Eigen::Vector2d pixel(560, 400);
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(558, 398, 5, 5)) = 255;
@@ -169,9 +181,9 @@ TEST(PictureMaker, UndistortsAsTheTrackerDoes) {
   const cv::Mat picture = maker.Make(camera, image);
   const Eigen::Vector2d ideal = Undistort(camera, pixel);
   ASSERT_GT((ideal - pixel).norm(), 5);
-  EXPECT_GT(
-      picture.at<cv::Vec3b>(static_cast<int>(std::lround(ideal.y())), static_cast<int>(std::lround(ideal.x())))[0],
-      200);
+  EXPECT_GT(picture.at<cv::Vec3b>(static_cast<int>(std::lround(ideal.y())),
+                                  static_cast<int>(std::lround(ideal.x())))[0],
+            200);
 }
 
 }  // namespace

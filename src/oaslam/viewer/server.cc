@@ -12,12 +12,15 @@ namespace oaslam {
 
 using boost::asio::ip::tcp;
 
-Server::Server(boost::asio::io_context& io, const std::string& address, int port, std::shared_ptr<ServerState> state)
+Server::Server(boost::asio::io_context& io, const std::string& address, int port,
+               std::shared_ptr<ServerState> state)
     : acceptor_(io), retry_(io), state_(std::move(state)) {
   boost::system::error_code error;
-  const auto ip = boost::asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, error);
+  const auto ip =
+      boost::asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, error);
   if (error)
-    throw InputError(fmt::format("--bind {}: expected an address, such as 127.0.0.1, 0.0.0.0 or ::1", address));
+    throw InputError(
+        fmt::format("--bind {}: expected an address, such as 127.0.0.1, 0.0.0.0 or ::1", address));
   if (port < 0 || port > 65535) throw InputError(fmt::format("port {}: allowed: 0 to 65535", port));
   const tcp::endpoint endpoint(ip, static_cast<unsigned short>(port));
   acceptor_.open(endpoint.protocol());
@@ -25,7 +28,8 @@ Server::Server(boost::asio::io_context& io, const std::string& address, int port
   acceptor_.bind(endpoint, error);
   if (!error) acceptor_.listen(boost::asio::socket_base::max_listen_connections, error);
   if (error)
-    throw InputError(fmt::format("the viewer cannot listen at {} port {}: {}", address, port, error.message()));
+    throw InputError(
+        fmt::format("the viewer cannot listen at {} port {}: {}", address, port, error.message()));
 }
 
 void Server::Accept() {
@@ -57,14 +61,16 @@ void Server::Broadcast() {
 }
 
 bool Server::AllHaveFollowed() const {
-  return std::ranges::all_of(state_->viewers, [](const ViewerSession* viewer) { return viewer->HasFollowed(); });
+  return std::ranges::all_of(state_->viewers,
+                             [](const ViewerSession* viewer) { return viewer->HasFollowed(); });
 }
 
 void Server::Close() {
   boost::system::error_code ignored;
   acceptor_.close(ignored);
   retry_.cancel();
-  for (ViewerSession* viewer : state_->viewers) viewer->Close(boost::beast::websocket::close_code::going_away);
+  for (ViewerSession* viewer : state_->viewers)
+    viewer->Close(boost::beast::websocket::close_code::going_away);
 }
 
 }  // namespace oaslam

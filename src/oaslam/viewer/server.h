@@ -10,12 +10,14 @@
 
 namespace oaslam {
 
-// Accepts connections and answers them: the page at /, its WebSocket at /ws. All on the thread of its io_context.
+// Accepts connections and answers them: the page at /, its WebSocket at /ws. All on the thread of
+// its io_context.
 class Server {
  public:
-  // Listens at once. Port 0: any that is free. Throws InputError where the address is none of this machine's, or the
-  // port is in use.
-  Server(boost::asio::io_context& io, const std::string& address, int port, std::shared_ptr<ServerState> state);
+  // Listens at once. Port 0: any that is free. Throws InputError where the address is none of this
+  // machine's, or the port is in use.
+  Server(boost::asio::io_context& io, const std::string& address, int port,
+         std::shared_ptr<ServerState> state);
 
   int port() const { return acceptor_.local_endpoint().port(); }
   void Start() { Accept(); }

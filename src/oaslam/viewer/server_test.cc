@@ -35,7 +35,8 @@ int PortOf(const Viewer& viewer) {
 
 tcp::socket ConnectTo(asio::io_context& io, const Viewer& viewer) {
   tcp::socket socket(io);
-  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(PortOf(viewer))});
+  socket.connect(
+      {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(PortOf(viewer))});
   return socket;
 }
 
@@ -57,11 +58,13 @@ std::string Get(const std::string& target, const std::string& headers) {
 // A page.
 class Client {
  public:
-  explicit Client(const Viewer& viewer, const std::string& origin = "") : socket_(ConnectTo(io_, viewer)) {
+  explicit Client(const Viewer& viewer, const std::string& origin = "")
+      : socket_(ConnectTo(io_, viewer)) {
     const std::string host = "127.0.0.1:" + std::to_string(PortOf(viewer));
-    socket_.set_option(beast::websocket::stream_base::decorator([&](beast::websocket::request_type& request) {
-      if (!origin.empty()) request.set(http::field::origin, origin);
-    }));
+    socket_.set_option(
+        beast::websocket::stream_base::decorator([&](beast::websocket::request_type& request) {
+          if (!origin.empty()) request.set(http::field::origin, origin);
+        }));
     socket_.read_message_max(size_t{1} << 28);
     socket_.handshake(host, "/ws");
   }
@@ -106,13 +109,15 @@ std::shared_ptr<const Map> SomeMap(int landmarks = 200) {
 
 TEST(Viewer, ServesThePageToThisMachineAlone) {
   const Viewer viewer(ViewerOptions{});
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr(std::string(ViewerPage())));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")),
+              HasSubstr(std::string(ViewerPage())));
   EXPECT_THAT(AnswerTo(viewer, Get("/?x", "Host: 127.0.0.1:80\r\n")), HasSubstr("200 OK"));
   EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: evil.example\r\n")), HasSubstr("403 Forbidden"));
   EXPECT_THAT(AnswerTo(viewer, Get("/", "")), HasSubstr("403 Forbidden"));
   EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\nOrigin: http://evil.example\r\n")),
               HasSubstr("403 Forbidden"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/../etc/passwd", "Host: localhost\r\n")), HasSubstr("404 Not Found"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/../etc/passwd", "Host: localhost\r\n")),
+              HasSubstr("404 Not Found"));
   EXPECT_THAT(AnswerTo(viewer, "POST / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
               HasSubstr("405 Method Not Allowed"));
 }
@@ -120,11 +125,15 @@ TEST(Viewer, ServesThePageToThisMachineAlone) {
 TEST(Viewer, MalformedRequestsAreAnsweredAndForgotten) {
   const Viewer viewer(ViewerOptions{});
   EXPECT_THAT(AnswerTo(viewer, "nonsense\r\n\r\n"), HasSubstr("400 Bad Request"));
-  EXPECT_THAT(AnswerTo(viewer, std::string("\0\xff\x16\x03\x01 \r\n\r\n", 10)), HasSubstr("400 Bad Request"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\nX: " + std::string(20000, 'x') + "\r\n")),
+  EXPECT_THAT(AnswerTo(viewer, std::string("\0\xff\x16\x03\x01 \r\n\r\n", 10)),
               HasSubstr("400 Bad Request"));
-  EXPECT_THAT(AnswerTo(viewer, "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999\r\n\r\nxxxx"),
-              HasSubstr("400 Bad Request"));
+  EXPECT_THAT(
+      AnswerTo(viewer, Get("/", "Host: localhost\r\nX: " + std::string(20000, 'x') + "\r\n")),
+      HasSubstr("400 Bad Request"));
+  EXPECT_THAT(
+      AnswerTo(viewer,
+               "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999\r\n\r\nxxxx"),
+      HasSubstr("400 Bad Request"));
   EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr("200 OK"));
 }
 
@@ -150,7 +159,8 @@ TEST(Viewer, WhoAsksMuchIsStillToldWhatIsNew) {
   viewer.ShowMap(map, {});
   Client page(viewer);
   page.ReadUntil("update");
-  const std::string question = R"({"type":"object","id":)" + std::to_string(map->objects.Ids().front().value) + "}";
+  const std::string question =
+      R"({"type":"object","id":)" + std::to_string(map->objects.Ids().front().value) + "}";
   for (int i = 0; i < 10; ++i) page.Send(question);
   viewer.ShowEvent(0, "loop", "closed");
   for (int answers = 0;; ++answers) {
@@ -172,7 +182,8 @@ TEST(Viewer, ClosesOnWhatNoPageSends) {
   const Viewer viewer(ViewerOptions{});
   for (const std::string bad :
        {"", "{", "[]", "null", R"({"type":1})", R"({"type":"nonsense"})", R"({"type":"object"})",
-        R"({"type":"object","id":-1})", R"({"type":"object","id":1e30})", R"({"type":"command","name":"format disk"})",
+        R"({"type":"object","id":-1})", R"({"type":"object","id":1e30})",
+        R"({"type":"command","name":"format disk"})",
         R"({"type":"command","name":"pause","on":"yes"})", R"({"type":"place"})",
         R"({"type":"place","model":"flag","origin":[0,0],"direction":[0,0,1]})",
         R"({"type":"place","model":"","origin":[0,0,0],"direction":[0,0,1]})",
@@ -196,7 +207,8 @@ TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
   Viewer open(ViewerOptions{.accepts_commands = true}), closed(ViewerOptions{});
   Client page(open), reader(closed);
   EXPECT_EQ(page.ReadUntil("hello").header["commands"], true);
-  for (Client* client : {&page, &reader}) client->Send(R"({"type":"command","name":"pause","on":true})");
+  for (Client* client : {&page, &reader})
+    client->Send(R"({"type":"command","name":"pause","on":true})");
   std::vector<ViewerCommand> commands = open.TakeCommands(2000);
   ASSERT_EQ(commands.size(), 1U);
   EXPECT_EQ(commands[0].kind, ViewerCommand::Kind::kPause);
@@ -207,12 +219,14 @@ TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
 }
 
 TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
-  Viewer editor(ViewerOptions{.accepts_anchors = true}), closed(ViewerOptions{.accepts_commands = true});
+  Viewer editor(ViewerOptions{.accepts_anchors = true}),
+      closed(ViewerOptions{.accepts_commands = true});
   Client page(editor), reader(closed);
   EXPECT_EQ(page.ReadUntil("hello").header["anchors"], true);
   EXPECT_EQ(reader.ReadUntil("hello").header["anchors"], false);
   for (Client* client : {&page, &reader}) {
-    client->Send(R"({"type":"place","model":"flag","origin":[0,1,2],"direction":[0,0,1.5],"object":7})");
+    client->Send(
+        R"({"type":"place","model":"flag","origin":[0,1,2],"direction":[0,0,1.5],"object":7})");
     client->Send(R"({"type":"anchor","name":"flag 1","rename":"gate","size":0.5,"turn":-0.25})");
     client->Send(R"({"type":"anchor","name":"gate","remove":true})");
   }
@@ -246,26 +260,37 @@ TEST(Viewer, ServesModelsAndNothingElse) {
   const nlohmann::json models = page.ReadUntil("hello").header["models"];
   ASSERT_FALSE(models.empty());
   for (const auto& model : models) {
-    const std::string answer = AnswerTo(viewer, Get(model["url"].get<std::string>(), "Host: localhost\r\n"));
-    EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("model/gltf-binary"), HasSubstr("glTF")));
+    const std::string answer =
+        AnswerTo(viewer, Get(model["url"].get<std::string>(), "Host: localhost\r\n"));
+    EXPECT_THAT(answer,
+                AllOf(HasSubstr("200 OK"), HasSubstr("model/gltf-binary"), HasSubstr("glTF")));
   }
-  for (const std::string path : {"/models/", "/models/none/none.glb", "/models/../CMakeLists.txt", "/models/flag/",
-                                 "/models/flag/../../etc/passwd", "/models/%2e%2e/%2e%2e/etc/passwd", "/models/%00"})
-    EXPECT_THAT(AnswerTo(viewer, Get(path, "Host: localhost\r\n")), HasSubstr("404 Not Found")) << path;
+  for (const std::string path :
+       {"/models/", "/models/none/none.glb", "/models/../CMakeLists.txt", "/models/flag/",
+        "/models/flag/../../etc/passwd", "/models/%2e%2e/%2e%2e/etc/passwd", "/models/%00"})
+    EXPECT_THAT(AnswerTo(viewer, Get(path, "Host: localhost\r\n")), HasSubstr("404 Not Found"))
+        << path;
   const TempFolder folder;
   WriteTextFile(folder / "lamp.glb", std::string(3'000'000, 'x'));
-  const Viewer own(ViewerOptions{.models = std::make_shared<const ModelLibrary>(std::vector{folder / "lamp.glb"})});
+  const Viewer own(ViewerOptions{
+      .models = std::make_shared<const ModelLibrary>(std::vector{folder / "lamp.glb"})});
   const std::string answer = AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n"));
-  EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("Content-Length: 3000000"), HasSubstr(std::string(3'000'000, 'x'))));
-  EXPECT_THAT(AnswerTo(own, "HEAD /models/lamp/lamp.glb HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
-              AllOf(HasSubstr("Content-Length: 3000000"), Not(HasSubstr("xxx"))));
+  EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("Content-Length: 3000000"),
+                            HasSubstr(std::string(3'000'000, 'x'))));
+  EXPECT_THAT(
+      AnswerTo(
+          own,
+          "HEAD /models/lamp/lamp.glb HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
+      AllOf(HasSubstr("Content-Length: 3000000"), Not(HasSubstr("xxx"))));
   std::filesystem::remove(folder / "lamp.glb");
-  EXPECT_THAT(AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n")), HasSubstr("404 Not Found"));
+  EXPECT_THAT(AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n")),
+              HasSubstr("404 Not Found"));
   EXPECT_THAT(AnswerTo(viewer, Get(models[0]["url"].get<std::string>(), "Host: evil.example\r\n")),
               HasSubstr("403 Forbidden"));
 }
 
-// One that stops reading holds a message or two, keeps nobody waiting, and is told the newest when it goes on.
+// One that stops reading holds a message or two, keeps nobody waiting, and is told the newest when
+// it goes on.
 TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
   Viewer viewer(ViewerOptions{});
   const auto map = SomeMap(3000);
@@ -302,7 +327,8 @@ TEST(Viewer, ManyConnectionsAreRefusedPolitely) {
   asio::io_context io;
   std::vector<tcp::socket> idle;
   for (int i = 0; i < ServerState::kMaxConnections; ++i) idle.push_back(ConnectTo(io, viewer));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr("503 Service Unavailable"));
+  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")),
+              HasSubstr("503 Service Unavailable"));
   idle.clear();
   std::string answer;
   for (int attempt = 0; attempt < 50 && answer.find("200 OK") == std::string::npos; ++attempt) {
@@ -315,10 +341,12 @@ TEST(Viewer, ManyConnectionsAreRefusedPolitely) {
 TEST(Viewer, PortsThatCannotBeHad) {
   const Viewer viewer(ViewerOptions{});
   const int port = PortOf(viewer);
-  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.port = port}); }), HasSubstr("port " + std::to_string(port)));
+  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.port = port}); }),
+              HasSubstr("port " + std::to_string(port)));
   EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.address = "nowhere.example"}); }),
               HasSubstr("--bind nowhere.example"));
-  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.address = "203.0.113.7"}); }), HasSubstr("203.0.113.7"));
+  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.address = "203.0.113.7"}); }),
+              HasSubstr("203.0.113.7"));
 }
 
 TEST(Viewer, EndsWhateverIsOpen) {

@@ -21,9 +21,10 @@ namespace oaslam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kInterval = std::chrono::milliseconds(40);    // between two updates of a viewer
-constexpr auto kAlignInterval = std::chrono::seconds(1);     // between two alignments of the ground truth
-constexpr auto kFarewell = std::chrono::seconds(5);          // for what is still under way at the end
+constexpr auto kInterval = std::chrono::milliseconds(40);  // between two updates of a viewer
+constexpr auto kAlignInterval =
+    std::chrono::seconds(1);                         // between two alignments of the ground truth
+constexpr auto kFarewell = std::chrono::seconds(5);  // for what is still under way at the end
 
 // Tracking comes first where they share a processor.
 void LowerPriority() {
@@ -57,7 +58,8 @@ class Viewer::Impl {
       while (!io_.stopped()) {
         try {
           io_.run();
-        } catch (const std::exception& error) {  // of one connection: without memory for it, the run goes on
+        } catch (const std::exception&
+                     error) {  // of one connection: without memory for it, the run goes on
           Log(LogLevel::kWarning, std::string("viewer: ") + error.what());
         }
       }
@@ -69,7 +71,8 @@ class Viewer::Impl {
   void Show(FrameRecord record) {
     {
       const std::scoped_lock lock(mutex_);
-      if (!mail_.empty()) {  // only the newest is drawn; of the others what the timeline and the trajectory need
+      if (!mail_.empty()) {  // only the newest is drawn; of the others what the timeline and the
+                             // trajectory need
         FrameRecord& last = mail_.back();
         last.image.release();
         last.view.map.reset();
@@ -113,7 +116,9 @@ class Viewer::Impl {
 
   std::vector<ViewerCommand> TakeCommands(int wait_ms) {
     std::unique_lock lock(mutex_);
-    if (wait_ms > 0) changed_.wait_for(lock, std::chrono::milliseconds(wait_ms), [&] { return !commands_.empty(); });
+    if (wait_ms > 0)
+      changed_.wait_for(lock, std::chrono::milliseconds(wait_ms),
+                        [&] { return !commands_.empty(); });
     return std::exchange(commands_, {});
   }
 
@@ -201,7 +206,8 @@ class Viewer::Impl {
 
   ViewerOptions options_;
   boost::asio::io_context io_{1};
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{io_.get_executor()};
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
+      io_.get_executor()};
   Scene scene_;
   std::shared_ptr<ServerState> state_;
   boost::asio::steady_timer tick_;
@@ -227,8 +233,9 @@ Viewer::~Viewer() = default;
 std::string Viewer::url() const { return impl_->Url(); }
 void Viewer::Show(FrameRecord record) { impl_->Show(std::move(record)); }
 void Viewer::ShowMap(std::shared_ptr<const Map> map, std::vector<FramePose> trajectory) {
-  impl_->Edit(
-      [map = std::move(map), trajectory = std::move(trajectory)](Scene& scene) { scene.SetMap(map, trajectory); });
+  impl_->Edit([map = std::move(map), trajectory = std::move(trajectory)](Scene& scene) {
+    scene.SetMap(map, trajectory);
+  });
 }
 void Viewer::UpdateMap(std::shared_ptr<const Map> map) {
   impl_->Edit([map = std::move(map)](Scene& scene) { scene.UpdateMap(map); });
@@ -237,7 +244,9 @@ void Viewer::ShowNotes(std::vector<FrameNote> notes) {
   impl_->Edit([notes = std::move(notes)](Scene& scene) { scene.SetNotes(notes); });
 }
 void Viewer::ShowPicture(int frame_index, cv::Mat image) {
-  impl_->EditBounded([frame_index, image = std::move(image)](Scene& scene) { scene.AddPicture(frame_index, image); });
+  impl_->EditBounded([frame_index, image = std::move(image)](Scene& scene) {
+    scene.AddPicture(frame_index, image);
+  });
 }
 void Viewer::ShowStatus(const SceneStatus& status) {
   impl_->Edit([status](Scene& scene) { scene.SetStatus(status); });
@@ -248,7 +257,9 @@ void Viewer::ShowEvent(int frame, const std::string& kind, const std::string& te
 void Viewer::Clear() {
   impl_->Edit([](Scene& scene) { scene.Clear(); });
 }
-std::vector<ViewerCommand> Viewer::TakeCommands(int wait_ms) { return impl_->TakeCommands(wait_ms); }
+std::vector<ViewerCommand> Viewer::TakeCommands(int wait_ms) {
+  return impl_->TakeCommands(wait_ms);
+}
 void Viewer::Shutdown() { impl_->Shutdown(); }
 
 }  // namespace oaslam

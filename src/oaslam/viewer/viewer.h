@@ -16,16 +16,17 @@ namespace oaslam {
 
 struct ViewerOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                   // 0: any that is free
+  int port = 0;                                            // 0: any that is free
   bool accepts_commands = false, accepts_anchors = false;  // of pages on this machine
-  std::shared_ptr<const ModelLibrary> models{};            // virtual content that may be placed; none without
+  std::shared_ptr<const ModelLibrary> models{};  // virtual content that may be placed; none without
   ClassNames names{};
-  // Ground truth in the map's frame, from the trajectory so far; empty: none. Called on the viewer's thread.
+  // Ground truth in the map's frame, from the trajectory so far; empty: none. Called on the
+  // viewer's thread.
   std::function<std::vector<StampedPose>(const std::vector<StampedPose>&)> align_groundtruth{};
 };
 
-// Shows a map in any number of browsers, on a thread of its own. What is handed to it is shared, not copied; the caller
-// never waits for a viewer.
+// Shows a map in any number of browsers, on a thread of its own. What is handed to it is shared,
+// not copied; the caller never waits for a viewer.
 class Viewer {
  public:
   // Listens from now on. Throws InputError (Server).

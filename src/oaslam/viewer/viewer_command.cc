@@ -14,7 +14,8 @@ bool IsA(const json& value) {
   if constexpr (std::is_same_v<T, std::string>) return value.is_string();
   if constexpr (std::is_same_v<T, bool>) return value.is_boolean();
   if constexpr (std::is_same_v<T, double>) return value.is_number();
-  if constexpr (std::is_same_v<T, uint32_t>) return value.is_number_unsigned() && value.get<uint64_t>() < UINT32_MAX;
+  if constexpr (std::is_same_v<T, uint32_t>)
+    return value.is_number_unsigned() && value.get<uint64_t>() < UINT32_MAX;
 }
 
 // What a message may hold under a key; `is_ours` turns false where it is of another kind.
@@ -72,7 +73,8 @@ std::optional<ViewerCommand> ParsePlacing(const json& message) {
 std::optional<ViewerCommand> ParseAnchorEdit(const json& message) {
   bool is_ours = true;
   ViewerCommand command;
-  command.kind = Take<bool>(message, "remove", is_ours).value_or(false) ? Kind::kRemoveAnchor : Kind::kEditAnchor;
+  command.kind = Take<bool>(message, "remove", is_ours).value_or(false) ? Kind::kRemoveAnchor
+                                                                        : Kind::kEditAnchor;
   const auto name = Take<std::string>(message, "name", is_ours);
   command.edit.name = Take<std::string>(message, "rename", is_ours);
   command.edit.size = Take<double>(message, "size", is_ours);

@@ -10,17 +10,27 @@ namespace oaslam {
 
 // What a viewer asks of a run, or of the map that is shown.
 struct ViewerCommand {
-  enum class Kind { kPause, kStep, kReset, kRelocalize, kMapping, kPlaceAnchor, kEditAnchor, kRemoveAnchor };
+  enum class Kind {
+    kPause,
+    kStep,
+    kReset,
+    kRelocalize,
+    kMapping,
+    kPlaceAnchor,
+    kEditAnchor,
+    kRemoveAnchor
+  };
   Kind kind = Kind::kStep;
-  bool on = false;     // of kPause and kMapping
-  AnchorRequest place; // of kPlaceAnchor
-  std::string anchor;  // of the others: its name
+  bool on = false;      // of kPause and kMapping
+  AnchorRequest place;  // of kPlaceAnchor
+  std::string anchor;   // of the others: its name
   AnchorEdit edit;
 
   bool IsOfAnchors() const { return kind >= Kind::kPlaceAnchor; }
 };
 
-// Of a message of type "command", "place" or "anchor" (docs/viewer.md); nothing where it is not what a page of ours sends.
+// Of a message of type "command", "place" or "anchor" (docs/viewer.md); nothing where it is not
+// what a page of ours sends.
 std::optional<ViewerCommand> ParseCommand(const nlohmann::json& message);
 
 }  // namespace oaslam

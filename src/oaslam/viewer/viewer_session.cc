@@ -15,13 +15,15 @@ constexpr int kMaxUnacknowledged = 2;  // one under way, one being drawn
 
 std::optional<uint32_t> IdOf(const json& message) {
   const auto id = message.find("id");
-  if (id == message.end() || !id->is_number_unsigned() || id->get<uint64_t>() >= UINT32_MAX) return std::nullopt;
+  if (id == message.end() || !id->is_number_unsigned() || id->get<uint64_t>() >= UINT32_MAX)
+    return std::nullopt;
   return id->get<uint32_t>();
 }
 
 }  // namespace
 
-ViewerSession::ViewerSession(beast::tcp_stream stream, std::shared_ptr<ServerState> server, std::shared_ptr<void> token)
+ViewerSession::ViewerSession(beast::tcp_stream stream, std::shared_ptr<ServerState> server,
+                             std::shared_ptr<void> token)
     : socket_(std::move(stream)), server_(std::move(server)), token_(std::move(token)) {
   server_->viewers.insert(this);
 }
@@ -68,7 +70,8 @@ void ViewerSession::Read() {
       self->is_open_ = false;
       return;
     }
-    const bool is_ours = self->socket_.got_text() && self->Take(beast::buffers_to_string(self->buffer_.data()));
+    const bool is_ours =
+        self->socket_.got_text() && self->Take(beast::buffers_to_string(self->buffer_.data()));
     self->buffer_.consume(self->buffer_.size());
     if (!is_ours) return self->Close(websocket::close_code::policy_error);
     self->SendNews();
@@ -78,7 +81,8 @@ void ViewerSession::Read() {
 
 bool ViewerSession::Take(const std::string& text) {
   const json message = json::parse(text, nullptr, false);
-  if (!message.is_object() || !message.contains("type") || !message["type"].is_string()) return false;
+  if (!message.is_object() || !message.contains("type") || !message["type"].is_string())
+    return false;
   const auto type = message["type"].get<std::string>();
   if (type == "ack") return --unacknowledged_ >= 0;
   if (type == "command" || type == "place" || type == "anchor") return TakeCommand(message);
@@ -102,8 +106,10 @@ bool ViewerSession::TakeCommand(const json& message) {
 }
 
 std::optional<std::string> ViewerSession::Answer() {
-  if (asked_object_) return server_->scene->DescribeObject(*std::exchange(asked_object_, std::nullopt));
-  if (asked_keyframe_) return server_->scene->DescribeKeyframe(*std::exchange(asked_keyframe_, std::nullopt));
+  if (asked_object_)
+    return server_->scene->DescribeObject(*std::exchange(asked_object_, std::nullopt));
+  if (asked_keyframe_)
+    return server_->scene->DescribeKeyframe(*std::exchange(asked_keyframe_, std::nullopt));
   return std::nullopt;
 }
 
@@ -111,7 +117,8 @@ void ViewerSession::SendNews() {
   if (!is_open_ || is_writing_ || unacknowledged_ >= kMaxUnacknowledged) return;
   // In turn: who asks much is still told what is new.
   const bool is_turn_of_news = std::exchange(was_answer_, false);
-  std::optional<std::string> message = is_turn_of_news ? server_->scene->News(cursor_) : std::nullopt;
+  std::optional<std::string> message =
+      is_turn_of_news ? server_->scene->News(cursor_) : std::nullopt;
   if (!message) {
     message = Answer();
     was_answer_ = message.has_value();
@@ -124,13 +131,14 @@ void ViewerSession::Send(std::string message) {
   outgoing_ = std::move(message);
   is_writing_ = true;
   ++unacknowledged_;
-  socket_.async_write(boost::asio::buffer(outgoing_), [self = shared_from_this()](beast::error_code error, size_t) {
-    self->is_writing_ = false;
-    if (error)
-      self->is_open_ = false;
-    else
-      self->SendNews();
-  });
+  socket_.async_write(boost::asio::buffer(outgoing_),
+                      [self = shared_from_this()](beast::error_code error, size_t) {
+                        self->is_writing_ = false;
+                        if (error)
+                          self->is_open_ = false;
+                        else
+                          self->SendNews();
+                      });
 }
 
 void ViewerSession::Close(websocket::close_code reason) {

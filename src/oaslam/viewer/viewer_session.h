@@ -32,14 +32,16 @@ struct ServerState {
   int connections = 0, refusals = 0;
 };
 
-// One open page. It is told what is new when it has taken what it was told before, so that a slow one, or one that
-// stops reading, holds a message or two and no more; what came meanwhile comes as one.
+// One open page. It is told what is new when it has taken what it was told before, so that a slow
+// one, or one that stops reading, holds a message or two and no more; what came meanwhile comes as
+// one.
 class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
 
   // `token` lives as long as the connection.
-  ViewerSession(boost::beast::tcp_stream stream, std::shared_ptr<ServerState> server, std::shared_ptr<void> token);
+  ViewerSession(boost::beast::tcp_stream stream, std::shared_ptr<ServerState> server,
+                std::shared_ptr<void> token);
   ~ViewerSession();
 
   void Run(Request request);
@@ -63,7 +65,8 @@ class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
   Request request_;
   std::string outgoing_;
   SceneCursor cursor_;
-  bool is_open_ = false, is_writing_ = false, may_command_ = false, may_place_ = false, was_answer_ = false;
+  bool is_open_ = false, is_writing_ = false, may_command_ = false, may_place_ = false,
+       was_answer_ = false;
   int unacknowledged_ = 0;
   std::optional<ObjectId> asked_object_;  // newest question of its kind
   std::optional<KeyframeId> asked_keyframe_;
