@@ -7,9 +7,9 @@
 #include "common.h"
 #include "oaslam/anchors/editing.h"
 #include "oaslam/error.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/io/map_file.h"
-#include "oaslam/io/text.h"
+#include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {
 namespace {

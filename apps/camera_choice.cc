@@ -11,9 +11,9 @@
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/error.h"
-#include "oaslam/io/camera_file.h"
-#include "oaslam/io/focal_metadata.h"
-#include "oaslam/io/image_source.h"
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/images/focal_metadata.h"
+#include "oaslam/images/image_source.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
 

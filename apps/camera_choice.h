@@ -7,7 +7,7 @@
 #include "common.h"
 #include "oaslam/camera_estimation.h"
 #include "oaslam/config.h"
-#include "oaslam/io/map_file.h"
+#include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {
 

@@ -13,8 +13,8 @@
 #include <fstream>
 
 #include "oaslam/error.h"
-#include "oaslam/io/config_file.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/config_file.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam::apps {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "oaslam/config.h"
-#include "oaslam/io/class_names.h"
-#include "oaslam/io/image_source.h"
+#include "oaslam/formats/class_names.h"
+#include "oaslam/images/image_source.h"
 
 namespace oaslam::apps {
 

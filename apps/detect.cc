@@ -9,7 +9,7 @@
 #include "common.h"
 #include "detector_options.h"
 #include "oaslam/error.h"
-#include "oaslam/io/detection_file.h"
+#include "oaslam/formats/detection_file.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {

@@ -6,7 +6,7 @@
 #include "commands.h"
 #include "common.h"
 #include "oaslam/error.h"
-#include "oaslam/io/map_export.h"
+#include "oaslam/exports/map_export.h"
 
 namespace oaslam::apps {
 namespace {

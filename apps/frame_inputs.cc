@@ -6,7 +6,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "camera_choice.h"
-#include "oaslam/io/camera_file.h"
+#include "oaslam/formats/camera_file.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {

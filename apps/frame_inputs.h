@@ -8,9 +8,9 @@
 #include "detector_options.h"
 #include "gravity_file.h"
 #include "oaslam/detection/background_detector.h"
-#include "oaslam/io/detection_file.h"
-#include "oaslam/io/image_source.h"
-#include "oaslam/io/latest_image.h"
+#include "oaslam/formats/detection_file.h"
+#include "oaslam/images/image_source.h"
+#include "oaslam/images/latest_image.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::apps {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "oaslam/error.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam::apps {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "commands.h"
 #include "common.h"
-#include "oaslam/io/map_file.h"
+#include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {
 namespace {

@@ -9,7 +9,7 @@
 #include "common.h"
 #include "oaslam/error.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/map/frame_view.h"
 
 namespace oaslam::apps {

@@ -6,8 +6,8 @@
 #include "commands.h"
 #include "common.h"
 #include "oaslam/error.h"
-#include "oaslam/io/map_file.h"
 #include "oaslam/objects/object_merging.h"
+#include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "oaslam/io/image_files.h"
-#include "oaslam/io/map_file.h"
+#include "oaslam/images/image_files.h"
 #include "oaslam/map/frame_view.h"
+#include "oaslam/storage/map_file.h"
 
 namespace oaslam::apps {
 namespace {

@@ -9,8 +9,8 @@
 #include "frame_inputs.h"
 #include "oaslam/content/ar_picture.h"
 #include "oaslam/content/model_library.h"
-#include "oaslam/io/ideal_picture.h"
-#include "oaslam/io/video_file.h"
+#include "oaslam/exports/ideal_picture.h"
+#include "oaslam/images/video_file.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::apps {

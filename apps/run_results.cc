@@ -10,9 +10,9 @@
 #include <numeric>
 
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/io/camera_file.h"
-#include "oaslam/io/json_text.h"
-#include "oaslam/io/map_results.h"
+#include "oaslam/exports/map_results.h"
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/formats/json_text.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {

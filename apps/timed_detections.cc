@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/io/text.h"
 
 namespace oaslam::apps {
 

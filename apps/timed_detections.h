@@ -5,7 +5,7 @@
 
 #include "common.h"
 #include "oaslam/camera.h"
-#include "oaslam/io/detection_file.h"
+#include "oaslam/formats/detection_file.h"
 #include "oaslam/map/frame.h"
 
 namespace oaslam::apps {

@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/formats/detection_file.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/io/camera_file.h"
-#include "oaslam/io/detection_file.h"
-#include "oaslam/io/text.h"
-#include "oaslam/io/trajectory_file.h"
 #include "oaslam/objects/known_poses.h"
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam_data.h"

@@ -33,12 +33,16 @@ const Rooms& Architecture() {
       {"objects", {"map", "estimation"}},
       {"relocalization", {"matching"}},
       {"anchors", {"map", "estimation"}},
-      {"io", {"map"}},
-      {"system", {"tracking", "mapping", "objects", "relocalization", "anchors", "io"}},
-      {"content", {"io"}},
-      {"viewer", {"io", "anchors", "content"}},
-      {"detection", {"io"}},
-      {"evaluation", {"geometry", "io"}},
+      {"formats", {"geometry"}},
+      {"images", {"formats"}},
+      {"storage", {"map", "formats"}},
+      {"exports", {"storage", "images"}},
+      {"system",
+       {"tracking", "mapping", "objects", "relocalization", "anchors", "images", "storage"}},
+      {"content", {"exports"}},
+      {"viewer", {"anchors", "content"}},
+      {"detection", {"geometry"}},
+      {"evaluation", {"exports"}},
   };
   return rooms;
 }
@@ -176,10 +180,10 @@ TEST(IncludeGraph, ForbiddenArrowsAreFound) {
   EXPECT_THAT(
       Check("public/slam.h", "#include \"oaslam/map/map.h\""),
       ElementsAre("public/slam.h includes oaslam/map/map.h: a public header may not show a room"));
-  EXPECT_THAT(Check("io/a.cc", "#include \"common.h\""),
-              ElementsAre("io/a.cc includes common.h: not under oaslam/"));
-  EXPECT_THAT(Check("io/a.cc", "#include \"oaslam/apps/common.h\""),
-              ElementsAre("io/a.cc includes oaslam/apps/common.h: no such room"));
+  EXPECT_THAT(Check("images/a.cc", "#include \"common.h\""),
+              ElementsAre("images/a.cc includes common.h: not under oaslam/"));
+  EXPECT_THAT(Check("images/a.cc", "#include \"oaslam/apps/common.h\""),
+              ElementsAre("images/a.cc includes oaslam/apps/common.h: no such room"));
   EXPECT_THAT(Check("cellar/a.cc", ""),
               ElementsAre("cellar/a.cc: a room that is not in the table"));
 }

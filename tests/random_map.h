@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "oaslam/io/map_file.h"
+#include "oaslam/storage/map_file.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

@@ -8,9 +8,9 @@
 
 #include <algorithm>
 
-#include "oaslam/io/camera_file.h"
-#include "oaslam/io/detection_file.h"
-#include "oaslam/io/image_source.h"
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/formats/detection_file.h"
+#include "oaslam/images/image_source.h"
 #include "temp_folder.h"
 
 namespace oaslam {

@@ -1,26 +1,27 @@
 #!/usr/bin/env bash
 # Installs what building and testing need and this machine lacks, on Debian 12 and Ubuntu 24.04. Does nothing when all is there.
-#   --browser   what the tests of the viewer's page need besides: Chromium, npm, and the packages of web/; goes on where they cannot be had
+#   --optional  what some tests need besides, and are skipped without: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-if [ "${1:-}" = --browser ]; then
-  packages=()
-  [ -x /usr/bin/chromium ] || [ -x /usr/bin/chromium-browser ] || packages+=(chromium)
-  command -v npm >/dev/null || packages+=(nodejs npm)
-  give_up() {
-    echo "setup: $1; the tests of the viewer's page are skipped" >&2
-    exit 0
+as_root=()
+[ "$(id -u)" -eq 0 ] || as_root=(sudo)
+
+if [ "${1:-}" = --optional ]; then
+  # install COMMAND PACKAGE...: the packages, where the command is missing. False where they cannot be had.
+  install() {
+    command -v "$1" >/dev/null && return
+    shift
+    echo "setup: installing with apt-get: $*"
+    { "${as_root[@]}" apt-get -q -y update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends "$@"; } >/dev/null 2>&1 ||
+      { echo "setup: $* cannot be installed; the tests that need it are skipped" >&2; return 1; }
   }
-  if [ ${#packages[@]} -gt 0 ]; then
-    as_root=()
-    [ "$(id -u)" -eq 0 ] || as_root=(sudo)
-    echo "setup: installing with apt-get: ${packages[*]}"
-    { "${as_root[@]}" apt-get -q -y update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends "${packages[@]}"; } \
-      >/dev/null 2>&1 || give_up "${packages[*]} cannot be installed"
-  fi
+  install clang-format-14 clang-format-14 || true
+  command -v chromium-browser >/dev/null || install chromium chromium || exit 0
+  install npm nodejs npm || exit 0
   if [ ! -d web/node_modules/playwright-core ] || [ web/package-lock.json -nt web/node_modules/.package-lock.json ]; then
-    (cd web && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null 2>&1) || give_up "npm ci in web/ failed"
+    (cd web && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null 2>&1) ||
+      echo "setup: npm ci in web/ failed; the tests of the viewer's page are skipped" >&2
   fi
   exit 0
 fi
@@ -48,11 +49,7 @@ for package in "${packages[@]}"; do
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 
-as_root=()
-if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
-  as_root=(sudo)
-fi
+[ ${#as_root[@]} -eq 0 ] || command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
 echo "setup: installing with apt-get${as_root:+ (sudo)}: ${missing[*]}"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "oaslam/error.h"
-#include "oaslam/io/map_file.h"
+#include "oaslam/storage/map_file.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

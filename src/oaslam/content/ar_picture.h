@@ -6,7 +6,7 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/content/model_library.h"
-#include "oaslam/io/class_names.h"
+#include "oaslam/formats/class_names.h"
 #include "oaslam/map/map.h"
 #include "oaslam/rigid3.h"
 

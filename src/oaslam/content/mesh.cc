@@ -1,6 +1,6 @@
 #include "oaslam/content/mesh.h"
 
-#include "oaslam/io/gltf_buffer.h"
+#include "oaslam/exports/gltf_buffer.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {

@@ -17,8 +17,8 @@
 #include "oaslam/content/srgb.h"
 #include "oaslam/content/uri.h"
 #include "oaslam/error.h"
-#include "oaslam/io/image_files.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/images/image_files.h"
 
 namespace oaslam {
 namespace {

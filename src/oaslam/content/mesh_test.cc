@@ -10,7 +10,7 @@
 #include "oaslam/content/builtin_models.h"
 #include "oaslam/content/mesh_builder.h"
 #include "oaslam/content/mesh_file.h"
-#include "oaslam/io/gltf_buffer.h"
+#include "oaslam/exports/gltf_buffer.h"
 #include "temp_folder.h"
 
 namespace oaslam {

@@ -10,7 +10,7 @@
 #include "oaslam/content/mesh_file.h"
 #include "oaslam/content/uri.h"
 #include "oaslam/error.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 namespace {

@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "oaslam/exports/svg.h"
 #include "oaslam/geometry/ellipsoid.h"
-#include "oaslam/io/svg.h"
 
 namespace oaslam {
 namespace {

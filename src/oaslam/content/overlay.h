@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 
 #include "oaslam/content/ar_picture.h"
-#include "oaslam/io/class_names.h"
+#include "oaslam/formats/class_names.h"
 
 namespace oaslam {
 

@@ -8,7 +8,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "oaslam/io/svg.h"
-#include "oaslam/io/text.h"
-#include "oaslam/io/top_view.h"
+#include "oaslam/exports/svg.h"
+#include "oaslam/exports/top_view.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "oaslam/evaluation/table_file.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 

@@ -6,7 +6,7 @@
 #include "expect_input_error.h"
 #include "oaslam/evaluation/plots.h"
 #include "oaslam/evaluation/state_plot.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 #include "temp_folder.h"
 
 namespace oaslam {

@@ -7,7 +7,7 @@
 #include "oaslam/error.h"
 #include "oaslam/evaluation/table_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 namespace {

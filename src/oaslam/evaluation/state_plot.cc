@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "oaslam/evaluation/table_file.h"
-#include "oaslam/io/svg.h"
-#include "oaslam/io/text.h"
+#include "oaslam/exports/svg.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 
 namespace oaslam {
 

@@ -254,12 +254,10 @@ std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold,
   const auto row_of_scores = [&](int y) {
     return scores.data() + static_cast<size_t>(y) * image.width + kFastRing;
   };
-  for (int y = kFastRing; y < image.height - kFastRing; ++y)
-    HWY_DYNAMIC_DISPATCH(ScoreRow)
-    (image.data + y * image.step + kFastRing, image.step, inner_width, threshold, row_of_scores(y));
-  for (int y = kFastRing; y < image.height - kFastRing; ++y)
-    HWY_DYNAMIC_DISPATCH(AppendMaxima)
-    (row_of_scores(y), image.width, inner_width, kFastRing, y, corners);
+  for (int y = kFastRing; y < image.height - kFastRing; ++y) HWY_DYNAMIC_DISPATCH(ScoreRow)
+  (image.data + y * image.step + kFastRing, image.step, inner_width, threshold, row_of_scores(y));
+  for (int y = kFastRing; y < image.height - kFastRing; ++y) HWY_DYNAMIC_DISPATCH(AppendMaxima)
+  (row_of_scores(y), image.width, inner_width, kFastRing, y, corners);
   return corners;
 }
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "oaslam/bundle/self_calibration.h"
-#include "oaslam/io/focal_metadata.h"
-#include "oaslam/io/map_file.h"
+#include "oaslam/images/focal_metadata.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/slam.h"
+#include "oaslam/storage/map_file.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "oaslam/io/class_names.h"
+#include "oaslam/formats/class_names.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/message.h"
 

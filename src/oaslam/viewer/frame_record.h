@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "oaslam/io/image_files.h"
+#include "oaslam/images/image_files.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "oaslam/camera.h"
-#include "oaslam/io/ideal_picture.h"
+#include "oaslam/exports/ideal_picture.h"
 #include "oaslam/types.h"
 
 namespace oaslam {

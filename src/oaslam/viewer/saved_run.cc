@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "oaslam/error.h"
-#include "oaslam/io/text.h"
-#include "oaslam/io/trajectory_file.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/formats/trajectory_file.h"
 
 namespace oaslam {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/io/map_file.h"
+#include "oaslam/storage/map_file.h"
 #include "oaslam/viewer/frame_record.h"
 
 namespace oaslam {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "expect_input_error.h"
-#include "oaslam/io/map_results.h"
+#include "oaslam/exports/map_results.h"
 #include "random_map.h"
 #include "temp_folder.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "oaslam/io/image_files.h"
+#include "oaslam/images/image_files.h"
 #include "oaslam/viewer/frame_message.h"
 #include "oaslam/viewer/map_delta.h"
 

@@ -11,7 +11,7 @@
 
 #include "expect_input_error.h"
 #include "message_reader.h"
-#include "oaslam/io/text.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer.h"
 #include "random_map.h"

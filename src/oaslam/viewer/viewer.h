@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/io/class_names.h"
-#include "oaslam/io/trajectory_file.h"
+#include "oaslam/formats/class_names.h"
+#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/scene.h"
 #include "oaslam/viewer/viewer_session.h"

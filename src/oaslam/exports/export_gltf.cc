@@ -1,0 +1,206 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "oaslam/exports/gltf_buffer.h"
+#include "oaslam/exports/map_export.h"
+#include "oaslam/exports/map_scene.h"
+#include "oaslam/exports/top_view.h"
+
+namespace oaslam {
+namespace {
+
+using Json = GltfBuffer::Json;
+
+enum PrimitiveMode { kPoints = 0, kLines = 1, kTriangles = 4 };
+
+Json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Json Numbers(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+double LinearFromSrgb(unsigned char value) {  // IEC 61966-2-1
+  const double s = value / 255.0;
+  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+// All nodes hang below one, "map", that turns the frame of the map to y up: below it, numbers are
+// those of the map.
+class Document {
+ public:
+  explicit Document(const SavedMap& saved) : saved_(saved), objects_(SceneObjects(saved)) {
+    nodes_.push_back(
+        {{"name", "map"},
+         {"rotation", Numbers(Eigen::Quaterniond(YUpFromWorld(saved.map)).normalized())},
+         {"extras", {{"unit", saved.map.is_metric ? "metre" : "arbitrary"}}}});
+  }
+
+  void AddObjects();
+  void AddLandmarks();
+  void AddTrajectory();
+  void AddKeyframes();
+  void Save(const std::string& path);
+
+ private:
+  size_t AddMaterial(const std::string& name, const Rgb& color, bool is_surface);
+  size_t AddMesh(const std::string& name, Json primitive);
+  void AddNode(Json node);
+
+  const SavedMap& saved_;
+  std::vector<SceneObject> objects_;
+  GltfBuffer buffer_;
+  Json nodes_ = Json::array(), children_ = Json::array(), meshes_ = Json::array(),
+       materials_ = Json::array(), cameras_ = Json::array();
+};
+
+size_t Document::AddMaterial(const std::string& name, const Rgb& color, bool is_surface) {
+  const Json rgba = {LinearFromSrgb(color[0]), LinearFromSrgb(color[1]), LinearFromSrgb(color[2]),
+                     is_surface ? 0.6 : 1.0};
+  Json material = {{"name", name},
+                   {"pbrMetallicRoughness",
+                    {{"baseColorFactor", rgba}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}}}};
+  if (is_surface)
+    material["alphaMode"] = "BLEND";
+  else
+    material["extensions"] = {{"KHR_materials_unlit", Json::object()}};
+  materials_.push_back(std::move(material));
+  return materials_.size() - 1;
+}
+
+size_t Document::AddMesh(const std::string& name, Json primitive) {
+  meshes_.push_back({{"name", name}, {"primitives", {std::move(primitive)}}});
+  return meshes_.size() - 1;
+}
+
+void Document::AddNode(Json node) {
+  children_.push_back(nodes_.size());
+  nodes_.push_back(std::move(node));
+}
+
+void Document::AddObjects() {
+  if (objects_.empty()) return;
+  const TriangleMesh sphere = UnitSphere();
+  std::vector<uint32_t> indices;
+  for (const auto& triangle : sphere.triangles)
+    indices.insert(indices.end(), triangle.begin(), triangle.end());
+  const int positions = buffer_.AddVectors(sphere.vertices), faces = buffer_.AddIndices(indices);
+  std::map<int, size_t> mesh_of_class;
+  for (const SceneObject& o : objects_) {
+    const int category = o.object->category_id;
+    const std::string class_name = NameOf(saved_.class_names, category);
+    if (!mesh_of_class.contains(category))
+      // Normals of the unit sphere are its positions.
+      mesh_of_class[category] =
+          AddMesh(class_name, {{"attributes", {{"POSITION", positions}, {"NORMAL", positions}}},
+                               {"indices", faces},
+                               {"mode", kTriangles},
+                               {"material", AddMaterial(class_name, o.color, true)}});
+    const Ellipsoid& e = o.object->ellipsoid;
+    AddNode({{"name", fmt::format("{} {}", o.label, o.id.value)},
+             {"mesh", mesh_of_class[category]},
+             {"translation", Numbers(e.center)},
+             {"rotation", Numbers(e.rotation.normalized())},
+             {"scale", Numbers(e.half_axes)},
+             {"extras",
+              {{"id", o.id.value},
+               {"category_id", category},
+               {"category", class_name},
+               {"observations", o.object->total_observations}}}});
+  }
+}
+
+void Document::AddLandmarks() {
+  std::vector<Eigen::Vector3d> points;
+  saved_.map.landmarks.ForEach(
+      [&](LandmarkId, const Landmark& landmark) { points.push_back(landmark.position); });
+  if (points.empty()) return;
+  const size_t mesh =
+      AddMesh("landmarks", {{"attributes", {{"POSITION", buffer_.AddVectors(points)}}},
+                            {"mode", kPoints},
+                            {"material", AddMaterial("landmarks", kLandmarkColor, false)}});
+  AddNode({{"name", "landmarks"}, {"mesh", mesh}});
+}
+
+void Document::AddTrajectory() {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<uint32_t> indices;
+  for (const auto& line : SplitAtGaps(FinalTrajectory(saved_)))
+    for (size_t i = 0; i < line.size(); ++i) {
+      const auto last = static_cast<uint32_t>(points.size());
+      if (i > 0) indices.insert(indices.end(), {last - 1, last});
+      points.push_back(line[i].world_from_cam.translation);
+    }
+  if (indices.empty()) return;
+  const int positions = buffer_.AddVectors(points), lines = buffer_.AddIndices(indices);
+  const size_t mesh =
+      AddMesh("trajectory", {{"attributes", {{"POSITION", positions}}},
+                             {"indices", lines},
+                             {"mode", kLines},
+                             {"material", AddMaterial("trajectory", kTrajectoryColor, false)}});
+  AddNode({{"name", "trajectory"}, {"mesh", mesh}});
+}
+
+void Document::AddKeyframes() {
+  if (saved_.map.keyframes.empty()) return;
+  // A glTF camera looks along -z with y up: OpenCV's turned half around x.
+  const Eigen::Quaterniond cv_from_gl(0, 1, 0, 0);
+  const double depth = FrustumDepth(saved_.map);
+  const size_t material = AddMaterial("keyframes", kKeyframeColor, false),
+               first_mesh = meshes_.size();
+  std::vector<uint32_t> edges;
+  for (const auto& edge : kFrustumEdges) edges.insert(edges.end(), edge.begin(), edge.end());
+  const int lines = buffer_.AddIndices(edges);
+  for (const Camera& camera : saved_.map.cameras) {
+    std::vector<Eigen::Vector3d> corners;
+    for (const Eigen::Vector3d& corner : FrustumCorners(camera, depth))
+      corners.push_back(cv_from_gl.conjugate() * corner);
+    AddMesh("frustum", {{"attributes", {{"POSITION", buffer_.AddVectors(corners)}}},
+                        {"indices", lines},
+                        {"mode", kLines},
+                        {"material", material}});
+    cameras_.push_back(
+        {{"type", "perspective"},
+         {"perspective",
+          {{"aspectRatio", camera.width * camera.fy / (camera.height * camera.fx)},
+           {"yfov", 2 * std::atan(camera.height / (2 * camera.fy))},
+           {"znear", 0.02 * depth}}},
+         {"extras", {{"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}}}});
+  }
+  saved_.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const Rigid3 world_from_cam = keyframe.cam_from_world.Inverse();
+    AddNode({{"name", fmt::format("keyframe {}", id.value)},
+             {"camera", keyframe.camera},
+             {"mesh", first_mesh + static_cast<size_t>(keyframe.camera)},
+             {"translation", Numbers(world_from_cam.translation)},
+             {"rotation", Numbers((world_from_cam.rotation * cv_from_gl).normalized())},
+             {"extras", {{"timestamp", keyframe.timestamp}}}});
+  });
+}
+
+void Document::Save(const std::string& path) {
+  if (!children_.empty()) nodes_[0]["children"] = children_;
+  Json document = {{"asset", {{"version", "2.0"}, {"generator", "oaslam"}}},
+                   {"scene", 0},
+                   {"scenes", {{{"nodes", {0}}}}},
+                   {"nodes", nodes_}};
+  for (const Json& material : materials_)
+    if (material.contains("extensions")) document["extensionsUsed"] = {"KHR_materials_unlit"};
+  const auto set = [&](const char* key, const Json& list) {
+    if (!list.empty()) document[key] = list;
+  };
+  set("meshes", meshes_);
+  set("materials", materials_);
+  set("cameras", cameras_);
+  SaveGltf(path, std::move(document), buffer_);
+}
+
+}  // namespace
+
+void ExportGltf(const std::string& path, const SavedMap& saved) {
+  Document document(saved);
+  document.AddObjects();
+  document.AddLandmarks();
+  document.AddTrajectory();
+  document.AddKeyframes();
+  document.Save(path);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,169 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "oaslam/error.h"
+#include "oaslam/exports/map_export.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/images/image_files.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSameTime_s = 1e-3;  // times of files are rounded, to 10 microseconds at worst
+
+struct KeyframeTime {
+  double timestamp = 0;
+  KeyframeId id;
+};
+
+std::vector<KeyframeTime> SortedTimes(const Map& map) {
+  std::vector<KeyframeTime> times;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    times.push_back({k.timestamp, id});
+  });
+  std::ranges::stable_sort(times, {}, &KeyframeTime::timestamp);
+  return times;
+}
+
+// The keyframe at a time, the nearest one if there are more.
+std::optional<KeyframeId> KeyframeAt(const std::vector<KeyframeTime>& times, double timestamp) {
+  const auto after = std::ranges::lower_bound(times, timestamp, {}, &KeyframeTime::timestamp);
+  std::optional<KeyframeId> best;
+  double distance = kSameTime_s;
+  for (auto it = after == times.begin() ? after : after - 1; it != times.end() && it <= after; ++it)
+    if (std::abs(it->timestamp - timestamp) < distance) {
+      distance = std::abs(it->timestamp - timestamp);
+      best = it->id;
+    }
+  return best;
+}
+
+KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
+                          const std::vector<ListedImage>& listed, const std::string& source,
+                          const std::string& folder) {
+  const auto absolute = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  const fs::path root =
+      fs::is_directory(source) ? absolute(source) : absolute(source).parent_path();
+  // Where links are followed: ".." of a linked folder is that of its target.
+  const fs::path real_folder = fs::weakly_canonical(absolute(folder));
+  KeyframeImages images;
+  for (const ListedImage& image : listed) {
+    const auto id = KeyframeAt(times, image.timestamp);
+    if (!id) continue;
+    const fs::path path = absolute(image.path);
+    const std::string name = path.lexically_relative(root).generic_string();
+    if (name.empty() || name == ".")
+      throw InputError(fmt::format("--images {}: {} is no image", source, image.path));
+    images[*id] = {name,
+                   fs::weakly_canonical(path).lexically_relative(real_folder).generic_string()};
+  }
+  return images;
+}
+
+KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource& video,
+                             const std::string& folder) {
+  KeyframeImages images;
+  while (const std::optional<InputImage> frame =
+             images.size() < times.size() ? video.Next() : std::nullopt) {
+    const auto id = KeyframeAt(times, frame->timestamp);
+    if (!id || frame->image.empty()) continue;
+    const std::string name = fmt::format("{:06}.png", frame->index);
+    const std::string path = folder + "/images/" + name;
+    std::error_code error;
+    fs::create_directories(folder + "/images", error);
+    if (!cv::imwrite(path, frame->image))
+      throw InputError(fmt::format("{}: cannot be written", path));
+    images[*id] = {name, "images/" + name};
+  }
+  return images;
+}
+
+}  // namespace
+
+KeyframeImages ImagesByTime(const Map& map) {
+  KeyframeImages images;
+  std::optional<std::string> last;
+  for (const KeyframeTime& time : SortedTimes(map)) {
+    std::string name = fmt::format("{:.6f}", time.timestamp);
+    if (last == name)
+      name += fmt::format("_{}", time.id.value);  // of another run, whose time began anew
+    else
+      last = name;
+    images[time.id] = {name + ".png", "images/" + name + ".png"};
+  }
+  return images;
+}
+
+std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images,
+                                         const std::string& folder) {
+  struct Sum {
+    Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
+    int views = 0;
+  };
+  std::map<LandmarkId, Sum> sums;
+  for (const auto& [id, image] : images) {
+    const cv::Mat bgr = ReadImage((fs::path(folder) / image.path).string(), true);
+    if (bgr.empty()) continue;
+    const Keyframe& keyframe = map.keyframes.At(id);
+    for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      if (!keyframe.landmarks[i].IsValid()) continue;
+      const Eigen::Vector2d px = Distort(map.cameras[static_cast<size_t>(keyframe.camera)],
+                                         keyframe.features->keypoints[i].px.cast<double>());
+      const cv::Point pixel(cvRound(px.x()), cvRound(px.y()));
+      if (!cv::Rect(0, 0, bgr.cols, bgr.rows).contains(pixel)) continue;
+      const auto& color = bgr.at<cv::Vec3b>(pixel);
+      Sum& sum = sums[keyframe.landmarks[i]];
+      sum.rgb += Eigen::Vector3d(color[2], color[1], color[0]);
+      ++sum.views;
+    }
+  }
+  std::map<LandmarkId, Rgb> colors;
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark&) {
+    const auto found = sums.find(id);
+    colors[id] = kLandmarkColor;
+    if (found == sums.end()) return;
+    for (size_t c = 0; c < 3; ++c)
+      colors[id][c] = static_cast<unsigned char>(
+          std::lround(found->second.rgb[static_cast<Eigen::Index>(c)] / found->second.views));
+  });
+  return colors;
+}
+
+KeyframeImages FindImages(const Map& map, const std::string& source,
+                          const ImageSourceOptions& options, const std::string& folder) {
+  const std::vector<KeyframeTime> times = SortedTimes(map);
+  for (size_t i = 1; i < times.size(); ++i)
+    if (times[i].timestamp - times[i - 1].timestamp < kSameTime_s)
+      throw InputError(
+          fmt::format("--images {}: keyframes {} and {} of the map are both of time {:.3f} s, from "
+                      "two runs: their "
+                      "images cannot be told apart",
+                      source, times[i - 1].id.value, times[i].id.value, times[i].timestamp));
+  KeyframeImages images;
+  // Other tools take the pixels as they are stored: turned images are written, as a video's are.
+  const bool are_files_right = options.orientation == Orientation::kStored;
+  if (const auto listed = ListImages(source, options); listed && are_files_right)
+    images = FindListed(times, *listed, source, folder);
+  else if (source.starts_with("webcam:"))
+    throw InputError(fmt::format("--images {}: a camera does not keep its images", source));
+  else
+    images = ExtractFrames(times, *OpenImages(source, options), folder);
+  if (images.empty())
+    throw InputError(
+        fmt::format("--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
+                    "was --fps another in the run?",
+                    source, times.front().timestamp, times.back().timestamp));
+  if (images.size() < times.size())
+    Log(LogLevel::kWarning, fmt::format("{}: {} of {} keyframes have no image, left out", source,
+                                        times.size() - images.size(), times.size()));
+  return images;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,389 @@
+#include "oaslam/exports/map_export.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "exif_jpeg.h"
+#include "expect_input_error.h"
+#include "oaslam/exports/map_scene.h"
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/geometry/camera_model.h"
+#include "random_map.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Keyframes on a line that see a cloud of points without error, each with its camera in turn.
+SavedMap ExactMap(const std::vector<Camera>& cameras) {
+  Rng rng(3);
+  SavedMap saved;
+  Map& map = saved.map;
+  map.cameras = cameras;
+  constexpr int kPoints = 40;
+  for (uint32_t k = 0; k < 4; ++k) {
+    Keyframe keyframe;
+    keyframe.frame_index = static_cast<int>(k);
+    keyframe.timestamp = 0.5 * k;
+    keyframe.camera = static_cast<int>(k % cameras.size());
+    keyframe.cam_from_world = Rigid3(Eigen::Quaterniond(1, 0.02 * k, -0.05 * k, 0.1).normalized(),
+                                     Eigen::Vector3d(-0.2 * k, 0.1, 0.3));
+    map.keyframes.Insert(KeyframeId(3 * k + 1), std::move(keyframe));
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < kPoints; ++i)
+    points.emplace_back(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(3, 5));
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.MutableAt(id);
+    auto features = std::make_shared<Features>();
+    features->bounds = IdealImageBounds(cameras[static_cast<size_t>(keyframe.camera)]);
+    for (const Eigen::Vector3d& x : points)
+      features->keypoints.push_back(
+          {ProjectIdeal(cameras[static_cast<size_t>(keyframe.camera)], keyframe.cam_from_world * x)
+               .cast<float>(),
+           0, 0});
+    features->descriptors.resize(kPoints);
+    features->BuildGrid();
+    keyframe.features = std::move(features);
+    keyframe.landmarks.resize(kPoints);
+  }
+  for (uint32_t i = 0; i < kPoints; ++i) {
+    const LandmarkId id = map.AddLandmark(points[i], KeyframeId(1));
+    for (const KeyframeId keyframe : map.keyframes.Ids()) map.AddObservation(id, keyframe, i);
+  }
+  return saved;
+}
+
+// COLMAP's camera models as its documentation gives them (src/colmap/sensor/models.h of its
+// manual): pixels of a point in the camera.
+Eigen::Vector2d ColmapProject(const std::string& model, const std::vector<double>& p,
+                              const Eigen::Vector3d& x) {
+  const double u = x.x() / x.z(), v = x.y() / x.z(), r2 = u * u + v * v;
+  double du = 0, dv = 0;
+  if (model == "OPENCV" || model == "FULL_OPENCV") {
+    const double k3 = model == "FULL_OPENCV" ? p[8] : 0;
+    const double radial = p[4] * r2 + p[5] * r2 * r2 + k3 * r2 * r2 * r2;
+    du = u * radial + 2 * p[6] * u * v + p[7] * (r2 + 2 * u * u);
+    dv = v * radial + 2 * p[7] * u * v + p[6] * (r2 + 2 * v * v);
+  } else if (model == "OPENCV_FISHEYE") {
+    const double r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
+    const double scale = theta * (1 + t2 * (p[4] + t2 * (p[5] + t2 * (p[6] + t2 * p[7])))) / r;
+    du = u * scale - u;
+    dv = v * scale - v;
+  }
+  return {p[0] * (u + du) + p[2], p[1] * (v + dv) + p[3]};
+}
+
+std::vector<std::string> ContentLines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);)
+    if (!line.starts_with("#")) lines.push_back(line);
+  return lines;
+}
+
+class ColmapExport : public testing::TestWithParam<std::pair<const char*, Camera>> {};
+
+TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
+  const auto& [model, camera] = GetParam();
+  const SavedMap saved = ExactMap({camera});
+  const TempFolder folder;
+  ExportColmap(folder.path(), saved, ImagesByTime(saved.map));
+
+  std::istringstream fields(ContentLines(folder.Read("cameras.txt")).at(0));
+  std::string id, written_model, width, height;
+  fields >> id >> written_model >> width >> height;
+  EXPECT_EQ(written_model, model);
+  const std::vector<double> parameters{std::istream_iterator<double>(fields), {}};
+  const auto lines = ContentLines(folder.Read("images.txt"));
+  ASSERT_EQ(lines.size(), 8U);
+  for (size_t i = 0; i < 4; ++i) {
+    std::istringstream head(lines[2 * i]), points(lines[2 * i + 1]);
+    double image = 0, qw = 0, qx = 0, qy = 0, qz = 0, tx = 0, ty = 0, tz = 0;
+    head >> image >> qw >> qx >> qy >> qz >> tx >> ty >> tz;
+    const Rigid3 cam_from_world(Eigen::Quaterniond(qw, qx, qy, qz), Eigen::Vector3d(tx, ty, tz));
+    double u = 0, v = 0;
+    int64_t point = 0;
+    int seen = 0;
+    while (points >> u >> v >> point) {
+      const Landmark& landmark =
+          saved.map.landmarks.At(LandmarkId(static_cast<uint32_t>(point - 1)));
+      const Eigen::Vector2d projected =
+          ColmapProject(model, parameters, cam_from_world * landmark.position);
+      EXPECT_LT((projected - Eigen::Vector2d(u, v)).norm(), 2e-3);
+      ++seen;
+    }
+    EXPECT_EQ(seen, 40);
+  }
+  // What we write we read: the principal point loses its half pixel again.
+  const Camera read = LoadCamera(folder / "cameras.txt", {camera.width, camera.height});
+  EXPECT_DOUBLE_EQ(read.cx, camera.cx);
+  EXPECT_EQ(read.model, camera.model);
+  EXPECT_EQ(read.distortion, camera.distortion);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Models, ColmapExport,
+    testing::Values(
+        std::pair{"PINHOLE",
+                  Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}},
+        std::pair{"OPENCV", Camera{.width = 640,
+                                   .height = 480,
+                                   .fx = 520,
+                                   .fy = 525,
+                                   .cx = 319,
+                                   .cy = 240,
+                                   .distortion = {-0.2, 0.05, 0.001, -0.002, 0}}},
+        std::pair{"FULL_OPENCV", Camera{.width = 640,
+                                        .height = 480,
+                                        .fx = 520,
+                                        .fy = 525,
+                                        .cx = 319,
+                                        .cy = 240,
+                                        .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}}},
+        std::pair{"OPENCV_FISHEYE", Camera{.model = LensModel::kFisheye,
+                                           .width = 848,
+                                           .height = 800,
+                                           .fx = 286,
+                                           .fy = 287,
+                                           .cx = 421,
+                                           .cy = 398,
+                                           .distortion = {0.01, -0.02, 0.003, 0.001, 0}}}));
+
+TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
+  const Camera a{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240};
+  const Camera b{.width = 320,
+                 .height = 240,
+                 .fx = 260,
+                 .fy = 262,
+                 .cx = 160,
+                 .cy = 120,
+                 .distortion = {-0.2, 0.05, 0.001, -0.002, 0.01}};
+  const SavedMap saved = ExactMap({a, b});
+  const TempFolder folder;
+  ExportNerfstudio(folder.path(), saved, ImagesByTime(saved.map));
+  const auto json = nlohmann::json::parse(folder.Read("transforms.json"));
+  EXPECT_FALSE(json.contains("fl_x"));
+  ASSERT_EQ(json["frames"].size(), 4U);
+  EXPECT_EQ(json["frames"][0]["cx"], 319.5);
+  EXPECT_EQ(json["frames"][1]["w"], 320);
+  EXPECT_EQ(json["frames"][1]["k3"], 0.01);
+  EXPECT_EQ(json["frames"][1]["p2"], -0.002);
+
+  const SavedMap mixed = ExactMap({a, Camera{.model = LensModel::kFisheye,
+                                             .width = 640,
+                                             .height = 480,
+                                             .fx = 300,
+                                             .fy = 300,
+                                             .cx = 319,
+                                             .cy = 240}});
+  EXPECT_THAT(
+      InputErrorOf([&] { ExportNerfstudio(folder.path(), mixed, ImagesByTime(mixed.map)); }),
+      HasSubstr("fisheye"));
+}
+
+TEST(MapExport, ImagesByTimeAreUnique) {
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  saved.map.keyframes.MutableAt(KeyframeId(4)).timestamp = 0;  // another run began at 0, too
+  std::vector<std::string> names;
+  for (const auto& [id, image] : ImagesByTime(saved.map)) names.push_back(image.name);
+  EXPECT_THAT(names, ElementsAre("0.000000.png", "0.000000_4.png", "1.000000.png", "1.500000.png"));
+  const TempFolder folder;
+  const std::string list = folder.Write("rgb.txt", "0.0 a.png\n");
+  EXPECT_THAT(InputErrorOf([&] { FindImages(saved.map, list, {}, folder.path()); }),
+              HasSubstr("two runs"));
+}
+
+TEST(MapExport, ImagesOfAListAreFoundByTime) {
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  const std::string list = folder.Write(
+      "seq/rgb.txt", "0.0 rgb/a.png\n0.4 rgb/b.png\n0.50001 rgb/c.png\n1.0 rgb/d.png\n");
+  const KeyframeImages images = FindImages(saved.map, list, {}, folder / "out");
+  ASSERT_EQ(images.size(), 3U);  // nothing at 1.5 s
+  EXPECT_EQ(images.at(KeyframeId(4)).name, "rgb/c.png");
+  EXPECT_EQ(images.at(KeyframeId(4)).path, "../seq/rgb/c.png");
+  EXPECT_THAT(InputErrorOf([&] {
+                FindImages(saved.map, folder.Write("other.txt", "7.0 a.png\n"), {}, folder.path());
+              }),
+              HasSubstr("--fps"));
+}
+
+TEST(MapExport, ImagesOfAListWithAbsolutePathsAndALinkedFolder) {
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  folder.Write("seq/rgb/c.png", "c");
+  folder.Write("deep/er/out/x", "");
+  std::filesystem::create_symlink(folder / "deep/er/out", folder / "link");
+  const std::string list = folder.Write("seq/rgb.txt", "0.5 " + (folder / "seq/rgb/c.png") + "\n");
+  const std::string relative_list = std::filesystem::relative(list).string();
+  const KeyframeImage image =
+      FindImages(saved.map, relative_list, {}, folder / "link").at(KeyframeId(4));
+  EXPECT_EQ(image.name, "rgb/c.png");
+  EXPECT_EQ(folder.Read("link/" + image.path), "c");  // leads to the image
+}
+
+TEST(MapExport, TurnedImagesAreWritten) {
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  const cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(90));
+  folder.Write("seq/a.jpg", JpegWithExif(image, {.orientation = 6}));
+  const std::string list = folder.Write("seq/rgb.txt", "0.0 no.jpg\n0.5 a.jpg\n");
+  const KeyframeImages images =
+      FindImages(saved.map, list, {.orientation = Orientation::kUpright}, folder / "out");
+  ASSERT_EQ(images.size(), 1U);
+  EXPECT_EQ(images.at(KeyframeId(4)).path, "images/000001.png");
+  EXPECT_EQ(ReadImage(folder / "out/images/000001.png", true).size(), cv::Size(48, 64));
+}
+
+TEST(MapExport, ColmapHasNoNamesWithBlanks) {
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  const TempFolder folder;
+  KeyframeImages images = ImagesByTime(saved.map);
+  images.at(KeyframeId(4)).name = "rgb/a b.png";
+  EXPECT_THAT(InputErrorOf([&] { ExportColmap(folder.path(), saved, images); }),
+              HasSubstr("rgb/a b.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "images.txt"));
+}
+
+TEST(MapExport, NamesThatAreNotUtf8AreReplaced) {
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  Object object;
+  object.name = "caf\xE9";
+  object.state = ObjectState::kMapped;
+  object.ellipsoid.half_axes = Eigen::Vector3d::Ones();
+  saved.map.objects.Insert(ObjectId(1), object);
+  KeyframeImages images = ImagesByTime(saved.map);
+  images.at(KeyframeId(4)).path = "caf\xE9.png";
+  const TempFolder folder;
+  ExportNerfstudio(folder.path(), saved, images);
+  ExportGltf(folder / "a.gltf", saved);
+  ExportGltf(folder / "a.glb", saved);
+  ExportJson(folder / "a.json", saved);
+  for (const char* name : {"transforms.json", "a.gltf", "a.json"})
+    EXPECT_THAT(nlohmann::json::parse(folder.Read(name)).dump(), HasSubstr("caf\uFFFD")) << name;
+}
+
+TEST(MapExport, JsonHasClassesRatesAndTruncatedEdges) {
+  SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  saved.map.classes = {{{100, 101}}, {0, 56}};
+  Object object;
+  object.detection_rate = 0.75;
+  object.observations.resize(2);
+  for (ObjectObservation& o : object.observations) o.anchor = KeyframeId(1);
+  object.observations[0].truncated = kLeft | kBottom;
+  saved.map.objects.Insert(ObjectId(1), object);
+  const TempFolder folder;
+  ExportJson(folder / "a.json", saved);
+  const auto json = nlohmann::json::parse(folder.Read("a.json"));
+  EXPECT_EQ(json["classes"].dump(), R"({"movable":[0,56],"parts":{"100":101}})");
+  EXPECT_EQ(json["objects"][0]["detection_rate"], 0.75);
+  EXPECT_EQ(json["objects"][0]["boxes"][0]["truncated"].dump(), R"(["left","bottom"])");
+  EXPECT_EQ(json["objects"][0]["boxes"][1]["truncated"].dump(), "[]");
+}
+
+TEST(MapExport, ColorsAreThoseOfThePixels) {
+  const SavedMap saved = ExactMap({Camera{.width = 640,
+                                          .height = 480,
+                                          .fx = 220,
+                                          .fy = 220,
+                                          .cx = 319,
+                                          .cy = 240,
+                                          .distortion = {-0.05, 0.01, 0, 0, 0}}});
+  const TempFolder folder;
+  KeyframeImages images = ImagesByTime(saved.map);
+  // Left of the middle red, right of it blue, in binary PPM.
+  std::string ppm = "P6\n640 480\n255\n";
+  for (int y = 0; y < 480; ++y)
+    for (int x = 0; x < 640; ++x)
+      ppm += x < 320 ? std::string("\xC8\0\0", 3) : std::string("\0\0\xC8", 3);
+  images.at(KeyframeId(1)).path = "a.ppm";
+  folder.Write("a.ppm", ppm);
+  const auto colors = LandmarkColors(saved.map, images, folder.path());
+  ASSERT_EQ(colors.size(), saved.map.landmarks.size());
+  const Keyframe& keyframe = saved.map.keyframes.At(KeyframeId(1));
+  for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    const float x = keyframe.features->keypoints[i].px.x();
+    if (std::abs(x - 319) < 3) continue;
+    EXPECT_EQ(colors.at(keyframe.landmarks[i]), x < 319 ? (Rgb{200, 0, 0}) : (Rgb{0, 0, 200})) << x;
+  }
+  EXPECT_EQ(LandmarkColors(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second,
+            kLandmarkColor);
+}
+
+TEST(MapExport, EveryMapCanBeWritten) {
+  Rng rng(5);
+  const TempFolder folder;
+  for (const bool empty : {false, true}) {
+    SavedMap saved = RandomMap(
+        empty ? RandomMapOptions{.keyframes = 3, .landmarks = 0, .objects = 0} : RandomMapOptions{},
+        rng);
+    if (empty) saved.trajectory.clear();
+    ExportPly(folder / "a.ply", saved, true);
+    ExportObj(folder / "a.obj", saved);
+    ExportGltf(folder / "a.gltf", saved);
+    ExportGltf(folder / "a.glb", saved);
+    ExportJson(folder / "a.json", saved);
+    ExportTum(folder / "a.txt", saved);
+    ExportColmap(folder.path(), saved, ImagesByTime(saved.map));
+    const auto gltf = nlohmann::json::parse(folder.Read("a.gltf"));
+    EXPECT_EQ(gltf["asset"]["version"], "2.0");
+    const auto json = nlohmann::json::parse(folder.Read("a.json"));
+    EXPECT_EQ(json["landmarks"].size(), saved.map.landmarks.size());
+    EXPECT_EQ(json["objects"].size(), saved.map.objects.size());
+    EXPECT_EQ(LoadTrajectory(folder / "a.txt").size(),
+              empty ? saved.map.keyframes.size() : json["trajectory"].size());
+    EXPECT_THAT(folder.Read("a.obj"), HasSubstr("mtllib a.mtl"));
+  }
+  EXPECT_THAT(InputErrorOf([&] { ExportPly(folder / "no/a.ply", SavedMap(), false); }),
+              HasSubstr("cannot be written"));
+}
+
+TEST(MapScene, TheSphereIsClosedAndFacesOutwards) {
+  const TriangleMesh sphere = UnitSphere();
+  EXPECT_EQ(sphere.vertices.size() - 3 * sphere.triangles.size() / 2 + sphere.triangles.size(),
+            2U);  // Euler
+  for (const auto& [a, b, c] : sphere.triangles) {
+    const Eigen::Vector3d &p = sphere.vertices[a], &q = sphere.vertices[b], &r = sphere.vertices[c];
+    EXPECT_GT((q - p).cross(r - p).dot(p + q + r), 0);
+    EXPECT_NEAR(p.norm(), 1, 1e-12);
+  }
+}
+
+TEST(MapScene, UpIsUp) {
+  const SavedMap saved =
+      ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
+  for (const std::optional<Eigen::Vector3d>& up :
+       {std::optional<Eigen::Vector3d>(),
+        std::optional(Eigen::Vector3d(0.1, -0.9, 0.3).normalized())}) {
+    Map map = saved.map;
+    map.up = up;
+    const Eigen::Matrix3d y_up = YUpFromWorld(map), z_up = ZUpFromWorld(map);
+    EXPECT_NEAR(y_up.determinant(), 1, 1e-12);
+    EXPECT_NEAR(z_up.determinant(), 1, 1e-12);
+    if (up) {
+      EXPECT_LT((y_up * *up - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+      EXPECT_LT((z_up * *up - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+    } else {
+      EXPECT_GT((y_up * -Eigen::Vector3d::UnitY()).y(), 0.9);  // the cameras' own up
+    }
+  }
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,133 @@
+#include "oaslam/exports/map_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "oaslam/exports/svg.h"
+#include "oaslam/exports/top_view.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+Rgb ParseColor(const std::string& hex) {  // "#rrggbb"
+  OASLAM_CHECK(hex.size() == 7);
+  Rgb rgb{};
+  for (size_t i = 0; i < 3; ++i)
+    rgb[i] = static_cast<unsigned char>(std::stoi(hex.substr(1 + 2 * i, 2), nullptr, 16));
+  return rgb;
+}
+
+TopAxes AxesOf(const Map& map) {
+  std::vector<Rigid3> poses;
+  map.keyframes.ForEach(
+      [&](KeyframeId, const Keyframe& k) { poses.push_back(k.cam_from_world.Inverse()); });
+  return FindTopAxes(poses, map.up);
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<SceneObject> SceneObjects(const SavedMap& saved) {
+  std::map<int, Rgb> colors;
+  std::vector<SceneObject> objects;
+  saved.map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    colors[object.category_id];
+    objects.push_back(
+        {id,
+         &object,
+         object.name.empty() ? NameOf(saved.class_names, object.category_id) : object.name,
+         {}});
+  });
+  size_t next = 0;
+  for (auto& [category, color] : colors) color = ParseColor(PaletteColor(next++));
+  for (SceneObject& o : objects) o.color = colors.at(o.object->category_id);
+  return objects;
+}
+
+std::vector<StampedPose> FinalTrajectory(const SavedMap& saved) {
+  std::vector<StampedPose> poses;
+  for (const FramePose& frame : saved.trajectory)
+    if (const auto reference = saved.map.ResolvePose(frame.reference))
+      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  if (!poses.empty()) return poses;
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
+  });
+  std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
+  return poses;
+}
+
+Eigen::Matrix3d YUpFromWorld(const Map& map) {
+  const TopAxes axes = AxesOf(map);
+  Eigen::Matrix3d rows;
+  rows << axes.right.transpose(), axes.up.transpose(), -axes.forward.transpose();
+  return rows;
+}
+
+Eigen::Matrix3d ZUpFromWorld(const Map& map) {
+  const TopAxes axes = AxesOf(map);
+  Eigen::Matrix3d rows;
+  rows << axes.right.transpose(), axes.forward.transpose(), axes.up.transpose();
+  return rows;
+}
+
+TriangleMesh UnitSphere() {
+  constexpr uint32_t kMeridians = 24, kParallels = 11;  // parallels without the poles
+  TriangleMesh mesh;
+  mesh.vertices.push_back(Eigen::Vector3d::UnitZ());
+  for (uint32_t i = 1; i <= kParallels; ++i)
+    for (uint32_t j = 0; j < kMeridians; ++j) {
+      const double polar = std::numbers::pi * i / (kParallels + 1),
+                   azimuth = 2 * std::numbers::pi * j / kMeridians;
+      mesh.vertices.emplace_back(std::sin(polar) * std::cos(azimuth),
+                                 std::sin(polar) * std::sin(azimuth), std::cos(polar));
+    }
+  mesh.vertices.push_back(-Eigen::Vector3d::UnitZ());
+  const auto at = [](uint32_t parallel, uint32_t meridian) {
+    return 1 + parallel * kMeridians + meridian % kMeridians;
+  };
+  const auto south = static_cast<uint32_t>(mesh.vertices.size() - 1);
+  for (uint32_t j = 0; j < kMeridians; ++j) {
+    mesh.triangles.push_back({0, at(0, j), at(0, j + 1)});
+    for (uint32_t i = 0; i + 1 < kParallels; ++i) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+    mesh.triangles.push_back({south, at(kParallels - 1, j + 1), at(kParallels - 1, j)});
+  }
+  return mesh;
+}
+
+std::array<Eigen::Vector3d, 5> FrustumCorners(const Camera& camera, double depth) {
+  const double right = camera.width - 0.5, bottom = camera.height - 0.5;
+  return {Eigen::Vector3d::Zero(), RayOf(camera, {-0.5, -0.5}) * depth,
+          RayOf(camera, {right, -0.5}) * depth, RayOf(camera, {right, bottom}) * depth,
+          RayOf(camera, {-0.5, bottom}) * depth};
+}
+
+double FrustumDepth(const Map& map) {
+  std::vector<double> depths, distances;
+  std::optional<Eigen::Vector3d> first;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    if (const double depth = map.MedianDepth(id); depth > 0) depths.push_back(depth);
+    const Eigen::Vector3d center = k.cam_from_world.OriginInSource();
+    if (!first) first = center;
+    distances.push_back((center - *first).norm());
+  });
+  if (!depths.empty()) return 0.05 * Median(depths);
+  const double way = Median(distances);
+  return way > 0 ? 0.05 * way : 0.05;
+}
+
+}  // namespace oaslam

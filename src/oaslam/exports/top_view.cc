@@ -1,0 +1,119 @@
+#include "oaslam/exports/top_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace oaslam {
+
+TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
+                    const std::optional<Eigen::Vector3d>& up) {
+  TopAxes axes;
+  Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
+  for (const Rigid3& pose : world_from_cams) mean_up += pose.rotation * -Eigen::Vector3d::UnitY();
+  if (up)
+    axes.up = up->normalized();
+  else if (mean_up.norm() > 1e-6)
+    axes.up = mean_up.normalized();
+  Eigen::Vector3d right =
+      world_from_cams.empty()
+          ? Eigen::Vector3d::UnitX()
+          : Eigen::Vector3d(world_from_cams[0].rotation * Eigen::Vector3d::UnitX());
+  right -= right.dot(axes.up) * axes.up;
+  if (right.norm() < 1e-3) right = axes.up.unitOrthogonal();
+  axes.right = right.normalized();
+  axes.forward = axes.up.cross(axes.right);
+  return axes;
+}
+
+void Extent::Add(const Extent& other) {
+  if (other.IsEmpty()) return;
+  Add(other.low);
+  Add(other.high);
+}
+
+Extent Extent::Within(const Extent& bounds) const {
+  if (IsEmpty() || bounds.IsEmpty()) return *this;
+  return {low.cwiseMax(bounds.low).cwiseMin(bounds.high),
+          high.cwiseMin(bounds.high).cwiseMax(bounds.low)};
+}
+
+Extent QuantileExtent(const Points2& points, double share) {
+  Extent extent;
+  if (points.empty()) return extent;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> values;
+    for (const auto& p : points) values.push_back(p[axis]);
+    std::ranges::sort(values);
+    const auto skip = static_cast<size_t>(share * static_cast<double>(values.size() - 1));
+    extent.low[axis] = values[skip];
+    extent.high[axis] = values[values.size() - 1 - skip];
+  }
+  return extent;
+}
+
+PlaneView::PlaneView(const Extent& extent, const Eigen::Vector2d& corner,
+                     const Eigen::Vector2d& max_size)
+    : corner_(corner) {
+  const Extent shown =
+      extent.IsEmpty() ? Extent{Eigen::Vector2d::Zero(), Eigen::Vector2d::Ones()} : extent;
+  const double smallest =
+      std::max(shown.Side() * 0.4, 1e-9);  // a straight line gets some room beside it
+  const Eigen::Vector2d span = (shown.high - shown.low).cwiseMax(smallest);
+  scale_ = (max_size.array() / span.array()).minCoeff();
+  size_ = Eigen::Vector2d(max_size.x(),
+                          std::min(max_size.y(), std::max(span.y() * scale_, 0.55 * max_size.x())));
+  low_ = (shown.low + shown.high) / 2 - size_ / (2 * scale_);
+}
+
+void PlaneView::DrawGrid(SvgCanvas& canvas, double step) const {
+  for (int axis = 0; axis < 2; ++axis) {
+    const double end = low_[axis] + size_[axis] / scale_;
+    for (double v = std::ceil(low_[axis] / step) * step; v < end; v += step) {
+      Eigen::Vector2d a = low_, b = low_ + size_ / scale_;
+      a[axis] = b[axis] = v;
+      canvas.Line((*this)(a), (*this)(b), R"(stroke="#eeeeee" stroke-width="1")");
+    }
+  }
+  canvas.Rectangle(corner_, size_, R"(fill="none" stroke="#bbbbbb" stroke-width="1")");
+}
+
+void PlaneView::DrawScaleBar(SvgCanvas& canvas, double step, const std::string& unit) const {
+  const Eigen::Vector2d left = corner_ + Eigen::Vector2d(16, size_.y() - 14),
+                        right = left + Eigen::Vector2d(step * scale_, 0);
+  canvas.Rectangle(left - Eigen::Vector2d(8, 26), {std::max(step * scale_, 60.0) + 16, 34},
+                   R"(fill="white" fill-opacity="0.8")");
+  canvas.Polyline({left - Eigen::Vector2d(0, 5), left, right, right - Eigen::Vector2d(0, 5)},
+                  R"(stroke="#333" stroke-width="1.5")");
+  canvas.Text(left - Eigen::Vector2d(0, 9),
+              fmt::format("{:g}{}{}", step, unit.empty() ? "" : " ", unit), 12);
+}
+
+std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses) {
+  if (poses.empty()) return {};
+  std::vector<double> gaps;
+  for (size_t i = 1; i < poses.size(); ++i)
+    gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
+  std::ranges::sort(gaps);
+  const double longest = gaps.empty() ? 0 : std::max(10 * gaps[gaps.size() / 2], 0.5);
+  std::vector<std::vector<StampedPose>> lines(1);
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const double gap = i > 0 ? poses[i].timestamp - poses[i - 1].timestamp : 0;
+    if (gap > longest || gap < 0) lines.emplace_back();
+    lines.back().push_back(poses[i]);
+  }
+  return lines;
+}
+
+std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes) {
+  std::vector<Points2> lines;
+  for (const auto& part : SplitAtGaps(poses)) {
+    lines.emplace_back();
+    for (const StampedPose& pose : part)
+      lines.back().push_back(axes(pose.world_from_cam.translation));
+  }
+  return lines;
+}
+
+}  // namespace oaslam

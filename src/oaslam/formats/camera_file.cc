@@ -1,0 +1,104 @@
+#include "oaslam/formats/camera_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/camera_formats.h"
+#include "oaslam/formats/json_text.h"
+#include "oaslam/formats/text.h"
+
+namespace oaslam {
+namespace {
+
+constexpr std::string_view kFovPrefix = "fov:";
+
+Camera CameraFromFieldOfView(const std::string& spec, const cv::Size& image_size) {
+  const auto degrees = ParseNumber(std::string_view(spec).substr(kFovPrefix.size()));
+  if (!degrees || *degrees < 5 || *degrees > 170)
+    throw InputError(
+        fmt::format("{}: horizontal field of view in degrees, allowed: 5 to 170", spec));
+  if (image_size.empty())
+    throw InputError(
+        fmt::format("{}: a field of view needs images; give a calibration file", spec));
+  Camera camera;
+  camera.width = image_size.width;
+  camera.height = image_size.height;
+  // The image spans [-0.5, width - 0.5] in pixel coordinates.
+  camera.fx = camera.fy = 0.5 * camera.width / std::tan(0.5 * *degrees * std::numbers::pi / 180);
+  camera.cx = 0.5 * (camera.width - 1);
+  camera.cy = 0.5 * (camera.height - 1);
+  camera.is_guess = true;
+  camera.name = spec;
+  return camera;
+}
+
+void CheckRange(const std::string& path, const char* key, double value, double min, double max) {
+  if (!(value >= min && value <= max))
+    throw InputError(
+        fmt::format("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max));
+}
+
+void CheckCamera(const Camera& camera, const std::string& path) {
+  const double longest = std::max(camera.width, camera.height);
+  CheckRange(path, "image width", camera.width, 16, 100000);
+  CheckRange(path, "image height", camera.height, 16, 100000);
+  // 170 degrees of field of view to about half a degree.
+  CheckRange(path, "focal length fx", camera.fx, 0.04 * longest, 100 * longest);
+  CheckRange(path, "focal length fy", camera.fy, 0.04 * longest, 100 * longest);
+  CheckRange(path, "principal point cx", camera.cx, 0, camera.width);
+  CheckRange(path, "principal point cy", camera.cy, 0, camera.height);
+  for (const double k : camera.distortion) CheckRange(path, "distortion coefficient", k, -100, 100);
+}
+
+}  // namespace
+
+Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
+  if (spec.starts_with(kFovPrefix)) return CameraFromFieldOfView(spec, image_size);
+  Camera camera = ReadCameraFile(spec, image_size);
+  if (camera.width == 0 && camera.height == 0) {
+    if (image_size.empty())
+      throw InputError(
+          fmt::format("{}: has no image size, and there are no images to take it from", spec));
+    camera.width = image_size.width;
+    camera.height = image_size.height;
+  }
+  CheckCamera(camera, spec);
+  if (!image_size.empty() &&
+      (camera.width != image_size.width || camera.height != image_size.height))
+    throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec,
+                                 camera.width, camera.height, image_size.width, image_size.height));
+  return camera;
+}
+
+std::string CameraText(const Camera& camera, const std::string& note) {
+  const bool is_fisheye = camera.model == LensModel::kFisheye;
+  const int count = is_fisheye ? 4 : 5;
+  std::string coefficients;
+  for (int i = 0; i < count; ++i)
+    coefficients +=
+        fmt::format("{}{:.9g}", i > 0 ? ", " : "", camera.distortion[static_cast<size_t>(i)]);
+  std::string head;
+  for (const std::string_view line : SplitLines(note)) head += fmt::format("# {}\n", line);
+  return head + fmt::format(
+                    "camera_name: {}\n"
+                    "image_width: {}\n"
+                    "image_height: {}\n"
+                    "camera_matrix:\n"
+                    "  rows: 3\n"
+                    "  cols: 3\n"
+                    "  data: [{:.9g}, 0, {:.9g}, 0, {:.9g}, {:.9g}, 0, 0, 1]\n"
+                    "distortion_model: {}\n"
+                    "distortion_coefficients:\n"
+                    "  rows: 1\n"
+                    "  cols: {}\n"
+                    "  data: [{}]\n",
+                    JsonText(nlohmann::json(camera.name)), camera.width, camera.height, camera.fx,
+                    camera.cx, camera.fy, camera.cy, is_fisheye ? "equidistant" : "plumb_bob",
+                    count, coefficients);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,207 @@
+#include "oaslam/formats/camera_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "expect_input_error.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr const char* kRos = R"(# ROS camera_info
+camera_name: freiburg2
+image_width: 640
+image_height: 480
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [520.9, 0, 325.1, 0, 521.0, 249.7, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [0.2312, -0.7849, -0.0033, -0.0001, 0.9172]
+)";
+
+std::string Replaced(std::string text, const std::string& what, const std::string& with) {
+  text.replace(text.find(what), what.size(), with);
+  return text;
+}
+
+TEST(CameraFile, RosCameraInfo) {
+  const TempFolder folder;
+  const Camera camera = LoadCamera(folder.Write("camera.yaml", kRos), {640, 480});
+  EXPECT_EQ(camera.model, LensModel::kPinhole);
+  EXPECT_EQ(camera.name, "freiburg2");
+  EXPECT_EQ(camera.fx, 520.9);
+  EXPECT_EQ(camera.fy, 521.0);
+  EXPECT_EQ(camera.cx, 325.1);
+  EXPECT_EQ(camera.cy, 249.7);
+  EXPECT_THAT(camera.distortion, ElementsAre(0.2312, -0.7849, -0.0033, -0.0001, 0.9172));
+  EXPECT_FALSE(camera.is_guess);
+}
+
+TEST(CameraFile, RosMessageWithFisheye) {
+  const TempFolder folder;
+  const Camera camera = LoadCamera(
+      folder.Write("camera.yaml",
+                   "width: 848\nheight: 800\ndistortion_model: equidistant\n"
+                   "D: [0.1, -0.2, 0.3, -0.4]\nK: [286, 0, 421, 0, 287, 398, 0, 0, 1]\n"),
+      {});
+  EXPECT_EQ(camera.model, LensModel::kFisheye);
+  EXPECT_THAT(camera.distortion, ElementsAre(0.1, -0.2, 0.3, -0.4, 0));
+  EXPECT_EQ(camera.width, 848);
+}
+
+TEST(CameraFile, OpenCvFileStorage) {
+  const TempFolder folder;
+  const Camera camera = LoadCamera(
+      folder.Write(
+          "camera.yml",
+          "%YAML:1.0\n---\nimage_Width: 640\nimage_Height: 480\nCamera_Matrix: !!opencv-matrix\n"
+          "   rows: 3\n   cols: 3\n   dt: d\n   data: [ 657.46, 0., 319.5, 0., 657.47,\n"
+          "       239.5, 0., 0., 1. ]\nDistortion_Coefficients: !!opencv-matrix\n   rows: 5\n"
+          "   cols: 1\n   dt: d\n   data: [ -4.18e-01, 5.0e-01, 0., 0., -5.7e-01 ]\n"),
+      {640, 480});
+  EXPECT_EQ(camera.fx, 657.46);
+  EXPECT_EQ(camera.cy, 239.5);
+  EXPECT_THAT(camera.distortion, ElementsAre(-0.418, 0.5, 0, 0, -0.57));
+}
+
+TEST(CameraFile, OrbSlamTakesTheSizeOfTheImages) {
+  const TempFolder folder;
+  const std::string path = folder.Write(
+      "TUM1.yaml",
+      "%YAML:1.0\n\nCamera.fx: 517.3\nCamera.fy: 516.5\nCamera.cx: 318.6\nCamera.cy: 255.3\n"
+      "Camera.k1: 0.26\nCamera.k2: -0.95\nCamera.p1: -0.005\nCamera.p2: 0.0026\nCamera.k3: 1.16\n"
+      "Camera.fps: 30.0\nORBextractor.nFeatures: 1000\n");
+  const Camera camera = LoadCamera(path, {640, 480});
+  EXPECT_EQ(camera.width, 640);
+  EXPECT_THAT(camera.distortion, ElementsAre(0.26, -0.95, -0.005, 0.0026, 1.16));
+  EXPECT_THAT(InputErrorOf([&] { LoadCamera(path, {}); }), HasSubstr("no image size"));
+}
+
+TEST(CameraFile, OrbSlam3Fisheye) {
+  const TempFolder folder;
+  const Camera camera =
+      LoadCamera(folder.Write("c.yaml",
+                              "%YAML:1.0\nCamera.type: \"KannalaBrandt8\"\nCamera1.fx: "
+                              "190.9\nCamera1.fy: 190.8\nCamera1.cx: 254.9\n"
+                              "Camera1.cy: 256.8\nCamera1.k1: 0.0034\nCamera1.k2: "
+                              "0.0007\nCamera1.k3: -0.002\nCamera1.k4: 0.0002\n"
+                              "Camera.width: 512\nCamera.height: 512\n"),
+                 {});
+  EXPECT_EQ(camera.model, LensModel::kFisheye);
+  EXPECT_THAT(camera.distortion, ElementsAre(0.0034, 0.0007, -0.002, 0.0002, 0));
+}
+
+TEST(CameraFile, KalibrAndEuroc) {
+  const TempFolder folder;
+  const std::string body =
+      "camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n  distortion_model: "
+      "equidistant\n"
+      "  distortion_coeffs: [-0.01, 0.02, -0.03, 0.04]\n  resolution: [752, 480]\n";
+  const Camera camera = LoadCamera(
+      folder.Write("camchain.yaml", "cam0:\n  cam_overlaps: [1]\n  " + body), {752, 480});
+  EXPECT_EQ(camera.model, LensModel::kFisheye);
+  EXPECT_EQ(camera.fy, 460.3);
+  EXPECT_EQ(camera.distortion[3], 0.04);
+  const Camera euroc =
+      LoadCamera(folder.Write("sensor.yaml",
+                              "resolution: [752, 480]\ncamera_model: pinhole\nintrinsics: [458.6, "
+                              "457.3, 367.2, 248.4]\n"
+                              "distortion_model: radial-tangential\ndistortion_coefficients: "
+                              "[-0.28, 0.07, 0.0002, 1.8e-05]\n"),
+                 {});
+  EXPECT_EQ(euroc.model, LensModel::kPinhole);
+  EXPECT_THAT(euroc.distortion, ElementsAre(-0.28, 0.07, 0.0002, 1.8e-05, 0));
+}
+
+TEST(CameraFile, ColmapPixelCentresAreAtHalfIntegers) {
+  const TempFolder folder;
+  const std::string two = folder.Write("cameras.txt",
+                                       "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
+                                       "1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"
+                                       "2 OPENCV 640 480 500 501 320 240 0.1 0.2 0.003 0.004\n");
+  const Camera opencv = LoadCamera(two, {640, 480});
+  EXPECT_EQ(opencv.fy, 501);
+  EXPECT_EQ(opencv.cx, 319.5);
+  EXPECT_THAT(opencv.distortion, ElementsAre(0.1, 0.2, 0.003, 0.004, 0));
+  const Camera radial = LoadCamera(two, {1920, 1080});
+  EXPECT_EQ(radial.fy, 1500);
+  EXPECT_EQ(radial.cy, 539.5);
+  EXPECT_EQ(radial.distortion[0], 0.01);
+  EXPECT_THAT(InputErrorOf([&] { LoadCamera(two, {}); }), HasSubstr("2 cameras"));
+  EXPECT_THAT(InputErrorOf([&] {
+                LoadCamera(folder.Write("few.txt", "1 PINHOLE 640 480 500 500 320\n"), {});
+              }),
+              AllOf(HasSubstr("few.txt:1"), HasSubstr("expected 6")));
+}
+
+TEST(CameraFile, FieldOfViewIsAGuess) {
+  const Camera camera = LoadCamera("fov:60", {640, 480});
+  EXPECT_TRUE(camera.is_guess);
+  EXPECT_NEAR(2 * std::atan2(320, camera.fx) * 180 / std::numbers::pi, 60, 1e-9);
+  EXPECT_EQ(camera.cx, 319.5);
+  EXPECT_THAT(InputErrorOf([] { LoadCamera("fov:60", {}); }), HasSubstr("needs images"));
+  EXPECT_THAT(InputErrorOf([] { LoadCamera("fov:nan", {640, 480}); }), HasSubstr("5 to 170"));
+}
+
+TEST(CameraFile, BadInputIsNamed) {
+  const TempFolder folder;
+  const auto error = [&](const std::string& text, const cv::Size& size = {640, 480}) {
+    return InputErrorOf([&] { LoadCamera(folder.Write("bad.yaml", text), size); });
+  };
+  EXPECT_THAT(error(kRos, {320, 240}), AllOf(HasSubstr("640 x 480"), HasSubstr("320 x 240")));
+  EXPECT_THAT(error(Replaced(kRos, "520.9", ".nan")),
+              AllOf(HasSubstr("bad.yaml"), HasSubstr("camera_matrix.data[0]")));
+  EXPECT_THAT(error(Replaced(kRos, "520.9", "-520.9")),
+              AllOf(HasSubstr("fx"), HasSubstr("-520.9"), HasSubstr("allowed")));
+  EXPECT_THAT(error(Replaced(kRos, "520.9, 0", "520.9, 3")), HasSubstr("expected [fx 0 cx"));
+  EXPECT_THAT(error(Replaced(kRos, "plumb_bob", "double_sphere")),
+              AllOf(HasSubstr("double_sphere"), HasSubstr("allowed")));
+  EXPECT_THAT(error(Replaced(kRos, "image_height: 480\n", "")),
+              HasSubstr("image_height is missing"));
+  EXPECT_THAT(error(Replaced(kRos, "data: [0.2312", "data: [1, 1, 1, 0.2312")),
+              HasSubstr("only 5 coefficients"));
+  EXPECT_THAT(error("a: 1\n"), HasSubstr("not a calibration"));
+  EXPECT_THAT(error("a: [1\n"), HasSubstr("bad.yaml:"));
+  EXPECT_THAT(InputErrorOf([&] { LoadCamera(folder / "missing.yaml", {}); }),
+              HasSubstr("no such file"));
+}
+
+TEST(CameraFile, WhatIsWrittenIsReadAgain) {
+  const TempFolder folder;
+  Camera pinhole{.width = 1280,
+                 .height = 720,
+                 .fx = 960.35,
+                 .fy = 961.125,
+                 .cx = 634.78,
+                 .cy = 365.79,
+                 .name = "a \"phone\""};
+  pinhole.distortion = {0.0713, -0.0472, 1e-5, 0, 0.25};
+  Camera fisheye{.model = LensModel::kFisheye,
+                 .width = 848,
+                 .height = 800,
+                 .fx = 286,
+                 .fy = 286,
+                 .cx = 420,
+                 .cy = 401,
+                 .name = "eye"};
+  fisheye.distortion = {-0.0076, 0.0418, -0.0394, 0.0069, 0};
+  for (const Camera& camera : {pinhole, fisheye})
+    EXPECT_EQ(
+        LoadCamera(folder.Write("camera.yaml", CameraText(camera, "estimated\nby this test")), {}),
+        camera);
+}
+
+}  // namespace
+}  // namespace oaslam

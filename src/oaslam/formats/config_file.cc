@@ -1,0 +1,131 @@
+#include "oaslam/formats/config_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/formats/yaml.h"
+
+namespace oaslam {
+namespace {
+
+std::vector<std::string> KnownKeys() {
+  std::vector<std::string> keys;
+  SlamConfig config;
+  VisitFields(config,
+              [&](const char* name, const auto&, const auto&...) { keys.emplace_back(name); });
+  return keys;
+}
+
+std::string NearestKey(const std::string& key) {
+  const auto keys = KnownKeys();
+  return *std::ranges::min_element(
+      keys, {}, [&](const std::string& known) { return EditDistance(known, key); });
+}
+
+template <typename... Bound>
+std::optional<std::string> Assign(const YAML::Node& node, std::string& value,
+                                  const Bound&... bound) {
+  const std::vector<std::string>& allowed = std::get<0>(std::tie(bound...));
+  if (!node.IsScalar() || std::ranges::find(allowed, node.Scalar()) == allowed.end())
+    return fmt::format("{}, allowed: {}", Show(node), fmt::join(allowed, " | "));
+  value = node.Scalar();
+  return std::nullopt;
+}
+
+template <typename Number, typename... Bound>
+requires std::is_arithmetic_v<Number> std::optional<std::string> Assign(const YAML::Node& node,
+                                                                        Number& value,
+                                                                        const Bound&... bound) {
+  const auto [min, max] = std::tie(bound...);
+  const auto number = node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
+  if (!number) return fmt::format("{}, expected a number", Show(node));
+  if (std::is_integral_v<Number> && *number != std::floor(*number))
+    return fmt::format("{}, expected a whole number", *number);
+  if (!(*number >= static_cast<double>(min) && *number <= static_cast<double>(max)))
+    return fmt::format("{}, allowed: {} to {}", *number, min, max);
+  value = static_cast<Number>(*number);
+  return std::nullopt;
+}
+
+// What is wrong with this value, nothing if it was set.
+std::optional<std::string> SetField(SlamConfig& config, const std::string& key,
+                                    const YAML::Node& node) {
+  bool known = false;
+  std::optional<std::string> problem;
+  VisitFields(config, [&](const char* name, auto& value, const auto&... bound) {
+    if (key != name) return;
+    known = true;
+    problem = Assign(node, value, bound...);
+  });
+  if (!known) return fmt::format("{}: unknown key, the nearest is {}", key, NearestKey(key));
+  if (problem) return fmt::format("{}: {}", key, *problem);
+  return std::nullopt;
+}
+
+bool IsSection(const std::string& name) {
+  return std::ranges::any_of(KnownKeys(),
+                             [&](const std::string& key) { return key.starts_with(name + "."); });
+}
+
+}  // namespace
+
+void LoadConfig(const std::string& path, SlamConfig& config) {
+  const std::string text = ReadTextFile(path);
+  if (Trim(text).empty()) return;
+  SlamConfig changed = config;
+  std::vector<std::string> problems;
+  std::set<std::string> seen;
+  const auto set = [&](const std::string& key, const YAML::Node& key_node,
+                       const YAML::Node& value) {
+    auto problem = SetField(changed, key, value);
+    if (!problem && !seen.insert(key).second) problem = fmt::format("{}: given twice", key);
+    if (problem)
+      problems.push_back(fmt::format("{}:{}: {}", path, key_node.Mark().line + 1, *problem));
+  };
+  for (const auto& section : LoadYamlMapping(path)) {
+    const std::string name = section.first.Scalar();
+    if (section.second.IsMap()) {
+      for (const auto& entry : section.second)
+        set(name + "." + entry.first.Scalar(), entry.first, entry.second);
+    } else if (!section.second.IsNull() || !IsSection(name)) {
+      set(name, section.first, section.second);
+    }
+  }
+  if (!problems.empty()) throw InputError(fmt::format("{}", fmt::join(problems, "\n")));
+  config = changed;
+}
+
+void ApplySetting(const std::string& assignment, SlamConfig& config) {
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos)
+    throw InputError(fmt::format("--set {}: expected section.key=value", assignment));
+  const std::string key(Trim(std::string_view(assignment).substr(0, equals)));
+  const std::string value(Trim(std::string_view(assignment).substr(equals + 1)));
+  if (const auto problem = SetField(config, key, YAML::Node(value)))
+    throw InputError("--set " + *problem);
+}
+
+std::string ConfigToYaml(const SlamConfig& config) {
+  std::string text, section;
+  VisitFields(config, [&](const std::string& name, const auto& value, const auto&...) {
+    const size_t dot = name.find('.');
+    if (name.substr(0, dot) != section) {
+      section = name.substr(0, dot);
+      text += section + ":\n";
+    }
+    text += fmt::format("  {}: {}\n", name.substr(dot + 1), value);
+  });
+  return text;
+}
+
+}  // namespace oaslam

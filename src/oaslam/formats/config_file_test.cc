@@ -1,0 +1,79 @@
+#include "oaslam/formats/config_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "expect_input_error.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+TEST(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
+  const TempFolder folder;
+  SlamConfig config;
+  config.runner.seed = 7;
+  LoadConfig(
+      folder.Write(
+          "c.yaml",
+          "tracking:\n  min_inliers: 20\nobjects:\n  model: paper\n  min_score: 0.25\nbundle:\n"),
+      config);
+  EXPECT_EQ(config.tracking.min_inliers, 20);
+  EXPECT_EQ(config.objects.model, "paper");
+  EXPECT_EQ(config.objects.min_score, 0.25);
+  EXPECT_EQ(config.runner.seed, 7);
+}
+
+TEST(ConfigFile, AllProblemsAtOnceAndNothingSet) {
+  const TempFolder folder;
+  SlamConfig config;
+  const std::string error = InputErrorOf([&] {
+    LoadConfig(folder.Write("c.yaml",
+                            "features:\n  count: 1500\n  levels: 3.5\ntracking:\n  min_inlier: "
+                            "20\n  min_init_matches: many\n"
+                            "runner:\n  mode: fast\n  lag: 0\n"),
+               config);
+  });
+  EXPECT_THAT(
+      error,
+      AllOf(HasSubstr("c.yaml:3: features.levels: 3.5, expected a whole number"),
+            HasSubstr(
+                "c.yaml:5: tracking.min_inlier: unknown key, the nearest is tracking.min_inliers"),
+            HasSubstr("c.yaml:6: tracking.min_init_matches: \"many\", expected a number"),
+            HasSubstr("runner.mode: \"fast\", allowed: sequential | lockstep | live"),
+            HasSubstr("runner.lag: 0, allowed: 1 to 1000")));
+  EXPECT_EQ(config.features.count, SlamConfig().features.count);
+}
+
+TEST(ConfigFile, SettingIsAsStrictAsTheFile) {
+  SlamConfig config;
+  ApplySetting("runner.mode=sequential", config);
+  ApplySetting("objects.min_score = 0.4", config);
+  EXPECT_EQ(config.runner.mode, "sequential");
+  EXPECT_EQ(config.objects.min_score, 0.4);
+  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.minscore=0.4", config); }),
+              HasSubstr("nearest is objects.min_score"));
+  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.min_score=nan", config); }),
+              HasSubstr("expected a number"));
+  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.min_score=1.5", config); }),
+              HasSubstr("allowed: 0 to 1"));
+  EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.min_score", config); }),
+              HasSubstr("section.key=value"));
+}
+
+TEST(ConfigFile, RoundTrip) {
+  const TempFolder folder;
+  SlamConfig config;
+  config.features.scale_factor = 1.1 + 1e-13;
+  config.runner.mode = "live";
+  SlamConfig copy;
+  LoadConfig(folder.Write("c.yaml", ConfigToYaml(config)), copy);
+  EXPECT_EQ(copy.features.scale_factor, config.features.scale_factor);
+  EXPECT_EQ(ConfigToYaml(copy), ConfigToYaml(config));
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,256 @@
+#include "oaslam/formats/detection_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/json_text.h"
+#include "oaslam/formats/text.h"
+
+namespace oaslam {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kMaxCoordinate = 1e5;  // pixels; beyond any image
+constexpr int kMaxCategory = 1'000'000;
+
+Json ParseJson(const std::string& path) {
+  try {
+    return Json::parse(ReadTextFile(path));
+  } catch (const Json::exception& error) {
+    throw InputError(fmt::format("{}: malformed JSON: {}", path, error.what()));
+  }
+}
+
+// Where in the file a value stands, for messages.
+struct Place {
+  const std::string& path;
+  std::string entry;
+
+  [[noreturn]] void Refuse(const std::string& problem) const {
+    throw InputError(fmt::format("{}: {}: {}", path, entry, problem));
+  }
+  const Json& Member(const Json& object, const char* key) const {
+    if (!object.is_object()) Refuse(fmt::format("{}, expected an object", JsonText(object)));
+    const auto found = object.find(key);
+    if (found == object.end()) Refuse(fmt::format("key \"{}\" is missing", key));
+    return *found;
+  }
+  double Number(const Json& value, const char* key) const {
+    if (!value.is_number()) Refuse(fmt::format("{}: {}, expected a number", key, JsonText(value)));
+    const double number = value.get<double>();
+    if (!std::isfinite(number)) Refuse(fmt::format("{}: not finite", key));
+    return number;
+  }
+  template <size_t N>
+  std::array<double, N> Numbers(const Json& value, const char* key) const {
+    if (!value.is_array() || value.size() != N)
+      Refuse(fmt::format("{}: {}, expected {} numbers", key, JsonText(value), N));
+    std::array<double, N> numbers{};
+    for (size_t i = 0; i < N; ++i) numbers[i] = Number(value[i], key);
+    return numbers;
+  }
+};
+
+int ReadCategory(const Json& entry, const Place& place) {
+  const Json& id = place.Member(entry, "category_id");
+  if (!id.is_number_integer() || id.get<int64_t>() < 0 || id.get<int64_t>() > kMaxCategory)
+    place.Refuse(fmt::format("category_id: {}, expected a whole number from 0 to {}", JsonText(id),
+                             kMaxCategory));
+  return id.get<int>();
+}
+
+double ReadScore(const Json& score, const char* key, const Place& place) {
+  const double value = place.Number(score, key);
+  if (value < 0 || value > 1) place.Refuse(fmt::format("{}: {}, allowed: 0 to 1", key, value));
+  return value;
+}
+
+Box CheckedBox(const Box& box, const Place& place) {
+  const std::string shown = fmt::format("bbox: [{}, {}, {}, {}]", box.x1, box.y1, box.x2, box.y2);
+  if (!(box.x2 > box.x1 && box.y2 > box.y1))
+    place.Refuse(shown + " as corners, expected x1 < x2 and y1 < y2");
+  for (const double v : {box.x1, box.y1, box.x2, box.y2})
+    if (std::abs(v) > kMaxCoordinate)
+      place.Refuse(
+          fmt::format("{}, allowed: -{:.0f} to {:.0f}", shown, kMaxCoordinate, kMaxCoordinate));
+  return box;
+}
+
+Detection ReadOwnDetection(const Json& entry, const Place& place) {
+  Detection detection;
+  detection.category_id = ReadCategory(entry, place);
+  detection.score = ReadScore(place.Member(entry, "detection_score"), "detection_score", place);
+  const auto [x1, y1, x2, y2] = place.Numbers<4>(place.Member(entry, "bbox"), "bbox");
+  detection.box = CheckedBox({x1, y1, x2, y2}, place);
+  if (entry.contains("ellipse")) {
+    detection.ellipse = place.Numbers<5>(entry["ellipse"], "ellipse");
+    if (!((*detection.ellipse)[2] > 0 && (*detection.ellipse)[3] > 0))
+      place.Refuse("ellipse: width and height must be above 0");
+  }
+  return detection;
+}
+
+// [{"file_name": ..., "detections": [...]}]
+std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) {
+  std::vector<ImageDetections> images;
+  for (size_t i = 0; i < root.size(); ++i) {
+    const Place image_place{path, fmt::format("entry {}", i)};
+    const Json& name = image_place.Member(root[i], "file_name");
+    if (!name.is_string() || BaseName(name.get<std::string>()).empty())
+      image_place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
+    ImageDetections image{name.get<std::string>(), {}};
+    const Json& detections = image_place.Member(root[i], "detections");
+    if (!detections.is_array())
+      image_place.Refuse(fmt::format("detections: {}, expected a list", detections.type_name()));
+    for (size_t k = 0; k < detections.size(); ++k)
+      image.detections.push_back(ReadOwnDetection(
+          detections[k], {path, fmt::format("{}, detection {}", image.file_name, k)}));
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+using ImageList = std::map<int64_t, std::string>;
+
+ImageList ReadImageList(const Json& images, const std::string& path) {
+  ImageList list;
+  for (size_t i = 0; i < images.size(); ++i) {
+    const Place place{path, fmt::format("images[{}]", i)};
+    const Json &id = place.Member(images[i], "id"), &name = place.Member(images[i], "file_name");
+    if (!id.is_number_integer())
+      place.Refuse(fmt::format("id: {}, expected a whole number", JsonText(id)));
+    if (!name.is_string())
+      place.Refuse(fmt::format("file_name: {}, expected a name", JsonText(name)));
+    list[id.get<int64_t>()] = name.get<std::string>();
+  }
+  return list;
+}
+
+// Results alone name images by number; the list {"images": [{"id", "file_name"}]} stands beside
+// them.
+ImageList FindImageList(const std::string& path) {
+  const std::filesystem::path file(path);
+  for (const auto& name : {file.stem().string() + ".images.json", std::string("images.json")}) {
+    const std::string candidate = (file.parent_path() / name).string();
+    if (!std::filesystem::exists(candidate)) continue;
+    const Json root = ParseJson(candidate);
+    return ReadImageList(
+        root.is_object() ? Place{candidate, "image list"}.Member(root, "images") : root, candidate);
+  }
+  throw InputError(
+      fmt::format("{}: names images by number; put their list {{\"images\": [{{\"id\", "
+                  "\"file_name\"}}]}} beside it as {}.images.json",
+                  path, file.stem().string()));
+}
+
+std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageList> list,
+                                      const std::string& path) {
+  std::vector<ImageDetections> images;
+  std::map<std::string, size_t> index;
+  const auto image_of = [&](const std::string& name) -> ImageDetections& {
+    const auto [found, is_new] = index.emplace(name, images.size());
+    if (is_new) images.push_back({name, {}});
+    return images[found->second];
+  };
+  const auto is_numbered = [](const Json& r) {
+    return r.is_object() && r.contains("image_id") && r["image_id"].is_number_integer();
+  };
+  if (!list && std::any_of(results.begin(), results.end(), is_numbered)) list = FindImageList(path);
+  if (list)
+    for (const auto& [id, name] : *list) image_of(name);
+  for (size_t i = 0; i < results.size(); ++i) {
+    const Place place{path, fmt::format("entry {}", i)};
+    const Json& id = place.Member(results[i], "image_id");
+    if (!id.is_string() && (!id.is_number_integer() || !list->contains(id.get<int64_t>())))
+      place.Refuse(fmt::format("image_id: {} is not in the image list", JsonText(id)));
+    const std::string name = id.is_string() ? id.get<std::string>() : list->at(id.get<int64_t>());
+    const Place named{path, fmt::format("entry {} ({})", i, name)};
+    Detection detection;
+    detection.category_id = ReadCategory(results[i], named);
+    detection.score =
+        results[i].contains("score") ? ReadScore(results[i]["score"], "score", named) : 1.0;
+    const auto [x, y, width, height] = named.Numbers<4>(named.Member(results[i], "bbox"), "bbox");
+    detection.box = CheckedBox({x, y, x + width, y + height}, named);
+    image_of(name).detections.push_back(detection);
+  }
+  return images;
+}
+
+std::vector<ImageDetections> ReadAny(const Json& root, const std::string& path) {
+  if (root.is_object()) {
+    const Place place{path, "file"};
+    const ImageList list = ReadImageList(place.Member(root, "images"), path);
+    const Json& annotations = place.Member(root, "annotations");
+    if (!annotations.is_array()) place.Refuse("annotations: expected a list");
+    return ReadCoco(annotations, list, path);
+  }
+  if (!root.is_array())
+    throw InputError(fmt::format("{}: expected a list of images with detections", path));
+  if (!root.empty() && root[0].is_object() && root[0].contains("image_id"))
+    return ReadCoco(root, std::nullopt, path);
+  return ReadOwn(root, path);
+}
+
+}  // namespace
+
+DetectionTable::DetectionTable(std::vector<ImageDetections> images) : images_(std::move(images)) {
+  for (size_t i = 0; i < images_.size(); ++i) {
+    const std::string name = BaseName(images_[i].file_name);
+    by_name_.emplace(name, i);
+    by_stem_.emplace(WithoutExtension(name), i);
+  }
+}
+
+const std::vector<Detection>& DetectionTable::Find(const std::string& image_name) const {
+  static const std::vector<Detection> none;
+  const std::string name = BaseName(image_name);
+  if (const auto found = by_name_.find(name); found != by_name_.end())
+    return images_[found->second].detections;
+  const auto found = by_stem_.find(WithoutExtension(name));
+  return found != by_stem_.end() ? images_[found->second].detections : none;
+}
+
+DetectionTable LoadDetections(const std::string& path) {
+  std::vector<ImageDetections> images = ReadAny(ParseJson(path), path);
+  std::map<std::string, std::string> seen;
+  for (const ImageDetections& image : images) {
+    const auto [other, is_new] = seen.emplace(BaseName(image.file_name), image.file_name);
+    if (!is_new)
+      throw InputError(fmt::format("{}: {}: the base name is that of {}, too", path,
+                                   image.file_name, other->second));
+  }
+  return DetectionTable(std::move(images));
+}
+
+void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images) {
+  // By hand, for one line an image and a fixed number of digits.
+  std::string text = "[";
+  for (const ImageDetections& image : images) {
+    text += fmt::format("{}{{\"file_name\": {}, \"detections\": [",
+                        &image == &images.front() ? "\n" : ",\n", JsonText(Json(image.file_name)));
+    for (const Detection& d : image.detections) {
+      text += fmt::format(
+          "{}{{\"category_id\": {}, \"detection_score\": {:.4f}, \"bbox\": [{:.2f}, {:.2f}, "
+          "{:.2f}, {:.2f}]",
+          &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1,
+          d.box.x2, d.box.y2);
+      if (d.ellipse) {
+        const auto& e = *d.ellipse;
+        text += fmt::format(", \"ellipse\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}, {:.6f}]", e[0], e[1],
+                            e[2], e[3], e[4]);
+      }
+      text += "}";
+    }
+    text += "]}";
+  }
+  WriteTextFile(path, text + "\n]\n");
+}
+
+}  // namespace oaslam

@@ -1,0 +1,123 @@
+#include "oaslam/formats/detection_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "expect_input_error.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr const char* kOwn = R"([{"file_name": "rgb/0001.png", "detections": [
+  {"category_id": 41, "detection_score": 0.8, "bbox": [-10.5, 2, 3, 4.25]},
+  {"category_id": 56, "detection_score": 0.5, "bbox": [1, 2, 30, 40], "ellipse": [15, 20, 10, 12, 0.5]}]},
+ {"file_name": "1311868164.363181", "detections": []}])";
+
+std::string ErrorOf(const std::string& text) {
+  const TempFolder folder;
+  return InputErrorOf([&] { LoadDetections(folder.Write("d.json", text)); });
+}
+
+std::string WithBox(const std::string& box) {
+  return R"([{"file_name": "7.png", "detections": [{"category_id": 1, "detection_score": 0.8, "bbox": [0, 0, 1, 1]},
+             {"category_id": 1, "detection_score": 0.8, "bbox": )" +
+         box + "}]}]";
+}
+
+TEST(DetectionFile, FindsByBaseNameThenWithoutExtension) {
+  const TempFolder folder;
+  const DetectionTable table = LoadDetections(folder.Write("d.json", kOwn));
+  EXPECT_THAT(table.Find("0001.png"), SizeIs(2));
+  EXPECT_THAT(table.Find("elsewhere/0001.jpg"), SizeIs(2));
+  EXPECT_THAT(table.Find("0001"), SizeIs(2));
+  EXPECT_THAT(table.Find("0002.png"), IsEmpty());
+  EXPECT_THAT(table.Find("1311868164.999999"), IsEmpty());
+  const Detection& first = table.Find("0001.png")[0];
+  EXPECT_EQ(first.category_id, 41);
+  EXPECT_EQ(first.box, (Box{-10.5, 2, 3, 4.25}));
+  EXPECT_EQ((*table.Find("0001.png")[1].ellipse)[4], 0.5);
+}
+
+TEST(DetectionFile, RoundTrip) {
+  const TempFolder folder;
+  const DetectionTable table = LoadDetections(folder.Write("d.json", kOwn));
+  SaveDetections(folder / "copy.json", table.images());
+  SaveDetections(folder / "again.json", LoadDetections(folder / "copy.json").images());
+  EXPECT_EQ(folder.Read("copy.json"), folder.Read("again.json"));
+  const DetectionTable copy = LoadDetections(folder / "copy.json");
+  ASSERT_THAT(copy.images(), SizeIs(2));
+  EXPECT_EQ(copy.Find("0001.png")[0].box, table.Find("0001.png")[0].box);
+  SaveDetections(folder / "none.json", {});
+  EXPECT_THAT(LoadDetections(folder / "none.json").images(), IsEmpty());
+}
+
+TEST(DetectionFile, NamesThatAreNotUtf8AreReplaced) {
+  const TempFolder folder;
+  SaveDetections(folder / "d.json", {{"caf\xE9.png", {}}});
+  EXPECT_EQ(LoadDetections(folder / "d.json").images().at(0).file_name, "caf\uFFFD.png");
+}
+
+TEST(DetectionFile, Coco) {
+  const TempFolder folder;
+  const std::string results =
+      R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, 5, 6], "score": 0.5}])";
+  EXPECT_THAT(InputErrorOf([&] { LoadDetections(folder.Write("r.json", results)); }),
+              HasSubstr("r.images.json"));
+  folder.Write(
+      "r.images.json",
+      R"({"images": [{"id": 9, "file_name": "a/img.jpg"}, {"id": 10, "file_name": "b.jpg"}]})");
+  const DetectionTable table = LoadDetections(folder / "r.json");
+  ASSERT_THAT(table.Find("img.jpg"), SizeIs(1));
+  EXPECT_EQ(table.Find("img.jpg")[0].box, (Box{10, 20, 15, 26}));
+  EXPECT_THAT(table.images(), SizeIs(2));
+  const DetectionTable names = LoadDetections(folder.Write(
+      "n.json",
+      R"([{"image_id": "000123", "category_id": 3, "bbox": [1, 2, 5, 6], "score": 0.5}])"));
+  EXPECT_THAT(names.Find("000123.png"), SizeIs(1));
+  const DetectionTable whole = LoadDetections(folder.Write(
+      "w.json",
+      R"({"images": [{"id": 1, "file_name": "x.png"}], "annotations": [{"image_id": 1, "category_id": 3, "bbox": [1, 2, 5, 6]}]})"));
+  EXPECT_EQ(whole.Find("x.png")[0].score, 1);
+  EXPECT_THAT(
+      InputErrorOf([&] {
+        LoadDetections(folder.Write(
+            "r.json",
+            R"([{"image_id": 9, "category_id": 3, "bbox": [10, 20, -5, 6], "score": 0.5}])"));
+      }),
+      AllOf(HasSubstr("entry 0 (a/img.jpg)"), HasSubstr("bbox")));
+}
+
+TEST(DetectionFile, BadEntriesAreNamed) {
+  for (const char* box : {"[5, 0, 1, 9]", "[0, 9, 4, 9]", "[0, 0, 1e7, 9]", "[0, 0, 9]",
+                          "[0, 0, null, 9]", "[0, 0, \"4\", 9]"})
+    EXPECT_THAT(ErrorOf(WithBox(box)),
+                AllOf(HasSubstr("d.json"), HasSubstr("7.png, detection 1"), HasSubstr("bbox")))
+        << box;
+  EXPECT_THAT(ErrorOf(WithBox("[0, 0, NaN, 9]")), HasSubstr("malformed JSON"));
+  EXPECT_THAT(ErrorOf(WithBox("[0, 0, 1e999, 9]")), HasSubstr("d.json"));
+  EXPECT_THAT(ErrorOf("[{\"file_name\": \"a\"}]"),
+              AllOf(HasSubstr("entry 0"), HasSubstr("\"detections\" is missing")));
+  EXPECT_THAT(
+      ErrorOf(
+          R"([{"file_name": "a", "detections": [{"category_id": 1.5, "detection_score": 0.8, "bbox": [0,0,1,1]}]}])"),
+      HasSubstr("category_id: 1.5"));
+  EXPECT_THAT(
+      ErrorOf(
+          R"([{"file_name": "a", "detections": [{"category_id": 1, "detection_score": 1.8, "bbox": [0,0,1,1]}]}])"),
+      HasSubstr("detection_score: 1.8, allowed: 0 to 1"));
+  EXPECT_THAT(
+      ErrorOf(
+          R"([{"file_name": "a/1.png", "detections": []}, {"file_name": "b/1.png", "detections": []}])"),
+      HasSubstr("a/1.png"));
+  EXPECT_THAT(ErrorOf("[{\"file_name\""), HasSubstr("malformed JSON"));
+  EXPECT_THAT(ErrorOf("17"), HasSubstr("expected a list"));
+}
+
+}  // namespace
+}  // namespace oaslam

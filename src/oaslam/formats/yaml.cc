@@ -1,0 +1,64 @@
+#include "oaslam/formats/yaml.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+
+namespace oaslam {
+
+YAML::Node LoadYamlMapping(const std::string& path) {
+  std::string text = ReadTextFile(path);
+  // OpenCV's directive has a colon, which YAML forbids; blanking it keeps the numbers of lines.
+  if (text.starts_with("%YAML")) text.replace(0, std::min(text.find('\n'), text.size()), "");
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw InputError(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+  }
+  if (!root.IsMap()) throw InputError(fmt::format("{}: expected \"key: value\" lines", path));
+  return root;
+}
+
+std::string Show(const YAML::Node& node) {
+  if (!node || node.IsNull()) return "nothing";
+  if (node.IsScalar()) return "\"" + node.Scalar() + "\"";
+  YAML::Emitter emitter;
+  emitter.SetSeqFormat(YAML::Flow);
+  emitter.SetMapFormat(YAML::Flow);
+  emitter << node;
+  std::string text = emitter.c_str();
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key,
+                  double min, double max) {
+  const auto value = node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
+  if (!value) throw InputError(fmt::format("{}: {}: {}, expected a number", path, key, Show(node)));
+  if (*value < min || *value > max)
+    throw InputError(fmt::format("{}: {}: {}, allowed: {} to {}", path, key, *value, min, max));
+  return *value;
+}
+
+int YamlInteger(const YAML::Node& node, const std::string& path, const std::string& key, int min,
+                int max) {
+  const double value = YamlNumber(node, path, key, min, max);
+  if (value != std::floor(value))
+    throw InputError(fmt::format("{}: {}: {}, expected a whole number", path, key, value));
+  return static_cast<int>(value);
+}
+
+std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
+                                const std::string& key) {
+  if (!node.IsSequence())
+    throw InputError(fmt::format("{}: {}: {}, expected a list of numbers", path, key, Show(node)));
+  std::vector<double> values;
+  for (size_t i = 0; i < node.size(); ++i)
+    values.push_back(YamlNumber(node[i], path, fmt::format("{}[{}]", key, i), -1e9, 1e9));
+  return values;
+}
+
+}  // namespace oaslam

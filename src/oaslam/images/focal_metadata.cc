@@ -1,0 +1,50 @@
+#include "oaslam/images/focal_metadata.h"
+
+#include <libexif/exif-data.h>
+
+#include <memory>
+#include <string_view>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/images/image_files.h"
+#include "oaslam/images/image_source.h"
+#include "oaslam/images/video_container.h"
+
+namespace oaslam {
+namespace {
+
+// As Apple's devices name it, after "com.apple.quicktime.camera".
+constexpr std::string_view kVideoTag = "focal_length.35mm_equivalent";
+
+struct FreeExif {
+  void operator()(ExifData* data) const { exif_data_unref(data); }
+};
+
+std::optional<double> FromExif(const std::string& path) {
+  const std::unique_ptr<ExifData, FreeExif> data(exif_data_new_from_file(path.c_str()));
+  if (!data) return std::nullopt;
+  const ExifEntry* entry = exif_data_get_entry(data.get(), EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
+  if (!entry || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) return std::nullopt;
+  return exif_get_short(entry->data, exif_data_get_byte_order(data.get()));
+}
+
+std::optional<double> FromVideo(const std::string& path) {
+  const std::optional<std::string> tag = ReadVideoTag(path, kVideoTag);
+  return tag ? ParseNumber(Trim(*tag)) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> FocalLength35mm(const std::string& source) {
+  if (source.starts_with("webcam:")) return std::nullopt;
+  try {
+    const auto images = ListImages(source, {});
+    const auto length = images ? FromExif(images->front().path) : FromVideo(source);
+    return length && *length > 0 ? length : std::nullopt;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace oaslam

@@ -1,0 +1,81 @@
+#include "oaslam/images/image_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+}  // namespace
+
+cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+  if (bytes.empty()) return {};
+  try {
+    const int as_stored = orientation == Orientation::kStored ? cv::IMREAD_IGNORE_ORIENTATION : 0;
+    return cv::imdecode(bytes, (color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE) | as_stored);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation) {
+  if (image.channels() != 1 || path.empty()) return image;
+  const cv::Mat color = ReadImage(path, true, orientation);
+  return color.size() == image.size() ? color : image;
+}
+
+bool NaturalLess(const std::string& a, const std::string& b) {
+  size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!IsDigit(a[i]) || !IsDigit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    while (i < a.size() && a[i] == '0') ++i;
+    while (j < b.size() && b[j] == '0') ++j;
+    const size_t begin_a = i, begin_b = j;
+    while (i < a.size() && IsDigit(a[i])) ++i;
+    while (j < b.size() && IsDigit(b[j])) ++j;
+    if (i - begin_a != j - begin_b) return i - begin_a < j - begin_b;
+    if (const int order = a.compare(begin_a, i - begin_a, b, begin_b, j - begin_b); order != 0)
+      return order < 0;
+  }
+  if (i < a.size() || j < b.size()) return j < b.size();
+  return a < b;
+}
+
+bool HasImageExtension(const std::string& path) {
+  static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".bmp",  ".pgm",
+                                             ".ppm", ".pnm", ".tif",  ".tiff", ".webp"};
+  return std::ranges::find(kExtensions, LowerExtension(path)) != kExtensions.end();
+}
+
+std::vector<std::string> ImageNames(const std::string& folder) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error) throw InputError(fmt::format("{}: {}", folder, error.message()));
+  std::vector<std::string> names;
+  for (const auto& entry : entries)
+    if (HasImageExtension(entry.path().string()) && !entry.is_directory())
+      names.push_back(entry.path().filename().string());
+  std::ranges::sort(names, NaturalLess);
+  return names;
+}
+
+}  // namespace oaslam

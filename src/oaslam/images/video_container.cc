@@ -1,0 +1,193 @@
+#include "oaslam/images/video_container.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/dict.h>
+#include <libavutil/display.h>
+#include <libavutil/log.h>
+}
+
+#include "oaslam/error.h"
+
+namespace oaslam {
+namespace {
+
+struct CloseInput {
+  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
+};
+using Input = std::unique_ptr<AVFormatContext, CloseInput>;
+
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+using Packet = std::unique_ptr<AVPacket, FreePacket>;
+
+// Null where it is no file that FFmpeg knows.
+Input Open(const std::string& path) {
+  AVFormatContext* context = nullptr;
+  // Never by a protocol that the path looks like.
+  if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return nullptr;
+  Input input(context);
+  return avformat_find_stream_info(context, nullptr) < 0 ? nullptr : std::move(input);
+}
+
+// The first one, as OpenCV takes it.
+AVStream* VideoStream(const AVFormatContext& input) {
+  for (unsigned i = 0; i < input.nb_streams; ++i)
+    if (input.streams[i]->codecpar->codec_type == AVMEDIA_TYPE_VIDEO) return input.streams[i];
+  return nullptr;
+}
+
+struct Packets {
+  int shown = 0, hidden = 0;  // by an edit list
+  std::vector<int64_t>
+      times;  // of those shown, in units of the stream, ascending; empty where they are of no use
+};
+
+Packets ReadPackets(AVFormatContext& input, int stream) {
+  for (unsigned i = 0; i < input.nb_streams; ++i)
+    if (static_cast<int>(i) != stream) input.streams[i]->discard = AVDISCARD_ALL;
+  const Packet packet(av_packet_alloc());
+  Packets packets;
+  int64_t last_decoded = AV_NOPTS_VALUE;
+  bool have_times = true;
+  for (; av_read_frame(&input, packet.get()) >= 0; av_packet_unref(packet.get())) {
+    if (packet->stream_index != stream) continue;
+    // Times of decoding ascend, unless the stream was put together from several whose times begin
+    // anew.
+    if (packet->pts == AV_NOPTS_VALUE ||
+        (packet->dts != AV_NOPTS_VALUE && packet->dts < last_decoded))
+      have_times = false;
+    if (packet->dts != AV_NOPTS_VALUE) last_decoded = packet->dts;
+    const bool is_hidden = packet->flags & AV_PKT_FLAG_DISCARD;
+    ++(is_hidden ? packets.hidden : packets.shown);
+    if (!is_hidden) packets.times.push_back(packet->pts);
+  }
+  std::ranges::sort(packets.times);  // from the order of decoding
+  if (packets.shown > 1 && packets.times.front() == packets.times.back()) have_times = false;
+  if (!have_times) packets.times.clear();
+  return packets;
+}
+
+VideoTimes TimesOf(const std::vector<int64_t>& stored, const AVStream& stream) {
+  if (stored.empty()) return {};
+  const double num = stream.time_base.num, den = stream.time_base.den;
+  const auto seconds = [&](int64_t units) { return static_cast<double>(units) * num / den; };
+  VideoTimes times;
+  for (const int64_t time : stored) times.seconds.push_back(seconds(time - stored.front()));
+  if (stream.start_time != AV_NOPTS_VALUE)
+    times.start = seconds(stored.front() - stream.start_time);
+  times.repaired = SpreadEqualTimes(times.seconds);
+  return times;
+}
+
+const int32_t* DisplayMatrix(const AVStream& stream) {
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
+  const AVCodecParameters& codec = *stream.codecpar;
+  const AVPacketSideData* data = av_packet_side_data_get(
+      codec.coded_side_data, codec.nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+  return data ? reinterpret_cast<const int32_t*>(data->data) : nullptr;
+#else
+  return reinterpret_cast<const int32_t*>(
+      av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr));
+#endif
+}
+
+// Phones turn by quarters; of other angles the nearest quarter.
+int TurnOf(const AVStream& stream) {
+  const int32_t* matrix = DisplayMatrix(stream);
+  const double counterclockwise = matrix ? av_display_rotation_get(matrix) : 0;
+  if (!std::isfinite(counterclockwise)) return 0;
+  const long quarters = std::lround(-counterclockwise / 90) % 4;
+  return static_cast<int>((quarters + 4) % 4) * 90;
+}
+
+std::mutex quiet_mutex;
+int quiet_count = 0;  // guarded
+
+void SayNothing(void*, int, const char*, va_list) {}
+
+}  // namespace
+
+QuietFfmpeg::QuietFfmpeg() {
+  const std::lock_guard lock(quiet_mutex);
+  // Not by the level, which OpenCV sets anew whenever it opens a video.
+  if (quiet_count++ == 0) av_log_set_callback(SayNothing);
+}
+
+QuietFfmpeg::~QuietFfmpeg() {
+  const std::lock_guard lock(quiet_mutex);
+  if (--quiet_count == 0) av_log_set_callback(av_log_default_callback);
+}
+
+int SpreadEqualTimes(std::vector<double>& ascending) {
+  int moved = 0;
+  double step = 0;  // at the end it is that before
+  for (size_t begin = 0; begin < ascending.size();) {
+    const double time = ascending[begin];
+    const auto first = ascending.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto above = std::upper_bound(first, ascending.end(), time);
+    const auto count = above - first;
+    if (above != ascending.end()) step = (*above - time) / static_cast<double>(count);
+    for (std::ptrdiff_t i = 1; i < count; ++i, ++moved)
+      first[i] = time + step * static_cast<double>(i);
+    begin += static_cast<size_t>(count);
+  }
+  return moved;
+}
+
+VideoContainer ReadVideoContainer(const std::string& path) {
+  const QuietFfmpeg quiet;
+  const Input input = Open(path);
+  AVStream* stream = input ? VideoStream(*input) : nullptr;
+  if (!stream)
+    throw InputError(
+        fmt::format("{}: neither a list of images nor a video that can be opened", path));
+  VideoContainer container;
+  container.codec = avcodec_get_name(stream->codecpar->codec_id);
+  if (!avcodec_find_decoder(stream->codecpar->codec_id))
+    throw InputError(
+        fmt::format("{}: there is no decoder for its video ({})", path, container.codec));
+  const Packets packets = ReadPackets(*input, stream->index);
+  container.images = packets.shown;
+  if (stream->nb_frames > packets.hidden)
+    container.announced = static_cast<int>(stream->nb_frames) - packets.hidden;
+  container.times = TimesOf(packets.times, *stream);
+  container.turn_deg = TurnOf(*stream);
+  return container;
+}
+
+size_t TimeIndexOf(const VideoTimes& times, size_t next, double reported) {
+  constexpr double kSame_s = 1e-6;  // below the finest unit in use
+  const double time = reported - times.start;
+  const auto begin =
+      times.seconds.begin() + static_cast<std::ptrdiff_t>(std::min(next, times.seconds.size()));
+  const auto found = std::lower_bound(begin, times.seconds.end(), time - kSame_s);
+  if (found == times.seconds.end() || *found > time + kSame_s) return next;
+  return static_cast<size_t>(found - times.seconds.begin());
+}
+
+std::optional<std::string> ReadVideoTag(const std::string& path, std::string_view name_end) {
+  const QuietFfmpeg quiet;
+  const Input input = Open(path);
+  const AVStream* stream = input ? VideoStream(*input) : nullptr;
+  if (!stream) return std::nullopt;
+  for (const AVDictionary* tags : {stream->metadata, input->metadata}) {
+    const AVDictionaryEntry* tag = nullptr;
+    while ((tag = av_dict_get(tags, "", tag, AV_DICT_IGNORE_SUFFIX)))
+      if (std::string_view(tag->key).ends_with(name_end)) return tag->value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace oaslam

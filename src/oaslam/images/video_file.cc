@@ -1,0 +1,133 @@
+#include "oaslam/images/video_file.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
+#include <utility>
+
+#include "oaslam/error.h"
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kFirst = 16;  // pictures that tell the rate
+
+// What OpenCV would say of an encoder that is not there is no news: another is tried.
+class QuietOpenCv {
+ public:
+  QuietOpenCv() : level_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
+  ~QuietOpenCv() { cv::utils::logging::setLogLevel(level_); }
+  QuietOpenCv(const QuietOpenCv&) = delete;
+  QuietOpenCv& operator=(const QuietOpenCv&) = delete;
+
+ private:
+  cv::utils::logging::LogLevel level_;
+};
+
+// Encoders halve the resolution of colours, so that sides are even; the last row or column is shown
+// twice.
+cv::Mat WithEvenSides(const cv::Mat& picture) {
+  if (picture.cols % 2 == 0 && picture.rows % 2 == 0) return picture;
+  cv::Mat even;
+  cv::copyMakeBorder(picture, even, 0, picture.rows % 2, 0, picture.cols % 2, cv::BORDER_REPLICATE);
+  return even;
+}
+
+int FramesIn(const std::string& path) {
+  const QuietOpenCv quiet;
+  const cv::VideoCapture video(path);
+  return video.isOpened() ? static_cast<int>(std::lround(video.get(cv::CAP_PROP_FRAME_COUNT))) : 0;
+}
+
+}  // namespace
+
+double FrameRateOf(const std::vector<double>& timestamps) {
+  constexpr double kLowest = 1, kHighest = 60, kUnknown = 30;
+  std::vector<double> intervals;
+  for (size_t i = 1; i < timestamps.size(); ++i)
+    intervals.push_back(timestamps[i] - timestamps[i - 1]);
+  if (intervals.empty()) return kUnknown;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::ranges::nth_element(intervals, middle);
+  if (!(*middle > 0)) return kUnknown;
+  // Some encoders take no more than two decimals.
+  return std::round(100 * std::clamp(1 / *middle, kLowest, kHighest)) / 100;
+}
+
+VideoFile::VideoFile(const std::string& path)
+    : path_(path), written_path_(fmt::format("{}.{}.tmp.mp4", path, getpid())) {
+  if (fs::path(path).extension() != ".mp4")
+    throw InputError(fmt::format("{}: not a video that can be written; allowed: .mp4", path));
+  std::error_code error;
+  const fs::path folder = fs::path(path).parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, error))
+    throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
+  if (fs::is_directory(path, error)) throw InputError(fmt::format("{}: is a folder", path));
+  if (!std::ofstream(written_path_, std::ios::binary))
+    throw InputError(fmt::format("{}: cannot be written", path));
+  fs::remove(written_path_, error);
+}
+
+VideoFile::~VideoFile() {
+  try {
+    Finish();
+  } catch (const std::exception&) {
+  }
+}
+
+void VideoFile::Open() {
+  const QuietOpenCv quiet;
+  const cv::Size size = WithEvenSides(first_.front()).size();
+  const int backend =
+      cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
+  auto writer = std::make_unique<cv::VideoWriter>();
+  for (const char* code : {"avc1", "mp4v"}) {
+    const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
+    if (!writer->open(written_path_, backend, fourcc, FrameRateOf(timestamps_), size)) continue;
+    writer_ = std::move(writer);
+    for (const cv::Mat& picture : std::exchange(first_, {})) Write(picture);
+    return;
+  }
+  throw InputError(fmt::format("{}: cannot be written: OpenCV has no encoder for it", path_));
+}
+
+void VideoFile::Write(const cv::Mat& picture) {
+  writer_->write(WithEvenSides(picture));
+  ++count_;
+}
+
+void VideoFile::Add(const cv::Mat& picture, double timestamp) {
+  OASLAM_CHECK(!finished_ && picture.type() == CV_8UC3);
+  if (writer_) return Write(picture);
+  first_.push_back(picture.clone());
+  timestamps_.push_back(timestamp);
+  if (first_.size() == kFirst) Open();
+}
+
+void VideoFile::Finish() {
+  if (std::exchange(finished_, true)) return;
+  if (!writer_ && !first_.empty()) Open();
+  if (!writer_) return;
+  writer_->release();
+  writer_.reset();
+  // An encoder does not tell of a full disk.
+  const bool is_whole = FramesIn(written_path_) == count_;
+  std::error_code error;
+  if (is_whole) fs::rename(written_path_, path_, error);
+  if (is_whole && !error) return;
+  fs::remove(written_path_, error);
+  throw InputError(fmt::format("{}: could not be written whole", path_));
+}
+
+}  // namespace oaslam

@@ -1,0 +1,145 @@
+#include "oaslam/images/video_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
+#include <optional>
+#include <vector>
+
+#include "oaslam/error.h"
+#include "oaslam/images/video_container.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+// Not whatever backend comes first: they disagree on the images of a file.
+int Backend() {
+  return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
+}
+
+// Always a copy: an image of cv::VideoCapture may be written again.
+cv::Mat Turned(const cv::Mat& image, int clockwise_deg) {
+  if (clockwise_deg == 0) return image.clone();
+  cv::Mat turned;
+  cv::rotate(image, turned,
+             clockwise_deg == 90    ? cv::ROTATE_90_CLOCKWISE
+             : clockwise_deg == 180 ? cv::ROTATE_180
+                                    : cv::ROTATE_90_COUNTERCLOCKWISE);
+  return turned;
+}
+
+class VideoSource : public ImageSource {
+ public:
+  VideoSource(const std::string& path, const ImageSourceOptions& options)
+      : path_(path), options_(options), container_(ReadVideoContainer(path)) {
+    const int images = container_.images;
+    if (images == 0) throw InputError(fmt::format("{}: no image in it, damaged?", path));
+    if (options.from >= images)
+      throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, images));
+    if (!capture_.open(path, Backend()))
+      throw InputError(fmt::format("{}: cannot be decoded ({})", path, container_.codec));
+    // The container's word is kept here: OpenCV 4.6 turns by 90 degrees the wrong way.
+    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+    const double rate = capture_.get(cv::CAP_PROP_FPS);
+    if (std::isfinite(rate) && rate > 0.1 && rate < 10000) rate_ = rate;
+    if (options.fps) rate_ = *options.fps;
+    Warn();
+  }
+
+  std::optional<InputImage> Next() override {
+    for (; options_.to < 0 || index_ < options_.to; ++index_) {
+      if (!Grab()) return End();
+      const double timestamp = Timestamp();
+      if (index_ < options_.from) continue;
+      cv::Mat image;
+      if (!capture_.retrieve(image)) return End();
+      if (!options_.color && !options_.color_if_free && image.channels() == 3)
+        cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+      const int index = index_++;
+      return InputImage{index, timestamp, fmt::format("{:06}", index),
+                        Turned(image, container_.turn_deg)};
+    }
+    return std::nullopt;
+  }
+  int size() const override {
+    return (options_.to < 0 ? container_.images : std::min(options_.to, container_.images)) -
+           options_.from;
+  }
+
+ private:
+  void Warn() const {
+    const auto warn = [this](const std::string& what) {
+      Log(LogLevel::kWarning, path_ + ": " + what);
+    };
+    const int images = container_.images, announced = container_.announced;
+    if (images < announced)
+      warn(fmt::format("ends after {} of {} images, damaged?", images, announced));
+    if (options_.fps) return;
+    if (container_.times.seconds.empty())
+      warn(fmt::format(
+          "no time stamps that can be used; taken as {:g} images a second (--fps: another rate)",
+          rate_));
+    if (const int repaired = container_.times.repaired; repaired > 0)
+      warn(fmt::format(
+          "{} of {} time stamps are those of the image before; spread up to the next one", repaired,
+          images));
+  }
+
+  // Passes over what is damaged, which OpenCV takes for the end.
+  bool Grab() {
+    while (!capture_.grab())
+      if (++failures_ > container_.images - index_) return false;
+    return true;
+  }
+
+  std::optional<InputImage> End() {
+    if (index_ == 0)
+      throw InputError(
+          fmt::format("{}: not one of its images can be decoded ({})", path_, container_.codec));
+    const int missing = container_.images - index_;
+    if (missing > 0)
+      Log(LogLevel::kWarning, fmt::format("{}: {} of {} images could not be decoded", path_,
+                                          missing, container_.images));
+    options_.to = index_;
+    return std::nullopt;
+  }
+
+  // Of the image that was grabbed; once for each.
+  double Timestamp() {
+    const std::vector<double>& times = container_.times.seconds;
+    if (options_.fps || times.empty()) return index_ / rate_;
+    const size_t i =
+        TimeIndexOf(container_.times, next_time_, capture_.get(cv::CAP_PROP_POS_MSEC) / 1000);
+    next_time_ = i + 1;
+    // More than the container told of.
+    const double time = i < times.size()
+                            ? times[i]
+                            : times.back() + static_cast<double>(i + 1 - times.size()) / rate_;
+    if (index_ == 0) first_s_ = time;
+    return time - first_s_;
+  }
+
+  QuietFfmpeg quiet_;
+  std::string path_;
+  ImageSourceOptions options_;
+  VideoContainer container_;
+  cv::VideoCapture capture_;
+  double rate_ = 30;  // images a second, where times are not taken from the container
+  int index_ = 0;     // of the next image, among those that can be decoded
+  int failures_ = 0;
+  size_t next_time_ = 0;
+  double first_s_ = 0;  // of the first image that could be decoded
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options) {
+  return std::make_unique<VideoSource>(path, options);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "oaslam/images/image_source.h"
+
+namespace oaslam {
+
+// The images of a video file: upright, at the times that its container holds, counted from its
+// first image. Where these are of no use it warns, and takes the file's rate. Throws InputError as
+// OpenImages; so does Next, where no image at all can be decoded.
+std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options);
+
+}  // namespace oaslam

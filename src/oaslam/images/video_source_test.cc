@@ -1,0 +1,271 @@
+#include "oaslam/images/video_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "expect_input_error.h"
+#include "ffmpeg.h"
+#include "oaslam/images/video_file.h"
+#include "oaslam/util/log.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pointwise;
+
+constexpr double kMillisecond = 1e-3;  // Matroska holds no finer times
+
+struct Film {
+  std::vector<double> times;
+  std::vector<cv::Size> sizes;
+  std::vector<std::string> names, warnings;
+  int announced = 0;
+};
+
+Film Watch(const std::string& path, const ImageSourceOptions& options = {}) {
+  Film film;
+  SetLogSink([&](LogLevel, const std::string& message) { film.warnings.push_back(message); });
+  const auto source = OpenImages(path, options);
+  film.announced = source->size();
+  while (const auto image = source->Next()) {
+    film.times.push_back(image->timestamp);
+    film.sizes.push_back(image->image.size());
+    film.names.push_back(image->name);
+  }
+  SetLogSink({});
+  return film;
+}
+
+// Arguments that make two seconds of a test picture at 30 Hz.
+std::string Picture(const std::string& size, double seconds = 2) {
+  return "-f lavfi -i testsrc=size=" + size + ":rate=30:duration=" + std::to_string(seconds) + " ";
+}
+
+// Of images that come every 1/30 s, and are left out here and there.
+bool IsKept(int n) { return n < 12 || n % 3 == 0 || n % 7 == 1; }
+const std::string kIrregular =
+    "-vf \"select='lt(n,12)+not(mod(n,3))+eq(mod(n,7),1)'\" -fps_mode passthrough ";
+std::vector<double> IrregularTimes() {
+  std::vector<double> times;
+  for (int n = 0; n < 60; ++n)
+    if (IsKept(n)) times.push_back(n / 30.0);
+  return times;
+}
+
+std::vector<double> RegularTimes(int count, double rate = 30) {
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) times.push_back(i / rate);
+  return times;
+}
+
+void Overwrite(std::string& bytes, size_t at, const std::string& by) {
+  std::copy(by.begin(), by.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+}
+
+TEST(VideoSource, TimesAreThoseStored) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  const TempFolder folder;
+  const std::string make = Picture("160x120") + kIrregular + "-c:v libx264 -bf 3 ";
+  // In MP4 an edit list moves them to 0, in the others they begin elsewhere.
+  for (const std::string name : {"a.mp4", "a.mkv", "a.ts", "late.mp4", "late.mkv"}) {
+    ASSERT_TRUE(RunFfmpeg(make + (name.starts_with("late") ? "-output_ts_offset 5.5 " : "") +
+                          folder / name));
+    const Film film = Watch(folder / name);
+    EXPECT_THAT(film.times, Pointwise(DoubleNear(kMillisecond), IrregularTimes())) << name;
+    EXPECT_EQ(film.announced, static_cast<int>(film.times.size())) << name;
+    EXPECT_THAT(film.warnings, IsEmpty()) << name;
+  }
+  const Film part = Watch(folder / "a.mp4", {.from = 10, .to = 20});
+  const std::vector<double> times = IrregularTimes();
+  EXPECT_THAT(part.times, Pointwise(DoubleNear(kMillisecond),
+                                    std::vector(times.begin() + 10, times.begin() + 20)));
+  EXPECT_EQ(part.names.front(), "000010");
+  EXPECT_EQ(part.announced, 10);
+  EXPECT_THAT(Watch(folder / "a.mp4", {.fps = 10}).times,
+              Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
+}
+
+TEST(VideoSource, WhatAnEditListLeavesOutIsNotCounted) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  const TempFolder folder;
+  ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx264 -g 20 -keyint_min 20 -sc_threshold 0 " +
+                        folder / "whole.mp4"));
+  ASSERT_TRUE(RunFfmpeg("-ss 0.9 -i " + folder / "whole.mp4" + " -c copy " + folder / "cut.mp4"));
+  const Film film = Watch(folder / "cut.mp4");
+  EXPECT_THAT(film.times, Pointwise(DoubleNear(kMillisecond), RegularTimes(33)));
+  EXPECT_THAT(film.warnings, IsEmpty());
+}
+
+TEST(VideoSource, ImagesThatCannotBeDecodedTakeTheirTimesWithThem) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx265");
+  const TempFolder folder;
+  // Begins with images that lean on others before the cut.
+  ASSERT_TRUE(RunFfmpeg(
+      Picture("160x120") +
+      "-c:v libx265 -x265-params log-level=none:keyint=20:min-keyint=20:scenecut=0:open-gop=1 " +
+      folder / "whole.ts"));
+  ASSERT_TRUE(RunFfmpeg("-ss 0.9 -i " + folder / "whole.ts" + " -c copy " + folder / "cut.mkv"));
+  const Film film = Watch(folder / "cut.mkv");
+  ASSERT_LT(static_cast<int>(film.times.size()), film.announced);
+  EXPECT_THAT(film.times, Pointwise(DoubleNear(2 * kMillisecond),
+                                    RegularTimes(static_cast<int>(film.times.size()))));
+  EXPECT_THAT(film.warnings, ElementsAre(HasSubstr("images could not be decoded")));
+}
+
+TEST(VideoSource, GoesOnBehindADamagedImage) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  const TempFolder folder;
+  ASSERT_TRUE(RunFfmpeg(Picture("160x120") + "-c:v libx264 -g 10 -bf 0 " + folder / "a.mp4"));
+  std::string bytes = folder.Read("a.mp4");
+  const size_t begin = bytes.find("mdat");
+  ASSERT_NE(begin, std::string::npos);
+  const size_t middle = begin + (bytes.find("moov") - begin) / 2;
+  Overwrite(bytes, middle, std::string(600, '\xee'));
+  const Film film = Watch(folder.Write("b.mp4", bytes));
+  EXPECT_GT(film.times.size(), 40u);
+  EXPECT_NEAR(film.times.back(), 59 / 30.0, kMillisecond);  // in spite of those that are missing
+  EXPECT_TRUE(std::ranges::is_sorted(film.times, std::less_equal{}));
+}
+
+TEST(VideoSource, WithoutTimesItTakesTheRateAndSaysSo) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  const TempFolder folder;
+  ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 -f h264 " + folder / "raw.264"));
+  ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 " + folder / "once.ts"));
+  folder.Write("twice.ts",
+               folder.Read("once.ts") + folder.Read("once.ts"));  // whose times begin anew
+  for (const auto& [name, count] : {std::pair("raw.264", 15), std::pair("twice.ts", 30)}) {
+    const Film film = Watch(folder / name);
+    EXPECT_EQ(film.times, RegularTimes(count, film.times.size() > 1 ? 1 / film.times[1] : 0))
+        << name;
+    EXPECT_THAT(film.warnings, ElementsAre(AllOf(HasSubstr(name), HasSubstr("no time stamps"),
+                                                 HasSubstr("--fps"))))
+        << name;
+    EXPECT_THAT(Watch(folder / name, {.fps = 30}).warnings, IsEmpty());
+  }
+}
+
+TEST(VideoSource, IsUprightAsPhonesTurnIt) {
+  const TempFolder folder;
+  cv::Mat picture(120, 160, CV_8UC3, cv::Scalar::all(20));
+  picture(cv::Rect(0, 0, 80, 60)).setTo(240);  // the stored image is bright at the top left
+  VideoFile video(folder / "a.mp4");
+  for (int i = 0; i < 5; ++i) video.Add(picture, i / 30.0);
+  video.Finish();
+  struct Turn {
+    std::string a, b, c, d;  // of the display matrix of the track's header (ISO/IEC
+                             // 14496-12, 6.2.2), (x, y) -> (ax + cy, bx + dy)
+    bool left, top;          // where it is bright then
+    cv::Size size;
+  };
+  const std::string zero(4, '\0'), one("\0\1\0\0", 4), minus_one("\xff\xff\0\0", 4);
+  for (const Turn& turn : {Turn{one, zero, zero, one, true, true, {160, 120}},
+                           Turn{zero, one, minus_one, zero, false, true, {120, 160}},
+                           Turn{minus_one, zero, zero, minus_one, false, false, {160, 120}},
+                           Turn{zero, minus_one, one, zero, true, false, {120, 160}}}) {
+    std::string bytes = folder.Read("a.mp4");
+    const size_t header = bytes.find("tkhd");
+    ASSERT_NE(header, std::string::npos);
+    constexpr size_t kMatrix = 4 + 40;
+    Overwrite(bytes, header + kMatrix, turn.a + turn.b + zero + turn.c + turn.d);
+    for (const bool color : {false, true}) {
+      const auto image = OpenImages(folder.Write("turned.mp4", bytes), {.color = color})->Next();
+      ASSERT_TRUE(image);
+      ASSERT_EQ(image->image.size(), turn.size);
+      const cv::Size half = turn.size / 2;
+      for (const bool left : {false, true})
+        for (const bool top : {false, true}) {
+          const cv::Rect quarter(left ? 0 : half.width, top ? 0 : half.height, half.width,
+                                 half.height);
+          EXPECT_EQ(cv::mean(image->image(quarter))[0] > 128, left == turn.left && top == turn.top);
+        }
+    }
+  }
+}
+
+TEST(VideoSource, SizesAndDepths) {
+  const TempFolder folder;
+  struct Case {
+    std::string encoder, options, size;
+  };
+  for (const Case& c :
+       {Case{"libx265", "-x265-params log-level=none -pix_fmt yuv420p10le -tag:v hvc1", "160x120"},
+        Case{"libx265",
+             "-x265-params log-level=none -preset ultrafast -pix_fmt yuv420p10le -tag:v hvc1",
+             "3840x2160"},
+        Case{"libx264", "-pix_fmt yuv420p", "1080x1920"},
+        Case{"libx264", "-pix_fmt yuv444p", "161x121"}}) {
+    if (!HasFfmpegEncoder(c.encoder))
+      GTEST_SKIP() << "needs the program ffmpeg with the encoder " << c.encoder;
+    ASSERT_TRUE(RunFfmpeg(Picture(c.size, 0.1) + "-c:v " + c.encoder + " " + c.options + " " +
+                          folder / "a.mp4"));
+    const auto source = OpenImages(folder / "a.mp4", {.color = true});
+    for (int i = 0; i < 3; ++i) {
+      const auto image = source->Next();
+      ASSERT_TRUE(image) << c.size;
+      EXPECT_EQ(std::to_string(image->image.cols) + "x" + std::to_string(image->image.rows),
+                c.size);
+      EXPECT_EQ(image->image.type(), CV_8UC3);
+      EXPECT_NEAR(image->timestamp, i / 30.0, kMillisecond);
+      // The test picture's bars are of all colours, as they would not be if ten bits were taken for
+      // eight.
+      cv::Mat channels[3];
+      cv::split(image->image, channels);
+      for (const cv::Mat& channel : channels) {
+        double least = 0, most = 0;
+        cv::minMaxLoc(channel, &least, &most);
+        EXPECT_LT(least, 30);
+        EXPECT_GT(most, 225);
+      }
+    }
+    EXPECT_FALSE(source->Next());
+  }
+}
+
+TEST(VideoSource, WhatCannotBeDecodedIsSaidInOneLine) {
+  const TempFolder folder;
+  {
+    VideoFile video(folder / "a.mp4");
+    cv::Mat picture(120, 160, CV_8UC3);
+    for (int i = 0; i < 5; ++i) {
+      cv::randu(picture, 0, 255);
+      video.Add(picture, i / 30.0);
+    }
+    video.Finish();
+  }
+  const std::string bytes = folder.Read("a.mp4");
+  const auto refusal = [&](const std::string& content, const ImageSourceOptions& options = {}) {
+    const std::string path = folder.Write("b.mp4", content);
+    testing::internal::CaptureStderr();
+    const std::string error = InputErrorOf([&] { OpenImages(path, options)->Next(); });
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), IsEmpty());
+    return error;
+  };
+  EXPECT_THAT(refusal(bytes, {.from = 5}), HasSubstr("has 5 frames"));
+  std::string noise = bytes;
+  const size_t data = noise.find("mdat");
+  Overwrite(noise, data + 4, std::string(noise.find("moov") - 4 - data - 4, '\x55'));
+  EXPECT_THAT(refusal(noise), AllOf(HasSubstr("b.mp4: not one of its images can be decoded"),
+                                    Not(HasSubstr("\n"))));
+  std::string unknown = bytes;
+  for (const char* code : {"avc1", "mp4v"})
+    if (const size_t at = unknown.find(code, unknown.find("stsd")); at != std::string::npos)
+      Overwrite(unknown, at, "zzz1");
+  EXPECT_THAT(refusal(unknown), HasSubstr("b.mp4: there is no decoder for its video"));
+  EXPECT_THAT(refusal(bytes.substr(0, data + 200)),
+              HasSubstr("b.mp4: neither a list of images nor a video"));
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,400 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/class_names.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/storage/map_file.h"
+#include "oaslam/storage/map_schema.h"
+#include "oaslam/storage/sqlite.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kMaxFrame = 1 << 30;
+
+constexpr int kMaxKeypoints = 1'000'000;
+
+template <typename T>
+std::vector<T> CopyOf(std::span<const std::byte> bytes) {
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+template <typename Enum, size_t N>
+Enum ReadWord(RowReader& row, const std::array<std::pair<const char*, Enum>, N>& words) {
+  const std::string text = row.Text();
+  for (const auto& [word, value] : words)
+    if (text == word) return value;
+  row.Refuse(fmt::format("\"{}\" is not known", text));
+}
+
+constexpr std::array<std::pair<const char*, LensModel>, 2> kLensModels{
+    {{"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}};
+constexpr std::array<std::pair<const char*, ObjectState>, 3> kObjectStates{
+    {{"tentative", ObjectState::kTentative},
+     {"initialized", ObjectState::kInitialized},
+     {"mapped", ObjectState::kMapped}}};
+
+std::array<std::pair<const char*, TrackingState>, 5> TrackingStates() {
+  std::array<std::pair<const char*, TrackingState>, 5> words;
+  size_t i = 0;
+  for (const auto state :
+       {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
+        TrackingState::kObjects, TrackingState::kLost})
+    words[i++] = {ToString(state), state};
+  return words;
+}
+
+int CategoryOf(std::string_view text, const RowReader& row) {
+  const std::optional<double> value = ParseNumber(text);
+  if (!value || *value != std::floor(*value) || *value < INT32_MIN || *value > INT32_MAX)
+    row.Refuse(fmt::format("\"{}\" is not a category", text));
+  return static_cast<int>(*value);
+}
+
+std::set<int> ReadMovable(RowReader& row) {
+  std::set<int> movable;
+  const std::string text = row.Text();
+  for (const std::string_view category : SplitFields(text))
+    movable.insert(CategoryOf(category, row));
+  return movable;
+}
+
+std::map<int, int> ReadParts(RowReader& row) {
+  std::map<int, int> whole_of;
+  const std::string text = row.Text();
+  for (const std::string_view pair : SplitFields(text)) {
+    const size_t colon = pair.find(':');
+    if (colon == std::string_view::npos)
+      row.Refuse(fmt::format("\"{}\" is not of the form part:whole", pair));
+    whole_of.emplace(CategoryOf(pair.substr(0, colon), row),
+                     CategoryOf(pair.substr(colon + 1), row));
+  }
+  if (const auto part = PartOfItself(whole_of))
+    row.Refuse(fmt::format("category {} is a part of itself", *part));
+  return whole_of;
+}
+
+void ReadMeta(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "meta", "key", "key <> 'checksum'");
+  while (rows.Next()) {
+    const std::string key = rows.Text();
+    if (key == "map_version")
+      map.version = static_cast<uint64_t>(rows.Integer(INT64_MIN, INT64_MAX));
+    else if (key == "next_landmark")
+      map.next_landmark = static_cast<uint32_t>(rows.Integer(0, UINT32_MAX));
+    else if (key == "up_x" || key == "up_y" || key == "up_z") {
+      if (!map.up) map.up = Eigen::Vector3d::Zero();
+      (*map.up)[key[3] - 'x'] = rows.Real();
+    } else if (key == "up_keyframes") {
+      map.up_keyframes = static_cast<int>(rows.Integer(1, INT32_MAX));
+    } else if (key == "unit") {
+      if (const std::string unit = rows.Text(); unit != "metre")
+        rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
+      map.is_metric = true;
+    } else if (key == "movable") {
+      map.classes.movable = ReadMovable(rows);
+    } else if (key == "parts") {
+      map.classes.whole_of = ReadParts(rows);
+    } else
+      rows.Refuse(fmt::format("key \"{}\" is not known", key));
+  }
+}
+
+void ReadCameras(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "cameras", "id");
+  while (rows.Next()) {
+    rows.Int(static_cast<int>(map.cameras.size()), static_cast<int>(map.cameras.size()));
+    Camera camera;
+    camera.name = rows.Text();
+    camera.model = ReadWord(rows, kLensModels);
+    camera.width = rows.Int(0);
+    camera.height = rows.Int(0);
+    for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = rows.Real();
+    for (double& k : camera.distortion) k = rows.Real();
+    camera.is_guess = rows.Int(0, 1) != 0;
+    map.cameras.push_back(std::move(camera));
+  }
+}
+
+std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
+  auto features = std::make_shared<Features>();
+  const auto count = static_cast<size_t>(row.Int(0, kMaxKeypoints));
+  PyramidScales& pyramid = features->pyramid;
+  pyramid.levels = row.Int(1, PyramidScales::kMaxLevels);
+  pyramid.factor = static_cast<float>(row.Real());
+  pyramid.scale = {};
+  const auto scales = CopyOf<float>(row.Blob(pyramid.levels * sizeof(float)));
+  std::ranges::copy(scales, pyramid.scale.begin());
+  features->bounds = row.ReadBox();
+  if (!(features->bounds.Area() > 0)) row.Refuse("empty bounds");
+  features->keypoints.reserve(count);
+  for (const StoredKeypoint& k : CopyOf<StoredKeypoint>(row.Blob(count * sizeof(StoredKeypoint)))) {
+    if (!std::isfinite(k.x) || !std::isfinite(k.y) || k.octave < 0 || k.octave >= pyramid.levels)
+      row.Refuse("a key point out of range");
+    features->keypoints.push_back({{k.x, k.y}, k.angle_rad, static_cast<uint8_t>(k.octave)});
+  }
+  features->descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
+  features->BuildGrid();
+  return features;
+}
+
+void ReadKeyframes(Database& database, Checksum& checksum, Map& map) {
+  RowReader keyframes(database, checksum, "keyframes", "id");
+  while (keyframes.Next()) {
+    const auto id = keyframes.RequiredId<KeyframeId>();
+    Keyframe keyframe;
+    keyframe.frame_index = keyframes.Int(INT32_MIN, kMaxFrame);
+    keyframe.timestamp = keyframes.Real();
+    keyframe.camera = keyframes.Int();
+    keyframe.cam_from_world = keyframes.Pose();
+    map.keyframes.Insert(id, std::move(keyframe));
+  }
+  RowReader retired(database, checksum, "retired_keyframes", "id");
+  while (retired.Next()) {
+    const auto id = retired.RequiredId<KeyframeId>();
+    const auto parent = retired.RequiredId<KeyframeId>();
+    map.retired.Insert(id, {parent, retired.Pose()});
+  }
+  RowReader features(database, checksum, "features", "keyframe");
+  while (features.Next()) {
+    Keyframe* keyframe = map.keyframes.Mutable(features.RequiredId<KeyframeId>());
+    if (!keyframe) features.Refuse("no such keyframe");
+    keyframe->features = ReadFeatures(features);
+    keyframe->landmarks.resize(keyframe->features->keypoints.size());
+  }
+  RowReader covisibility(database, checksum, "covisibility", "keyframe, rank");
+  while (covisibility.Next()) {
+    Keyframe* keyframe = map.keyframes.Mutable(covisibility.RequiredId<KeyframeId>());
+    if (!keyframe) covisibility.Refuse("no such keyframe");
+    covisibility.Int();
+    const auto neighbor = covisibility.RequiredId<KeyframeId>();
+    keyframe->covisible.push_back({neighbor, covisibility.Int(0)});
+  }
+}
+
+void ReadLandmarks(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "landmarks", "id");
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<LandmarkId>();
+    Landmark landmark;
+    landmark.position = rows.Vector();
+    landmark.normal = rows.Vector();
+    landmark.min_distance = static_cast<float>(rows.Real());
+    landmark.max_distance = static_cast<float>(rows.Real());
+    landmark.first_keyframe = rows.OptionalId<KeyframeId>();
+    landmark.visible = rows.Int();
+    landmark.found = rows.Int();
+    const auto descriptor = rows.Blob(sizeof(Descriptor));
+    std::memcpy(landmark.descriptor.data(), descriptor.data(), sizeof(Descriptor));
+    map.landmarks.Insert(id, std::move(landmark));
+  }
+  RowReader observations(database, checksum, "observations", "landmark, keyframe");
+  while (observations.Next()) {
+    const auto id = observations.RequiredId<LandmarkId>();
+    const auto keyframe_id = observations.RequiredId<KeyframeId>();
+    const auto keypoint = static_cast<uint32_t>(observations.Int(0));
+    Landmark* landmark = map.landmarks.Mutable(id);
+    Keyframe* keyframe = map.keyframes.Mutable(keyframe_id);
+    if (!landmark || !keyframe || keypoint >= keyframe->landmarks.size())
+      observations.Refuse("of something that is not there");
+    landmark->observations.push_back({keyframe_id, keypoint});
+    keyframe->landmarks[keypoint] = id;
+  }
+}
+
+void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& map) {
+  RowReader rows(database, checksum, "objects", "id");
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<ObjectId>();
+    Object object;
+    object.category_id = rows.Int();
+    object.state = ReadWord(rows, kObjectStates);
+    object.ellipsoid.center = rows.Vector();
+    object.ellipsoid.half_axes = rows.Vector();
+    object.ellipsoid.rotation = rows.Rotation();
+    const auto covariance =
+        rows.Blob(sizeof(double) * static_cast<size_t>(object.covariance.size()));
+    std::memcpy(object.covariance.data(), covariance.data(), covariance.size());
+    object.detection_rate = rows.Real();
+    object.mean_iou = rows.Real();
+    object.total_observations = rows.Int(0);
+    object.evidence = object.total_observations;
+    object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
+    if (version >= 2) object.name = rows.Text();
+    map.objects.Insert(id, std::move(object));
+  }
+  const auto object_of = [&](RowReader& row) -> Object& {
+    Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
+    if (!object) row.Refuse("no such object");
+    return *object;
+  };
+  RowReader observations(database, checksum, "object_observations", "object, rank");
+  while (observations.Next()) {
+    Object& object = object_of(observations);
+    observations.Int();
+    ObjectObservation o;
+    o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
+    o.anchor = observations.RequiredId<KeyframeId>();
+    o.cam_from_anchor = observations.Pose();
+    o.camera = observations.Int(0, static_cast<int>(map.cameras.size()) - 1);
+    o.box = observations.ReadBox();
+    o.score = observations.Real();
+    o.truncated = static_cast<unsigned char>(observations.Int(0, 255));
+    object.observations.push_back(o);
+  }
+  RowReader landmarks(database, checksum, "object_landmarks", "object, landmark");
+  while (landmarks.Next()) {
+    Object& object = object_of(landmarks);
+    object.landmarks.push_back(landmarks.RequiredId<LandmarkId>());
+    object.landmark_votes.push_back(static_cast<uint16_t>(landmarks.Int(0, UINT16_MAX)));
+  }
+  RowReader merged(database, checksum, "merged_objects", "id");
+  while (merged.Next()) {
+    const auto id = merged.RequiredId<ObjectId>();
+    map.merged_objects.Insert(id, merged.OptionalId<ObjectId>());
+  }
+}
+
+void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "anchors", "name");
+  while (rows.Next()) {
+    std::string name = rows.Text();
+    Anchor anchor;
+    anchor.model = rows.Text();
+    anchor.size = rows.Real();
+    anchor.keyframe = rows.RequiredId<KeyframeId>();
+    anchor.cam_from_anchor = rows.Pose();
+    anchor.object = rows.OptionalId<ObjectId>();
+    anchor.offset = rows.Vector();
+    map.anchors.emplace(std::move(name), std::move(anchor));
+  }
+}
+
+void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
+  const auto states = TrackingStates();
+  RowReader rows(database, checksum, "trajectory", "rank");
+  while (rows.Next()) {
+    rows.Int();
+    FramePose pose;
+    pose.frame_index = rows.Int(INT32_MIN, kMaxFrame);
+    pose.timestamp = rows.Real();
+    pose.reference = rows.OptionalId<KeyframeId>();
+    pose.cam_from_reference = rows.Pose();
+    pose.state = ReadWord(rows, states);
+    saved.trajectory.push_back(pose);
+  }
+  RowReader names(database, checksum, "class_names", "category_id");
+  while (names.Next()) {
+    const int id = names.Int();
+    saved.class_names[id] = names.Text();
+  }
+}
+
+int64_t CheckKind(Database& database) {
+  if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId)
+    database.Refuse("is a database, but not a map of oaslam");
+  const int64_t version = database.QueryInteger("PRAGMA user_version");
+  if (version > kMapFormatVersion)
+    database.Refuse(
+        fmt::format("is a map of format {}, this program reads up to {}: use a newer oaslam",
+                    version, kMapFormatVersion));
+  if (version < 1)
+    database.Refuse(
+        fmt::format("is a map of format {}, expected 1 to {}", version, kMapFormatVersion));
+  std::string answer = database.QueryText("PRAGMA quick_check(1)");
+  std::ranges::replace(answer, '\n', ' ');
+  if (answer != "ok") database.Refuse("is damaged: " + answer);
+  return version;
+}
+
+// No two pieces may share an id, so that they can be joined.
+template <typename Id, typename A, typename B>
+bool Overlap(const Table<Id, A>& a, const Table<Id, B>& b) {
+  bool overlap = false;
+  b.ForEach([&](Id id, const B&) { overlap = overlap || a.Contains(id); });
+  return overlap;
+}
+
+bool Overlap(const Map& a, const Map& b) {
+  return Overlap(a.keyframes, b.keyframes) || Overlap(a.retired, b.retired) ||
+         Overlap(a.keyframes, b.retired) || Overlap(a.retired, b.keyframes) ||
+         Overlap(a.landmarks, b.landmarks) || Overlap(a.objects, b.objects) ||
+         Overlap(a.merged_objects, b.merged_objects);
+}
+
+SavedMap ReadContent(const std::string& name, Database& database);
+
+void ReadPieces(const std::string& name, Database& database, Checksum& checksum, SavedMap& saved) {
+  RowReader rows(database, checksum, "pieces", "number");
+  while (rows.Next()) {
+    const std::string piece_name = fmt::format("{}, piece {}", name, rows.Int(1));
+    Database content(piece_name, rows.BlobOfAnySize());
+    SavedMap piece = ReadContent(piece_name, content);
+    if (!piece.pieces.empty()) content.Refuse("is damaged: has pieces itself");
+    if (piece.map.cameras != saved.map.cameras)
+      content.Refuse("is damaged: has other cameras than the map");
+    bool overlaps = Overlap(saved.map, piece.map);
+    for (const Piece& other : saved.pieces) overlaps = overlaps || Overlap(other.map, piece.map);
+    if (overlaps) content.Refuse("is damaged: shares ids with another piece");
+    saved.pieces.push_back({std::move(piece.map), std::move(piece.trajectory)});
+  }
+}
+
+SavedMap ReadContent(const std::string& name, Database& database) {
+  const int64_t version = CheckKind(database);
+  SavedMap saved;
+  Checksum checksum;
+  ReadMeta(database, checksum, saved.map);
+  ReadCameras(database, checksum, saved.map);
+  ReadKeyframes(database, checksum, saved.map);
+  ReadLandmarks(database, checksum, saved.map);
+  ReadObjects(database, checksum, version, saved.map);
+  ReadTrajectory(database, checksum, saved);
+  if (version >= 3) ReadAnchors(database, checksum, saved.map);
+  if (version >= 5) ReadPieces(name, database, checksum, saved);
+  if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex())
+    database.Refuse("is damaged: the checksum does not match");
+  if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
+    database.Refuse("is damaged: " + problems.front());
+  return saved;
+}
+
+}  // namespace
+
+SavedMap LoadMap(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    throw InputError(fmt::format("{}: there is no such file", path));
+  if (!std::filesystem::is_regular_file(path, error))
+    throw InputError(fmt::format("{}: is not a file", path));
+  Database database(path, Database::Access::kReadOnly);
+  return ReadContent(path, database);
+}
+
+void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {
+  const int count = static_cast<int>(saved.pieces.size());
+  if (piece < 0 || piece > count)
+    throw InputError(fmt::format("{}: there is no piece {}, allowed: 0 to {}", path, piece, count));
+  if (piece == 0) return;
+  Piece& chosen = saved.pieces[static_cast<size_t>(piece) - 1];
+  std::swap(chosen.map, saved.map);
+  std::swap(chosen.trajectory, saved.trajectory);
+}
+
+SavedMap LoadPiece(const std::string& path, int piece) {
+  SavedMap saved = LoadMap(path);
+  LeadWithPiece(path, piece, saved);
+  saved.pieces.clear();
+  return saved;
+}
+
+}  // namespace oaslam

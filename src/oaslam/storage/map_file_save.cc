@@ -1,0 +1,223 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <filesystem>
+
+#include "oaslam/error.h"
+#include "oaslam/storage/map_file.h"
+#include "oaslam/storage/map_schema.h"
+#include "oaslam/storage/sqlite.h"
+#include "oaslam/util/check.h"
+
+namespace oaslam {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "blobs of the map file are little-endian");
+
+template <typename T>
+std::span<const std::byte> BytesOf(const T* data, size_t count) {
+  return std::as_bytes(std::span(data, count));
+}
+
+const char* NameOf(ObjectState state) {
+  switch (state) {
+    case ObjectState::kTentative:
+      return "tentative";
+    case ObjectState::kInitialized:
+      return "initialized";
+    case ObjectState::kMapped:
+      break;
+  }
+  return "mapped";
+}
+
+void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter meta(database, checksum, "meta", 2);
+  // In the order of the keys, as they are read.
+  meta.Write("map_version", static_cast<int64_t>(map.version));
+  if (!map.classes.movable.empty())
+    meta.Write("movable", fmt::format("{}", fmt::join(map.classes.movable, " ")));
+  meta.Write("next_landmark", map.next_landmark);
+  std::vector<std::string> parts;
+  for (const auto& [part, whole] : map.classes.whole_of)
+    parts.push_back(fmt::format("{}:{}", part, whole));
+  if (!parts.empty()) meta.Write("parts", fmt::format("{}", fmt::join(parts, " ")));
+  if (map.is_metric) meta.Write("unit", "metre");
+  if (map.up) {
+    if (map.up_keyframes > 0) meta.Write("up_keyframes", map.up_keyframes);
+    meta.Write("up_x", map.up->x());
+    meta.Write("up_y", map.up->y());
+    meta.Write("up_z", map.up->z());
+  }
+}
+
+void WriteCameras(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter rows(database, checksum, "cameras", 15);
+  for (size_t i = 0; i < map.cameras.size(); ++i) {
+    const Camera& c = map.cameras[i];
+    const auto& k = c.distortion;
+    rows.Write(static_cast<int>(i), c.name, c.model == LensModel::kFisheye ? "fisheye" : "pinhole",
+               c.width, c.height, c.fx, c.fy, c.cx, c.cy, k[0], k[1], k[2], k[3], k[4],
+               static_cast<int>(c.is_guess));
+  }
+}
+
+void WriteKeyframes(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter keyframes(database, checksum, "keyframes", 11);
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    keyframes.Write(id, k.frame_index, k.timestamp, k.camera, k.cam_from_world);
+  });
+  RowWriter retired(database, checksum, "retired_keyframes", 9);
+  map.retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
+    retired.Write(id, r.parent, r.cam_from_parent);
+  });
+  RowWriter features(database, checksum, "features", 11);
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const Features& f = *keyframe.features;
+    std::vector<StoredKeypoint> keypoints;
+    keypoints.reserve(f.keypoints.size());
+    for (const Keypoint& k : f.keypoints)
+      keypoints.push_back({k.px.x(), k.px.y(), k.angle_rad, k.octave});
+    features.Write(id, f.size(), f.pyramid.levels, static_cast<double>(f.pyramid.factor),
+                   BytesOf(f.pyramid.scale.data(), f.pyramid.levels), f.bounds,
+                   BytesOf(keypoints.data(), keypoints.size()),
+                   BytesOf(f.descriptors.data(), f.descriptors.size()));
+  });
+  RowWriter covisibility(database, checksum, "covisibility", 4);
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    int rank = 0;
+    for (const Covisible& c : keyframe.covisible)
+      covisibility.Write(id, rank++, c.keyframe, c.shared);
+  });
+}
+
+void WriteLandmarks(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter landmarks(database, checksum, "landmarks", 13);
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
+    landmarks.Write(id, l.position, l.normal, static_cast<double>(l.min_distance),
+                    static_cast<double>(l.max_distance), l.first_keyframe, l.visible, l.found,
+                    BytesOf(l.descriptor.data(), l.descriptor.size()));
+  });
+  RowWriter observations(database, checksum, "observations", 3);
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    for (const Observation& o : landmark.observations)
+      observations.Write(id, o.keyframe, o.keypoint);
+  });
+}
+
+void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter objects(database, checksum, "objects", 19);
+  map.objects.ForEach([&](ObjectId id, const Object& o) {
+    objects.Write(id, o.category_id, NameOf(o.state), o.ellipsoid.center, o.ellipsoid.half_axes,
+                  o.ellipsoid.rotation,
+                  BytesOf(o.covariance.data(), static_cast<size_t>(o.covariance.size())),
+                  o.detection_rate, o.mean_iou, o.total_observations, o.last_seen_frame,
+                  std::string_view(o.name));
+  });
+  RowWriter observations(database, checksum, "object_observations", 18);
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    int rank = 0;
+    for (const ObjectObservation& o : object.observations)
+      observations.Write(id, rank++, o.frame_index, o.anchor, o.cam_from_anchor, o.camera, o.box,
+                         o.score, static_cast<int>(o.truncated));
+  });
+  RowWriter landmarks(database, checksum, "object_landmarks", 3);
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    OASLAM_CHECK(std::ranges::is_sorted(object.landmarks));
+    for (size_t i = 0; i < object.landmarks.size(); ++i)
+      landmarks.Write(id, object.landmarks[i], static_cast<int>(object.landmark_votes[i]));
+  });
+  RowWriter merged(database, checksum, "merged_objects", 2);
+  map.merged_objects.ForEach([&](ObjectId id, const ObjectId& into) { merged.Write(id, into); });
+}
+
+void WriteAnchors(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter rows(database, checksum, "anchors", 15);
+  for (const auto& [name, a] : map.anchors)
+    rows.Write(std::string_view(name), std::string_view(a.model), a.size, a.keyframe,
+               a.cam_from_anchor, a.object, a.offset);
+}
+
+void WriteTrajectory(Database& database, Checksum& checksum, const SavedMap& saved) {
+  RowWriter rows(database, checksum, "trajectory", 12);
+  int rank = 0;
+  for (const FramePose& p : saved.trajectory)
+    rows.Write(rank++, p.frame_index, p.timestamp, p.reference, p.cam_from_reference,
+               ToString(p.state));
+  RowWriter names(database, checksum, "class_names", 2);
+  for (const auto& [id, name] : saved.class_names) names.Write(id, name);
+}
+
+void WriteContent(const SavedMap& saved, Database& database);
+
+// Each is a map file of its own.
+void WritePieces(Database& database, Checksum& checksum, const std::vector<Piece>& pieces) {
+  RowWriter rows(database, checksum, "pieces", 2);
+  int number = 0;
+  for (const Piece& piece : pieces) {
+    Database in_memory("a piece of map");
+    WriteContent({piece.map, piece.trajectory, {}}, in_memory);
+    const std::vector<std::byte> content = in_memory.Content();
+    rows.Write(++number, std::span<const std::byte>(content));
+  }
+}
+
+void WriteContent(const SavedMap& saved, Database& database) {
+  // The file is synced and renamed when whole, so it needs no journal of its own.
+  database.Execute(
+      fmt::format("PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA application_id={}; "
+                  "PRAGMA user_version={};",
+                  kMapApplicationId, kMapFormatVersion));
+  database.Execute("BEGIN");
+  database.Execute(kMapSchema);
+  Checksum checksum;
+  WriteMeta(database, checksum, saved.map);
+  WriteCameras(database, checksum, saved.map);
+  WriteKeyframes(database, checksum, saved.map);
+  WriteLandmarks(database, checksum, saved.map);
+  WriteObjects(database, checksum, saved.map);
+  WriteTrajectory(database, checksum, saved);
+  WriteAnchors(database, checksum, saved.map);
+  WritePieces(database, checksum, saved.pieces);
+  database.Execute(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
+  database.Execute("COMMIT");
+}
+
+void SyncToDisk(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool synced = file >= 0 && fsync(file) == 0;
+  if (file >= 0) close(file);
+  if (!synced) throw InputError(fmt::format("{}: cannot be written to disk", path));
+}
+
+}  // namespace
+
+void SaveMap(const std::string& path, const SavedMap& saved) {
+  OASLAM_CHECK(saved.map.CheckInvariants().empty());
+  for (const Piece& piece : saved.pieces) OASLAM_CHECK(piece.map.CheckInvariants().empty());
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
+  const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
+  std::error_code error;
+  std::filesystem::remove(temporary, error);
+  try {
+    {
+      Database database(temporary, Database::Access::kCreate);
+      WriteContent(saved, database);
+    }
+    SyncToDisk(temporary);
+    std::filesystem::rename(temporary, path, error);
+    if (error) throw InputError(fmt::format("{}: cannot be written: {}", path, error.message()));
+  } catch (const InputError&) {
+    std::filesystem::remove(temporary, error);
+    throw;
+  }
+}
+
+}  // namespace oaslam

@@ -1,0 +1,308 @@
+#include "oaslam/storage/map_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "expect_input_error.h"
+#include "oaslam/storage/map_schema.h"
+#include "oaslam/storage/sqlite.h"
+#include "random_map.h"
+#include "temp_folder.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+SavedMap MakeMap(uint64_t seed = 1) {
+  Rng rng(seed);
+  return RandomMap({}, rng);
+}
+
+void ExpectEqual(const Rigid3& a, const Rigid3& b) {
+  EXPECT_EQ(a.rotation.coeffs(), b.rotation.coeffs());
+  EXPECT_EQ(a.translation, b.translation);
+}
+
+TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.map.classes = {{{100, 101}, {102, 101}}, {0, 56}};
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_EQ(loaded.map.classes, saved.map.classes);
+  SaveMap(folder / "b.map", loaded);
+  EXPECT_EQ(LoadMap(folder / "b.map").map.classes, saved.map.classes);
+  saved.map.classes.whole_of[101] = 100;
+  SaveMap(folder / "circle.map", saved);
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
+}
+
+TEST(MapFile, ReadsFormat2WhichHadNoAnchors) {
+  const TempFolder folder;
+  const SavedMap saved = MakeMap();
+  SaveMap(folder / "a.map", saved);
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("DROP TABLE anchors; PRAGMA user_version=2");
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_THAT(loaded.map.anchors, IsEmpty());
+  EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+}
+
+TEST(MapFile, ReadsFormat4WhichHadNoPieces) {
+  const TempFolder folder;
+  const SavedMap saved = MakeMap();
+  SaveMap(folder / "a.map", saved);
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("DROP TABLE pieces; PRAGMA user_version=4");
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_THAT(loaded.pieces, IsEmpty());
+  EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+}
+
+// With all ids far behind those of MakeMap.
+Piece PieceOf(const SavedMap& saved, uint32_t first_id) {
+  Piece piece;
+  piece.map.cameras = saved.map.cameras;
+  piece.map.version = 3;
+  piece.map.next_landmark = first_id;
+  saved.map.keyframes.ForEach([&](KeyframeId id, Keyframe keyframe) {
+    keyframe.covisible.clear();
+    std::ranges::fill(keyframe.landmarks, LandmarkId());
+    piece.map.keyframes.Insert(KeyframeId(id.value + first_id), std::move(keyframe));
+  });
+  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
+  const LandmarkId landmark = piece.map.AddLandmark({1, 2, 3}, ids[0]);
+  piece.map.AddObservation(landmark, ids[0], 3);
+  piece.map.AddObservation(landmark, ids[1], 5);
+  piece.map.UpdateLandmark(landmark);
+  piece.trajectory.push_back({700, 23.5, ids[0], {}, TrackingState::kTracking});
+  return piece;
+}
+
+TEST(MapFile, KeepsPieces) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 20000)};
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  ASSERT_EQ(loaded.pieces.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(loaded.pieces[i].map.keyframes.Ids(), saved.pieces[i].map.keyframes.Ids());
+    EXPECT_EQ(loaded.pieces[i].map.landmarks.Ids(), saved.pieces[i].map.landmarks.Ids());
+    EXPECT_EQ(loaded.pieces[i].map.cameras, saved.map.cameras);
+    EXPECT_EQ(loaded.pieces[i].trajectory.front().frame_index, 700);
+  }
+  SaveMap(folder / "b.map", loaded);
+  EXPECT_TRUE(folder.Read("a.map") == folder.Read("b.map"));
+
+  const SavedMap second = LoadPiece(folder / "a.map", 2);
+  EXPECT_EQ(second.map.keyframes.Ids(), saved.pieces[1].map.keyframes.Ids());
+  EXPECT_EQ(second.class_names, saved.class_names);
+  EXPECT_THAT(second.pieces, IsEmpty());
+  EXPECT_THAT(InputErrorOf([&] { LoadPiece(folder / "a.map", 3); }),
+              AllOf(HasSubstr("a.map"), HasSubstr("no piece 3"), HasSubstr("0 to 2")));
+
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("piece 2"));
+}
+
+TEST(MapFile, RefusesPiecesThatShareIds) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 10000)};
+  SaveMap(folder / "a.map", saved);
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
+              AllOf(HasSubstr("a.map, piece 2"), HasSubstr("shares ids")));
+}
+
+TEST(MapFile, KeepsAnchors) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  const Rigid3 pose(Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5), {1, 2, 3});
+  saved.map.anchors["a flag"] = {"flag", 0.25, saved.map.keyframes.Ids().front(),
+                                 pose,   {},   Eigen::Vector3d::Zero()};
+  saved.map.anchors["on it"] = {
+      "my lamp", 0.5, saved.map.keyframes.Ids().back(), pose, saved.map.objects.Ids().front(),
+      {0, -1, 0}};
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  ASSERT_EQ(loaded.map.anchors.size(), 2u);
+  for (const auto& [name, anchor] : saved.map.anchors) {
+    const Anchor& l = loaded.map.anchors.at(name);
+    EXPECT_EQ(l.model, anchor.model);
+    EXPECT_EQ(l.size, anchor.size);
+    EXPECT_EQ(l.keyframe, anchor.keyframe);
+    EXPECT_EQ(l.object, anchor.object);
+    EXPECT_EQ(l.offset, anchor.offset);
+    ExpectEqual(l.cam_from_anchor, anchor.cam_from_anchor);
+  }
+  saved.map.anchors["a flag"].keyframe = KeyframeId(12345);
+  EXPECT_THAT(saved.map.CheckInvariants(),
+              testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
+  Database(folder / "a.map", Database::Access::kCreate).Execute("UPDATE anchors SET size = 0.1");
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("damaged"));
+}
+
+TEST(MapFile, LoadsWhatWasSaved) {
+  const TempFolder folder;
+  const SavedMap saved = MakeMap();
+  SaveMap(folder / "a.map", saved);
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_THAT(loaded.map.CheckInvariants(), IsEmpty());
+  EXPECT_EQ(loaded.map.cameras, saved.map.cameras);
+  EXPECT_EQ(*loaded.map.up, *saved.map.up);
+  EXPECT_EQ(loaded.map.up_keyframes, saved.map.up_keyframes);
+  EXPECT_EQ(loaded.map.next_landmark, saved.map.next_landmark);
+  EXPECT_EQ(loaded.map.version, 41u);
+  EXPECT_EQ(loaded.class_names, saved.class_names);
+  ASSERT_EQ(loaded.map.keyframes.Ids(), saved.map.keyframes.Ids());
+  saved.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    const Keyframe& l = loaded.map.keyframes.At(id);
+    ExpectEqual(l.cam_from_world, k.cam_from_world);
+    EXPECT_EQ(l.landmarks, k.landmarks);
+    EXPECT_EQ(l.covisible, k.covisible);
+    EXPECT_EQ(l.features->descriptors, k.features->descriptors);
+    EXPECT_EQ(l.features->pyramid.scale, k.features->pyramid.scale);
+    EXPECT_EQ(l.features->keypoints[7].px, k.features->keypoints[7].px);
+    int near = 0, near_loaded = 0;
+    k.features->VisitNear({320, 240}, 50, [&](int i) { near += i; });
+    l.features->VisitNear({320, 240}, 50, [&](int i) { near_loaded += i; });
+    EXPECT_GT(near, 0);
+    EXPECT_EQ(near_loaded, near);
+  });
+  ASSERT_EQ(loaded.map.retired.Ids(), saved.map.retired.Ids());
+  ASSERT_EQ(loaded.map.retired.size(), 1u);
+  ExpectEqual(loaded.map.retired.At(KeyframeId(4)).cam_from_parent,
+              saved.map.retired.At(KeyframeId(4)).cam_from_parent);
+  ASSERT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+  saved.map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
+    EXPECT_EQ(loaded.map.landmarks.At(id).observations, l.observations);
+    EXPECT_EQ(loaded.map.landmarks.At(id).position, l.position);
+    EXPECT_EQ(loaded.map.landmarks.At(id).max_distance, l.max_distance);
+  });
+  ASSERT_EQ(loaded.map.objects.Ids(), saved.map.objects.Ids());
+  saved.map.objects.ForEach([&](ObjectId id, const Object& o) {
+    const Object& l = loaded.map.objects.At(id);
+    EXPECT_EQ(l.state, o.state);
+    EXPECT_EQ(l.covariance, o.covariance);
+    EXPECT_EQ(l.landmarks, o.landmarks);
+    EXPECT_EQ(l.landmark_votes, o.landmark_votes);
+    ASSERT_EQ(l.observations.size(), o.observations.size());
+    EXPECT_EQ(l.observations[4].box, o.observations[4].box);
+    EXPECT_EQ(l.observations[4].anchor, o.observations[4].anchor);
+  });
+  EXPECT_EQ(loaded.map.ResolveObject(ObjectId(0)), ObjectId(1));
+  ASSERT_EQ(loaded.trajectory.size(), saved.trajectory.size());
+  EXPECT_EQ(loaded.trajectory[3].state, saved.trajectory[3].state);
+  ExpectEqual(loaded.trajectory[3].cam_from_reference, saved.trajectory[3].cam_from_reference);
+}
+
+TEST(MapFile, SavingAgainGivesTheSameBytes) {
+  const TempFolder folder;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    SaveMap(folder / "a.map", MakeMap(seed));
+    SaveMap(folder / "b.map", LoadMap(folder / "a.map"));
+    EXPECT_TRUE(folder.Read("a.map") == folder.Read("b.map")) << "seed " << seed;
+  }
+  SaveMap(folder / "other.map", MakeMap(6));
+  EXPECT_FALSE(folder.Read("a.map") == folder.Read("other.map"));
+}
+
+TEST(MapFile, AnEmptyMap) {
+  const TempFolder folder;
+  SaveMap(folder / "empty.map", {});
+  EXPECT_TRUE(LoadMap(folder / "empty.map").map.keyframes.empty());
+}
+
+TEST(MapFile, SavingReplacesTheOldOneAndLeavesNothingBeside) {
+  const TempFolder folder;
+  folder.Write("a.map", "something old");
+  SaveMap(folder / "a.map", MakeMap());
+  EXPECT_NO_THROW(LoadMap(folder / "a.map"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()),
+                          std::filesystem::directory_iterator()),
+            1);
+  EXPECT_THAT(InputErrorOf([&] { SaveMap(folder / "no/such/folder.map", MakeMap()); }),
+              HasSubstr("no folder"));
+}
+
+std::string LoadError(const TempFolder& folder, const std::string& content) {
+  const std::string error = InputErrorOf([&] { LoadMap(folder.Write("bad.map", content)); });
+  EXPECT_THAT(error, AllOf(HasSubstr("bad.map"), Not(HasSubstr("\n"))));
+  return error;
+}
+
+TEST(MapFile, RefusesTruncatedForeignAndNewer) {
+  const TempFolder folder;
+  SaveMap(folder / "a.map", MakeMap());
+  const std::string good = folder.Read("a.map");
+  for (const double share : {0.0, 0.001, 0.1, 0.5, 0.9, 0.9999})
+    LoadError(folder,
+              good.substr(0, static_cast<size_t>(share * static_cast<double>(good.size()))));
+  EXPECT_THAT(LoadError(folder,
+                        "# a text file, long enough to hold a header of a database, which is 100 "
+                        "bytes at least ........"),
+              HasSubstr("not a database"));
+  {
+    Database other(folder / "other.db", Database::Access::kCreate);
+    other.Execute("CREATE TABLE t(a); INSERT INTO t VALUES (1)");
+  }
+  EXPECT_THAT(LoadError(folder, folder.Read("other.db")), HasSubstr("not a map"));
+  Database(folder / "a.map", Database::Access::kCreate)
+      .Execute("PRAGMA user_version=" + std::to_string(kMapFormatVersion + 1));
+  EXPECT_THAT(LoadError(folder, folder.Read("a.map")), HasSubstr("newer"));
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "missing.map"); }), HasSubstr("no such file"));
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("not a file"));
+}
+
+TEST(MapFile, RefusesChangedContent) {
+  const TempFolder folder;
+  for (const char* change :
+       {"UPDATE landmarks SET x = x + 1e-9 WHERE id = 3", "DELETE FROM trajectory WHERE rank = 4",
+        "UPDATE cameras SET name = 'b'", "UPDATE object_landmarks SET votes = votes + 1",
+        "UPDATE meta SET value = 42 WHERE key = 'map_version'",
+        "UPDATE keyframes SET timestamp = NULL", "DROP TABLE merged_objects",
+        "UPDATE objects SET state = 'gone'"}) {
+    SaveMap(folder / "a.map", MakeMap());
+    Database(folder / "a.map", Database::Access::kCreate).Execute(change);
+    const std::string error = InputErrorOf([&] { LoadMap(folder / "a.map"); });
+    EXPECT_THAT(error, HasSubstr("a.map")) << change;
+  }
+}
+
+// Any flipped byte is refused, or sits where it changes nothing (free space, the file's change
+// counter).
+TEST(MapFile, FlippedBytesNeverChangeTheMap) {
+  const TempFolder folder;
+  SaveMap(folder / "a.map", MakeMap());
+  const std::string good = folder.Read("a.map");
+  SaveMap(folder / "again.map", LoadMap(folder / "a.map"));
+  const std::string reference = folder.Read("again.map");
+  Rng rng(3);
+  int refused = 0;
+  constexpr int kTrials = 80;
+  for (int i = 0; i < kTrials; ++i) {
+    std::string bad = good;
+    bad[static_cast<size_t>(rng.Index(static_cast<int>(good.size())))] ^=
+        static_cast<char>(1 << rng.Index(8));
+    folder.Write("bad.map", bad);
+    try {
+      SaveMap(folder / "again.map", LoadMap(folder / "bad.map"));
+      EXPECT_TRUE(folder.Read("again.map") == reference);
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, kTrials / 4);
+}
+
+}  // namespace
+}  // namespace oaslam
