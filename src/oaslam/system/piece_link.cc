@@ -129,7 +129,7 @@ std::optional<Similarity> PieceLink::Locate(const Map& map,
 
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
-  constexpr double kMaxSeconds = 1, kMaxTimes = 2;
+  constexpr double kMaxSeconds = 3, kMaxTimes = 2;
   constexpr double kHandTurn = 3,
                    kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
   const auto is_step = [](const Step& step) {

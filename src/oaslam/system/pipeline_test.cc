@@ -116,6 +116,40 @@ TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
   EXPECT_EQ(outcome.state, TrackingState::kTracking);
 }
 
+// The tracking states of a walk along an arc, covered for three images, after which the camera
+// stands at `angle_after` (degrees) and goes on.
+std::vector<TrackingState> StatesOfWalkThatGoesOnAt(double angle_after) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  SlamConfig config;
+  config.runner.mode = "sequential";
+  MapPipeline pipeline(config, EmptyMap());
+  Tracker tracker(config, {}, false);
+  Rng rng(7);
+  std::vector<TrackingState> states;
+  for (int i = 0; i < 90; ++i) {
+    const bool covered = i >= 60 && i < 63;
+    const double angle = i < 63 ? -20 + 0.4 * i : angle_after + 0.1 * (i - 63);
+    Frame frame{i, i / 30.0, 0, {}, {}};
+    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle),
+                                         {.missed = covered ? 1.0 : 0.1}, rng)
+                         .features;
+    Tracker::Outcome outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
+    if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
+    if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
+    states.push_back(outcome.state);
+  }
+  return states;
+}
+
+// What looks like a place that the camera cannot have reached is another one that looks alike.
+TEST(Tracker, DoesNotBelieveThatTheCameraJumped) {
+  EXPECT_EQ(StatesOfWalkThatGoesOnAt(5)[63], TrackingState::kRelocalized);
+  const std::vector<TrackingState> jumped = StatesOfWalkThatGoesOnAt(-18);
+  EXPECT_EQ(jumped[63], TrackingState::kLost);
+  EXPECT_EQ(jumped[66], TrackingState::kLost);
+  EXPECT_EQ(jumped.back(), TrackingState::kTracking);
+}
+
 TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
   for (const std::string mode : {"sequential", "lockstep", "live"}) {
     const WalkResult run = Walk(mode, 120, -1, -1, mode == "live");

@@ -84,6 +84,7 @@ Tracker::Outcome Tracker::Lose(const Frame& frame) {
 Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                                    TrackingState state) {
   Remember(frame, map, tracked, state);
+  is_pose_doubted_ = false;
   Outcome outcome =
       Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   outcome.depth = tracked.depth;
@@ -180,12 +181,30 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
   first.cam_from_world = found.cam_from_world;
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
+  // At a place that only looks alike in part, most of what should be in view besides is matched by
+  // chance.
+  constexpr double kMost = 0.5;
   const int inliers = config_.tracking.min_relocalization_inliers;
-  return TrackLocalMap(frame, map, first,
-                       {.inliers = inliers,
-                        .least_inliers = inliers,
-                        .spread = LeastSpread(),
-                        .radius_scale = kWiderSearch});
+  TrackReport tracked = TrackLocalMap(frame, map, first,
+                                      {.inliers = inliers,
+                                       .least_inliers = inliers,
+                                       .spread = LeastSpread(),
+                                       .least_share = kMost,
+                                       .radius_scale = kWiderSearch});
+  tracked.success = tracked.success && CouldHaveGone(frame, map, tracked);
+  return tracked;
+}
+
+bool Tracker::CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const {
+  constexpr double kSeconds = 60;  // long enough to tell the usual speed
+  const std::vector<FramePose>& poses = trajectory_.poses();
+  const auto first = std::ranges::find_if(
+      poses, [&](const FramePose& p) { return p.timestamp >= frame.timestamp - kSeconds; });
+  const FramePose here{frame.index, frame.timestamp, tracked.reference,
+                       RelativeTo(map, tracked.reference, tracked.cam_from_world),
+                       TrackingState::kRelocalized};
+  return is_pose_doubted_ ||
+         IsContinuous(map, {first, poses.end()}, map, {&here, 1}, Similarity());
 }
 
 // A pose for this frame only: tracking needs points to go on from.
@@ -268,6 +287,7 @@ void Tracker::ForceRelocalization() {
   phase_ = Phase::kLost;
   motion_.reset();
   last_.reset();
+  is_pose_doubted_ = true;
 }
 
 Tracker::Outcome Tracker::Present(const Map& map) const {

@@ -119,6 +119,8 @@ class Tracker {
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
+  // Whether a camera that was where it was seen last can be there by now (IsContinuous).
+  bool CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const;
   Outcome FindLate(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                    TrackingState state);
@@ -201,6 +203,7 @@ class Tracker {
   std::optional<int> relocalized_frame_;  // the newest when the camera was last found
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
+  bool is_pose_doubted_ = false;  // by the user: the last pose tells nothing of the next
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   ObjectTracks object_tracks_;

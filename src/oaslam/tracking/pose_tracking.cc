@@ -93,6 +93,7 @@ bool Meets(const TrackReport& report, const TrackDemands& demands) {
   if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma) ||
       report.spread < demands.spread)
     return false;
+  if (report.inliers < demands.least_share * report.matched) return false;
   return report.inliers >= demands.inliers || report.inliers > kMostOfMatched * report.matched;
 }
 

@@ -42,6 +42,7 @@ struct TrackDemands {
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
   double spread = 0;             // at least (TrackReport)
+  double least_share = 0;        // of the matches, that has to agree
   double radius_scale = 1;       // widens the search, after a relocalization
 };
 

@@ -62,6 +62,32 @@ TEST(PoseTracking, AnImageOfNothingFails) {
       TrackByDescriptors(clutter, s.mapped.map, *last.features, last.landmarks, rng).success);
 }
 
+// As at a place that only looks alike in part: two thirds of the landmarks are found beside where
+// they should be.
+TEST(PoseTracking, MayDemandThatMostOfTheMatchesAgree) {
+  const Scene s;
+  const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
+  const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features,
+                                               last.landmarks, synthetic::PoseOnArc({}, 2.5), 15);
+  ASSERT_TRUE(first.success);
+  Map elsewhere = s.mapped.map;
+  for (const LandmarkId id : elsewhere.landmarks.Ids()) {
+    if (id.value % 3 == 0) continue;
+    Landmark& landmark = elsewhere.landmarks.MutableAt(id);
+    const Eigen::Vector3d p = s.truth * landmark.position;
+    const double angle = id.value;
+    const double aside = 3 / elsewhere.cameras[0].fx * p.z();  // three pixels
+    landmark.position =
+        s.truth.Inverse() *
+        (p + Eigen::Vector3d(aside * std::cos(angle), aside * std::sin(angle), 0)).eval();
+  }
+  const TrackReport tracked = TrackLocalMap(s.frame, elsewhere, first, {});
+  EXPECT_TRUE(tracked.success);
+  EXPECT_LT(tracked.inliers, 0.8 * tracked.matched);
+  EXPECT_FALSE(TrackLocalMap(s.frame, elsewhere, first, {.least_share = 0.8}).success);
+  EXPECT_TRUE(TrackLocalMap(s.frame, s.mapped.map, first, {.least_share = 0.8}).success);
+}
+
 TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {
   const Scene s;
   const LocalMap local =
