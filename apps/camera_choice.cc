@@ -65,6 +65,7 @@ void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap
                                  config.mapping.min_shared_landmarks);
     else
       ApplyCorrection(GlobalBundleAdjustment(piece.map, kIterations, config.bundle), piece.map);
+    RefitMovedObjects(config.objects, piece.map);
   }
 }
 

@@ -130,7 +130,9 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
     if (by != late.observations.end()) late.position = motions.at(by->keyframe) * late.position;
   }
   BundleCorrection of_points = correction;
-  of_points.objects.clear();  // were refitted since, and follow their keyframes
+  // Objects seen since were fitted again to more boxes than this correction knew. All of them are
+  // left to the caller, who fits those again whose keyframes have moved.
+  of_points.objects.clear();
   ApplyCorrection(of_points, map);
   for (const LandmarkId id : map.landmarks.Ids())
     if (!corrected.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);

@@ -135,6 +135,15 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   }
 }
 
+// Objects whose ellipsoid no longer fits their boxes as it did, since their keyframes have moved.
+std::set<ObjectId> MovedObjects(const Map& map, const ObjectsConfig& config) {
+  std::set<ObjectId> moved;
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (HasMoved(map, id, object, config)) moved.insert(id);
+  });
+  return moved;
+}
+
 // Of a loaded map, whose time was another.
 void BeginTime(const ImageTime& now, Map& map) {
   for (const ObjectId id : map.objects.Ids())
@@ -151,13 +160,19 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);
-  map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (!changed.contains(id) && HasMoved(map, id, object, config)) changed.insert(id);
-  });
+  changed.merge(MovedObjects(map, config));
   for (const ObjectId id : changed) Refit(id, now, config, map);
   ResolveAbsent(now, config, map);
   MergeDuplicates(map, changed, config);
   DropUnseen(now, config, map);
+}
+
+void RefitMovedObjects(const ObjectsConfig& config, Map& map) {
+  UpdateUp(map);
+  const std::set<ObjectId> moved = MovedObjects(map, config);
+  const ImageTime no_time_passed;  // nothing has been unseen for long
+  for (const ObjectId id : moved) Refit(id, no_time_passed, config, map);
+  MergeDuplicates(map, moved, config);
 }
 
 }  // namespace oaslam

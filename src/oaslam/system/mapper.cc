@@ -28,7 +28,7 @@ void Mapper::Apply(const MapCommand& command) {
     std::erase_if(map_.anchors,
                   [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
   }
-  AdoptBackgroundBundle(command);
+  const bool has_moved = AdoptBackgroundBundle(command);
   if (command.initial && !InsertInitialMap(*command.initial, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
   if (command.joining) Join(*command.joining, command.frame_index);
@@ -37,6 +37,8 @@ void Mapper::Apply(const MapCommand& command) {
   if (!command.sightings.empty())
     UpdateObjects(map_, command.sightings,
                   {command.frame_index, command.sightings.back().timestamp}, config_.objects);
+  else if (has_moved)
+    RefitMovedObjects(config_.objects, map_);
   else if (command.keyframe)
     UpdateUp(map_);
 }
@@ -73,23 +75,26 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   background_bundle_.emplace(map_, config_.bundle, frame_index);
 }
 
-// Live: once it is ready. Else at a fixed time, so that results are the same on every run.
-void Mapper::AdoptBackgroundBundle(const MapCommand& command) {
+// Live: once it is ready. Else at a fixed time, so that results are the same on every run. Returns
+// whether it has moved the map.
+bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   constexpr int kFrames = 30;  // that it may take
-  if (!background_bundle_) return;
+  if (!background_bundle_) return false;
   const bool is_due = config_.runner.mode == "live"
                           ? background_bundle_->IsReady()
                           : command.frame_index >= background_bundle_->begun_at() + kFrames;
-  if (!is_due && !command.settle) return;
+  if (!is_due && !command.settle) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
+  return true;
 }
 
 void Mapper::Finish() {
   background_bundle_.reset();  // the last one does its work
   constexpr int kIterations = 20;
-  if (map_.keyframes.size() > 2)
-    ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
+  if (map_.keyframes.size() <= 2) return;
+  ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
+  RefitMovedObjects(config_.objects, map_);
 }
 
 std::shared_ptr<const Map> Mapper::Publish() {

@@ -54,7 +54,7 @@ class Mapper {
   void Join(const JoiningMap& joining, int frame_index);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
-  void AdoptBackgroundBundle(const MapCommand& command);
+  bool AdoptBackgroundBundle(const MapCommand& command);
 
   SlamConfig config_;
   Map map_;

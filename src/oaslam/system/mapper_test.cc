@@ -1,0 +1,74 @@
+#include "oaslam/system/mapper.h"
+
+#include <gtest/gtest.h>
+
+#include "oaslam/objects/object_model.h"
+#include "object_film.h"
+
+namespace oaslam {
+namespace {
+
+constexpr uint32_t kFirstDrifted = 4;
+const Eigen::Vector3d kDrift(0.2, 0.1, 0);  // world units
+
+// A map whose landmarks are where they belong. Its first keyframes are so, too; the others lie
+// aside, as before a loop is closed.
+Map DriftedMap(const synthetic::World& world) {
+  Map map = synthetic::MakeMap(world, {}).map;
+  for (const KeyframeId id : map.keyframes.Ids())
+    if (id.value >= kFirstDrifted) {
+      Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
+      pose = pose * Rigid3(Eigen::Quaterniond::Identity(), -kDrift);
+    }
+  return map;
+}
+
+// What a detector says of the object in the images of the drifted keyframes.
+MapCommand SightingsOf(const synthetic::World& world, const synthetic::TrueObject& object) {
+  Rng rng(3);
+  MapCommand command;
+  for (uint32_t k = kFirstDrifted; k < world.cam_from_world.size(); ++k) {
+    command.frame_index = static_cast<int>(10 * k);
+    ObjectSighting sighting;
+    sighting.object = ObjectId(0);
+    sighting.category_id = object.category_id;
+    sighting.is_new = k == kFirstDrifted;
+    sighting.timestamp = k;
+    sighting.observation.frame_index = command.frame_index;
+    sighting.observation.anchor = KeyframeId(k);
+    sighting.observation.score = 0.8;
+    sighting.observation.box =
+        synthetic::Detect({object}, world.cam_from_world[k], world.camera, {}, rng).at(0).box;
+    command.sightings.push_back(sighting);
+  }
+  return command;
+}
+
+// Mean overlap of an ellipsoid with the boxes of the only object of a map, from its keyframes.
+double OverlapIn(const Map& map, const Ellipsoid& ellipsoid) {
+  const Object& object = map.objects.At(ObjectId(0));
+  return MeasureOverlap(ellipsoid, ViewsOf(map, object.observations), 0).mean_iou;
+}
+
+// The last bundle adjustment brings the keyframes back; the object has to come along, although no
+// image shows it again.
+TEST(Mapper, TheLastOptimisationTakesObjectsAlong) {
+  const synthetic::World world = synthetic::MakeWorld({.cameras = 24});
+  const synthetic::TrueObject object = synthetic::Upright(5, {0.2, -0.1, 0.1}, {0.3, 0.2, 0.25});
+  for (const char* objects : {"none", "poses", "full"}) {
+    SlamConfig config;
+    config.bundle.objects = objects;
+    Mapper mapper(config, DriftedMap(world));
+    mapper.Apply(SightingsOf(world, object));
+    const auto before = mapper.Publish();
+    const Ellipsoid drifted = before->objects.At(ObjectId(0)).ellipsoid;
+    ASSERT_GT(OverlapIn(*before, drifted), 0.95) << objects;
+    mapper.Finish();
+    const auto after = mapper.Publish();
+    ASSERT_LT(OverlapIn(*after, drifted), 0.85) << objects;
+    EXPECT_GT(OverlapIn(*after, after->objects.At(ObjectId(0)).ellipsoid), 0.95) << objects;
+  }
+}
+
+}  // namespace
+}  // namespace oaslam
