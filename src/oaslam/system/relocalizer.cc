@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/by_points.h"
@@ -51,22 +53,41 @@ Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evide
   return result;
 }
 
-// The accepted pose leads its candidates.
-void LeadWithAccepted(Relocalization& r) {
-  if (r.evidence == PoseEvidence::kNone) return;
-  constexpr double kAboveAll = 1000;
-  const double best = r.candidates.empty() ? 0 : r.candidates.front().score;
-  r.candidates.insert(r.candidates.begin(), {r.cam_from_world, std::max(best, 0.0) + kAboveAll});
+bool IsSamePose(const Rigid3& a, const Rigid3& b) {
+  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+// Of a frame that was found neither by points nor by objects.
+std::string WhyNeither(const std::string& points, const std::string& objects) {
+  return "by points: " + points + "; by objects: " + objects;
+}
+
+// Whether two tables are copies of one, without a change since. Compares pages, not landmarks.
+bool AreSame(const Table<LandmarkId, Landmark>& a, const Table<LandmarkId, Landmark>& b) {
+  bool are_same = true;
+  a.ForEachDifference(b, [&](LandmarkId, const Landmark*, const Landmark*) { are_same = false; });
+  return are_same;
 }
 
 }  // namespace
 
+// The accepted pose comes first, and none has a higher score. It is one of the candidates, or what
+// the refinement of one has come to.
+void Relocalizer::LeadWithAccepted(Relocalization& found) {
+  if (found.evidence == PoseEvidence::kNone) return;
+  const double best = found.candidates.empty() ? 0 : found.candidates.front().score;
+  std::erase_if(found.candidates, [&](const PoseHypothesis& candidate) {
+    return IsSamePose(candidate.cam_from_world, found.cam_from_world);
+  });
+  found.candidates.insert(found.candidates.begin(), {found.cam_from_world, best});
+}
+
+// The index is kept for as long as the map has the landmarks it was made of. Their number and the
+// map's version do not tell: another map may have the same.
 const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
-  if (!index_ || index_version_ != map.version) {
-    index_.emplace(map);
-    index_version_ = map.version;
-  }
-  return *index_;
+  if (!indexed_ || !AreSame(indexed_->landmarks, map.landmarks))
+    indexed_ = IndexedLandmarks{map.landmarks, PlaceIndex(map)};
+  return indexed_->index;
 }
 
 Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects,
@@ -141,7 +162,11 @@ Relocalization Relocalizer::Find(const Frame& frame, const Map& map, Relocalizat
   if (use_points) result = ByPoints(frame, map, mode == RelocalizationMode::kPointsAndObjects, rng);
   if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {
     Relocalization by_objects = ByObjects(frame, map, use_points, gravity_in_cam, rng);
-    if (!by_objects.candidates.empty()) result = std::move(by_objects);
+    const bool are_both_vain = use_points && by_objects.evidence == PoseEvidence::kNone;
+    const std::string why_neither =
+        frame.detections.empty() ? result.why_not : WhyNeither(result.why_not, by_objects.why_not);
+    if (!use_points || !by_objects.candidates.empty()) result = std::move(by_objects);
+    if (are_both_vain) result.why_not = why_neither;
   }
   LeadWithAccepted(result);
   return result;

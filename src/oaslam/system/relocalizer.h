@@ -26,8 +26,8 @@ struct Relocalization {
       0;                  // of an object-only pose: sigma_position over the distance to its objects
   double confidence = 0;  // [0, 1], of the best hypothesis, also where evidence is kNone
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
-  std::vector<PoseHypothesis> candidates;
-  std::string why_not;
+  std::vector<PoseHypothesis> candidates;  // best first; where a pose is accepted, it is the first
+  std::string why_not;                     // where evidence is kNone
 };
 
 // The same for a frame whose camera is not known.
@@ -64,10 +64,16 @@ class Relocalizer {
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
                            const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const;
   const PlaceIndex& IndexOf(const Map& map);
+  static void LeadWithAccepted(Relocalization& found);
+
+  // An index of places and the landmarks that it was made of.
+  struct IndexedLandmarks {
+    Table<LandmarkId, Landmark> landmarks;
+    PlaceIndex index;
+  };
 
   SlamConfig config_;
-  std::optional<PlaceIndex> index_;  // of the snapshot of this version
-  uint64_t index_version_ = 0;
+  std::optional<IndexedLandmarks> indexed_;
 };
 
 }  // namespace oaslam

@@ -76,11 +76,15 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
   UnknownCameraRelocalization best;
   const Camera& plain = map.cameras[static_cast<size_t>(raw.camera)];
   best.camera = plain;
-  best.found.why_not = "no place of the map looks like this";
-  for (const Camera& camera : CamerasOfMap(map, plain)) {
+  best.found.why_not = "no camera of the map takes images of this shape";
+  const std::vector<Camera> cameras = CamerasOfMap(map, plain);
+  for (const Camera& camera : cameras) {
     const Seen seen = SeenBy(camera, raw, map);
     Relocalization found = Find(seen.frame, seen.map, mode, gravity_in_cam, rng);
-    if (found.evidence == PoseEvidence::kNone) continue;
+    if (found.evidence == PoseEvidence::kNone) {
+      if (best.found.candidates.empty()) best.found = std::move(found);
+      continue;
+    }
     RelocalizationReport report;
     report.cam_from_world = found.cam_from_world;
     report.landmarks = found.landmarks;
@@ -89,7 +93,11 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
     const FocalRelocalization refined = RefineFocal(seen.frame, seen.map, report, config_.tracking);
     const Contradiction contradiction =
         has_points ? ContradictionOf(refined, camera) : Contradiction::kPossible;
-    if (contradiction == Contradiction::kCertain) continue;
+    if (contradiction == Contradiction::kCertain) {
+      if (best.found.evidence == PoseEvidence::kNone)
+        best.found.why_not = "its points contradict the focal lengths of the map's cameras";
+      continue;
+    }
     if (best.found.evidence == PoseEvidence::kNone || found.inliers > best.found.inliers) {
       best.found = std::move(found);
       best.camera = camera;
@@ -100,8 +108,10 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
   const FocalRelocalization free = RelocalizeByPointsAndFocal(
       raw, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
   if (!free.report.success ||
-      (best.found.evidence != PoseEvidence::kNone && free.report.inliers <= best.found.inliers))
+      (best.found.evidence != PoseEvidence::kNone && free.report.inliers <= best.found.inliers)) {
+    if (cameras.empty()) best.found.why_not = free.report.why_not;
     return best;
+  }
   best.found = {};
   best.found.evidence = PoseEvidence::kPoints;
   best.found.cam_from_world = free.report.cam_from_world;
@@ -110,6 +120,7 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
   best.found.sigma_position = free.report.sigma_position;
   best.found.confidence = ConfidenceOfPoints(free.report.inliers);
   best.found.candidates = free.report.hypotheses;
+  LeadWithAccepted(best.found);
   best.camera = free.camera;
   best.camera.is_guess = false;
   best.camera.name = "estimated";

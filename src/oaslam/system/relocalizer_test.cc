@@ -1,0 +1,172 @@
+#include "oaslam/system/relocalizer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "object_film.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+double DistanceBetween(const Rigid3& a, const Rigid3& b) {
+  return (a.OriginInSource() - b.OriginInSource()).norm();
+}
+
+Frame FrameOf(const synthetic::World& world, const Rigid3& cam_from_world) {
+  Rng rng(11);
+  return {0, 0, 0, synthetic::MakeView(world, cam_from_world, {}, rng).features, {}};
+}
+
+Relocalization FindByPoints(Relocalizer& relocalizer, const Frame& frame, const Map& map) {
+  Rng rng(5);
+  return relocalizer.Find(frame, map, RelocalizationMode::kPoints, std::nullopt, rng);
+}
+
+// Objects of different classes on a table, as mapped.
+Map MappedTable() {
+  Rng rng(4);
+  Map map;
+  map.cameras = {synthetic::World().camera};
+  map.up = Eigen::Vector3d::UnitZ();
+  auto no_features = std::make_shared<Features>();
+  no_features->bounds = IdealImageBounds(map.cameras[0]);
+  for (uint32_t k = 0; k < 10; ++k) {
+    Keyframe keyframe;
+    keyframe.features = no_features;
+    keyframe.cam_from_world = synthetic::OnCircle(0.1 * k);
+    map.keyframes.Insert(KeyframeId(k), keyframe);
+  }
+  for (uint32_t i = 0; i < 10; ++i) {
+    Object object;
+    object.category_id = static_cast<int>(i);
+    object.state = ObjectState::kMapped;
+    object.ellipsoid = {{rng.Uniform(-0.6, 0.6), rng.Uniform(-0.5, 0.5), 0.1},
+                        {0.05 + 0.01 * i, 0.08, 0.1},
+                        Eigen::Quaterniond::Identity()};
+    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
+    map.objects.Insert(ObjectId(i), object);
+  }
+  return map;
+}
+
+Frame FrameOfObjects(const Map& map, const Rigid3& cam_from_world, uint64_t seed) {
+  std::vector<synthetic::TrueObject> objects;
+  map.objects.ForEach([&](ObjectId, const Object& o) {
+    objects.push_back({o.category_id, o.ellipsoid});
+  });
+  Rng rng(seed);
+  Frame frame;
+  frame.detections = synthetic::Detect(objects, cam_from_world, map.cameras[0], {}, rng);
+  return frame;
+}
+
+// A map of another place has the same version, as those of two files may.
+TEST(Relocalizer, IsNotMisledByAnotherMapOfTheSameVersion) {
+  const synthetic::World here = synthetic::MakeWorld({.seed = 1}),
+                         there = synthetic::MakeWorld({.seed = 2});
+  const Map map_here = synthetic::MakeMap(here, {}).map,
+            map_there = synthetic::MakeMap(there, {}).map;
+  Map empty;
+  empty.cameras = map_here.cameras;
+  ASSERT_EQ(map_here.version, map_there.version);
+  const Rigid3 pose = synthetic::PoseOnArc({}, 3);
+  Relocalizer relocalizer{SlamConfig()};
+  EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), empty).evidence, PoseEvidence::kNone);
+  EXPECT_EQ(FindByPoints(relocalizer, FrameOf(here, pose), map_here).evidence,
+            PoseEvidence::kPoints);
+  const Relocalization found = FindByPoints(relocalizer, FrameOf(there, pose), map_there);
+  ASSERT_EQ(found.evidence, PoseEvidence::kPoints) << found.why_not;
+  EXPECT_LT(DistanceBetween(found.cam_from_world, pose), 0.05);
+  EXPECT_EQ(FindByPoints(relocalizer, FrameOf(there, pose), map_here).evidence,
+            PoseEvidence::kNone);
+}
+
+TEST(Relocalizer, FindsWhatTheMapHasGrownBy) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  const Map whole = synthetic::MakeMap(world, {}).map;
+  Map map = whole;
+  for (const LandmarkId id : map.landmarks.Ids())
+    if (id.value % 2 == 0) map.EraseLandmark(id);
+  const Frame frame = FrameOf(world, synthetic::PoseOnArc({}, 3));
+  Relocalizer relocalizer{SlamConfig()};
+  const int half = FindByPoints(relocalizer, frame, map).inliers;
+  const int all = FindByPoints(relocalizer, frame, whole).inliers;
+  EXPECT_GT(half, 50);
+  EXPECT_GT(all, 1.5 * half);
+}
+
+TEST(Relocalizer, SaysWhyNotInEveryMode) {
+  const synthetic::World world = synthetic::MakeWorld({.seed = 1}),
+                         other = synthetic::MakeWorld({.seed = 2});
+  const Map map = synthetic::MakeMap(world, {}).map;
+  Frame frame = FrameOf(other, synthetic::PoseOnArc({}, 3));
+  Relocalizer relocalizer{SlamConfig()};
+  const auto why_not = [&](RelocalizationMode mode) {
+    Rng rng(5);
+    const Relocalization found = relocalizer.Find(frame, map, mode, std::nullopt, rng);
+    EXPECT_EQ(found.evidence, PoseEvidence::kNone);
+    return found.why_not;
+  };
+  EXPECT_THAT(why_not(RelocalizationMode::kPoints), HasSubstr("place"));
+  EXPECT_THAT(why_not(RelocalizationMode::kObjects), HasSubstr("detections"));
+  EXPECT_THAT(why_not(RelocalizationMode::kPointsAndObjects), HasSubstr("place"));
+  frame.detections.push_back({5, 0.8, {100, 100, 200, 200}, 0});
+  EXPECT_THAT(why_not(RelocalizationMode::kPointsAndObjects),
+              AllOf(HasSubstr("place"), HasSubstr("detections")));
+  frame.features = nullptr;
+  EXPECT_THAT(why_not(RelocalizationMode::kPointsAndObjects),
+              AllOf(Not(HasSubstr("place")), HasSubstr("detections")));
+}
+
+TEST(Relocalizer, SaysWhyNotOfAnUnknownCamera) {
+  Map map = MappedTable();
+  const Frame frame = FrameOfObjects(map, synthetic::OnCircle(0.3), 1);
+  map.objects = {};
+  Relocalizer relocalizer{SlamConfig()};
+  Rng rng(5);
+  Frame raw = frame;
+  raw.features = std::make_shared<Features>(*map.keyframes.At(KeyframeId(0)).features);
+  EXPECT_THAT(
+      relocalizer.FindWithUnknownCamera(raw, map, RelocalizationMode::kObjects, std::nullopt, rng)
+          .found.why_not,
+      HasSubstr("detections"));
+}
+
+// What is told of the accepted pose is comparable with the other candidates.
+TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  const Map map = synthetic::MakeMap(world, {}).map;
+  const Frame frame = FrameOf(world, synthetic::PoseOnArc({}, 3));
+  Relocalizer relocalizer{SlamConfig()};
+  const Relocalization by_points = FindByPoints(relocalizer, frame, map);
+  ASSERT_EQ(by_points.evidence, PoseEvidence::kPoints);
+  EXPECT_EQ(by_points.candidates.front().score, by_points.inliers);
+  EXPECT_EQ(by_points.candidates.front().cam_from_world.translation,
+            by_points.cam_from_world.translation);
+
+  const Map table = MappedTable();
+  int accepted = 0;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const Rigid3 pose = synthetic::OnCircle(0.2 + 0.1 * static_cast<double>(seed));
+    Rng rng(seed);
+    const Relocalization found = relocalizer.Find(FrameOfObjects(table, pose, seed), table,
+                                                  RelocalizationMode::kObjects, std::nullopt, rng);
+    if (found.evidence != PoseEvidence::kObjects) continue;
+    ++accepted;
+    EXPECT_EQ(found.candidates.front().score, found.object_score);
+    EXPECT_EQ(found.candidates.front().cam_from_world.translation,
+              found.cam_from_world.translation);
+    for (size_t i = 1; i < found.candidates.size(); ++i) {
+      EXPECT_LE(found.candidates[i].score, found.object_score);
+      EXPECT_GT(DistanceBetween(found.candidates[i].cam_from_world, found.cam_from_world), 0);
+    }
+  }
+  EXPECT_GT(accepted, 5);
+}
+
+}  // namespace
+}  // namespace oaslam
