@@ -6,13 +6,15 @@
 #include <limits>
 #include <map>
 
+#include "oaslam/map/repair.h"
+
 namespace oaslam {
 
 std::optional<Map::Carried> Map::ResolveKeyframe(KeyframeId id) const {
   Carried carried{id, {}};
-  while (!keyframes.Contains(carried.by)) {
+  for (size_t links = 0; !keyframes.Contains(carried.by); ++links) {
     const RetiredKeyframe* link = retired.Find(carried.by);
-    if (!link) return std::nullopt;
+    if (!link || links == retired.size()) return std::nullopt;  // leads nowhere, or in a circle
     carried = {link->parent, carried.cam_from_carrier * link->cam_from_parent};
   }
   return carried;
@@ -245,6 +247,8 @@ std::vector<std::string> Map::CheckInvariants() const {
     if (keyframe.camera < 0 || keyframe.camera >= static_cast<int>(cameras.size()))
       problems.push_back(
           fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));
+    if (!IsFinite(keyframe.cam_from_world))
+      problems.push_back(fmt::format("keyframe {}: pose not finite", id.value));
     if (retired.Contains(id))
       problems.push_back(fmt::format("keyframe {}: also retired", id.value));
     for (uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
@@ -281,22 +285,34 @@ std::vector<std::string> Map::CheckInvariants() const {
     if (id.value >= next_landmark)
       problems.push_back(fmt::format("landmark {}: id not allocated", id.value));
   });
-  retired.ForEach([&](KeyframeId id, const RetiredKeyframe&) {
+  retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
+    if (!IsFinite(r.cam_from_parent))
+      problems.push_back(fmt::format("retired keyframe {}: pose not finite", id.value));
     if (!ResolvePose(id))
       problems.push_back(fmt::format("retired keyframe {}: leads nowhere", id.value));
   });
   objects.ForEach([&](ObjectId id, const Object& object) {
+    const Ellipsoid& e = object.ellipsoid;
+    if (!e.center.allFinite() || !e.half_axes.allFinite() || !e.rotation.coeffs().allFinite())
+      problems.push_back(fmt::format("object {}: ellipsoid not finite", id.value));
     if (object.landmarks.size() != object.landmark_votes.size())
       problems.push_back(fmt::format("object {}: votes and landmarks differ in number", id.value));
-    for (const ObjectObservation& o : object.observations)
+    if (!std::ranges::is_sorted(object.landmarks))
+      problems.push_back(fmt::format("object {}: landmarks not ascending", id.value));
+    for (const ObjectObservation& o : object.observations) {
       if (!ResolvePose(o.anchor))
         problems.push_back(
             fmt::format("object {}: anchor {} leads nowhere", id.value, o.anchor.value));
+      if (!IsFinite(o.cam_from_anchor))
+        problems.push_back(fmt::format("object {}: pose of an observation not finite", id.value));
+    }
   });
   for (const auto& [name, anchor] : anchors) {
     if (!ResolvePose(anchor.keyframe))
       problems.push_back(
           fmt::format("anchor \"{}\": keyframe {} leads nowhere", name, anchor.keyframe.value));
+    if (!IsFinite(anchor.cam_from_anchor))
+      problems.push_back(fmt::format("anchor \"{}\": pose not finite", name));
     if (!(anchor.size > 0) || !std::isfinite(anchor.size))
       problems.push_back(
           fmt::format("anchor \"{}\": size {}, must be positive", name, anchor.size));

@@ -3,6 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "oaslam/map/repair.h"
+
 namespace oaslam {
 namespace {
 
@@ -123,6 +129,123 @@ TEST(Map, InvariantsCanFail) {
   Map map = ThreeKeyframes();
   map.keyframes.MutableAt(KeyframeId(1)).landmarks[0] = LandmarkId();
   EXPECT_FALSE(map.CheckInvariants().empty());
+}
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// With a retired keyframe, an object and an anchor.
+Map FullMap() {
+  Map map = ThreeKeyframes();
+  map.keyframes.Insert(KeyframeId(3), MakeKeyframe(40, 3));
+  map.RetireKeyframe(KeyframeId(3));
+  map.retired.Insert(KeyframeId(4), {KeyframeId(1), {}});
+  Object object;
+  object.observations = {{0, KeyframeId(0), {}, 0, {1, 1, 9, 9}, 0.5, 0},
+                         {9, KeyframeId(4), {}, 0, {1, 1, 9, 9}, 0.5, 0}};
+  object.landmarks = {LandmarkId(2), LandmarkId(7)};
+  object.landmark_votes = {20, 70};
+  map.objects.Insert(ObjectId(0), object);
+  Anchor anchor;
+  anchor.size = 1;
+  anchor.keyframe = KeyframeId(4);
+  map.anchors["flag"] = anchor;
+  return map;
+}
+
+TEST(Map, AConsistentMapIsRepairedToItself) {
+  const Map map = FullMap(), repaired = Repaired(map);
+  ASSERT_THAT(map.CheckInvariants(), IsEmpty());
+  EXPECT_EQ(repaired.keyframes.Ids(), map.keyframes.Ids());
+  EXPECT_EQ(repaired.retired.Ids(), map.retired.Ids());
+  EXPECT_EQ(repaired.landmarks.Ids(), map.landmarks.Ids());
+  EXPECT_EQ(repaired.next_landmark, map.next_landmark);
+  EXPECT_EQ(repaired.anchors, map.anchors);
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    EXPECT_EQ(repaired.keyframes.At(id).landmarks, map.keyframes.At(id).landmarks);
+    EXPECT_EQ(repaired.keyframes.At(id).covisible, map.keyframes.At(id).covisible);
+  }
+  EXPECT_EQ(repaired.objects.At(ObjectId(0)).observations.size(), 2U);
+  EXPECT_EQ(repaired.objects.At(ObjectId(0)).landmarks.size(), 2U);
+}
+
+// Each break costs what it concerns, and no more.
+TEST(Map, WhatIsBrokenIsLeftOut) {
+  const auto expect_repair = [](const char* name, const std::function<void(Map&)>& damage,
+                                size_t keyframes, size_t landmarks) {
+    Map map = FullMap();
+    damage(map);
+    EXPECT_THAT(map.CheckInvariants(), testing::Not(IsEmpty())) << name;
+    const Map repaired = Repaired(map);
+    EXPECT_THAT(repaired.CheckInvariants(), IsEmpty()) << name;
+    EXPECT_EQ(repaired.keyframes.size(), keyframes) << name;
+    EXPECT_EQ(repaired.landmarks.size(), landmarks) << name;
+  };
+  const KeyframeId first(0), second(1), retired(4);
+  const LandmarkId landmark(3);
+  expect_repair(
+      "no features", [&](Map& m) { m.keyframes.MutableAt(first).features = nullptr; }, 2, 20);
+  expect_repair(
+      "no pose",
+      [&](Map& m) { m.keyframes.MutableAt(first).cam_from_world.translation.x() = kNan; }, 2, 20);
+  expect_repair(
+      "no camera", [&](Map& m) { m.keyframes.MutableAt(first).camera = 1; }, 2, 20);
+  expect_repair(
+      "gone", [&](Map& m) { m.keyframes.Erase(second); }, 2, 20);
+  expect_repair(
+      "two gone",
+      [&](Map& m) {
+        m.keyframes.Erase(first);
+        m.keyframes.Erase(second);
+      },
+      1, 0);
+  expect_repair(
+      "also retired",
+      [&](Map& m) {
+        m.retired.Insert(second, {first, {}});
+      },
+      3, 20);
+  expect_repair(
+      "a circle",
+      [&](Map& m) {
+        m.retired.MutableAt(retired).parent = KeyframeId(5);
+        m.retired.Insert(KeyframeId(5), {retired, {}});
+      },
+      3, 20);
+  expect_repair(
+      "one side", [&](Map& m) { m.keyframes.MutableAt(first).landmarks[3] = {}; }, 3, 20);
+  expect_repair(
+      "other side", [&](Map& m) { m.landmarks.MutableAt(landmark).observations.pop_back(); }, 3,
+      20);
+  expect_repair(
+      "one observation", [&](Map& m) { m.landmarks.MutableAt(landmark).observations.resize(1); }, 3,
+      19);
+  expect_repair(
+      "order", [&](Map& m) { std::ranges::reverse(m.landmarks.MutableAt(landmark).observations); },
+      3, 20);
+  expect_repair(
+      "no position", [&](Map& m) { m.landmarks.MutableAt(landmark).position.y() = kNan; }, 3, 19);
+  expect_repair(
+      "not allocated", [](Map& m) { m.next_landmark = 5; }, 3, 20);
+  expect_repair(
+      "erased", [&](Map& m) { m.landmarks.Erase(landmark); }, 3, 19);
+  expect_repair(
+      "one-sided", [&](Map& m) { m.keyframes.MutableAt(first).covisible.pop_back(); }, 3, 20);
+  expect_repair(
+      "votes", [](Map& m) { m.objects.MutableAt(ObjectId(0)).landmark_votes.pop_back(); }, 3, 20);
+  expect_repair(
+      "anchor", [](Map& m) { m.anchors.at("flag").keyframe = KeyframeId(77); }, 3, 20);
+  expect_repair(
+      "size", [](Map& m) { m.anchors.at("flag").size = -1; }, 3, 20);
+
+  Map map = FullMap();
+  Object& object = map.objects.MutableAt(ObjectId(0));
+  std::swap(object.landmarks[0], object.landmarks[1]);
+  object.observations[1].anchor = KeyframeId(99);
+  const Object repaired = Repaired(map).objects.At(ObjectId(0));
+  EXPECT_EQ(repaired.landmarks, (std::vector{LandmarkId(2), LandmarkId(7)}));
+  EXPECT_EQ(repaired.landmark_votes, (std::vector<uint16_t>{70, 20}));
+  ASSERT_EQ(repaired.observations.size(), 1U);
+  EXPECT_EQ(repaired.observations[0].anchor, KeyframeId(0));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include "oaslam/util/ids.h"
 
 namespace oaslam {
@@ -66,6 +68,15 @@ TEST(Table, IteratesInOrderOfIds) {
   Table<LandmarkId, int> table;
   for (const uint32_t i : {300U, 2U, 77U}) table.Insert(LandmarkId(i), 0);
   EXPECT_EQ(table.Ids(), (std::vector{LandmarkId(2), LandmarkId(77), LandmarkId(300)}));
+}
+
+// A defect of the program ends what is being done, not the program.
+TEST(Table, WhatIsNotThereIsSaidByAnException) {
+  Table<LandmarkId, int> table;
+  table.Insert(LandmarkId(1), 1);
+  EXPECT_THROW(table.At(LandmarkId(2)), std::logic_error);
+  EXPECT_THROW(table.Insert(LandmarkId(1), 2), std::logic_error);
+  EXPECT_EQ(table.At(LandmarkId(1)), 1);
 }
 
 }  // namespace

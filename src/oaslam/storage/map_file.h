@@ -19,7 +19,8 @@ struct SavedMap {
 
 // One SQLite file, written beside `path` and renamed, so that a crash leaves the old one whole
 // (docs/formats.md has the schema). Equal maps give equal content: save(load(save(m))) is
-// byte-equal. Throws InputError.
+// byte-equal. Of a map that breaks its invariants, which takes a defect of this library, what is
+// concerned is left out, with a warning. Throws InputError.
 void SaveMap(const std::string& path, const SavedMap& saved);
 
 // Verifies application id, version, integrity, content checksum and the map's invariants. Throws

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <bit>
 #include <filesystem>
+#include <functional>
 
 #include "oaslam/error.h"
+#include "oaslam/map/repair.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/storage/sqlite.h"
-#include "oaslam/util/check.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -128,7 +130,6 @@ void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
   });
   RowWriter landmarks(database, checksum, "object_landmarks", 3);
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    OASLAM_CHECK(std::ranges::is_sorted(object.landmarks));
     for (size_t i = 0; i < object.landmarks.size(); ++i)
       landmarks.Write(id, object.landmarks[i], static_cast<int>(object.landmark_votes[i]));
   });
@@ -195,11 +196,35 @@ void SyncToDisk(const std::string& path) {
   if (!synced) throw InputError(fmt::format("{}: cannot be written to disk", path));
 }
 
-}  // namespace
+bool HasFinitePose(const FramePose& frame) { return IsFinite(frame.cam_from_reference); }
 
-void SaveMap(const std::string& path, const SavedMap& saved) {
-  OASLAM_CHECK(saved.map.CheckInvariants().empty());
-  for (const Piece& piece : saved.pieces) OASLAM_CHECK(piece.map.CheckInvariants().empty());
+void AddProblems(const Map& map, const std::vector<FramePose>& trajectory,
+                 std::vector<std::string>& problems) {
+  for (std::string& problem : map.CheckInvariants()) problems.push_back(std::move(problem));
+  for (const FramePose& frame : trajectory)
+    if (!HasFinitePose(frame))
+      problems.push_back(fmt::format("frame {}: pose not finite", frame.frame_index));
+}
+
+std::vector<std::string> ProblemsOf(const SavedMap& saved) {
+  std::vector<std::string> problems;
+  AddProblems(saved.map, saved.trajectory, problems);
+  for (const Piece& piece : saved.pieces) AddProblems(piece.map, piece.trajectory, problems);
+  return problems;
+}
+
+void Repair(Map& map, std::vector<FramePose>& trajectory) {
+  map = Repaired(map);
+  std::erase_if(trajectory, std::not_fn(HasFinitePose));
+}
+
+SavedMap WithoutProblems(SavedMap saved) {
+  Repair(saved.map, saved.trajectory);
+  for (Piece& piece : saved.pieces) Repair(piece.map, piece.trajectory);
+  return saved;
+}
+
+void WriteFile(const std::string& path, const SavedMap& saved) {
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder))
     throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
@@ -214,10 +239,22 @@ void SaveMap(const std::string& path, const SavedMap& saved) {
     SyncToDisk(temporary);
     std::filesystem::rename(temporary, path, error);
     if (error) throw InputError(fmt::format("{}: cannot be written: {}", path, error.message()));
-  } catch (const InputError&) {
+  } catch (...) {
     std::filesystem::remove(temporary, error);
     throw;
   }
+}
+
+}  // namespace
+
+void SaveMap(const std::string& path, const SavedMap& saved) {
+  const std::vector<std::string> problems = ProblemsOf(saved);
+  if (problems.empty()) return WriteFile(path, saved);
+  Log(LogLevel::kWarning,
+      fmt::format("{}: the map is not consistent, by a defect of this program; it is saved without "
+                  "what is concerned ({} problems, first: {})",
+                  path, problems.size(), problems.front()));
+  WriteFile(path, WithoutProblems(saved));
 }
 
 }  // namespace oaslam

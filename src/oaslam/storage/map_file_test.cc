@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "expect_input_error.h"
 #include "oaslam/storage/map_schema.h"
 #include "oaslam/storage/sqlite.h"
+#include "oaslam/util/log.h"
 #include "random_map.h"
 #include "temp_folder.h"
 
@@ -302,6 +304,33 @@ TEST(MapFile, FlippedBytesNeverChangeTheMap) {
     }
   }
   EXPECT_GT(refused, kTrials / 4);
+}
+
+// A defect of the program must not cost the user's map.
+TEST(MapFile, SavesWhatIsSoundOfABrokenMap) {
+  const TempFolder folder;
+  SavedMap saved = MakeMap();
+  saved.pieces = {PieceOf(saved, 10000)};
+  const size_t landmarks = saved.map.landmarks.size(), poses = saved.trajectory.size();
+  const LandmarkId broken = saved.map.landmarks.Ids().front();
+  saved.map.landmarks.MutableAt(broken).observations.resize(1);
+  Map& piece = saved.pieces[0].map;
+  piece.keyframes.MutableAt(piece.keyframes.Ids().back()).cam_from_world.translation.x() =
+      std::numeric_limits<double>::quiet_NaN();
+  saved.trajectory[3].cam_from_reference.rotation.w() = std::numeric_limits<double>::infinity();
+  std::vector<std::string> told;
+  SetLogSink([&](LogLevel, const std::string& message) { told.push_back(message); });
+  SaveMap(folder / "a.map", saved);
+  SetLogSink(nullptr);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_THAT(told[0], AllOf(HasSubstr("a.map"), HasSubstr("not consistent"),
+                             HasSubstr(std::to_string(broken.value))));
+  const SavedMap loaded = LoadMap(folder / "a.map");
+  EXPECT_EQ(loaded.map.keyframes.Ids(), saved.map.keyframes.Ids());
+  EXPECT_EQ(loaded.map.landmarks.size(), landmarks - 1);
+  EXPECT_EQ(loaded.trajectory.size(), poses - 1);
+  ASSERT_EQ(loaded.pieces.size(), 1U);
+  EXPECT_EQ(loaded.pieces[0].map.keyframes.size(), piece.keyframes.size() - 1);
 }
 
 }  // namespace
