@@ -15,6 +15,7 @@
 #include "live_view.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
+#include "oaslam/objects/object_mapper.h"
 #include "recording.h"
 #include "run_results.h"
 
@@ -145,6 +146,28 @@ std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& 
   return estimate;
 }
 
+// What is left to do on the whole map: to undo the readout of the camera's rows, and to estimate a
+// camera that was not given. Where it throws, the map stays as it is.
+std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const SlamConfig& config,
+                                             const std::optional<CameraEstimate>& first,
+                                             SavedMap& saved) {
+  SavedMap refined = saved;
+  if (options.readout_ms) {
+    const auto undo = [&](const Map& map, const std::vector<FramePose>& trajectory) {
+      Map still = WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle,
+                                 config.mapping.min_shared_landmarks);
+      RefitMovedObjects(config.objects, still);
+      return still;
+    };
+    refined.map = undo(refined.map, refined.trajectory);
+    for (Piece& piece : refined.pieces) piece.map = undo(piece.map, piece.trajectory);
+  }
+  std::optional<CameraEstimate> estimate =
+      LastEstimate(first, config, !options.readout_ms, refined);
+  saved = std::move(refined);
+  return estimate;
+}
+
 int Run(const RunOptions& options) {
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
@@ -175,7 +198,6 @@ int Run(const RunOptions& options) {
   const auto reset = [&] {
     slam.Reset();
     first_frame = 0;
-    slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
     set_classes(false);
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
@@ -190,8 +212,15 @@ int Run(const RunOptions& options) {
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
-  std::exception_ptr failure;
-  try {
+  std::exception_ptr failure;  // the first one; it is told once all that there is has been saved
+  const auto attempt = [&](const auto& step) {
+    try {
+      step();
+    } catch (const std::exception&) {
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  attempt([&] {
     while (!Interrupted()) {
       pace.Delay(view.Obey(slam, reset));
       if (Interrupted()) break;
@@ -211,37 +240,33 @@ int Run(const RunOptions& options) {
     }
     inputs.FinishLate();
     AddLateDetections(inputs, slam, results);
-  } catch (const std::exception&) {
-    failure = std::current_exception();
-  }
+  });
   inputs.CheckGravity();
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
   const bool interrupted = Interrupted();
-  slam.Finish();
+  attempt([&] { slam.Finish(); });
   slam.Shutdown();
   results.SetMainPiece(slam.MainPiece());
   SavedMap saved = slam.Export();
-  if (options.readout_ms) {
-    const auto undo = [&](const Map& map, std::vector<FramePose>& trajectory) {
-      return WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle,
-                            config.mapping.min_shared_landmarks);
-    };
-    saved.map = undo(saved.map, saved.trajectory);
-    for (Piece& piece : saved.pieces) piece.map = undo(piece.map, piece.trajectory);
-  }
-  const std::optional<CameraEstimate> estimate =
-      LastEstimate(first_estimate, config, !options.readout_ms, saved);
+  std::optional<CameraEstimate> estimate = first_estimate;
+  attempt([&] { estimate = RefineWholeMap(options, config, first_estimate, saved); });
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
   std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory, first_frame);
-  if (!failure) failure = ScaleToMetres(scale, saved, trajectory, results);
+  if (const auto unscaled = ScaleToMetres(scale, saved, trajectory, results); !failure)
+    failure = unscaled;
   std::vector<std::vector<StampedPose>> pieces;
   for (const Piece& piece : saved.pieces)
     pieces.push_back(FinalTrajectory(piece.map, piece.trajectory, first_frame));
-  const size_t tracked =
-      results.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s, interrupted);
-  if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  size_t tracked = 0;
+  attempt([&] {
+    tracked =
+        results.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s, interrupted);
+  });
+  attempt([&] {
+    if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  });
   if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);

@@ -10,6 +10,7 @@
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/objects/moved_objects.h"
+#include "oaslam/objects/object_mapper.h"
 #include "oaslam/system/piece_joining.h"
 #include "oaslam/util/log.h"
 
@@ -180,7 +181,8 @@ bool Atlas::JoinResumption(int frame_index) {
   if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map,
                     found.tracker().trajectory(), *world_from_new))
     return false;
-  main_->Join(*map, *world_from_new, frame_index);
+  if (!main_->Join(*map, *world_from_new, frame_index)) return false;
+  if (!failure_) failure_ = found.failure();
   main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
   resumption_.reset();
   Log(LogLevel::kInfo,
@@ -210,6 +212,7 @@ void Atlas::Park(Session& session) {
   rest.settle = config_.runner.mode !=
                 "live";  // there the camera does not wait for a global bundle adjustment
   session.SubmitAndWait(std::move(rest));
+  if (!failure_) failure_ = session.failure();
   const std::shared_ptr<const Map> map = session.snapshot();
   free_ids_ = Behind(free_ids_, session.next_ids());
   if (map->keyframes.size() == 0) return;
@@ -245,7 +248,7 @@ bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame
   if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map,
                     piece.trajectory, world_from_piece))
     return false;
-  session.Join(piece.map, world_from_piece, frame_index);
+  if (!session.Join(piece.map, world_from_piece, frame_index)) return false;
   session.tracker().Adopt(piece.trajectory, world_from_piece.scale);
   const auto frame_of = [&](KeyframeId id) { return piece.map.keyframes.At(id).frame_index; };
   const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
@@ -338,20 +341,29 @@ void Atlas::LookBack() {
 void Atlas::Finish() {
   if (resumption_) resumption_->session().Newest();
   if (resumption_ && !JoinResumption(newest_frame_)) EndResumption(newest_frame_);
-  if (mapping_) {
+  if (mapping_ && !failure()) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
     LocateWaiting();
     PromoteLargest();
     LookBack();
   }
   main_->Finish();
+  if (!mapping_ || failure()) return;
   for (Waiting& waiting : waiting_) {
     constexpr int kIterations = 20;
     Map& map = waiting.piece.map;
-    if (map.keyframes.size() > 2)
+    if (map.keyframes.size() > 2) {
       ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config_.bundle), map);
+      RefitMovedObjects(config_.objects, map);
+    }
     ++map.version;
   }
+}
+
+std::exception_ptr Atlas::failure() {
+  if (failure_) return failure_;
+  if (const std::exception_ptr failure = main_->failure()) return failure;
+  return resumption_ ? resumption_->session().failure() : nullptr;
 }
 
 void Atlas::Shutdown() {
@@ -378,6 +390,7 @@ void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
 }
 
 void Atlas::SetMapping(bool enabled) {
+  if (mapping_ && !enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
   mapping_ = enabled;
   main_->tracker().SetMapping(enabled);
   if (enabled) return;

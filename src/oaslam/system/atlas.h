@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <list>
 #include <memory>
 #include <optional>
@@ -39,9 +40,12 @@ class Atlas {
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
                                                 const std::vector<ObjectDetection>& detections);
   // Joins what can be joined, looks back into gaps (but where the runner is live), and waits for
-  // the last optimisation.
+  // the last optimisation. Without mapping the map stays as it is.
   void Finish();
   void Shutdown();
+  // What has ended the mapping of the main piece or of another one (MapPipeline); null while it
+  // goes on. Pieces stay as they are from then on, and none is lost.
+  std::exception_ptr failure();
 
   void SetRelocalizationMode(RelocalizationMode mode);
   void SetMapping(bool enabled);
@@ -99,6 +103,7 @@ class Atlas {
   int main_number_ = 0, last_number_ = 0;
   std::set<std::tuple<int, size_t, int, uint64_t>> tried_;  // pairs of pieces that were not joined
   bool is_shut_down_ = false;
+  std::exception_ptr failure_;  // of a session that has ended
 };
 
 }  // namespace oaslam

@@ -3,16 +3,21 @@
 namespace oaslam {
 
 BackgroundBundle::BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index)
-    : begun_at_(frame_index), work_(new Work{map, {}, false}) {
+    : begun_at_(frame_index), work_(new Work{map, {}, nullptr, false}) {
   constexpr int kIterations = 20;
   thread_ = std::jthread([work = work_.get(), config](const std::stop_token& stop) {
-    work->correction = GlobalBundleAdjustment(work->map, kIterations, config, stop);
+    try {
+      work->correction = GlobalBundleAdjustment(work->map, kIterations, config, stop);
+    } catch (...) {
+      work->failure = std::current_exception();
+    }
     work->is_ready = true;
   });
 }
 
 void BackgroundBundle::WaitAndApply(int min_shared_landmarks, Map& map) {
   if (thread_.joinable()) thread_.join();
+  if (work_->failure) std::rethrow_exception(work_->failure);
   if (!work_->correction.success) return;
   ApplyLateCorrection(work_->correction, work_->map, map);
   for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, min_shared_landmarks);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <memory>
 #include <thread>
 
@@ -21,13 +22,14 @@ class BackgroundBundle {
 
   int begun_at() const { return begun_at_; }
   bool IsReady() const { return work_->is_ready; }
-  // Into the map as it has become meanwhile.
+  // Into the map as it has become meanwhile. Throws what the work has thrown.
   void WaitAndApply(int min_shared_landmarks, Map& map);
 
  private:
   struct Work {
     Map map;
     BundleCorrection correction;
+    std::exception_ptr failure;
     std::atomic<bool> is_ready = false;
   };
 

@@ -1,8 +1,7 @@
 #include "oaslam/system/map_pipeline.h"
 
+#include <limits>
 #include <utility>
-
-#include "oaslam/util/check.h"
 
 namespace oaslam {
 namespace {
@@ -22,20 +21,47 @@ MapPipeline::MapPipeline(const SlamConfig& config, Map map)
 }
 
 void MapPipeline::Submit(MapCommand command, bool wait) {
-  std::unique_lock lock(mutex_);
-  ++submitted_count_;
-  submitted_.emplace_back(command.frame_index, submitted_count_);
-  if (wait) required_ = submitted_count_;
-  if (mode_ == RunnerMode::kSequential) {
-    mapper_.Apply(command);
-    applied_count_ = submitted_count_;
-    published_.push_back({applied_count_, mapper_.Publish()});
-    return;
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return queue_.size() < kMaxQueued || failure_; });
+    if (failure_) return;
+    const int frame_index = command.frame_index;
+    if (mode_ != RunnerMode::kSequential) queue_.push_back(std::move(command));
+    submitted_.emplace_back(frame_index, submitted_count_ + 1);
+    ++submitted_count_;
+    if (wait) required_ = submitted_count_;
   }
-  changed_.wait(lock, [&] { return queue_.size() < kMaxQueued; });
-  queue_.push_back(std::move(command));
-  lock.unlock();
+  if (mode_ == RunnerMode::kSequential) return Apply(command);
   changed_.notify_all();
+}
+
+// Without the lock while the mapper works.
+void MapPipeline::Apply(const MapCommand& command) {
+  try {
+    mapper_.Apply(command);
+    std::shared_ptr<const Map> map = mapper_.Publish();
+    const std::scoped_lock lock(mutex_);
+    published_.push_back({applied_count_ + 1, std::move(map)});
+    ++applied_count_;
+  } catch (...) {
+    Fail(std::current_exception());
+  }
+}
+
+// The newest map there is becomes the answer to all that is waited for, now and later.
+void MapPipeline::Fail(std::exception_ptr failure) {
+  {
+    const std::scoped_lock lock(mutex_);
+    failure_ = std::move(failure);
+    published_.back().sequence = std::numeric_limits<uint64_t>::max();
+    queue_.clear();
+  }
+  changed_.notify_all();
+}
+
+std::exception_ptr MapPipeline::failure() {
+  const std::scoped_lock lock(mutex_);
+  return failure_;
 }
 
 void MapPipeline::Work(std::stop_token stop) {
@@ -47,14 +73,9 @@ void MapPipeline::Work(std::stop_token stop) {
       command = std::move(queue_.front());
       queue_.pop_front();
     }
-    mapper_.Apply(command);
-    Published published{0, mapper_.Publish()};
-    {
-      const std::scoped_lock lock(mutex_);
-      published.sequence = ++applied_count_;
-      published_.push_back(std::move(published));
-    }
+    Apply(command);
     changed_.notify_all();
+    if (failure()) return;
   }
 }
 
@@ -104,12 +125,17 @@ size_t MapPipeline::QueueLength() {
 std::shared_ptr<const Map> MapPipeline::Finish() {
   Newest();
   // The mapper rests: nothing is queued, and only this thread submits.
-  mapper_.Finish();
-  auto map = mapper_.Publish();
-  const std::scoped_lock lock(mutex_);
-  published_.clear();
-  published_.push_back({applied_count_, map});
-  return map;
+  if (!failure()) {
+    try {
+      mapper_.Finish();
+      std::shared_ptr<const Map> map = mapper_.Publish();
+      const std::scoped_lock lock(mutex_);
+      published_.back() = {applied_count_, std::move(map)};
+    } catch (...) {
+      Fail(std::current_exception());
+    }
+  }
+  return Newest();
 }
 
 void MapPipeline::Shutdown() {
@@ -117,10 +143,8 @@ void MapPipeline::Shutdown() {
   thread_.request_stop();
   thread_.join();
   mode_ = RunnerMode::kSequential;
-  for (const MapCommand& command : std::exchange(queue_, {})) {
-    mapper_.Apply(command);
-    published_.push_back({++applied_count_, mapper_.Publish()});
-  }
+  for (const MapCommand& command : std::exchange(queue_, {}))
+    if (!failure_) Apply(command);
 }
 
 }  // namespace oaslam

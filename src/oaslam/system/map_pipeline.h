@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -20,6 +21,9 @@ enum class RunnerMode { kSequential, kLockstep, kLive };
 // are the same on every run. Live: on its own thread, newest snapshot; the tracker asks for no
 // keyframe while the last one is not yet in the map, which keeps the queue short, and it is bounded
 // all the same.
+// An exception while the mapper works (memory has run out, an invariant is broken) ends the
+// mapping, not the program: the map stays for good as it was before the command that failed, and
+// what is submitted is dropped. Nobody who waits for a command is kept waiting.
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);
@@ -33,6 +37,9 @@ class MapPipeline {
 
   // The snapshot for the tracker of a frame.
   std::shared_ptr<const Map> SnapshotFor(int frame_index);
+
+  // The exception that has ended the mapping; null while it goes on.
+  std::exception_ptr failure();
 
   // Waits for all commands, runs the last optimisation, and returns the map.
   std::shared_ptr<const Map> Finish();
@@ -51,6 +58,8 @@ class MapPipeline {
   };
 
   void Work(std::stop_token stop);
+  void Apply(const MapCommand& command);
+  void Fail(std::exception_ptr failure);
   std::shared_ptr<const Map> WaitFor(uint64_t sequence);
 
   RunnerMode mode_;
@@ -64,6 +73,7 @@ class MapPipeline {
   std::deque<std::pair<int, uint64_t>>
       submitted_;  // frame and sequence of commands not yet behind the lag
   uint64_t submitted_count_ = 0, applied_count_ = 0, required_ = 0;
+  std::exception_ptr failure_;
   std::jthread thread_;
 };
 

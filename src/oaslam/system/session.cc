@@ -29,11 +29,12 @@ void Session::SubmitAndWait(MapCommand command) {
   Newest();
 }
 
-void Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
+bool Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
   MapCommand command;
   command.frame_index = frame_index;
   command.joining = JoiningMap{std::make_shared<const Map>(piece), world_from_piece};
   SubmitAndWait(std::move(command));
+  return !failure();
 }
 
 NextIds Session::next_ids() {
@@ -82,7 +83,7 @@ bool Session::AgreesWith(const Frame& frame) const {
 int Session::FollowAlong(const Way& way, const Confirmation* is_confirmed) {
   int found = 0;
   const auto is_tracked = [&](const Frame* frame) { return tracker_.HasTracked(frame->index); };
-  for (size_t i = 0; i + 1 < way.size(); ++i) {
+  for (size_t i = 0; i + 1 < way.size() && !failure(); ++i) {
     if (!is_tracked(way[i]) || is_tracked(way[i + 1])) continue;
     const auto gap_end = static_cast<size_t>(
         std::find_if(way.begin() + static_cast<std::ptrdiff_t>(i) + 1, way.end(), is_tracked) -
@@ -90,6 +91,8 @@ int Session::FollowAlong(const Way& way, const Confirmation* is_confirmed) {
     Session trial(config_, *snapshot_, next_ids(), true);
     trial.tracker_ = tracker_;
     const int count = trial.Extend(way, i, gap_end, is_confirmed != nullptr);
+    failure_ = trial.failure();
+    if (failure_) return found;
     const bool has_met =
         count > 0 && i + static_cast<size_t>(count) + 1 == gap_end && gap_end < way.size();
     const auto is_right = [&] {
@@ -127,8 +130,12 @@ int Session::LookBack(const std::vector<Frame>& frames, const Confirmation& is_c
 }
 
 void Session::Finish() {
-  pipeline_.Submit(tracker_.TakeRest(), true);
-  snapshot_ = pipeline_.Finish();
+  if (tracker_.IsMapping()) {
+    pipeline_.Submit(tracker_.TakeRest(), true);
+    snapshot_ = pipeline_.Finish();
+  } else {
+    Newest();
+  }
   tracker_.SettleTrajectory(*snapshot_);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -27,8 +28,9 @@ class Session {
   }
   // Submits, and takes the map that holds it.
   void SubmitAndWait(MapCommand command);
-  // Adds what is seen of another piece; returns after the mapper has done it.
-  void Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
+  // Adds what is seen of another piece; returns after the mapper has done it. False where mapping
+  // has ended before.
+  bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
   // Whether something else speaks for a way that was followed, by the map and the trajectory that
   // it made.
   using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
@@ -37,9 +39,11 @@ class Session {
   // known at its end or is confirmed. `frames` in order, perhaps with holes. Returns how many got a
   // pose.
   int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
-  // Hands over what is left, and waits for the last optimisation.
+  // Hands over what is left, and waits for the last optimisation; without mapping there is none.
   void Finish();
   void Shutdown() { pipeline_.Shutdown(); }
+  // What has ended the mapping (MapPipeline); null while it goes on.
+  std::exception_ptr failure() { return failure_ ? failure_ : pipeline_.failure(); }
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
@@ -63,6 +67,7 @@ class Session {
   MapPipeline pipeline_;
   Tracker tracker_;
   std::shared_ptr<const Map> snapshot_;
+  std::exception_ptr failure_;  // of a copy of the map that was mapped to look back
 };
 
 }  // namespace oaslam

@@ -1,13 +1,13 @@
 #include "oaslam/util/check.h"
 
-#include <cstdio>
-#include <cstdlib>
+#include <stdexcept>
+#include <string>
 
 namespace oaslam {
 
 void CheckFailed(const char* condition, const char* file, int line) {
-  std::fprintf(stderr, "%s:%d: broken invariant: %s\n", file, line, condition);
-  std::abort();
+  throw std::logic_error(std::string(file) + ":" + std::to_string(line) +
+                         ": broken invariant: " + condition);
 }
 
 }  // namespace oaslam

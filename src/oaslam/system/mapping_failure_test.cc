@@ -1,0 +1,180 @@
+// Memory runs out while the mapper works: in this program operator new fails when a test says so.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <stdexcept>
+#include <thread>
+
+#include "oaslam/system/atlas.h"
+#include "oaslam/system/background_bundle.h"
+#include "oaslam/system/map_pipeline.h"
+#include "synthetic_world.h"
+
+namespace {
+
+// Allocations until they fail, all of them from then on, on any thread but the one that counts as
+// the caller's. Below zero: never.
+std::atomic<int64_t> g_left = -1;
+std::atomic<std::thread::id> g_spared;
+
+bool Fails() {
+  if (g_left.load(std::memory_order_relaxed) < 0 || std::this_thread::get_id() == g_spared.load())
+    return false;
+  int64_t left = g_left.load();
+  while (left > 0 && !g_left.compare_exchange_weak(left, left - 1)) {
+  }
+  return left == 0;
+}
+
+class MemoryRunsOut {
+ public:
+  explicit MemoryRunsOut(int64_t allocations, std::thread::id spared = std::this_thread::get_id()) {
+    g_spared = spared;
+    g_left = allocations;
+  }
+  ~MemoryRunsOut() { g_left = -1; }
+  MemoryRunsOut(const MemoryRunsOut&) = delete;
+  MemoryRunsOut& operator=(const MemoryRunsOut&) = delete;
+};
+
+}  // namespace
+
+void* operator new(size_t size) {
+  void* memory = Fails() ? nullptr : std::malloc(size > 0 ? size : 1);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+
+namespace oaslam {
+namespace {
+
+using testing::IsEmpty;
+
+Map EmptyMap() {
+  Map empty;
+  empty.cameras.push_back(synthetic::World().camera);
+  return empty;
+}
+
+Map MapOfKeyframes(const std::vector<uint32_t>& ids) {
+  Map map = EmptyMap();
+  auto no_features = std::make_shared<Features>();
+  no_features->bounds = IdealImageBounds(map.cameras[0]);
+  for (const uint32_t id : ids) {
+    Keyframe keyframe;
+    keyframe.features = no_features;
+    map.keyframes.Insert(KeyframeId(id), std::move(keyframe));
+  }
+  return map;
+}
+
+Frame View(const synthetic::World& world, int index, Rng& rng) {
+  return {
+      index,
+      index / 30.0,
+      0,
+      synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * index), {.missed = 0.1}, rng)
+          .features,
+      {}};
+}
+
+void ExpectBadAlloc(const std::exception_ptr& failure) {
+  ASSERT_TRUE(failure);
+  EXPECT_THROW(std::rethrow_exception(failure), std::bad_alloc);
+}
+
+// At whatever moment it happens: the map is whole and as large as it was, nobody waits for ever,
+// and the poses up to there are known.
+TEST(MappingFailure, TheMapUpToThereIsKept) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  for (const std::string mode : {"lockstep", "live"})
+    for (const int64_t allocations : {0, 1, 30, 300, 1500}) {
+      SlamConfig config;
+      config.runner.mode = mode;
+      Atlas atlas(config, EmptyMap(), false, {});
+      Rng rng(7);
+      int frame = 0;
+      for (; frame < 30; ++frame) {
+        atlas.Process(View(world, frame, rng));
+        if (mode == "live") atlas.main().Newest();
+      }
+      const size_t keyframes = atlas.main().Newest()->keyframes.size();
+      ASSERT_GE(keyframes, 3U) << mode;
+      {
+        const MemoryRunsOut out(allocations);
+        for (; frame < 60 && !atlas.failure(); ++frame) {
+          atlas.Process(View(world, frame, rng));
+          if (mode == "live") atlas.main().Newest();
+        }
+      }
+      ExpectBadAlloc(atlas.failure());
+      EXPECT_LT(frame, 60) << mode << ' ' << allocations;
+      atlas.Process(View(world, frame, rng));
+      atlas.Finish();
+      const Map& map = *atlas.main().snapshot();
+      EXPECT_THAT(map.CheckInvariants(), IsEmpty()) << mode << ' ' << allocations;
+      EXPECT_GE(map.keyframes.size() + map.retired.size(), keyframes);
+      size_t poses = 0;
+      for (const FramePose& pose : atlas.main().tracker().trajectory())
+        poses += map.ResolvePose(pose.reference).has_value();
+      EXPECT_GE(poses, 25U) << mode << ' ' << allocations;
+      ExpectBadAlloc(atlas.failure());
+    }
+}
+
+TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
+  for (const std::string mode : {"sequential", "lockstep", "live"}) {
+    SlamConfig config;
+    config.runner.mode = mode;
+    MapPipeline pipeline(config, MapOfKeyframes({5}));
+    MapCommand nothing;
+    pipeline.Submit(nothing, true);
+    EXPECT_EQ(pipeline.Newest()->version, 2U);
+    EXPECT_FALSE(pipeline.failure());
+    MapCommand broken;  // an invariant: no two pieces share an id
+    broken.joining = JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()};
+    pipeline.Submit(broken, true);
+    EXPECT_EQ(pipeline.Newest()->version, 2U) << mode;
+    EXPECT_EQ(pipeline.Newest()->keyframes.Ids(), std::vector{KeyframeId(5)}) << mode;
+    ASSERT_TRUE(pipeline.failure()) << mode;
+    EXPECT_THROW(std::rethrow_exception(pipeline.failure()), std::logic_error);
+    for (int i = 0; i < 20; ++i) pipeline.Submit(nothing, i % 2 == 0);
+    EXPECT_EQ(pipeline.SnapshotFor(1000)->version, 2U) << mode;
+    EXPECT_EQ(pipeline.Finish()->version, 2U) << mode;
+    pipeline.Shutdown();
+    pipeline.Submit(nothing, true);
+    EXPECT_EQ(pipeline.Newest()->version, 2U) << mode;
+  }
+}
+
+TEST(MappingFailure, OfTheLastOptimisationLeavesTheMapAsItWas) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  SlamConfig config;
+  config.runner.mode = "sequential";
+  MapPipeline pipeline(config, synthetic::MakeMap(world, {.position_noise = 0.02}).map);
+  const auto before = pipeline.Newest();
+  std::shared_ptr<const Map> after;
+  {
+    const MemoryRunsOut out(200, std::thread::id());
+    after = pipeline.Finish();
+  }
+  EXPECT_EQ(after, before);
+  ExpectBadAlloc(pipeline.failure());
+}
+
+TEST(MappingFailure, OfTheBackgroundBundleIsTold) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  Map map = synthetic::MakeMap(world, {.position_noise = 0.02}).map;
+  const MemoryRunsOut out(200);
+  BackgroundBundle bundle(map, BundleConfig{}, 0);
+  EXPECT_THROW(bundle.WaitAndApply(15, map), std::bad_alloc);
+}
+
+}  // namespace
+}  // namespace oaslam
