@@ -7,10 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "expect_input_error.h"
 #include "oaslam/formats/camera_file.h"
 #include "oaslam/formats/detection_file.h"
 #include "oaslam/images/image_source.h"
+#include "oaslam/storage/map_file.h"
 #include "temp_folder.h"
 
 namespace oaslam {
@@ -98,6 +101,214 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   EXPECT_TRUE(second.RemoveAnchor("sign"));
   EXPECT_FALSE(second.RemoveAnchor("sign"));
   EXPECT_THAT(second.Anchors(), IsEmpty());
+}
+
+// A map of the desk on a file, for tests of what is done with it.
+class SlamWithMap : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = new Shared;
+    Slam slam(SlamConfig{}, shared_->clip.camera);
+    slam.SetClassNames({{1, "mine"}});
+    slam.SetClassRelations(kRelations);
+    for (size_t i = 0; i < 120; ++i) slam.Process(shared_->WithDetections(i));
+    slam.Finish();
+    slam.Save(Path());
+  }
+  static void TearDownTestSuite() { delete std::exchange(shared_, nullptr); }
+
+  static const Clip& clip() { return shared_->clip; }
+  static std::string Path() { return shared_->folder / "desk.map"; }
+  static std::string Path(const std::string& name) { return shared_->folder / name; }
+  // With its detections, or without those of a category.
+  static ImageInput WithDetections(size_t i, int except = -1) {
+    return shared_->WithDetections(i, except);
+  }
+  static ImageInput WithoutDetections(size_t i) {
+    ImageInput input = clip().images[i];
+    input.detections_follow = false;
+    return input;
+  }
+  static Slam MakeSlam() { return Slam(SlamConfig{}, clip().camera); }
+
+  inline static const ClassRelations kRelations{{{76, 66}}, {15}};
+
+ private:
+  struct Shared {
+    ImageInput WithDetections(size_t i, int except = -1) const {
+      ImageInput input = clip.images[i];
+      input.detections_follow = false;
+      for (const Detection& d : clip.detections[i])
+        if (d.category_id != except) input.detections.push_back(d);
+      return input;
+    }
+
+    const Clip clip{0, 150};
+    const TempFolder folder;
+  };
+  inline static Shared* shared_ = nullptr;
+};
+
+void ExpectSameMap(const MapSnapshot& a, const MapSnapshot& b) {
+  ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
+  for (size_t i = 0; i < a.keyframes.size(); ++i)
+    EXPECT_EQ(a.keyframes[i].translation, b.keyframes[i].translation);
+  EXPECT_EQ(a.landmarks, b.landmarks);
+  ASSERT_EQ(a.objects.size(), b.objects.size());
+  for (size_t i = 0; i < a.objects.size(); ++i)
+    EXPECT_EQ(a.objects[i].ellipsoid.center, b.objects[i].ellipsoid.center);
+}
+
+TEST_F(SlamWithMap, ResetForgetsTheMapAndKeepsTheSettings) {
+  Slam slam = MakeSlam();
+  slam.SetClassNames({{1, "mine"}});
+  slam.SetClassRelations(kRelations);
+  slam.SetRelocalizationMode(RelocalizationMode::kObjects);
+  for (size_t i = 0; i < 40; ++i) slam.Process(WithDetections(i));
+  ASSERT_FALSE(slam.Snapshot().keyframes.empty());
+  slam.Reset();
+  EXPECT_THAT(slam.Snapshot().keyframes, IsEmpty());
+  EXPECT_THAT(slam.Trajectory(), IsEmpty());
+  EXPECT_EQ(slam.Export().class_names, (ClassNames{{1, "mine"}}));
+  EXPECT_EQ(slam.Export().map.classes, kRelations);
+  // Time and frames begin anew, with a map as of a new Slam.
+  Slam fresh = MakeSlam();
+  fresh.SetClassRelations(kRelations);
+  for (size_t i = 0; i < 40; ++i) {
+    const TrackingResult result = slam.Process(WithDetections(i));
+    EXPECT_EQ(result.frame, static_cast<int>(i));
+    EXPECT_EQ(result.piece, 0);
+    EXPECT_EQ(result.state, fresh.Process(WithDetections(i)).state);
+  }
+  slam.Finish();
+  fresh.Finish();
+  ExpectSameMap(slam.Snapshot(), fresh.Snapshot());
+  // By objects alone an image without detections is not found.
+  slam.Reset();
+  slam.Load(Path());
+  EXPECT_EQ(slam.Process(WithoutDetections(30)).state, TrackingState::kLost);
+  slam.SetRelocalizationMode(RelocalizationMode::kPoints);
+  EXPECT_EQ(slam.Process(WithoutDetections(31)).state, TrackingState::kRelocalized);
+}
+
+TEST_F(SlamWithMap, ResetKeepsMappingOff) {
+  Slam slam = MakeSlam();
+  slam.SetMapping(false);
+  slam.Reset();
+  for (size_t i = 0; i < 40; ++i)
+    EXPECT_EQ(slam.Process(WithDetections(i)).state, TrackingState::kInitializing);
+  slam.SetMapping(true);
+  for (size_t i = 40; i < 90; ++i) slam.Process(WithDetections(i));
+  EXPECT_FALSE(slam.Snapshot().keyframes.empty());
+}
+
+TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  for (size_t i = 20; i < 40; ++i) slam.Process(WithDetections(i));
+  const size_t found = slam.Trajectory().size();
+  EXPECT_EQ(found, 20U);
+  // A file that cannot be read leaves everything as it is.
+  const std::string nothing = Path("nothing.map");
+  EXPECT_THAT(InputErrorOf([&] { slam.Load(nothing); }), HasSubstr("nothing.map"));
+  EXPECT_EQ(slam.Trajectory().size(), found);
+  EXPECT_EQ(slam.Process(WithDetections(40)).state, TrackingState::kTracking);
+  // Its time is another, its frames are counted anew, and its classes are those of the file.
+  slam.SetClassNames({});
+  slam.SetClassRelations({});
+  slam.Load(Path());
+  const TrackingResult result = slam.Process(WithDetections(5));
+  EXPECT_EQ(result.frame, 0);
+  EXPECT_EQ(result.state, TrackingState::kRelocalized);
+  EXPECT_EQ(slam.Trajectory().size(), 1U);
+  EXPECT_EQ(slam.Export().class_names, (ClassNames{{1, "mine"}}));
+  EXPECT_EQ(slam.Export().map.classes, kRelations);
+}
+
+// Two files may hold maps of the same version.
+TEST_F(SlamWithMap, ImagesAreLookedForInTheMapOfNow) {
+  SavedMap desk = LoadMap(Path()), empty;
+  empty.map.cameras = desk.map.cameras;
+  empty.map.version = desk.map.version;
+  SaveMap(Path("empty.map"), empty);
+  Slam slam = MakeSlam();
+  const auto find = [&] {
+    return slam.Relocalize(WithoutDetections(30), RelocalizationMode::kPoints).evidence;
+  };
+  slam.Load(Path("empty.map"));
+  EXPECT_EQ(find(), PoseEvidence::kNone);
+  slam.Load(Path());
+  EXPECT_EQ(find(), PoseEvidence::kPoints);
+}
+
+TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
+  for (const bool before_load : {true, false}) {
+    Slam slam = MakeSlam();
+    if (before_load) slam.SetMapping(false);
+    slam.Load(Path());
+    if (!before_load) slam.SetMapping(false);
+    const MapSnapshot before = slam.Snapshot();
+    int tracked = 0;
+    for (size_t i = 60; i < 150; ++i) {
+      const TrackingResult result = slam.Process(WithDetections(i));
+      tracked += result.state == TrackingState::kTracking;
+    }
+    EXPECT_GT(tracked, 80);
+    slam.Finish();
+    ExpectSameMap(slam.Snapshot(), before);
+  }
+  Slam maps = MakeSlam();
+  maps.Load(Path());
+  const MapSnapshot before = maps.Snapshot();
+  for (size_t i = 60; i < 150; ++i) maps.Process(WithDetections(i));
+  maps.Finish();
+  EXPECT_NE(maps.Snapshot().landmarks, before.landmarks);
+}
+
+TEST_F(SlamWithMap, TellsWhatHasGone) {
+  Slam slam = MakeSlam();
+  slam.SetMapping(false);
+  slam.Load(Path());
+  EXPECT_THAT(slam.Presence(), IsEmpty());
+  for (size_t i = 0; i < 120; ++i) slam.Process(WithDetections(i));
+  std::vector<ObjectPresence> presence = slam.Presence();
+  const auto best = std::ranges::max_element(presence, {}, &ObjectPresence::seen);
+  ASSERT_NE(best, presence.end());
+  EXPECT_GT(best->seen, 80);
+  EXPECT_LE(best->seen, best->expected);
+  EXPECT_TRUE(std::ranges::none_of(presence, &ObjectPresence::is_missing));
+  EXPECT_TRUE(std::ranges::is_sorted(presence, {}, &ObjectPresence::id));
+
+  const uint32_t gone = best->id;
+  const int category = best->category_id;
+  slam.Load(Path());  // what was counted in the map before does not count
+  EXPECT_THAT(slam.Presence(), IsEmpty());
+  for (size_t i = 0; i < 120; ++i) slam.Process(WithDetections(i, category));
+  presence = slam.Presence();
+  const auto found = std::ranges::find(presence, gone, &ObjectPresence::id);
+  ASSERT_NE(found, presence.end());
+  EXPECT_EQ(found->seen, 0);
+  EXPECT_GT(found->expected, 80);
+  EXPECT_TRUE(found->is_missing);
+}
+
+TEST_F(SlamWithMap, ShutdownHoldsForLaterMaps) {
+  Slam slam = MakeSlam();
+  slam.Shutdown();
+  slam.Load(Path());
+  for (size_t i = 20; i < 40; ++i) slam.Process(WithDetections(i));
+  slam.Reset();
+  for (size_t i = 0; i < 40; ++i) slam.Process(WithDetections(i));
+  slam.Finish();
+  EXPECT_FALSE(slam.Snapshot().keyframes.empty());
+}
+
+TEST_F(SlamWithMap, SaysWhyAnImageIsNotFound) {
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  EXPECT_THAT(slam.RelocalizeByObjects({}).why_not, HasSubstr("detections"));
+  EXPECT_THAT(slam.Relocalize(WithoutDetections(30), RelocalizationMode::kObjects).why_not,
+              HasSubstr("detections"));
 }
 
 }  // namespace

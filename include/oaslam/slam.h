@@ -23,8 +23,9 @@ struct FrameView;  // internal: what the tracker made of a frame
 struct ImageInput {
   cv::Mat image;         // 8-bit, one channel or BGR, of the camera's size
   double timestamp = 0;  // seconds, ascending
-  std::vector<Detection>
-      detections;                  // of an object detector, in pixels of this image; may be empty
+  // Of an object detector, in pixels of this image; may be empty. Their class, score and box count;
+  // an ellipse is not used.
+  std::vector<Detection> detections;
   bool detections_follow = false;  // a slower detector gives them later, by AddDetections
   // Gravity in the camera's frame (OpenCV axes) where a sensor gives it, of any length. Of an
   // accelerometer give the length too: it tells how much the hand shook. Where keyframes have it,
@@ -35,7 +36,7 @@ struct ImageInput {
 // The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in
 // the frame and unit of the map.
 struct TrackingResult {
-  int frame = 0;
+  int frame = 0;  // counted from 0 on since the start, Load or Reset
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
@@ -65,10 +66,13 @@ struct RelocalizationResult {
   double sigma_position = 0;  // map units, 1 sigma
   struct Candidate {
     Rigid3 world_from_cam;
-    double score = 0;  // higher is better; comparable within one image
+    // Higher is better; comparable within one image. From points the number of those that agree,
+    // from objects the statistic S (docs/objects.md).
+    double score = 0;
   };
-  std::vector<Candidate> candidates;  // best hypotheses, the accepted one first
-  std::string why_not;
+  // Best hypotheses first. The accepted pose leads, with a score that is at least the others'.
+  std::vector<Candidate> candidates;
+  std::string why_not;           // where no pose was found
   std::optional<Camera> camera;  // where it was not known
   double focal_sigma_px = 0;     // of that camera; 0 where it is one of the map's
   double ms_features = 0, ms = 0;
@@ -99,6 +103,10 @@ struct MapSnapshot {
 // Monocular SLAM with points and objects. Not thread-safe: one thread calls; mapping runs on a
 // thread of its own (runner.mode). Throws InputError for a configuration, image, or map file that
 // cannot be used.
+// Where mapping fails (memory runs out) it ends, and the map stays as it was before. Process, and
+// what else would change the map, then throw std::runtime_error; Finish does so only where no other
+// call has. All the rest goes on: Export and Save give the map up to there. Load and Reset begin
+// anew.
 class Slam {
  public:
   Slam(const SlamConfig& config, const Camera& camera);
@@ -137,16 +145,17 @@ class Slam {
   // How Process finds back after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
 
-  // Localization only, after Load: Process follows the camera in the map and leaves the map as it
-  // is. On by default.
+  // Localization only, in a map from Load, before or after this call: Process follows the camera in
+  // the map, and Process and Finish leave the map as it is. On by default.
   void SetMapping(bool enabled);
 
-  // Names of the detector's categories, saved with the map; COCO's without.
+  // Names of the detector's categories, saved with the map; COCO's without. Load replaces them by
+  // those of the file.
   void SetClassNames(std::map<int, std::string> names);
 
   // Which classes move, and which are parts of which; saved with the map. Nothing that moves is
   // mapped or followed: objects of these classes leave the map, and key points in their boxes are
-  // not used (where detections come with the image).
+  // not used (where detections come with the image). Load replaces them by those of the file.
   void SetClassRelations(const ClassRelations& relations);
 
   // While the map is only read (without mapping, or by Relocalize): what was seen of its objects,
@@ -185,14 +194,17 @@ class Slam {
   // The map with the trajectory so far.
   SavedMap Export() const;
   void Save(const std::string& path) const;
-  // Replaces the map; the next image is relocalized in it. The file's camera may differ from this
-  // one. `piece`: which one of a map in several (0: the largest); the others are joined with it
-  // once images link them.
+  // Replaces the map; the next image is relocalized in it, and may have any time stamp. The file's
+  // camera may differ from this one. `piece`: which one of a map in several (0: the largest); the
+  // others are joined with it once images link them. The settings stay (SetMapping,
+  // SetRelocalizationMode). Where it throws, nothing has changed.
   void Load(const std::string& path, int piece = 0);
 
-  // Forgets everything.
+  // Forgets the map and all images: the next one begins a new map, and may have any time stamp. The
+  // settings stay (SetMapping, SetRelocalizationMode), as do class names and relations.
   void Reset();
-  // Ends the mapping thread; nothing is lost, later calls map on the caller's thread. Idempotent.
+  // Ends the mapping thread for good; nothing is lost, later calls map on the caller's thread.
+  // Idempotent.
   // Also done by the destructor.
   void Shutdown();
 

@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <exception>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 
 #include "oaslam/anchors/editing.h"
 #include "oaslam/features/orb_extractor.h"
@@ -93,6 +95,19 @@ RelocalizationResult ResultOf(const Relocalization& found) {
   return result;
 }
 
+// The error as the caller of Slam gets it.
+std::runtime_error MappingError(const std::exception_ptr& failure) {
+  std::string what = "unknown error";
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& error) {
+    what = error.what();
+  } catch (...) {
+  }
+  return std::runtime_error(
+      fmt::format("mapping has ended: {}; the map is as it was before that", what));
+}
+
 }  // namespace
 
 class Slam::Impl {
@@ -107,13 +122,38 @@ class Slam::Impl {
     Begin(std::move(map), false);
   }
 
+  // With another map, in which the time begins anew; the settings stay. Throws before anything is
+  // changed.
   void Begin(Map map, bool is_loaded, std::vector<Piece> others = {}) {
     const auto known = std::ranges::find(map.cameras, camera_);
-    camera_index_ = static_cast<int>(known - map.cameras.begin());
+    const auto camera_index = static_cast<int>(known - map.cameras.begin());
     if (known == map.cameras.end()) map.cameras.push_back(camera_);
+    auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(others));
+    atlas->SetRelocalizationMode(mode_);
+    atlas->SetMapping(is_mapping_);
+    if (is_shut_down_) atlas->Shutdown();
+    atlas_ = std::move(atlas);
+    camera_index_ = camera_index;
     audit_ = {};
-    atlas_.emplace(config_, std::move(map), is_loaded, std::move(others));
-    atlas_->SetRelocalizationMode(mode_);
+    last_timestamp_.reset();
+    has_told_failure_ = false;
+  }
+
+  void Reset() {
+    Map map;
+    map.cameras.push_back(camera_);
+    map.classes = session().snapshot()->classes;
+    Begin(std::move(map), false);
+    loaded_trajectory_.clear();
+    first_index_ = next_index_ = 0;
+  }
+
+  // What would change the map of a Slam whose mapping has ended throws.
+  void ExpectMapping() {
+    const std::exception_ptr failure = atlas_->failure();
+    if (!failure) return;
+    has_told_failure_ = true;
+    throw MappingError(failure);
   }
 
   TrackingResult Process(const ImageInput& input);
@@ -126,6 +166,7 @@ class Slam::Impl {
                                              const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
   void SetAnchors(std::map<std::string, Anchor> anchors) {
+    ExpectMapping();
     MapCommand command;
     command.frame_index = next_index_;
     command.anchors = std::move(anchors);
@@ -171,16 +212,19 @@ class Slam::Impl {
   int camera_index_ = 0;
   OrbExtractor extractor_;
   Relocalizer relocalizer_;
-  std::optional<Atlas> atlas_;
+  std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
   ClassNames class_names_ = CocoClassNames();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
+  bool is_mapping_ = true, is_shut_down_ = false;
+  bool has_told_failure_ = false;  // why mapping has ended
   ObjectAudit audit_;
   int first_index_ = 0, next_index_ = 0;  // those of the frames of a loaded map come before
   std::optional<double> last_timestamp_;
 };
 
 TrackingResult Slam::Impl::Process(const ImageInput& input) {
+  ExpectMapping();
   if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
     throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
                                  input.timestamp, *last_timestamp_));
@@ -295,7 +339,8 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
 RelocalizationResult Slam::RelocalizeWithUnknownCamera(
     const ImageInput& input, RelocalizationMode mode,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  return impl_->FindWithUnknownCamera(input, mode, gravity_in_cam);
+  return impl_->FindWithUnknownCamera(input, mode,
+                                      gravity_in_cam ? gravity_in_cam : input.gravity_in_cam);
 }
 
 RelocalizationResult Slam::RelocalizeByObjects(
@@ -306,7 +351,10 @@ RelocalizationResult Slam::RelocalizeByObjects(
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 
-void Slam::SetMapping(bool enabled) { impl_->atlas_->SetMapping(enabled); }
+void Slam::SetMapping(bool enabled) {
+  impl_->is_mapping_ = enabled;
+  impl_->atlas_->SetMapping(enabled);
+}
 
 void Slam::ForceRelocalization() { impl_->atlas_->ForceRelocalization(); }
 
@@ -323,6 +371,7 @@ void Slam::SetClassNames(std::map<int, std::string> names) {
 void Slam::SetClassRelations(const ClassRelations& relations) {
   if (const auto part = PartOfItself(relations.whole_of))
     throw InputError(fmt::format("class {} is a part of itself", *part));
+  impl_->ExpectMapping();
   impl_->atlas_->SetClassRelations(relations);
 }
 
@@ -362,6 +411,7 @@ void Slam::Finish() {
         fmt::format("no map was made: {}; it takes a camera that moves sideways past things with "
                     "texture, neither too fast nor too dark",
                     why_no_map));
+  if (!impl_->has_told_failure_) impl_->ExpectMapping();
 }
 
 std::vector<Slam::TimedPose> Slam::Trajectory() const {
@@ -388,15 +438,19 @@ void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
 void Slam::Load(const std::string& path, int piece) {
   SavedMap saved = LoadMap(path);
   LeadWithPiece(path, piece, saved);
-  impl_->first_index_ = impl_->next_index_ = FramesOf(saved);
+  const int frames = FramesOf(saved);
   impl_->Begin(std::move(saved.map), true, std::move(saved.pieces));
+  impl_->first_index_ = impl_->next_index_ = frames;
   impl_->loaded_trajectory_ = std::move(saved.trajectory);
   impl_->class_names_ = std::move(saved.class_names);
 }
 
-void Slam::Reset() { impl_ = std::make_unique<Impl>(impl_->config_, impl_->camera_); }
+void Slam::Reset() { impl_->Reset(); }
 
-void Slam::Shutdown() { impl_->atlas_->Shutdown(); }
+void Slam::Shutdown() {
+  impl_->is_shut_down_ = true;
+  impl_->atlas_->Shutdown();
+}
 
 MapSnapshot Slam::Snapshot() const {
   MapSnapshot view;

@@ -106,6 +106,7 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
 Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   Outcome outcome;
   outcome.state = TrackingState::kInitializing;
+  if (!mapping_) return outcome;
   std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
   if (!initial) return outcome;
   before_map_ = initializer_.TakeRecent();
