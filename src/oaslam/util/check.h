@@ -6,6 +6,6 @@ namespace oaslam {
 
 }  // namespace oaslam
 
-// A broken invariant of this library, never bad input: prints where and aborts.
+// A broken invariant of this library, never bad input: throws std::logic_error, which says where.
 #define OASLAM_CHECK(condition) \
   ((condition) ? static_cast<void>(0) : ::oaslam::CheckFailed(#condition, __FILE__, __LINE__))
