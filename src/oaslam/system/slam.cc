@@ -9,6 +9,7 @@
 #include "oaslam/anchors/editing.h"
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/detection_check.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/presence.h"
 #include "oaslam/storage/map_file.h"
@@ -44,9 +45,12 @@ void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
 std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections,
                                           const Camera& camera) {
   std::vector<ObjectDetection> ideal;
-  for (const Detection& d : detections)
+  for (const Detection& d : detections) {
+    if (const std::string problem = ProblemOf(d); !problem.empty())
+      throw InputError(fmt::format("detection {}: {}", ideal.size(), problem));
     ideal.push_back(
         {d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
+  }
   return ideal;
 }
 
