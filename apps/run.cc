@@ -15,6 +15,7 @@
 #include "live_view.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
+#include "oaslam/system/slam_access.h"
 #include "recording.h"
 #include "run_results.h"
 
@@ -180,7 +181,7 @@ int Run(const RunOptions& options) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  first_frame = FirstFreeFrame(slam.Export());
+  first_frame = FirstFreeFrame(SlamAccess::Export(slam));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
@@ -222,7 +223,7 @@ int Run(const RunOptions& options) {
   slam.Finish();
   slam.Shutdown();
   results.SetMainPiece(slam.MainPiece());
-  SavedMap saved = slam.Export();
+  SavedMap saved = SlamAccess::Export(slam);
   if (options.readout_ms) {
     const auto undo = [&](const Map& map, std::vector<FramePose>& trajectory) {
       return WithoutReadout(map, trajectory, *options.readout_ms / 1000, config.bundle,
