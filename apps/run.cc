@@ -156,6 +156,7 @@ int Run(const RunOptions& options) {
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
   EnsureOutputFolder(options.out);
+  if (!options.map_out.empty()) EnsureOutputFile(options.map_out, "--map-out");
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detections, options.detector, is_live,
