@@ -218,6 +218,24 @@ TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
   EXPECT_TRUE(closed.TakeCommands(50).empty());
 }
 
+TEST(Viewer, ThatMoreIsAskedForThanCanWaitIsSaid) {
+  Viewer viewer(ViewerOptions{.accepts_commands = true});
+  Client page(viewer);
+  page.ReadUntil("hello");
+  const auto refusal = [&] {
+    for (;;)
+      for (const auto& event : page.ReadUntil("update").header.value("events", nlohmann::json()))
+        if (event["kind"] == "refused") return event["text"].get<std::string>();
+  };
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 65; ++i) page.Send(R"({"type":"command","name":"step"})");
+    EXPECT_THAT(refusal(), HasSubstr("64 commands wait"));
+    EXPECT_EQ(viewer.TakeCommands(0).size(), 64U);
+  }
+  page.Send(R"({"type":"command","name":"step"})");
+  EXPECT_EQ(viewer.TakeCommands(2000).size(), 1U);
+}
+
 TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
   Viewer editor(ViewerOptions{.accepts_anchors = true}),
       closed(ViewerOptions{.accepts_commands = true});
