@@ -128,7 +128,7 @@ std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
     std::smatch match;
     for (std::string line; std::getline(lines, line);)
       if (std::regex_search(line, match, type))
-        (match[2] == ";" ? named : defined).insert(match[1]);
+        (match[2] == ";" ? named : defined).insert(match[1].str());
   }
   std::vector<std::string> found;
   std::ranges::set_difference(named, defined, std::back_inserter(found));
