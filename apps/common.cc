@@ -143,9 +143,9 @@ void EnsureOutputFolder(const std::string& path) {
   if (!writable) throw InputError(fmt::format("{}: the folder cannot be written to", path));
 }
 
-void EnsureOutputFile(const std::string& path) {
+void EnsureOutputFile(const std::string& path, const std::string& option) {
   if (std::filesystem::is_directory(path))
-    throw InputError(path + ": a folder, --out asks for a file");
+    throw InputError(fmt::format("{}: a folder, {} asks for a file", path, option));
   const std::string folder = std::filesystem::path(path).parent_path().string();
   EnsureOutputFolder(folder.empty() ? "." : folder);
 }

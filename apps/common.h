@@ -42,8 +42,8 @@ ImageSourceOptions FrameRange(const CommonOptions& options);
 
 // Creates the folder and checks that it can be written to. Throws InputError.
 void EnsureOutputFolder(const std::string& path);
-// The same for the folder of a file of --out, which must not be a folder.
-void EnsureOutputFile(const std::string& path);
+// The same for the folder of a file, which must not be a folder itself. `option` gave the path.
+void EnsureOutputFile(const std::string& path, const std::string& option = "--out");
 
 // Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
 class ProgressBar {

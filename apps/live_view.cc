@@ -10,7 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/map/frame_view.h"
+#include "oaslam/system/slam_access.h"
 
 namespace oaslam::apps {
 namespace {
@@ -66,7 +66,7 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
                         .accepts_commands = true,
                         .accepts_anchors = true,
                         .models = std::move(models),
-                        .names = slam.Export().class_names,
+                        .names = SlamAccess::Export(slam).class_names,
                         .align_groundtruth = {}};
   if (!groundtruth.empty())
     options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {
@@ -127,7 +127,7 @@ void LiveView::CarryOut(const ViewerCommand& command, Slam& slam,
 // What came of a wish for an anchor; also while the run is held.
 void LiveView::Tell(const Slam& slam, const std::string& anchor, const std::string& problem) {
   if (problem.empty())
-    viewer_->UpdateMap(slam.View().map);
+    viewer_->UpdateMap(SlamAccess::View(slam).map);
   else
     viewer_->ShowEvent(frame_, "anchor",
                        anchor.empty() ? problem : fmt::format("{}: {}", anchor, problem));
@@ -162,7 +162,7 @@ void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingRes
   record.ms_features = result.ms_features;
   record.ms_track = result.ms_track;
   record.ms_objects = result.ms_objects;
-  record.view = slam.View();
+  record.view = SlamAccess::View(slam);
   record.image = frame.input.image;
   record.image_path = frame.path;
   record.image_orientation = frame.orientation;

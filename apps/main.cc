@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -43,6 +44,10 @@ int main(int argc, char** argv) {
   oaslam::apps::AddAnchorsCommand(app);
   oaslam::apps::AddExportCommand(app);
   oaslam::apps::AddViewCommand(app);
+  if (argc < 2) {
+    fmt::print("{}", app.help());
+    return 1;  // a script that meant to run something learns that it did not
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

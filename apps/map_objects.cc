@@ -114,6 +114,7 @@ void MapObjects(const Options& options) {
   const Camera camera = LoadCamera(options.camera, {0, 0});
   const std::vector<PosedDetections> frames = PoseDetections(options, camera);
   EnsureOutputFolder(options.out);
+  if (!options.map_out.empty()) EnsureOutputFile(options.map_out, "--map-out");
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
   const KnownPoseMap result =
       MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,

@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "oaslam/images/image_files.h"
-#include "oaslam/map/frame_view.h"
-#include "oaslam/storage/map_file.h"
+#include "oaslam/system/slam_access.h"
 
 namespace oaslam::apps {
 namespace {
@@ -38,7 +37,7 @@ Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const Mo
     : models_(std::move(models)), camera_(camera) {
   if (!settings.IsAskedFor()) return;
   video_.emplace(settings.path);
-  SavedMap saved = slam.Export();
+  SavedMap saved = SlamAccess::Export(slam);
   names_ = std::move(saved.class_names);
   map_ = std::move(saved.map);
 }
@@ -53,7 +52,7 @@ void Recording::Add(const FrameInput& frame, ArFrame shown) {
 
 void Recording::Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result) {
   if (!video_) return;
-  const FrameView view = slam.View();
+  const FrameView view = SlamAccess::View(slam);
   ArFrame shown;
   shown.cam_from_world = InverseOf(result.world_from_cam);
   shown.map = view.map.get();

@@ -16,6 +16,7 @@
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/system/slam_access.h"
 #include "recording.h"
 #include "run_results.h"
 
@@ -178,6 +179,7 @@ int Run(const RunOptions& options) {
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
   EnsureOutputFolder(options.out);
+  if (!options.map_out.empty()) EnsureOutputFile(options.map_out, "--map-out");
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detections, options.detector, is_live,
@@ -202,7 +204,7 @@ int Run(const RunOptions& options) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  first_frame = FirstFreeFrame(slam.Export());
+  first_frame = FirstFreeFrame(SlamAccess::Export(slam));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
@@ -249,7 +251,7 @@ int Run(const RunOptions& options) {
   attempt([&] { slam.Finish(); });
   slam.Shutdown();
   results.SetMainPiece(slam.MainPiece());
-  SavedMap saved = slam.Export();
+  SavedMap saved = SlamAccess::Export(slam);
   std::optional<CameraEstimate> estimate = first_estimate;
   attempt([&] { estimate = RefineWholeMap(options, config, first_estimate, saved); });
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "commands.h"
 #include "common.h"
@@ -80,19 +81,49 @@ class EndSignal {
   sigset_t signals_{};
 };
 
-// Writes other anchors into the map file. What else is in it stays, whatever is shown here besides.
-void SaveAnchors(const std::string& path, int piece, const Map& shown, const Anchors& anchors) {
-  SavedMap saved = LoadMap(path);
-  LeadWithPiece(path, piece, saved);
-  if (saved.map.version != shown.version || saved.map.anchors != shown.anchors)
-    throw InputError(fmt::format("{}: has changed since it was opened", path));
-  saved.map.anchors = anchors;
-  if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
-    throw InputError(
-        fmt::format("{}: has changed since it was opened: {}", path, problems.front()));
-  LeadWithPiece(path, piece, saved);
-  SaveMap(path, saved);
-}
+// The map file whose anchors are edited. What else is in it stays, whatever is shown besides.
+class AnchorFile {
+ public:
+  AnchorFile(std::string path, int piece) : path_(std::move(path)), piece_(piece) {}
+
+  // Writes other anchors into the file, as a whole: it has one checksum, and no half of it is ever
+  // on the disk. It is read for the first edit alone. Throws InputError where it does not hold the
+  // map that is shown: something else has written it.
+  void Save(const Map& shown, const Anchors& anchors) {
+    if (!saved_ || StampOfFile() != stamp_) Load();
+    if (saved_->map.version != shown.version || saved_->map.anchors != shown.anchors)
+      throw InputError(fmt::format("{}: has changed since it was opened", path_));
+    SavedMap edited = *saved_;  // shares its tables
+    edited.map.anchors = anchors;
+    if (const auto problems = edited.map.CheckInvariants(); !problems.empty())
+      throw InputError(
+          fmt::format("{}: has changed since it was opened: {}", path_, problems.front()));
+    LeadWithPiece(path_, piece_, edited);
+    SaveMap(path_, edited);
+    saved_->map.anchors = anchors;
+    stamp_ = StampOfFile();
+  }
+
+ private:
+  using Stamp = std::pair<std::filesystem::file_time_type, std::uintmax_t>;
+
+  Stamp StampOfFile() const {
+    std::error_code error;
+    return {std::filesystem::last_write_time(path_, error),
+            std::filesystem::file_size(path_, error)};
+  }
+  void Load() {
+    saved_.reset();
+    stamp_ = StampOfFile();  // of the file that is read, or of an older one
+    saved_ = LoadMap(path_);
+    LeadWithPiece(path_, piece_, *saved_);
+  }
+
+  std::string path_;
+  int piece_;
+  std::optional<SavedMap> saved_;  // led by the piece
+  Stamp stamp_;
+};
 
 // Returns why it cannot be, or an empty text.
 std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
@@ -105,8 +136,7 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
 }
 
 // Does what viewers ask for, until it is stopped: what was asked for meanwhile is written once.
-void Obey(const std::string& map_file, int piece, Map map, Viewer& viewer,
-          const std::stop_token& stop) {
+void Obey(AnchorFile file, Map map, Viewer& viewer, const std::stop_token& stop) {
   constexpr int kWaitMs = 100, kNoFrame = -1;
   while (!stop.stop_requested()) {
     Anchors anchors = map.anchors;
@@ -115,7 +145,7 @@ void Obey(const std::string& map_file, int piece, Map map, Viewer& viewer,
         viewer.ShowEvent(kNoFrame, "anchor", problem);
     if (anchors == map.anchors) continue;
     try {
-      SaveAnchors(map_file, piece, map, anchors);
+      file.Save(map, anchors);
       map.anchors = std::move(anchors);
       viewer.UpdateMap(std::make_shared<const Map>(map));
     } catch (const std::exception& error) {
@@ -165,7 +195,7 @@ void View(const ViewOptions& options) {
   std::jthread editor;
   if (!run.map_file.empty())
     editor = std::jthread([&](const std::stop_token& stop) {
-      Obey(run.map_file, options.piece, run.saved.map, viewer, stop);
+      Obey(AnchorFile(run.map_file, options.piece), run.saved.map, viewer, stop);
     });
   fmt::print("{}\n", viewer.url());
   std::fflush(stdout);

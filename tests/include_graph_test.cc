@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -116,6 +118,23 @@ std::vector<std::string> Violations(const Rooms& rooms, const std::vector<Source
   return found;
 }
 
+// Types that the public headers name and none of them defines: an application could not use them.
+std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
+  static const std::regex type(R"(^(?:struct|class|enum class) (\w+)[^;{]*([;{]))");
+  std::set<std::string> named, defined;
+  for (const SourceFile& file : files) {
+    if (!file.path.starts_with("public/")) continue;
+    std::istringstream lines(file.text);
+    std::smatch match;
+    for (std::string line; std::getline(lines, line);)
+      if (std::regex_search(line, match, type))
+        (match[2] == ";" ? named : defined).insert(match[1].str());
+  }
+  std::vector<std::string> found;
+  std::ranges::set_difference(named, defined, std::back_inserter(found));
+  return found;
+}
+
 std::vector<SourceFile> FilesUnder(const std::filesystem::path& folder, const std::string& prefix) {
   std::vector<SourceFile> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -136,6 +155,17 @@ TEST(IncludeGraph, TheCodeKeepsToTheArchitecture) {
     files.push_back(std::move(header));
   ASSERT_GT(files.size(), 20u);
   EXPECT_THAT(Violations(Architecture(), files), ::testing::IsEmpty());
+  EXPECT_THAT(UndefinedTypes(files), ::testing::IsEmpty());
+}
+
+TEST(IncludeGraph, TypesThatAreNotInstalledAreFound) {
+  const std::string face =
+      "struct Inner;  // of a room\nstruct Later;\nclass Slam {\n  Inner Look();\n  class "
+      "Impl;\n};\n";
+  EXPECT_THAT(UndefinedTypes({{"public/slam.h", face},
+                              {"public/later.h", "struct Later {\n};\n"},
+                              {"map/inner.h", "struct Inner {\n};\n"}}),
+              ::testing::ElementsAre("Inner"));
 }
 
 TEST(IncludeGraph, TheBuildLinksNothingElse) {

@@ -169,8 +169,8 @@ TEST_F(SlamWithMap, ResetForgetsTheMapAndKeepsTheSettings) {
   slam.Reset();
   EXPECT_THAT(slam.Snapshot().keyframes, IsEmpty());
   EXPECT_THAT(slam.Trajectory(), IsEmpty());
-  EXPECT_EQ(slam.Export().class_names, (ClassNames{{1, "mine"}}));
-  EXPECT_EQ(slam.Export().map.classes, kRelations);
+  EXPECT_EQ(SlamAccess::Export(slam).class_names, (ClassNames{{1, "mine"}}));
+  EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
   // Time and frames begin anew, with a map as of a new Slam.
   Slam fresh = MakeSlam();
   fresh.SetClassRelations(kRelations);
@@ -221,8 +221,8 @@ TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
   EXPECT_EQ(result.frame, 0);
   EXPECT_EQ(result.state, TrackingState::kRelocalized);
   EXPECT_EQ(slam.Trajectory().size(), 1U);
-  EXPECT_EQ(slam.Export().class_names, (ClassNames{{1, "mine"}}));
-  EXPECT_EQ(slam.Export().map.classes, kRelations);
+  EXPECT_EQ(SlamAccess::Export(slam).class_names, (ClassNames{{1, "mine"}}));
+  EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
 }
 
 // Two files may hold maps of the same version.

@@ -22,6 +22,7 @@ def fields(text):
     structs = {}
     for name, body in re.findall(r"struct (\w+Config) \{\n(.*?)\n\};", text, re.S):
         rows = []
+        body = re.sub(r"=\s*\n\s*", "= ", body)  # a default that stands on a line of its own
         for line in body.split("\n"):
             member = re.match(r"\s*(?:int|double|bool|std::string)\s+(\w+)\s*=\s*(.+?);\s*(?://\s*(.*))?$", line)
             more = re.match(r"\s+//\s*(.*)$", line)

@@ -24,10 +24,10 @@ struct TrackingConfig {
   int min_init_matches = 100;        // between the two views of the initialisation
   double min_init_parallax_deg = 2;  // that half of `min_init_matches` points have
   int min_inliers =
-      30;  // a pose with fewer map points is lost (15 in the first frames after initialisation)
-  int min_relocalization_inliers = 50;
-  double min_keyframe_interval = 0.1;  // seconds, unless much of the view is new
-  double max_keyframe_interval = 1;    // seconds
+      30;  // landmarks that a pose needs; 15 do where they are most of those that were matched
+  int min_relocalization_inliers = 50;  // the same to find the camera, and half a second after it
+  double min_keyframe_interval = 0.1;   // seconds, unless much of the view is new
+  double max_keyframe_interval = 1;     // seconds
   double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
   double max_object_sigma =
       0.015;  // of the distance: an object-only pose less certain is no part of a trajectory
@@ -74,9 +74,9 @@ struct RelocalizationConfig {
   int max_detections = 24;
   int ransac_iterations = 300;
   double accept_margin = 5;  // statistic S (docs/objects.md) less that of the best pose elsewhere
-  double accept_evidence = 34;  // S / 2 + margin, vision only (tools/acceptance)
-  int accept_objects = 4;
-  int min_matches = 30;  // guided points that confirm an object pose
+  double accept_evidence = 34;  // S / 2 + margin; 15/17 of it with gravity (tools/acceptance)
+  int accept_objects = 4;       // matched ones; one fewer with gravity
+  int min_matches = 30;         // guided points that confirm an object pose
 };
 
 struct RunnerConfig {

@@ -17,9 +17,6 @@
 
 namespace oaslam {
 
-struct SavedMap;   // internal content of a map file
-struct FrameView;  // internal: what the tracker made of a frame
-
 struct ImageInput {
   cv::Mat image;         // 8-bit, one channel or BGR, of the camera's size
   double timestamp = 0;  // seconds, ascending
@@ -101,11 +98,11 @@ struct MapSnapshot {
 };
 
 // Monocular SLAM with points and objects. Not thread-safe: one thread calls; mapping runs on a
-// thread of its own (runner.mode). Throws InputError for a configuration, image, or map file that
-// cannot be used.
+// thread of its own (runner.mode). Throws InputError for a configuration, image, detection or map
+// file that cannot be used, and has changed nothing then.
 // Where mapping fails (memory runs out) it ends, and the map stays as it was before. Process, and
 // what else would change the map, then throw std::runtime_error; Finish does so only where no other
-// call has. All the rest goes on: Export and Save give the map up to there. Load and Reset begin
+// call has. All the rest goes on: Save gives the map up to there. Load and Reset begin
 // anew.
 class Slam {
  public:
@@ -168,6 +165,8 @@ class Slam {
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
   // with loops, and with the object it stands on.
   std::vector<AnchorPose> Anchors() const;
+  // An edit waits until all that was seen is in the map: a snapshot from before may have another
+  // scale. With runner.mode live these are eight keyframes at most.
   AnchorReport PlaceAnchor(const AnchorRequest& request);
   // Returns why it cannot be changed, or an empty text.
   std::string EditAnchor(const std::string& name, const AnchorEdit& edit);
@@ -175,8 +174,6 @@ class Slam {
   bool RemoveAnchor(const std::string& name);
 
   MapSnapshot Snapshot() const;
-  // Of the newest image, for display; shares what it can.
-  FrameView View() const;
 
   // Final poses so far of the frames given to Process, by time stamp: they move with the map.
   struct TimedPose {
@@ -191,8 +188,7 @@ class Slam {
   // TrackingResult::piece of the map: after Finish that may be another one than that of the last
   // image.
   int MainPiece() const;
-  // The map with the trajectory so far.
-  SavedMap Export() const;
+  // Writes the map with the trajectory so far.
   void Save(const std::string& path) const;
   // Replaces the map; the next image is relocalized in it, and may have any time stamp. The file's
   // camera may differ from this one. `piece`: which one of a map in several (0: the largest); the
@@ -209,6 +205,7 @@ class Slam {
   void Shutdown();
 
  private:
+  friend class SlamAccess;  // of the programs that are made with the library
   class Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -151,6 +151,12 @@ class BadInput(unittest.TestCase):
     def test_no_calibration(self):
         self.assert_refused(self.run_slam(camera=self.write("camera.yaml", "fx: 500\n")), "camera.yaml")
 
+    def test_damaged_calibration(self):
+        camera = self.write("camera.yaml", "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n")
+        outcome = self.run_slam(camera=camera)
+        self.assert_refused(outcome, "camera.yaml", "camera_matrix.data")
+        self.assertEqual(outcome.code, 1, outcome)
+
     def test_unknown_configuration_key(self):
         config = self.write("config.yaml", "features:\n  cuont: 1000\n")
         self.assert_refused(self.run_slam("--config", config), "config.yaml:2", "features.cuont", "features.count")
@@ -226,6 +232,22 @@ class BadInput(unittest.TestCase):
         self.assert_refused(self.run_slam(), self.out)
         self.assertLess(time.time() - started, 5)  # said before the work, not after it
 
+    def test_map_file_that_cannot_be(self):
+        """Said before the work, not after it."""
+        in_a_file = os.path.join(self.write("file", ""), "desk.map")
+        for path in (in_a_file, self.folder):
+            started = time.time()
+            self.assert_refused(self.run_slam("--map-out", path), path)
+            self.assertLess(time.time() - started, 5)
+            self.assert_refused(oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), "--camera", CAMERA, "--detections", DETECTIONS,
+                                       "--out", self.out, "--map-out", path), path)
+
+    def test_map_file_in_a_folder_that_is_not_there_yet(self):
+        path = os.path.join(self.folder, "maps", "today", "desk.map")
+        outcome = self.run_slam("--to", "80", "--map-out", path)
+        self.assertEqual(outcome.code, 0, outcome)
+        self.assertEqual(oaslam("info", path).code, 0)
+
     def test_interrupt_writes_what_there_is(self):
         command = [harness.BINARY, "run", *harness.clip("map_front"), "--out", self.out, "--map-out", self.out + ".map"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -249,6 +271,10 @@ class BadInput(unittest.TestCase):
             outcome = oaslam(*args)
             self.assertGreater(outcome.code, 0, outcome)
         self.assertEqual(oaslam("--help").code, 0)
+        alone = oaslam()
+        self.assertEqual(alone.code, 1, alone)
+        self.assertEqual(alone.out, oaslam("--help").out)
+        self.assertEqual(alone.err, "")
 
 
 if __name__ == "__main__":

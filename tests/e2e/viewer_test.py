@@ -175,6 +175,37 @@ class Viewer(unittest.TestCase):
             self.assertEqual(len(outcome.err.strip().splitlines()), 1, outcome)
             self.assertIn(f"port {program.port}", outcome.err)
 
+    def test_edits_of_a_saved_map_are_written(self):
+        """One after another; what something else has written meanwhile is not overwritten."""
+        path = os.path.join(self.folder, "edited.map")
+        shutil.copy(self.map, path)
+        first = next(o for o in harness.read_json(os.path.join(self.out, "objects.json")))["id"]
+        self.assertEqual(oaslam("anchors", path, "--place", f"sign=flag@object:{first}").code, 0)
+        self.program = program = Program("view", path, "--port", "0")
+        viewer = self.watch(program)
+
+        def answer():
+            """The next that is said of anchors: their names, or why an edit cannot be."""
+            while True:
+                header = viewer.receive()[0]
+                if "anchors" in header and header["type"] == "update":
+                    return [anchor["name"] for anchor in header["anchors"]]
+                for event in header.get("events", []):
+                    if event["kind"] == "anchor":
+                        return event["text"]
+
+        self.assertEqual(answer(), ["sign"])
+        for old, new in (("sign", "gate"), ("gate", "door")):
+            viewer.send({"type": "anchor", "name": old, "rename": new})
+            self.assertEqual(answer(), [new])
+            self.assertIn(f"\n{new} ", oaslam("anchors", path).out)
+        self.assertEqual(oaslam("anchors", path, "--rename", "door=window").code, 0)
+        viewer.send({"type": "anchor", "name": "door", "rename": "roof"})
+        self.assertIn("has changed since it was opened", answer())
+        self.assertIn("\nwindow ", oaslam("anchors", path).out)
+        self.assertEqual(oaslam("info", path).code, 0)
+        self.assertEqual(program.end(), 0, program.text)
+
     def test_bad_input(self):
         for options, words in ((["/nowhere"], "no such file"), ([self.folder + "/nothing.map"], "no such file"), ([harness.SAMPLE], "neither a map file"),
                                ([os.path.join(harness.SAMPLE, "README.md")], "README.md"), ([self.map, "--bind", "desk"], "--bind desk"), ([self.map, "--port", "70000"], "70000"),

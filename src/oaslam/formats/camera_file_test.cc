@@ -178,6 +178,64 @@ TEST(CameraFile, BadInputIsNamed) {
               HasSubstr("no such file"));
 }
 
+TEST(CameraFile, AMatrixWithoutItsDataIsNamed) {
+  const TempFolder folder;
+  for (const char* key : {"camera_matrix", "distortion_coefficients"}) {
+    std::string text = kRos;
+    const size_t data = text.find("data", text.find(key));
+    text.erase(data, text.find('\n', data) - data);
+    EXPECT_THAT(InputErrorOf([&] {
+                  LoadCamera(folder.Write("bad.yaml", text), {640, 480});
+                }),
+                AllOf(HasSubstr("bad.yaml"), HasSubstr(std::string(key) + ".data: nothing"),
+                      HasSubstr("list of numbers")));
+  }
+}
+
+// Of each kind a file that is good.
+std::vector<std::string> GoodFiles() {
+  return {kRos,
+          "width: 848\nheight: 800\ndistortion_model: equidistant\n"
+          "D: [0.1, -0.2, 0.3, -0.4]\nK: [286, 0, 421, 0, 287, 398, 0, 0, 1]\n",
+          "%YAML:1.0\n---\nCamera_Matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+          "   data: [ 657.46, 0., 319.5, 0., 657.47, 239.5, 0., 0., 1. ]\n",
+          "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 517.3\nCamera.fy: 516.5\n"
+          "Camera.cx: 318.6\nCamera.cy: 255.3\nCamera.k1: 0.26\n",
+          "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n"
+          "  distortion_model: radtan\n  distortion_coeffs: [-0.01, 0.02, 0.0, 0.0]\n"
+          "  resolution: [752, 480]\n",
+          "1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"};
+}
+
+// Reads it, or refuses it with a message that names the file.
+void ExpectReadOrNamed(const TempFolder& folder, const std::string& text) {
+  try {
+    LoadCamera(folder.Write("damaged.yaml", text), {640, 480});
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("damaged.yaml")) << text;
+  } catch (const std::exception& error) {
+    ADD_FAILURE() << error.what() << "\n" << text;
+  }
+}
+
+TEST(CameraFile, WhateverIsDamagedTheFileIsNamed) {
+  const TempFolder folder;
+  for (const std::string& good : GoodFiles()) {
+    for (size_t length = 0; length < good.size(); ++length)
+      ExpectReadOrNamed(folder, good.substr(0, length));
+    for (size_t i = 0; i < good.size(); ++i)
+      for (const char c : {' ', '\n', ':', '[', '}', '-', '&', '"', '\0', '\xff'}) {
+        std::string damaged = good;
+        damaged[i] = c;
+        ExpectReadOrNamed(folder, damaged);
+      }
+    for (size_t begin = 0; begin < good.size(); begin = good.find('\n', begin) + 1) {
+      std::string without_line = good;
+      ExpectReadOrNamed(folder, without_line.erase(begin, good.find('\n', begin) + 1 - begin));
+    }
+  }
+}
+
 TEST(CameraFile, WhatIsWrittenIsReadAgain) {
   const TempFolder folder;
   Camera pinhole{.width = 1280,

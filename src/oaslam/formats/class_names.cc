@@ -10,6 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
+#include "oaslam/geometry/detection_check.h"
 
 namespace oaslam {
 namespace {
@@ -42,8 +43,6 @@ constexpr std::array kCocoNames = {"person",        "bicycle",      "car",
                                    "vase",          "scissors",     "teddy bear",
                                    "hair drier",    "toothbrush"};
 static_assert(kCocoNames.size() == 80);
-
-constexpr int kMaxCategory = 1'000'000;
 
 constexpr std::array kKeys = {"names", "parts", "movable"};
 // What a data set file of Ultralytics, which has the names too, says besides.

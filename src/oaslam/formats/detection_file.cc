@@ -11,14 +11,12 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/geometry/detection_check.h"
 
 namespace oaslam {
 namespace {
 
 using Json = nlohmann::json;
-
-constexpr double kMaxCoordinate = 1e5;  // pixels; beyond any image
-constexpr int kMaxCategory = 1'000'000;
 
 Json ParseJson(const std::string& path) {
   try {
@@ -35,6 +33,10 @@ struct Place {
 
   [[noreturn]] void Refuse(const std::string& problem) const {
     throw InputError(fmt::format("{}: {}: {}", path, entry, problem));
+  }
+  // Where there is a problem with the value of this key.
+  void RefuseIf(const std::string& problem, const char* key) const {
+    if (!problem.empty()) Refuse(fmt::format("{}: {}", key, problem));
   }
   const Json& Member(const Json& object, const char* key) const {
     if (!object.is_object()) Refuse(fmt::format("{}, expected an object", JsonText(object)));
@@ -60,26 +62,20 @@ struct Place {
 
 int ReadCategory(const Json& entry, const Place& place) {
   const Json& id = place.Member(entry, "category_id");
-  if (!id.is_number_integer() || id.get<int64_t>() < 0 || id.get<int64_t>() > kMaxCategory)
-    place.Refuse(fmt::format("category_id: {}, expected a whole number from 0 to {}", JsonText(id),
-                             kMaxCategory));
+  if (!id.is_number_integer())
+    place.Refuse(fmt::format("category_id: {}, expected a whole number", JsonText(id)));
+  place.RefuseIf(ProblemOfCategory(id.get<int64_t>()), "category_id");
   return id.get<int>();
 }
 
 double ReadScore(const Json& score, const char* key, const Place& place) {
   const double value = place.Number(score, key);
-  if (value < 0 || value > 1) place.Refuse(fmt::format("{}: {}, allowed: 0 to 1", key, value));
+  place.RefuseIf(ProblemOfScore(value), key);
   return value;
 }
 
 Box CheckedBox(const Box& box, const Place& place) {
-  const std::string shown = fmt::format("bbox: [{}, {}, {}, {}]", box.x1, box.y1, box.x2, box.y2);
-  if (!(box.x2 > box.x1 && box.y2 > box.y1))
-    place.Refuse(shown + " as corners, expected x1 < x2 and y1 < y2");
-  for (const double v : {box.x1, box.y1, box.x2, box.y2})
-    if (std::abs(v) > kMaxCoordinate)
-      place.Refuse(
-          fmt::format("{}, allowed: -{:.0f} to {:.0f}", shown, kMaxCoordinate, kMaxCoordinate));
+  place.RefuseIf(ProblemOfBox(box), "bbox");
   return box;
 }
 
@@ -91,8 +87,7 @@ Detection ReadOwnDetection(const Json& entry, const Place& place) {
   detection.box = CheckedBox({x1, y1, x2, y2}, place);
   if (entry.contains("ellipse")) {
     detection.ellipse = place.Numbers<5>(entry["ellipse"], "ellipse");
-    if (!((*detection.ellipse)[2] > 0 && (*detection.ellipse)[3] > 0))
-      place.Refuse("ellipse: width and height must be above 0");
+    place.RefuseIf(ProblemOfEllipse(*detection.ellipse), "ellipse");
   }
   return detection;
 }

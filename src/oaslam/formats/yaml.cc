@@ -36,7 +36,7 @@ std::string Show(const YAML::Node& node) {
 
 double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key,
                   double min, double max) {
-  const auto value = node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
+  const auto value = node && node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
   if (!value) throw InputError(fmt::format("{}: {}: {}, expected a number", path, key, Show(node)));
   if (*value < min || *value > max)
     throw InputError(fmt::format("{}: {}: {}, allowed: {} to {}", path, key, *value, min, max));
@@ -53,7 +53,7 @@ int YamlInteger(const YAML::Node& node, const std::string& path, const std::stri
 
 std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
                                 const std::string& key) {
-  if (!node.IsSequence())
+  if (!node || !node.IsSequence())
     throw InputError(fmt::format("{}: {}: {}, expected a list of numbers", path, key, Show(node)));
   std::vector<double> values;
   for (size_t i = 0; i < node.size(); ++i)

@@ -37,7 +37,8 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId keyframe, const Mappi
 void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
 // Retires covisible keyframes nearly all of whose landmarks are seen, as finely, by three others.
-// Never the two first, nor `keyframe`. Returns how many.
+// Never the map's first, which fixes its frame, nor `keyframe` and the one inserted before it, to
+// which the tracker may still refer. Returns how many.
 int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
 }  // namespace oaslam

@@ -268,7 +268,9 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
 
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
-    if (!(detection.score > config.min_score) || snapshot.classes.IsMovable(detection.category_id))
+    // Where the lens model is not one to one, the ideal image may have nothing left of a box.
+    if (!(detection.score > config.min_score) || !(detection.box.Area() > 0) ||
+        snapshot.classes.IsMovable(detection.category_id))
       continue;
     ObjectSighting sighting;
     sighting.category_id = detection.category_id;

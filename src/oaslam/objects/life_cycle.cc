@@ -14,18 +14,27 @@ Unseen UnseenSince(const Object& object, const ImageTime& now) {
           std::max(now.timestamp - object.last_seen_time.value_or(now.timestamp), 0.0)};
 }
 
-double MinKeptShare(const ObjectsConfig& config) { return 0.6 * config.min_accept_share; }
+bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config) {
+  return overlap.accept_share >= config.min_accept_share &&
+         overlap.mean_iou >= config.min_accept_iou;
+}
+
+bool IsContradicted(const ViewOverlap& overlap, const ObjectsConfig& config) {
+  constexpr double kKeptShare = 0.6;  // of objects.min_accept_share
+  return overlap.accept_share < kKeptShare * config.min_accept_share;
+}
 
 std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence,
                                      const ObjectsConfig& config) {
   if (state == ObjectState::kMapped) {
-    const bool fails = !evidence.has_model || evidence.accept_share < MinKeptShare(config);
+    const bool fails = !evidence.has_model || IsContradicted(evidence.overlap, config) ||
+                       evidence.overlap.mean_iou < config.min_accept_iou;
     return fails ? ObjectState::kInitialized : ObjectState::kMapped;
   }
   if (evidence.is_forgotten) return std::nullopt;
   if (!evidence.has_model) return ObjectState::kTentative;
-  const bool accepted = evidence.observations >= config.min_observations &&
-                        evidence.accept_share >= config.min_accept_share;
+  const bool accepted =
+      evidence.observations >= config.min_observations && IsConfirmed(evidence.overlap, config);
   return accepted ? ObjectState::kMapped : ObjectState::kInitialized;
 }
 

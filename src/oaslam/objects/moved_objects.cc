@@ -9,6 +9,7 @@
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/objects/description.h"
+#include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/presence.h"
@@ -46,7 +47,7 @@ std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
   object.total_observations = static_cast<int>(object.observations.size());
   const std::vector<BoxView> views = ViewsOf(map, object.observations);
   const auto model = FitObjectModel(map, views, nullptr, config);
-  if (!model || model->overlap.accept_share < config.min_accept_share) return std::nullopt;
+  if (!model || !IsConfirmed(model->overlap, config)) return std::nullopt;
   AdoptModel(*model, views, object);
   object.landmarks.clear();
   object.landmark_votes.clear();

@@ -112,12 +112,12 @@ void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& 
   const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
   if (model) AdoptModel(*model, views, object);
   const ObjectEvidence evidence{model.has_value(), object.evidence,
-                                model ? model->overlap.accept_share : 0,
+                                model ? model->overlap : ViewOverlap{},
                                 IsForgotten(UnseenSince(object, now), config)};
   const auto next = NextState(object.state, evidence, config);
   if (!next) return Drop(id, "unseen since", map);
   object.state = model ? *next : ObjectState::kTentative;
-  const bool is_contradicted = model && evidence.accept_share < MinKeptShare(config) &&
+  const bool is_contradicted = model && IsContradicted(evidence.overlap, config) &&
                                evidence.observations >= config.min_observations;
   map.objects.MutableAt(id) = std::move(object);
   if (is_contradicted && !RefitFromNewer(id, config, map) &&

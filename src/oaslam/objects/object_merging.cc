@@ -8,6 +8,7 @@
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/objects/description.h"
+#include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/occlusion.h"
 #include "oaslam/util/log.h"
@@ -101,8 +102,7 @@ void TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& confi
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return;
   std::optional<Joint> joint = Join(map, kept, gone, config);
-  if (joint && joint->overlap.accept_share >= config.min_accept_share &&
-      joint->overlap.mean_iou >= kMinMergedIoU)
+  if (joint && IsConfirmed(joint->overlap, config) && joint->overlap.mean_iou >= kMinMergedIoU)
     Replace(std::move(joint->object), kept, gone, map);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -406,6 +407,15 @@ TEST(Association, ABoxIsRememberedForAWhileOrForOneImage) {
   EXPECT_TRUE(AssociateObjects(next, map, first.tracks, {}).sightings[0].is_new);
 }
 
+TEST(Association, ABoxOfWhichNothingIsLeftOpensNoTrack) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Box& box : {Box{180, 100, 100, 180}, Box{100, 100, 100, 180}, Box{nan, 1, 9, 9}}) {
+    const auto result = AssociateObjects(FrameWith(0, {{41, 0.9, box, 0}}), EmptyMap(), {}, {});
+    EXPECT_TRUE(result.sightings.empty());
+    EXPECT_TRUE(result.tracks.open.empty());
+  }
+}
+
 TEST(Association, AnImageOfASlowVideoSaysMore) {
   const Map map = EmptyMap();
   const auto weight_after = [&](double seconds) {
@@ -470,18 +480,34 @@ TEST(LifeCycle, WhatWasNeverMappedIsForgottenAfterATimeAndSomeImages) {
 
 TEST(LifeCycle, Transitions) {
   const ObjectsConfig config;
-  const auto next = [&](ObjectState state, ObjectEvidence evidence) {
-    return NextState(state, evidence, config);
+  const auto next = [&](ObjectState state, bool has_model, double observations, double share,
+                        bool is_forgotten) {
+    return NextState(state, {has_model, observations, {0.8, share}, is_forgotten}, config);
   };
-  EXPECT_EQ(next(ObjectState::kTentative, {false, 100, 0, false}), ObjectState::kTentative);
-  EXPECT_EQ(next(ObjectState::kTentative, {false, 100, 0, true}), std::nullopt);
-  EXPECT_EQ(next(ObjectState::kTentative, {true, 12, 1, false}), ObjectState::kInitialized);
-  EXPECT_EQ(next(ObjectState::kInitialized, {true, 39, 1, false}), ObjectState::kInitialized);
-  EXPECT_EQ(next(ObjectState::kInitialized, {true, 40, 0.95, false}), ObjectState::kMapped);
-  EXPECT_EQ(next(ObjectState::kInitialized, {true, 40, 0.85, false}), ObjectState::kInitialized);
-  EXPECT_EQ(next(ObjectState::kInitialized, {true, 39, 1, true}), std::nullopt);
-  EXPECT_EQ(next(ObjectState::kMapped, {true, 400, 0.8, true}), ObjectState::kMapped);
-  EXPECT_EQ(next(ObjectState::kMapped, {true, 400, 0.4, false}), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kTentative, false, 100, 0, false), ObjectState::kTentative);
+  EXPECT_EQ(next(ObjectState::kTentative, false, 100, 0, true), std::nullopt);
+  EXPECT_EQ(next(ObjectState::kTentative, true, 12, 1, false), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kInitialized, true, 39, 1, false), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kInitialized, true, 40, 0.95, false), ObjectState::kMapped);
+  EXPECT_EQ(next(ObjectState::kInitialized, true, 40, 0.85, false), ObjectState::kInitialized);
+  EXPECT_EQ(next(ObjectState::kInitialized, true, 39, 1, true), std::nullopt);
+  EXPECT_EQ(next(ObjectState::kMapped, true, 400, 0.8, true), ObjectState::kMapped);
+  EXPECT_EQ(next(ObjectState::kMapped, true, 400, 0.4, false), ObjectState::kInitialized);
+}
+
+TEST(LifeCycle, TheMeanOverlapOfAMappedObjectIsNotBelowTheBound) {
+  // Most boxes are cut by the image's border and agree with anything; the few whole ones do not.
+  const ObjectsConfig config;
+  const ViewOverlap bad{config.min_accept_iou - 0.02, 0.92};
+  const ViewOverlap good{config.min_accept_iou + 0.02, 0.92};
+  EXPECT_EQ(NextState(ObjectState::kInitialized, {true, 274, bad, false}, config),
+            ObjectState::kInitialized);
+  EXPECT_EQ(NextState(ObjectState::kInitialized, {true, 274, good, false}, config),
+            ObjectState::kMapped);
+  EXPECT_EQ(NextState(ObjectState::kMapped, {true, 274, bad, false}, config),
+            ObjectState::kInitialized);
+  EXPECT_EQ(NextState(ObjectState::kMapped, {true, 274, good, false}, config),
+            ObjectState::kMapped);
 }
 
 // ---- merging

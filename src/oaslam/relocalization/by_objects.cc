@@ -13,12 +13,11 @@ namespace {
 constexpr size_t kRefined = 12;  // guesses
 constexpr size_t kReturned = 5;
 constexpr size_t kFewGuesses = 5;
-constexpr double kSureScore = 34;  // no other guess is looked for beyond that
 // Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
 constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
 // A known vertical leaves wrong poses less freedom: less evidence, of three objects, suffices
 // (tools/acceptance --scan).
-constexpr double kGravityShare = 30.0 / 34;
+constexpr double kGravityShare = 15.0 / 17;  // of relocalization.accept_evidence
 
 struct Refined {
   ObjectPoseCandidate candidate;
@@ -66,24 +65,24 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(
     Rng& rng) {
   const ObjectScene scene(detections, camera, map, config, gravity_in_cam);
   if (scene.detections.empty()) return {};
-  const double ease = scene.up_in_cam ? kGravityShare : 1;
-  const int accept_objects = config.accept_objects - (scene.up_in_cam ? 1 : 0);
+  const double enough_evidence = config.accept_evidence * (scene.up_in_cam ? kGravityShare : 1);
+  const int enough_objects = config.accept_objects - (scene.up_in_cam ? 1 : 0);
 
   std::vector<Refined> refined;
   const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
   Refine(scene, guesses, refined);
-  // One object says little, but its guesses reach where groups do not; most of their many are
-  // looked at in vain.
+  // One object says little, but guesses from one reach where those from groups do not. They are
+  // many, and most of them lead nowhere: they are left out where a guess from a group scores so
+  // high that it will be accepted unless a pose elsewhere scores half as much.
   if (guesses.size() < kFewGuesses || refined.empty() ||
-      refined.front().candidate.score < kSureScore * ease)
+      refined.front().candidate.score < enough_evidence)
     Refine(scene, GuessFromSingles(scene), refined);
 
   std::vector<ObjectPoseCandidate> candidates = DistinctCandidates(refined);
   if (!candidates.empty()) {
     ObjectPoseCandidate& best = candidates.front();
-    best.accepted = best.margin > config.accept_margin &&
-                    best.Evidence() > config.accept_evidence * ease &&
-                    static_cast<int>(best.matched.size()) >= accept_objects;
+    best.accepted = best.margin > config.accept_margin && best.Evidence() > enough_evidence &&
+                    static_cast<int>(best.matched.size()) >= enough_objects;
   }
   return candidates;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -67,12 +68,13 @@ struct Query {
   std::vector<ObjectDetection> detections;
 };
 
-Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15) {
+// `roll`: how the camera is turned about its optical axis, but for what a hand shakes.
+Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15, double roll = 0) {
   Query query;
   const double angle = rng.Uniform(0, 2 * std::numbers::pi), distance = rng.Uniform(1.2, 2.2);
   query.cam_from_world =
       LookAt({distance * std::cos(angle), distance * std::sin(angle), rng.Uniform(0.6, 1.1)},
-             {rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2), 0}, rng.Gaussian(0.04));
+             {rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2), 0}, roll + rng.Gaussian(0.04));
   map.objects.ForEach([&](ObjectId, const Object& object) {
     if (rng.Uniform(0, 1) < miss_rate) return;
     auto box = ProjectToBox(object.ellipsoid, query.cam_from_world, kCamera);
@@ -94,11 +96,11 @@ struct Shares {
   double found = 0, accepted = 0, wrong = 0;
 };
 
-Shares Measure(const Map& seen, const Map& known, bool with_gravity, int queries) {
+Shares Measure(const Map& seen, const Map& known, bool with_gravity, int queries, double roll = 0) {
   Rng rng(5);
   Shares shares;
   for (int i = 0; i < queries; ++i) {
-    const Query query = Photograph(seen, rng);
+    const Query query = Photograph(seen, rng, 0.15, roll);
     std::optional<Eigen::Vector3d> gravity;
     if (with_gravity) gravity = query.cam_from_world.rotation * Eigen::Vector3d(-9.81 * kUp);
     const auto candidates = RelocalizeByObjects(query.detections, kCamera, known, {}, gravity, rng);
@@ -170,6 +172,46 @@ TEST(RelocalizeByObjects, KnowsHowSureItIs) {
   const std::vector<ObjectDetection> two(query.detections.begin(), query.detections.begin() + 2);
   for (const auto& candidate : RelocalizeByObjects(two, kCamera, map, {}, std::nullopt, rng))
     EXPECT_FALSE(candidate.accepted);
+}
+
+// As docs/objects.md says. The mapping cameras are level here.
+TEST(RelocalizeByObjects, ACameraThatIsRolledFurtherThanPeopleDoTakesGravity) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const Map map = Desk(1);
+  EXPECT_GE(Measure(map, map, false, 20, 12 * kDegree).found, 0.8);
+  EXPECT_EQ(Measure(map, map, false, 20, 40 * kDegree).found, 0);
+  EXPECT_GE(Measure(map, map, true, 20, 40 * kDegree).found, 0.8);
+  EXPECT_EQ(Measure(map, map, false, 20, 90 * kDegree).found, 0);
+  EXPECT_GE(Measure(map, map, true, 20, 90 * kDegree).found, 0.8);
+  Map without_vertical = map;
+  without_vertical.up.reset();
+  EXPECT_GE(Measure(map, without_vertical, false, 20, 90 * kDegree).found, 0.8);
+}
+
+// What suffices is one setting: a pose that it does not accept does not end the search either.
+TEST(RelocalizeByObjects, TheSearchGoesOnUntilItsEvidenceSuffices) {
+  const Map map = Desk(2);
+  RelocalizationConfig strict;
+  strict.accept_evidence = 1e6;
+  int searched_further = 0;
+  for (uint64_t seed = 1; seed <= 10; ++seed) {
+    Rng rng(seed);
+    const Query query = Photograph(map, rng, 0);
+    const auto search = [&](const RelocalizationConfig& config) {
+      Rng same(1);
+      return RelocalizeByObjects(query.detections, kCamera, map, config, std::nullopt, same);
+    };
+    const auto usual = search({}), further = search(strict);
+    ASSERT_FALSE(usual.empty());
+    ASSERT_FALSE(further.empty());
+    EXPECT_GE(further[0].score, usual[0].score);
+    EXPECT_FALSE(further[0].accepted);
+    const auto same_pose = [](const ObjectPoseCandidate& a, const ObjectPoseCandidate& b) {
+      return PositionError(a.cam_from_world, b.cam_from_world) == 0;
+    };
+    searched_further += !std::ranges::equal(usual, further, same_pose);
+  }
+  EXPECT_GE(searched_further, 3);
 }
 
 TEST(RelocalizeByObjects, NothingToGoBy) {

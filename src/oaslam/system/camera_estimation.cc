@@ -10,9 +10,8 @@
 
 #include "oaslam/bundle/self_calibration.h"
 #include "oaslam/images/focal_metadata.h"
-#include "oaslam/map/frame_view.h"
 #include "oaslam/slam.h"
-#include "oaslam/storage/map_file.h"
+#include "oaslam/system/slam_access.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -168,7 +167,7 @@ class CameraEstimator::Impl {
     pass.calibration.why_not = "the images could not be mapped";
     size_t next_check = kFirstCheck, checked = 0;
     const auto check = [&] {
-      const SavedMap saved = slam.Export();
+      const SavedMap saved = SlamAccess::Export(slam);
       if (saved.map.keyframes.empty() || saved.map.keyframes.size() == checked) return;
       checked = saved.map.keyframes.size();
       pass.calibration = SelfCalibrateQuickly(saved.map, 0, prior, saved.trajectory);
@@ -176,7 +175,7 @@ class CameraEstimator::Impl {
     for (size_t i = 0; i < images_.size(); ++i) {
       slam.Process({images_[i], times_[i], {}, false});
       ++pass.images;
-      const size_t keyframes = slam.View().map->keyframes.size();
+      const size_t keyframes = SlamAccess::View(slam).map->keyframes.size();
       if (keyframes < kFirstCheck) next_check = kFirstCheck;  // begun anew
       if (keyframes < next_check) continue;
       next_check = static_cast<size_t>(std::ceil(kNextCheck * static_cast<double>(keyframes)));

@@ -11,12 +11,13 @@
 #include "oaslam/anchors/editing.h"
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/detection_check.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/presence.h"
-#include "oaslam/storage/map_file.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
+#include "oaslam/system/slam_access.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -46,9 +47,12 @@ void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
 std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections,
                                           const Camera& camera) {
   std::vector<ObjectDetection> ideal;
-  for (const Detection& d : detections)
+  for (const Detection& d : detections) {
+    if (const std::string problem = ProblemOf(d); !problem.empty())
+      throw InputError(fmt::format("detection {}: {}", ideal.size(), problem));
     ideal.push_back(
         {d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
+  }
   return ideal;
 }
 
@@ -358,9 +362,10 @@ void Slam::SetMapping(bool enabled) {
 
 void Slam::ForceRelocalization() { impl_->atlas_->ForceRelocalization(); }
 
-FrameView Slam::View() const {
-  FrameView view = impl_->session().tracker().View();
-  view.map = impl_->session().snapshot();
+FrameView SlamAccess::View(const Slam& slam) {
+  const Session& session = slam.impl_->atlas_->main();
+  FrameView view = session.tracker().View();
+  view.map = session.snapshot();
   return view;
 }
 
@@ -424,16 +429,17 @@ std::vector<Slam::TimedPose> Slam::Trajectory() const {
   return poses;
 }
 
-SavedMap Slam::Export() const {
-  SavedMap saved{*impl_->session().snapshot(), impl_->loaded_trajectory_, impl_->class_names_,
-                 impl_->atlas_->Others()};
-  AdoptPoses(impl_->session().tracker().trajectory(), 1, saved.trajectory);
+SavedMap SlamAccess::Export(const Slam& slam) {
+  const Slam::Impl& impl = *slam.impl_;
+  SavedMap saved{*impl.session().snapshot(), impl.loaded_trajectory_, impl.class_names_,
+                 impl.atlas_->Others()};
+  AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
   return saved;
 }
 
 int Slam::MainPiece() const { return impl_->atlas_->main_number(); }
 
-void Slam::Save(const std::string& path) const { SaveMap(path, Export()); }
+void Slam::Save(const std::string& path) const { SaveMap(path, SlamAccess::Export(*this)); }
 
 void Slam::Load(const std::string& path, int piece) {
   SavedMap saved = LoadMap(path);

@@ -218,6 +218,34 @@ TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
   EXPECT_TRUE(closed.TakeCommands(50).empty());
 }
 
+TEST(Viewer, ThatMoreIsAskedForThanCanWaitIsSaid) {
+  Viewer viewer(ViewerOptions{.accepts_commands = true});
+  viewer.ShowMap(SomeMap(), {});
+  Client page(viewer);
+  const auto told = [&](const std::string& kind) {
+    std::vector<std::string> kinds;
+    while (kinds.empty() || kinds.back() != kind) {
+      const DecodedMessage message = page.Read();
+      page.Acknowledge();
+      if (message.header["type"] == kind) return kinds;
+      for (const auto& event : message.header.value("events", nlohmann::json()))
+        kinds.push_back(event["kind"].get<std::string>());
+    }
+    return kinds;
+  };
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 70; ++i) page.Send(R"({"type":"command","name":"step"})");
+    page.Send(R"({"type":"keyframe","id":0})");
+    std::vector<std::string> kinds = told("keyframe");  // all commands have come
+    viewer.ShowEvent(0, "end", "");
+    for (const std::string& kind : told("end")) kinds.push_back(kind);
+    EXPECT_THAT(kinds, testing::ElementsAre("refused", "end"));
+    EXPECT_EQ(viewer.TakeCommands().size(), 64U);
+  }
+  page.Send(R"({"type":"command","name":"step"})");
+  EXPECT_EQ(viewer.TakeCommands(2000).size(), 1U);
+}
+
 TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
   Viewer editor(ViewerOptions{.accepts_anchors = true}),
       closed(ViewerOptions{.accepts_commands = true});

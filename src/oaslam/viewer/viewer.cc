@@ -25,6 +25,8 @@ constexpr auto kInterval = std::chrono::milliseconds(40);  // between two update
 constexpr auto kAlignInterval =
     std::chrono::seconds(1);                         // between two alignments of the ground truth
 constexpr auto kFarewell = std::chrono::seconds(5);  // for what is still under way at the end
+constexpr size_t kMaxCommands = 64;                  // that wait
+constexpr int kNoFrame = -1;
 
 // Tracking comes first where they share a processor.
 void LowerPriority() {
@@ -119,6 +121,7 @@ class Viewer::Impl {
     if (wait_ms > 0)
       changed_.wait_for(lock, std::chrono::milliseconds(wait_ms),
                         [&] { return !commands_.empty(); });
+    has_refused_ = false;
     return std::exchange(commands_, {});
   }
 
@@ -146,13 +149,25 @@ class Viewer::Impl {
   }
 
  private:
+  // Takes what a page asks for, and says where it cannot: the run may be held up, while a page goes
+  // on asking.
   void Receive(const ViewerCommand& command) {
-    {
-      constexpr size_t kMaxCommands = 64;
-      const std::scoped_lock lock(mutex_);
-      if (commands_.size() < kMaxCommands) commands_.push_back(command);
+    if (!Queue(command)) {
+      scene_.AddEvent(kNoFrame, "refused",
+                      fmt::format("{} commands wait already; what is asked for until some of them "
+                                  "are done is forgotten",
+                                  kMaxCommands));
+      ScheduleTick();
     }
     changed_.notify_all();
+  }
+
+  // False where the queue is full, the first time that it is.
+  bool Queue(const ViewerCommand& command) {
+    const std::scoped_lock lock(mutex_);
+    if (commands_.size() >= kMaxCommands) return std::exchange(has_refused_, true);
+    commands_.push_back(command);
+    return true;
   }
 
   void TakeMail() {
@@ -221,7 +236,7 @@ class Viewer::Impl {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<FrameRecord> mail_;
-  bool has_mail_ = false, is_down_ = false;
+  bool has_mail_ = false, is_down_ = false, has_refused_ = false;
   int waiting_edits_ = 0;
   std::vector<ViewerCommand> commands_;
   std::jthread thread_;

@@ -48,7 +48,8 @@ class Viewer {
   // After a reset: all that was shown is no longer so.
   void Clear();
 
-  // Those since the last call; waits for one, but no longer than `wait_ms`.
+  // Those since the last call; waits for one, but no longer than `wait_ms`. At most 64 are kept:
+  // that more were asked for is an event, which pages show.
   std::vector<ViewerCommand> TakeCommands(int wait_ms = 0);
 
   // Gives viewers a moment to take what there is, and ends. Idempotent.

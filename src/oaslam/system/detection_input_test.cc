@@ -1,0 +1,67 @@
+// What an application hands to Slam as detections is checked as files of detections are.
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "expect_input_error.h"
+#include "oaslam/slam.h"
+
+namespace oaslam {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const Camera kCamera{.width = 320, .height = 240, .fx = 260, .fy = 260, .cx = 159.5, .cy = 119.5};
+
+SlamConfig Sequential() {
+  SlamConfig config;
+  config.runner.mode = "sequential";
+  return config;
+}
+
+ImageInput Image(double timestamp, std::vector<Detection> detections = {}) {
+  return {.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(100)),
+          .timestamp = timestamp,
+          .detections = std::move(detections)};
+}
+
+TEST(DetectionInput, EveryWayInChecksTheBoxes) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Detection good{.category_id = 41, .score = 0.9, .box = {10, 10, 60, 60}};
+  for (const Box& box : {Box{10, 10, nan, 60}, Box{60, 10, 10, 60}, Box{10, 10, 1e9, 60}}) {
+    Slam slam(Sequential(), kCamera);
+    const std::vector<Detection> bad{good, {.category_id = 41, .score = 0.9, .box = box}};
+    const auto is_named = AllOf(HasSubstr("detection 1"), HasSubstr("box: ["));
+    EXPECT_THAT(InputErrorOf([&] { slam.Process(Image(1, bad)); }), is_named);
+    ImageInput follows = Image(1);
+    follows.detections_follow = true;
+    const int frame = slam.Process(follows).frame;  // what was refused has left no trace
+    EXPECT_EQ(frame, 0);
+    EXPECT_THAT(InputErrorOf([&] { slam.AddDetections(frame, bad); }), is_named);
+    EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad), RelocalizationMode::kObjects); }),
+                is_named);
+    EXPECT_THAT(InputErrorOf([&] {
+                  slam.RelocalizeWithUnknownCamera(Image(2, bad), RelocalizationMode::kObjects);
+                }),
+                is_named);
+    EXPECT_THAT(InputErrorOf([&] { slam.RelocalizeByObjects(bad); }), is_named);
+  }
+}
+
+TEST(DetectionInput, ScoresAndCategoriesAreCheckedToo) {
+  Slam slam(Sequential(), kCamera);
+  EXPECT_THAT(InputErrorOf([&] {
+                slam.Process(Image(1, {{.category_id = 41, .score = 57, .box = {10, 10, 60, 60}}}));
+              }),
+              AllOf(HasSubstr("detection 0"), HasSubstr("score: 57"), HasSubstr("0 to 1")));
+  EXPECT_THAT(
+      InputErrorOf([&] {
+        slam.RelocalizeByObjects({{.category_id = -1, .score = 0.5, .box = {10, 10, 60, 60}}});
+      }),
+      HasSubstr("category_id: -1"));
+}
+
+}  // namespace
+}  // namespace oaslam
