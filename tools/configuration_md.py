@@ -22,7 +22,7 @@ def fields(text):
     structs = {}
     for name, body in re.findall(r"struct (\w+Config) \{\n(.*?)\n\};", text, re.S):
         rows = []
-        for line in body.split("\n"):
+        for line in re.sub(r"=\n\s+", "= ", body).split("\n"):  # the formatter breaks long lines there
             member = re.match(r"\s*(?:int|double|bool|std::string)\s+(\w+)\s*=\s*(.+?);\s*(?://\s*(.*))?$", line)
             more = re.match(r"\s+//\s*(.*)$", line)
             if member:
