@@ -75,19 +75,27 @@ double CountTriplets(const ObjectScene& scene) {
   return triplets;
 }
 
-std::vector<Triplet> AllTriplets(const std::vector<Pair>& pairs) {
+// All choices of objects for three detections.
+void AddTriplets(const ObjectScene& scene, int i, int j, int k, std::vector<Triplet>& triplets) {
+  for (const int a : scene.detections[i].objects)
+    for (const int b : scene.detections[j].objects)
+      for (const int c : scene.detections[k].objects)
+        if (a != b && a != c && b != c) triplets.push_back({Pair{i, a}, Pair{j, b}, Pair{k, c}});
+}
+
+std::vector<Triplet> AllTriplets(const ObjectScene& scene) {
+  const int count = static_cast<int>(scene.detections.size());
   std::vector<Triplet> triplets;
-  for (size_t i = 0; i < pairs.size(); ++i)
-    for (size_t j = i + 1; j < pairs.size(); ++j) {
-      if (!CanBeTogether(pairs[i], pairs[j])) continue;
-      for (size_t k = j + 1; k < pairs.size(); ++k)
-        if (CanBeTogether(pairs[i], pairs[k]) && CanBeTogether(pairs[j], pairs[k]))
-          triplets.push_back({pairs[i], pairs[j], pairs[k]});
-    }
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j)
+      for (int k = j + 1; k < count; ++k) AddTriplets(scene, i, j, k, triplets);
   return triplets;
 }
 
-std::vector<Triplet> DrawTriplets(const std::vector<Pair>& pairs, Rng& rng) {
+std::vector<Triplet> DrawTriplets(const ObjectScene& scene, Rng& rng) {
+  std::vector<Pair> pairs;
+  for (int d = 0; d < static_cast<int>(scene.detections.size()); ++d)
+    for (const int o : scene.detections[d].objects) pairs.push_back({d, o});
   constexpr int kMaxDraws = 10 * kMaxPaperTriplets;  // few may be possible
   const auto draw = [&] { return pairs[rng.Index(static_cast<int>(pairs.size()))]; };
   std::vector<Triplet> triplets;
@@ -100,10 +108,7 @@ std::vector<Triplet> DrawTriplets(const std::vector<Pair>& pairs, Rng& rng) {
 }
 
 std::vector<Triplet> TripletsOf(const ObjectScene& scene, Rng& rng) {
-  std::vector<Pair> pairs;
-  for (int d = 0; d < static_cast<int>(scene.detections.size()); ++d)
-    for (const int o : scene.detections[d].objects) pairs.push_back({d, o});
-  return CountTriplets(scene) <= kMaxPaperTriplets ? AllTriplets(pairs) : DrawTriplets(pairs, rng);
+  return CountTriplets(scene) <= kMaxPaperTriplets ? AllTriplets(scene) : DrawTriplets(scene, rng);
 }
 
 // Nothing where the centres have no pose.

@@ -23,9 +23,9 @@ constexpr int kMaxPaperTriplets = 10000;
 // one with the largest overlap counts. `score` is that overlap: the sum, over detections, of the
 // IoU of the box with that of the projected ellipsoid that it is associated with.
 //
-// Up to five distinct poses, best first. The first is accepted whatever its overlap is. Empty with
-// fewer than three detections whose classes are in the map. `rng` draws kMaxPaperTriplets triplets
-// where there are more.
+// Up to five distinct poses, best first. The first is accepted however little overlaps. Empty with
+// fewer than three detections whose classes are in the map, or where nothing overlaps. `rng` draws
+// kMaxPaperTriplets triplets where there are more.
 std::vector<ObjectPoseCandidate> RelocalizeByObjectsAsInPaper(
     std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
     const RelocalizationConfig& config, Rng& rng);

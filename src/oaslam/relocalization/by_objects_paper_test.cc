@@ -105,7 +105,7 @@ TEST(RelocalizeByObjectsAsInPaper, AcceptsAWrongMapToo) {
   Map wrong = map;
   for (uint32_t i = 0; i < 12; ++i)
     wrong.objects.MutableAt(ObjectId(i)).ellipsoid.center =
-        map.objects.At(ObjectId((i + 5) % 12)).ellipsoid.center;
+        map.objects.At(ObjectId((i + 1) % 12)).ellipsoid.center;
   Rng rng(1);
   const auto found =
       RelocalizeByObjectsAsInPaper(Photograph(map, PoseAround(0)), kCamera, wrong, {}, rng);
