@@ -107,10 +107,11 @@ TEST(RelocalizeByObjectsAsInPaper, AcceptsAWrongMapToo) {
     wrong.objects.MutableAt(ObjectId(i)).ellipsoid.center =
         map.objects.At(ObjectId((i + 1) % 12)).ellipsoid.center;
   Rng rng(1);
-  const auto found =
-      RelocalizeByObjectsAsInPaper(Photograph(map, PoseAround(0)), kCamera, wrong, {}, rng);
+  const Rigid3 truth = PoseAround(0);
+  const auto found = RelocalizeByObjectsAsInPaper(Photograph(map, truth), kCamera, wrong, {}, rng);
   ASSERT_FALSE(found.empty());
   EXPECT_TRUE(found[0].accepted);
+  EXPECT_GT(PositionError(found[0].cam_from_world, truth), 0.2);
 }
 
 TEST(RelocalizeByObjectsAsInPaper, NeedsThreeDetectionsOfThreeObjects) {
