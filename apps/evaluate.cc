@@ -25,7 +25,8 @@ struct EvaluateOptions {
   CommonOptions common;
   std::string estimate, groundtruth, align = "sim3", plot, plot_errors;
   std::vector<std::string> poses, errors, compare;
-  std::string map_trajectory, map_groundtruth, frames, hypotheses;
+  std::vector<std::string> map_trajectories;
+  std::string map_groundtruth, frames, hypotheses;
   std::vector<std::string> hypothesis_files, runs;
   std::string objects, truth;
 };
@@ -103,12 +104,12 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
                   100 * report.position.rmse, report.pairs));
 }
 
-// What takes the map's frame to that of the ground truth.
-Alignment AlignMap(const EvaluateOptions& o) {
+// What takes the frame of the map that `map_trajectory` was tracked in to that of the ground truth.
+Alignment AlignMap(const EvaluateOptions& o, const std::string& map_trajectory) {
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
   const TrajectoryReport report = EvaluateTrajectory(
-      LoadTrajectory(groundtruth), LoadTrajectory(o.map_trajectory), ParseAlign(o.align));
-  if (!report.success) throw InputError(fmt::format("{}: {}", o.map_trajectory, report.why_not));
+      LoadTrajectory(groundtruth), LoadTrajectory(map_trajectory), ParseAlign(o.align));
+  if (!report.success) throw InputError(fmt::format("{}: {}", map_trajectory, report.why_not));
   return report.reference_from_estimate;
 }
 
@@ -155,15 +156,27 @@ std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path,
                            confidences, alignment);
 }
 
+// One for each --poses.
+std::vector<Alignment> AlignMaps(const EvaluateOptions& o) {
+  if (o.map_trajectories.size() != 1 && o.map_trajectories.size() != o.poses.size())
+    throw InputError(
+        fmt::format("--map-trajectory: given {} times for {} --poses; allowed: once, or once each",
+                    o.map_trajectories.size(), o.poses.size()));
+  std::vector<Alignment> alignments;
+  for (const std::string& path : o.map_trajectories) alignments.push_back(AlignMap(o, path));
+  alignments.resize(o.poses.size(), alignments.front());
+  return alignments;
+}
+
 void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
-  const Alignment alignment = AlignMap(o);
+  const std::vector<Alignment> alignments = AlignMaps(o);
   const auto groundtruth = LoadTrajectory(o.groundtruth);
   std::vector<RelocalizationErrors> curves;
-  for (const std::string& path : o.poses) {
-    const auto poses = LoadTrajectory(path);
+  for (size_t i = 0; i < o.poses.size(); ++i) {
+    const auto poses = LoadTrajectory(o.poses[i]);
     curves.push_back(
-        CompareRelocalization(groundtruth, poses, FrameTimes(o, path, poses), alignment));
-    curves.back().name = CurveName(path);
+        CompareRelocalization(groundtruth, poses, FrameTimes(o, o.poses[i], poses), alignments[i]));
+    curves.back().name = CurveName(o.poses[i]);
   }
   for (const std::string& path : o.errors) {
     curves.push_back(LoadRelocalizationErrors(path));
@@ -171,7 +184,8 @@ void EvaluateRelocalizationCommand(const EvaluateOptions& o) {
   }
   for (const RelocalizationErrors& curve : curves) PrintRelocalization(curve);
   if (!o.hypotheses.empty())
-    SaveHypothesisErrors(o.hypotheses, HypothesesBeside(o.poses.front(), groundtruth, alignment));
+    SaveHypothesisErrors(o.hypotheses,
+                         HypothesesBeside(o.poses.front(), groundtruth, alignments.front()));
   if (!o.plot.empty()) SaveRecallPlot(o.plot, curves, "Frames localized within a distance");
 }
 
@@ -215,7 +229,8 @@ void EvaluateStatesCommand(const EvaluateOptions& o) {
 
 void EvaluateObjectsCommand(const EvaluateOptions& o) {
   const auto mapped = LoadObjects(o.objects), truth = LoadTrueObjects(o.truth);
-  const ObjectReport report = EvaluateObjects(mapped, truth, AlignMap(o));
+  const ObjectReport report =
+      EvaluateObjects(mapped, truth, AlignMap(o, o.map_trajectories.front()));
   fmt::print("{} mapped, {} true, {} matched: recall {:.3f}, precision {:.3f}\n", mapped.size(),
              truth.size(), report.matches.size(), report.recall, report.precision);
   fmt::print("median centre error {:.3f} of the longest half axis, median size error {:.1f} %\n",
@@ -294,14 +309,19 @@ void AddEvaluateCommand(CLI::App& app) {
   objects->add_option("--truth", o.truth, "True objects (JSON)")->required();
   objects->callback([options] { EvaluateObjectsCommand(*options); });
 
-  for (CLI::App* command : {relocalization, objects}) {
+  const std::string map_trajectory =
+      "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth";
+  relocalization
+      ->add_option("--map-trajectory", o.map_trajectories,
+                   map_trajectory + "; repeat it where each --poses has a map of its own")
+      ->expected(1)
+      ->take_all()
+      ->required();
+  objects->add_option("--map-trajectory", o.map_trajectories, map_trajectory)
+      ->expected(1)
+      ->required();
+  for (CLI::App* command : {relocalization, objects})
     command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
-    command
-        ->add_option(
-            "--map-trajectory", o.map_trajectory,
-            "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth")
-        ->required();
-  }
   for (CLI::App* command : {trajectory, relocalization, objects}) AddAlign(*command, o);
   for (CLI::App* command : {trajectory, relocalization, reliability, states, objects})
     AddQuietOption(*command, o.common);

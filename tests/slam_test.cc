@@ -1,6 +1,7 @@
 // The public face on the desk sample, as an application uses it.
 
 #include "oaslam/slam.h"
+#include "oaslam/system/slam_access.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -70,7 +70,9 @@ struct ObjectsConfig {
 };
 
 struct RelocalizationConfig {
-  double min_score = 0.3;  // detections below are not used
+  std::string objects = "robust";  // "paper": P3P on the centres of all triplets, the best overlap,
+                                   // always accepted (docs/paper.md); "robust": docs/objects.md
+  double min_score = 0.3;          // detections below are not used
   int max_detections = 24;
   int ransac_iterations = 300;
   double accept_margin = 5;  // statistic S (docs/objects.md) less that of the best pose elsewhere
@@ -137,6 +139,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("objects.min_accept_iou", c.objects.min_accept_iou, 0.0, 1.0);
   visit("objects.min_accept_share", c.objects.min_accept_share, 0.0, 1.0);
   visit("objects.fusion_iou", c.objects.fusion_iou, 0.0, 1.0);
+  visit("relocalization.objects", c.relocalization.objects, Words{"robust", "paper"});
   visit("relocalization.min_score", c.relocalization.min_score, 0.0, 1.0);
   visit("relocalization.max_detections", c.relocalization.max_detections, 3, 200);
   visit("relocalization.ransac_iterations", c.relocalization.ransac_iterations, 10, 100000);

@@ -64,6 +64,38 @@ class Localize(unittest.TestCase):
         self.assertGreater(sum(e < 0.3 for e in errors), 0.6 * 300)
         self.assertGreater(sum(e < 0.5 for e in errors), 0.95 * len(errors))
 
+    def test_localization_as_in_the_paper(self):
+        """Three objects fit some pose of almost any map: a pose is always given, right or not, and nothing is said of how sure it is."""
+        paper = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "paper.yaml")
+        frames, errors = self.localize("paper", *harness.clip("query_around")[2:], "--relocalization", "objects", "--config", paper)
+        self.assertEqual({f["status"] for f in frames}, {"objects"})
+        self.assertEqual({float(f["confidence"]) for f in frames}, {0})
+        self.assertGreater(sum(e < 0.2 for e in errors), 0.6 * 300)
+        _, ours = self.localize("ours", *harness.clip("query_around")[2:], "--relocalization", "objects")
+        self.assertLess(sorted(ours)[150], sorted(errors)[150])
+
+    def test_each_curve_may_have_a_map_of_its_own(self):
+        folder = os.path.join(self.folder, "few")
+        self.localize("few", *harness.clip("query_around")[2:], "--relocalization", "objects", "--to", "40")
+        maps = [os.path.join(self.run_folder, name) for name in ("keyframes.txt", "trajectory.txt")]
+        poses = os.path.join(folder, "poses.txt")
+
+        def evaluate(curves, trajectories):
+            options = sum((["--poses", poses] for _ in range(curves)), []) + sum((["--map-trajectory", m] for m in trajectories), [])
+            return oaslam("evaluate", "relocalization", *options, "--groundtruth", harness.groundtruth("query_around"),
+                          "--map-groundtruth", harness.groundtruth("map_front"))
+
+        def lines_of(outcome):
+            self.assertEqual(outcome.code, 0, outcome)
+            return [line for line in outcome.out.splitlines() if line.startswith("few:")]
+
+        each = lines_of(evaluate(2, maps))
+        self.assertEqual(each, lines_of(evaluate(1, maps[:1])) + lines_of(evaluate(1, maps[1:])))
+        self.assertEqual(lines_of(evaluate(2, maps[:1])), 2 * each[:1])
+        refused = evaluate(3, maps)
+        self.assertEqual(refused.code, 1, refused)
+        self.assertIn("--map-trajectory: given 2 times for 3 --poses", refused.err)
+
     def test_going_on_in_a_saved_map(self):
         folder = os.path.join(self.folder, "again")
         outcome = oaslam("run", *harness.clip("map_front"), "--from", "100", "--to", "180", "--map-in", self.map, "--out", folder)

@@ -28,7 +28,7 @@ struct BoxMeasurement {
 };
 
 // The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in
-// units of the 10 px at which Huber's kernel begins (objects-study.md, section 5.2), with analytic
+// units of the 10 detector pixels at which Huber's kernel begins (kHuberPx), with analytic
 // derivatives. Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given;
 // the shape, if it is `free_shape`.
 class BoxEdgeCost final : public ceres::CostFunction {

@@ -188,7 +188,7 @@ EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphe
 
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views) {
   // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video
-  // of 30 Hz; objects-study.md, section 5.4.
+  // of 30 Hz: with these the errors of boxes from other sides are about as large as predicted.
   constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10;
   ShapeCovariance information = ShapeCovariance::Zero();
   for (const BoxView& view : views) {

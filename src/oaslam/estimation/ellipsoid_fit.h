@@ -35,7 +35,7 @@ SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_paralla
 
 enum class EllipsoidResidual {
   kEdges,        // box edges, robust, one-sided where truncated, with priors on the shape
-                 // (objects-study.md, section 5)
+                 // (docs/objects.md)
   kWasserstein,  // the paper's: the 2-Wasserstein distance of inscribed and projected ellipse, not
                  // robust
 };

@@ -14,9 +14,9 @@ namespace oaslam {
 // else: the logarithm
 //   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u +
 //   0.06 size)^2 + model variance_e
-// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md,
-// section 3b), at least 0. u, the detector's pixel (DetectorPixel), makes it independent of the
-// image's resolution.
+// of a Laplace density of its edges against a uniform one of its place and size, at least 0 (what
+// it is used for: docs/objects.md, "From ellipsoids to a pose"). u, the detector's pixel
+// (DetectorPixel), makes it independent of the image's resolution.
 class ObjectScore {
  public:
   explicit ObjectScore(const Camera& camera);

@@ -16,9 +16,9 @@ struct Upright {
 
 // Up as the rotations of hand-held cameras (cam_from_world, in the order of time) tell it. People
 // hold cameras level, so that the images' x axes lie in the horizontal plane and up is the
-// direction orthogonal to all of them (objects-study.md, finding 3: 1.1 deg of error on fr2/desk,
-// where the mean of the cameras' up is off by 23 deg). Robust against single views held otherwise.
-// A phone whose video is turned by 90 degrees holds its y axes level instead; that is believed only
+// direction orthogonal to all of them; the mean of the images' y axes is not, for people look down
+// at things. Robust against single views held otherwise. How far it is off: docs/results.md. A
+// phone whose video is turned by 90 degrees holds its y axes level instead; that is believed only
 // after about half a turn, for a camera that nods looks the same before. Nothing where the motion
 // does not tell: too little of a turn for how much the camera rolls, or a turn about its own
 // optical axis, which may be rolling as well as looking down.

@@ -16,9 +16,9 @@
 
 namespace oaslam {
 
-// A pose that detected objects speak for. `score` is the statistic S of objects-study.md, section
-// 3b: llr * matched / detections of mapped classes - penalty for objects that should have been
-// detected.
+// A pose that detected objects speak for. `score` is the statistic S of docs/objects.md ("From
+// ellipsoids to a pose"): llr * matched / detections of mapped classes - penalty for objects that
+// should have been detected.
 struct ObjectPoseCandidate {
   Rigid3 cam_from_world;
   double score = 0;

@@ -16,8 +16,9 @@ struct PoseGuess {
 // The camera's centre further away than `distance`, or its rotation by more than `angle_rad`.
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
-// Guesses from two and three detections of compatible sizes, around the detections whose class says
-// most (objects-study.md, section 5.7).
+// Guesses from pairs and triplets of detections of compatible sizes. Each holds one of the three
+// detections whose classes have the fewest objects, so that their number does not grow with the
+// cube of the map.
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
 // Guesses from one detection, over a grid of how the camera may be turned. Empty unless the map

@@ -16,8 +16,8 @@ struct PosePrior {
 };
 
 // Refines a pose on the edges of the boxes it explains, each weighted by the detector's and its
-// object's uncertainty, and evaluates it (objects-study.md, sections 3b and 5.8). `margin` and
-// `accepted` are left to the caller, who knows the other poses.
+// object's uncertainty, and evaluates it (docs/objects.md, "From ellipsoids to a pose"). `margin`
+// and `accepted` are left to the caller, who knows the other poses.
 ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
                                      const std::optional<PosePrior>& prior = std::nullopt);
 

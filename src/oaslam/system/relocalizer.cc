@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/relocalization/by_objects_paper.h"
 #include "oaslam/relocalization/by_points.h"
 #include "oaslam/relocalization/confidence.h"
 
@@ -104,6 +104,7 @@ Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map,
                                         const RelocalizationReport& by_points,
                                         PoseEvidence evidence) const {
   Relocalization result = FromPoints(by_points, evidence);
+  if (IsAsInPaper()) return result;
   const ObjectPoseCandidate joint = RefineByPointsAndObjects(
       frame.detections, map.cameras[frame.camera], map, config_.relocalization, by_points);
   result.matched_objects = static_cast<int>(joint.matched.size());
@@ -113,12 +114,25 @@ Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map,
   return result;
 }
 
+std::vector<ObjectPoseCandidate> Relocalizer::CandidatesByObjects(
+    const Frame& frame, const Map& map, const std::optional<Eigen::Vector3d>& gravity_in_cam,
+    Rng& rng) const {
+  const Camera& camera = map.cameras[frame.camera];
+  if (IsAsInPaper())
+    return RelocalizeByObjectsAsInPaper(frame.detections, camera, map, config_.relocalization, rng);
+  return RelocalizeByObjects(frame.detections, camera, map, config_.relocalization, gravity_in_cam,
+                             rng);
+}
+
+double Relocalizer::ConfidenceIn(const ObjectPoseCandidate& candidate) const {
+  return IsAsInPaper() ? 0 : ConfidenceOf(candidate);
+}
+
 Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
                                       const std::optional<Eigen::Vector3d>& gravity_in_cam,
                                       Rng& rng) const {
   const std::vector<ObjectPoseCandidate> candidates =
-      RelocalizeByObjects(frame.detections, map.cameras[frame.camera], map, config_.relocalization,
-                          gravity_in_cam, rng);
+      CandidatesByObjects(frame, map, gravity_in_cam, rng);
   Relocalization result;
   for (const ObjectPoseCandidate& c : candidates)
     result.candidates.push_back({c.cam_from_world, c.score});
@@ -129,7 +143,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
                          config_.relocalization, config_.tracking, rng);
       if (!report.success || !Agree(report, c)) continue;
       Relocalization confirmed = JoinObjects(frame, map, report, PoseEvidence::kPointsAndObjects);
-      confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, ConfidenceOf(c));
+      confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, ConfidenceIn(c));
       confirmed.object_score = c.score;
       confirmed.object_margin = c.margin;
       confirmed.candidates = std::move(result.candidates);
@@ -142,7 +156,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   const ObjectPoseCandidate& best = candidates.front();
   result.object_score = best.score;
   result.object_margin = best.margin;
-  result.confidence = ConfidenceOf(best);
+  result.confidence = ConfidenceIn(best);
   result.matched_objects = static_cast<int>(best.matched.size());
   if (!best.accepted) {
     result.why_not = "the objects' evidence is too weak";

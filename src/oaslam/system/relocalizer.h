@@ -8,6 +8,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
 #include "oaslam/matching/place_index.h"
+#include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/report.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/rng.h"
@@ -58,9 +59,16 @@ class Relocalizer {
 
  private:
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
-  // A pose on few points, which its objects make better.
+  // A pose on few points, which its objects make better. (Not in the paper, which refines on
+  // points.)
   Relocalization JoinObjects(const Frame& frame, const Map& map,
                              const RelocalizationReport& by_points, PoseEvidence evidence) const;
+  std::vector<ObjectPoseCandidate> CandidatesByObjects(
+      const Frame& frame, const Map& map, const std::optional<Eigen::Vector3d>& gravity_in_cam,
+      Rng& rng) const;
+  // The paper's poses say nothing of how sure they are: 0.
+  double ConfidenceIn(const ObjectPoseCandidate& candidate) const;
+  bool IsAsInPaper() const { return config_.relocalization.objects == "paper"; }
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
                            const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const;
   const PlaceIndex& IndexOf(const Map& map);
