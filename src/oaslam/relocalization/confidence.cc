@@ -9,8 +9,13 @@ double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
 }  // namespace
 
+// An object that a wrong pose happens to match brings a score of about 4: what counts is what the
+// matched objects bring beyond that.
 double ConfidenceOf(const ObjectPoseCandidate& best) {
-  return Logistic(0.18 * (best.Evidence() - 15));
+  constexpr double kByChance = 4, kOfMargin = 1.0 / 3;
+  const double beyond_chance =
+      best.score - kByChance * static_cast<double>(best.matched.size()) + kOfMargin * best.margin;
+  return Logistic(0.26 * (beyond_chance - 15));
 }
 
 double ConfidenceOfPoints(int inliers) { return Logistic(10 * std::log(inliers / 18.0 + 1e-9)); }
