@@ -28,8 +28,8 @@ TEST(Confidence, IsLessWhereMoreObjectsMakeUpTheSameScore) {
 
 TEST(Confidence, OfPointsGrowsWithTheirNumber) {
   EXPECT_LT(ConfidenceOfPoints(0), 1e-6);
-  EXPECT_LT(ConfidenceOfPoints(10), 0.1);
-  EXPECT_GT(ConfidenceOfPoints(50), 0.99);
+  EXPECT_LT(ConfidenceOfPoints(10), 0.2);
+  EXPECT_GT(ConfidenceOfPoints(50), 0.98);
 }
 
 TEST(Confidence, OfBothIsWrongOnlyWhereBothAreWrong) {
