@@ -1,12 +1,15 @@
 // Whether the work of a frame grows with the map: a camera that walks along a wall, with maps of
-// 50, 300 and 1000 keyframes.
+// 50, 300 and 1000 keyframes; and a camera that is looked for by its objects, with 1, 5 and 15
+// desks of 14 objects each.
 #include <benchmark/benchmark.h>
 
 #include <map>
 #include <memory>
 
 #include "oaslam/matching/place_index.h"
+#include "oaslam/relocalization/by_objects.h"
 #include "oaslam/tracking/pose_tracking.h"
+#include "object_film.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -110,6 +113,51 @@ void FindThePlace(benchmark::State& state) {
     benchmark::DoNotOptimize(index.RankPlaces(c.mapped.map, index.Find(*c.frame.features), 5));
 }
 BENCHMARK(FindThePlace)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+// Objects of six classes strewn over desks 4 apart, each desk another arrangement; what is seen is
+// the first.
+std::vector<synthetic::TrueObject> Desks(int64_t count) {
+  std::vector<synthetic::TrueObject> objects;
+  for (int64_t desk = 0; desk < count; ++desk) {
+    Rng rng(static_cast<uint64_t>(desk) + 1);
+    for (int i = 0; i < 14; ++i) {
+      const int category = i % 6;
+      const double size = 0.05 + 0.02 * category;
+      objects.push_back(
+          synthetic::Upright(category,
+                             {4.0 * static_cast<double>(desk % 4) + rng.Uniform(-0.8, 0.8),
+                              4.0 * static_cast<double>(desk / 4) + rng.Uniform(-0.6, 0.6), size},
+                             {size, size * rng.Uniform(0.7, 1), size}));
+    }
+  }
+  return objects;
+}
+
+void FindTheCameraByObjects(benchmark::State& state) {
+  const std::vector<synthetic::TrueObject> objects = Desks(state.range(0));
+  Map map;
+  map.cameras.push_back(synthetic::World().camera);
+  map.up = Eigen::Vector3d::UnitZ();
+  for (uint32_t i = 0; i < objects.size(); ++i) {
+    Object object;
+    object.category_id = objects[i].category_id;
+    object.state = ObjectState::kMapped;
+    object.ellipsoid = objects[i].ellipsoid;
+    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
+    map.objects.Insert(ObjectId(i), object);
+  }
+  Rng rng(6);
+  const auto detections = synthetic::Detect(Desks(1), synthetic::OnCircle(0.7), map.cameras[0],
+                                            {.box_px = 2, .miss_rate = 0.15}, rng);
+  size_t candidates = 0;
+  for (auto _ : state)
+    candidates +=
+        RelocalizeByObjects(detections, map.cameras[0], map, {}, std::nullopt, rng).size();
+  state.counters["objects"] = static_cast<double>(map.objects.size());
+  state.counters["boxes"] = static_cast<double>(detections.size());
+  benchmark::DoNotOptimize(candidates);
+}
+BENCHMARK(FindTheCameraByObjects)->Arg(1)->Arg(5)->Arg(15)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace oaslam

@@ -57,6 +57,40 @@ TEST(BundleAdjustment, GlobalRecoversADisturbedWorld) {
   EXPECT_LT(after.points, 0.3 * before.points);
 }
 
+// More keyframes than the dense solver takes: points alone, by Ceres.
+TEST(BundleAdjustment, GlobalOfManyKeyframesRecoversADisturbedWorldAndFindsOutliers) {
+  const synthetic::World world =
+      synthetic::MakeWorld(WorldOptions{.points = 250, .cameras = 70, .arc_deg = 120});
+  MapOptions options{.position_noise = 0.05, .translation_noise = 0.03, .rotation_noise_rad = 0.01};
+  options.view.noise_px = 0.3;
+  auto [map, landmarks] = synthetic::MakeMap(world, options);
+  // One landmark's key point in a view becomes one of clutter.
+  const KeyframeId seen_wrongly(30);
+  const std::vector<LandmarkId>& seen = map.keyframes.At(seen_wrongly).landmarks;
+  const LandmarkId wrong = *std::ranges::find_if(seen, [](LandmarkId id) { return id.IsValid(); });
+  const auto clutter = static_cast<uint32_t>(seen.size()) - 1;
+  ASSERT_FALSE(seen[clutter].IsValid());
+  map.EraseObservation(wrong, seen_wrongly);
+  ASSERT_TRUE(map.AddObservation(wrong, seen_wrongly, clutter));
+
+  const Errors before = ErrorsOf(map, world, landmarks);
+  const BundleCorrection correction = GlobalBundleAdjustment(map, 40, BundleConfig{});
+  ASSERT_TRUE(correction.success);
+  EXPECT_EQ(correction.poses.size(), 69U);
+  EXPECT_EQ(correction.poses.front().first, KeyframeId(1));  // the first stays
+  EXPECT_LT(correction.final_cost, 0.01 * correction.initial_cost);
+  EXPECT_THAT(correction.outliers, testing::Contains(std::pair(wrong, seen_wrongly)));
+  ApplyCorrection(correction, map);
+  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  const Errors after = ErrorsOf(map, world, landmarks);
+  EXPECT_LT(after.centers, 0.3 * before.centers);
+  EXPECT_LT(after.points, 0.3 * before.points);
+
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(GlobalBundleAdjustment(map, 20, BundleConfig{}, stop.get_token()).success);
+}
+
 TEST(BundleAdjustment, LocalIsHeldByFixedObservers) {
   const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 400, .cameras = 10});
   auto [map, landmarks] = synthetic::MakeMap(world, MapOptions{});
@@ -108,6 +142,7 @@ TEST(BundleAdjustment, TheSameMapGivesTheSameBits) {
   const BundleCorrection a = LocalBundleAdjustment(map, KeyframeId(4), BundleConfig{});
   const std::vector<char> shift_the_heap(12345);
   const BundleCorrection b = LocalBundleAdjustment(Map(map), KeyframeId(4), BundleConfig{});
+  ASSERT_TRUE(a.success && b.success);
   ASSERT_EQ(a.points.size(), b.points.size());
   for (size_t i = 0; i < a.points.size(); ++i) EXPECT_EQ(a.points[i].second, b.points[i].second);
   for (size_t i = 0; i < a.poses.size(); ++i)

@@ -1,7 +1,11 @@
 #include "oaslam/bundle/schur_solver.h"
 
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 #include <gtest/gtest.h>
 
+#include "oaslam/bundle/reprojection_cost.h"
 #include "oaslam/geometry/camera_model.h"
 #include "synthetic_world.h"
 
@@ -91,6 +95,75 @@ TEST(SchurSolver, TheKernelHoldsOutliersBack) {
                        {.max_iterations = 30, .tolerance = 1e-6, .huber_chi2 = 5.991},
                        robust.state);
   EXPECT_LT(PoseError(robust, 6), 0.4 * PoseError(plain, 6));
+}
+
+// Every other camera has another lens, and key points are of different levels: what the solver
+// could mistake where all are alike.
+void MakeUneven(Problem& p) {
+  static const Camera kOther{
+      .width = 640, .height = 480, .fx = 430, .fy = 455, .cx = 300, .cy = 251};
+  Rng rng(17);
+  for (size_t k = 1; k < p.truth.cameras.size(); k += 2)
+    p.truth.cameras[k] = p.state.cameras[k] = &kOther;
+  for (PointSight& s : p.sights) {
+    const double sigma = std::pow(1.2, rng.Index(6));
+    s.inverse_sigma = 1 / sigma;
+    s.px = ProjectIdeal(*p.truth.cameras[s.pose], p.truth.poses[s.pose] * p.truth.points[s.point]) +
+           Eigen::Vector2d(rng.Gaussian(sigma), rng.Gaussian(sigma));
+    if (rng.Uniform(0, 1) < 0.05)
+      s.px += Eigen::Vector2d(rng.Uniform(-60, 60), rng.Uniform(-60, 60));
+  }
+}
+
+CamerasAndPoints SolvedByCeres(const Problem& p, int free, double huber_chi2) {
+  std::vector<PoseBlock> poses;
+  for (const Rigid3& pose : p.state.poses) poses.push_back(ToBlock(pose));
+  std::vector<Eigen::Vector3d> points = p.state.points;
+  ceres::Problem problem;
+  for (PoseBlock& pose : poses) problem.AddParameterBlock(pose.data(), 7, new PoseManifold);
+  for (const PointSight& s : p.sights)
+    problem.AddResidualBlock(
+        new ReprojectionCost(*p.state.cameras[s.pose], s.px, 1 / s.inverse_sigma),
+        huber_chi2 > 0 ? new ceres::HuberLoss(std::sqrt(huber_chi2)) : nullptr,
+        poses[s.pose].data(), points[s.point].data());
+  for (size_t k = static_cast<size_t>(free); k < poses.size(); ++k)
+    problem.SetParameterBlockConstant(poses[k].data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.max_num_iterations = 200;
+  options.function_tolerance = options.parameter_tolerance = options.gradient_tolerance = 1e-14;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  EXPECT_TRUE(summary.IsSolutionUsable());
+  CamerasAndPoints solved = p.state;
+  for (size_t k = 0; k < poses.size(); ++k) solved.poses[k] = FromBlock(poses[k]);
+  solved.points = points;
+  return solved;
+}
+
+TEST(SchurSolver, EndsWhereCeresEnds) {
+  for (const double huber_chi2 : {0.0, 5.991}) {
+    Problem p = MakeProblem(6, 0);
+    MakeUneven(p);
+    const CamerasAndPoints expected = SolvedByCeres(p, 6, huber_chi2);
+    ASSERT_TRUE(MinimizeReprojection(
+                    p.sights, 6,
+                    {.max_iterations = 200, .tolerance = 1e-14, .huber_chi2 = huber_chi2}, p.state)
+                    .success);
+    for (size_t k = 0; k < p.state.poses.size(); ++k) {
+      EXPECT_LT((p.state.poses[k].OriginInSource() - expected.poses[k].OriginInSource()).norm(),
+                1e-5)
+          << huber_chi2 << " pose " << k;
+      EXPECT_LT(p.state.poses[k].rotation.angularDistance(expected.poses[k].rotation), 1e-5)
+          << huber_chi2 << " pose " << k;
+    }
+    for (size_t i = 0; i < p.state.points.size(); ++i)
+      EXPECT_LT((p.state.points[i] - expected.points[i]).norm(), 1e-4)
+          << huber_chi2 << " point " << i;
+    // Far enough from the truth that the agreement is not that of two exact answers.
+    EXPECT_GT(PoseError(p, 6), 1e-3);
+  }
 }
 
 TEST(SchurSolver, ACameraThatSeesNothingStaysAndDoesNoHarm) {

@@ -72,11 +72,13 @@ TEST(SelfCalibration, RecalibratedMapIsConsistent) {
   const synthetic::World world = synthetic::MakeWorld({.points = 400, .cameras = 12});
   const Map bent = MapByGuess(world, world.camera, 1.25);
   const SelfCalibration found = SelfCalibrate(bent, 0);
+  ASSERT_TRUE(found.success) << found.why_not;
   const Map map = Recalibrated(bent, 0, found, {}, 15);
   EXPECT_EQ(map.cameras[0], found.camera);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
   // A second calibration finds nothing to change.
   const SelfCalibration again = SelfCalibrate(map, 0);
+  ASSERT_TRUE(again.success) << again.why_not;
   EXPECT_NEAR(again.camera.fx, found.camera.fx, 0.3 * found.focal_sigma_px);
 }
 
@@ -125,7 +127,9 @@ TEST(SelfCalibration, RefusesTooLittle) {
 TEST(SelfCalibration, IsTheSameEachTime) {
   const synthetic::World world = synthetic::MakeWorld({.points = 300, .cameras = 8});
   const Map map = MapByGuess(world, world.camera, 0.9);
-  EXPECT_EQ(SelfCalibrate(map, 0).camera, SelfCalibrate(map, 0).camera);
+  const SelfCalibration first = SelfCalibrate(map, 0), second = SelfCalibrate(map, 0);
+  ASSERT_TRUE(first.success && second.success);
+  EXPECT_EQ(first.camera, second.camera);
 }
 
 }  // namespace

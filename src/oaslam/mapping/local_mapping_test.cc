@@ -8,6 +8,7 @@
 namespace oaslam {
 namespace {
 
+using testing::ElementsAre;
 using testing::IsEmpty;
 
 struct Scene {
@@ -70,15 +71,41 @@ TEST(Triangulation, RecoversErasedLandmarks) {
   EXPECT_GT(near, 0.9 * static_cast<double>(created.size()));
 }
 
-TEST(Culling, ALandmarkNobodyFindsGoes) {
+// Landmarks of the first keyframe with at least five observations.
+std::vector<LandmarkId> WellObserved(const Map& map, size_t count) {
+  std::vector<LandmarkId> found;
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    if (found.size() < count && landmark.observations.size() >= 5 &&
+        landmark.first_keyframe == KeyframeId(0))
+      found.push_back(id);
+  });
+  return found;
+}
+
+TEST(Culling, ALandmarkNobodyFindsGoesAndOneThatIsFoundStays) {
   Scene s;
-  const std::vector<LandmarkId> ids = s.map.landmarks.Ids();
-  const std::vector<LandmarkId> recent(ids.begin(), ids.begin() + 10);
+  const std::vector<LandmarkId> recent = WellObserved(s.map, 3);
+  ASSERT_EQ(recent.size(), 3U);
   CountLandmarkUse(std::vector<LandmarkUse>{{recent[0], 20, 2}, {recent[1], 20, 15}}, s.map);
-  CullRecentLandmarks(recent, KeyframeId(9), s.map);
+  const size_t before = s.map.landmarks.size();
+  // After its trial of three keyframes a landmark is watched no longer.
+  EXPECT_THAT(CullRecentLandmarks(recent, KeyframeId(9), s.map), IsEmpty());
   EXPECT_FALSE(s.map.landmarks.Contains(recent[0]));
-  EXPECT_TRUE(s.map.landmarks.Contains(recent[1]) || s.map.landmarks.size() < ids.size());
+  EXPECT_TRUE(s.map.landmarks.Contains(recent[1]));
+  EXPECT_TRUE(s.map.landmarks.Contains(recent[2]));
+  EXPECT_EQ(s.map.landmarks.size(), before - 1);
   EXPECT_THAT(s.map.CheckInvariants(), IsEmpty());
+}
+
+TEST(Culling, ALandmarkOfTwoObservationsHasTwoKeyframesTime) {
+  Scene s;
+  const LandmarkId id = WellObserved(s.map, 1).at(0);
+  while (s.map.landmarks.At(id).observations.size() > 2)
+    s.map.EraseObservation(id, s.map.landmarks.At(id).observations.back().keyframe);
+  EXPECT_THAT(CullRecentLandmarks(std::vector{id}, KeyframeId(1), s.map), ElementsAre(id));
+  EXPECT_TRUE(s.map.landmarks.Contains(id));
+  EXPECT_THAT(CullRecentLandmarks(std::vector{id}, KeyframeId(2), s.map), IsEmpty());
+  EXPECT_FALSE(s.map.landmarks.Contains(id));
 }
 
 TEST(Culling, RedundantKeyframesAreRetired) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -12,6 +14,21 @@ using testing::IsEmpty;
 
 constexpr uint32_t kHalf = 18;
 const synthetic::WorldOptions kLongWay{.cameras = 60, .arc_deg = 360};
+
+// The keyframes of the way back, those from kHalf on, get landmarks of their own: twins in the same
+// place.
+void SplitByDirection(Map& map, uint32_t half = kHalf) {
+  for (const LandmarkId id : map.landmarks.Ids()) {
+    std::vector<Observation> back;
+    for (const Observation& o : map.landmarks.At(id).observations)
+      if (o.keyframe.value >= half) back.push_back(o);
+    for (const Observation& o : back) map.EraseObservation(id, o.keyframe);
+    if (back.size() < 2 || !map.landmarks.Contains(id)) continue;
+    const LandmarkId twin = map.AddLandmark(map.landmarks.At(id).position, back.front().keyframe);
+    for (const Observation& o : back) map.AddObservation(twin, o.keyframe, o.keypoint);
+    map.UpdateLandmark(twin);
+  }
+}
 
 // Out along the arc and back again, where the way back has drifted away and made landmarks of its
 // own.
@@ -27,7 +44,7 @@ struct Drifted {
     for (uint32_t k = 0; k < half; ++k) truth.push_back(truth[half - 1 - k]);
     world.cam_from_world = truth;
     map = synthetic::MakeMap(world, {}).map;
-    for (const LandmarkId id : map.landmarks.Ids()) Split(id);
+    SplitByDirection(map, half);
     for (const LandmarkId id : map.landmarks.Ids()) {
       Landmark& landmark = map.landmarks.MutableAt(id);
       landmark.position =
@@ -55,20 +72,6 @@ struct Drifted {
   double Share(KeyframeId id) const { return id.value < half ? 0 : 1; }
   static Eigen::Vector3d Moved(const Eigen::Vector3d& x, double share, double drift) {
     return x + share * drift * Eigen::Vector3d(1, 0.5, 0.3);
-  }
-  void Split(LandmarkId id) {
-    const std::vector<Observation> all = map.landmarks.At(id).observations;
-    std::vector<Observation> back;
-    for (const Observation& o : all)
-      if (o.keyframe.value >= half) back.push_back(o);
-    for (const Observation& o : back) map.EraseObservation(id, o.keyframe);
-    if (back.size() < 2) return;
-    const Eigen::Vector3d position =
-        map.landmarks.Contains(id) ? map.landmarks.At(id).position : Eigen::Vector3d(0, 0, 0);
-    if (!map.landmarks.Contains(id)) return;
-    const LandmarkId twin = map.AddLandmark(position, back.front().keyframe);
-    for (const Observation& o : back) map.AddObservation(twin, o.keyframe, o.keypoint);
-    map.UpdateLandmark(twin);
   }
 };
 
@@ -113,6 +116,121 @@ TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
             1e-9);
   EXPECT_NEAR(anchor.size, 0.36, 1e-9);
   EXPECT_NEAR(anchor.offset.z(), 1.2, 1e-9);
+}
+
+// Cuts each landmark into one of its own for every six keyframes, none of both ways: tracks as
+// short as those of a camera that moves on.
+void CutIntoTracks(Map& map) {
+  constexpr uint32_t kLength = 6;
+  for (const LandmarkId id : map.landmarks.Ids()) {
+    const Landmark whole = map.landmarks.At(id);
+    map.EraseLandmark(id);
+    std::map<std::pair<bool, uint32_t>, std::vector<Observation>> tracks;
+    for (const Observation& o : whole.observations)
+      tracks[{o.keyframe.value >= kHalf, (o.keyframe.value + id.value) / kLength}].push_back(o);
+    for (const auto& [key, observations] : tracks) {
+      if (observations.size() < 2) continue;
+      const LandmarkId track = map.AddLandmark(whole.position, observations.front().keyframe);
+      for (const Observation& o : observations) map.AddObservation(track, o.keyframe, o.keypoint);
+      map.UpdateLandmark(track);
+    }
+  }
+}
+
+// Out along the arc and back again, where everything grows on the way, as it does where the scale
+// of a single camera drifts: each keyframe's surroundings have a scale of their own, and each step
+// of the camera is as long as the scale there makes it.
+struct Grown {
+  std::vector<Rigid3> truth;
+  std::vector<double> true_depth;  // median, of each keyframe's landmarks
+  std::vector<double> scales;      // of each keyframe
+  Map map;
+
+  explicit Grown(double last_scale) {
+    synthetic::World world = synthetic::MakeWorld({.cameras = kHalf});
+    truth = world.cam_from_world;
+    for (uint32_t k = 0; k < kHalf; ++k) truth.push_back(truth[kHalf - 1 - k]);
+    world.cam_from_world = truth;
+    map = synthetic::MakeMap(world, {}).map;
+    CutIntoTracks(map);
+    std::vector<Eigen::Vector3d> centers;
+    for (uint32_t k = 0; k < truth.size(); ++k) {
+      true_depth.push_back(map.MedianDepth(KeyframeId(k)));
+      scales.push_back(std::pow(last_scale, k / (2.0 * kHalf - 1)));
+      const Eigen::Vector3d center = truth[k].OriginInSource();
+      centers.push_back(k == 0 ? center
+                               : centers.back() +
+                                     scales.back() * (center - truth[k - 1].OriginInSource()));
+    }
+    for (const LandmarkId id : map.landmarks.Ids()) {
+      Landmark& landmark = map.landmarks.MutableAt(id);
+      const uint32_t k = landmark.observations.front().keyframe.value;
+      landmark.position = centers[k] + scales[k] * (landmark.position - truth[k].OriginInSource());
+    }
+    for (uint32_t k = 0; k < truth.size(); ++k) {
+      Rigid3& pose = map.keyframes.MutableAt(KeyframeId(k)).cam_from_world;
+      pose.translation = -(pose.rotation * centers[k]);
+    }
+    for (uint32_t k = 0; k < truth.size(); ++k) map.UpdateCovisibility(KeyframeId(k), 15);
+  }
+
+  double CenterError() const {
+    double sum = 0;
+    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+      sum += (k.cam_from_world.OriginInSource() - truth[id.value].OriginInSource()).squaredNorm();
+    });
+    return std::sqrt(sum / static_cast<double>(truth.size()));
+  }
+
+  // Of all keyframes, how far the scale of one's surroundings is off: |ln|.
+  double WorstScale() const {
+    double worst = 0;
+    for (uint32_t k = 0; k < truth.size(); ++k)
+      worst = std::max(worst, std::abs(std::log(map.MedianDepth(KeyframeId(k)) / true_depth[k])));
+    return worst;
+  }
+};
+
+TEST(LoopClosing, TakesBackADriftOfTheScale) {
+  for (const double scale : {1.35, 0.75}) {
+    Grown g(scale);
+    ASSERT_THAT(g.map.CheckInvariants(), IsEmpty());
+    const KeyframeId current(2 * kHalf - 1);
+    const Rigid3& cam = g.map.keyframes.At(current).cam_from_world;
+    const Ellipsoid as_it_is{g.truth.back().Inverse() * Eigen::Vector3d(0.2, -0.1, 2.5),
+                             {0.1, 0.2, 0.3},
+                             Eigen::Quaterniond::Identity()};
+    Object object;
+    object.state = ObjectState::kMapped;
+    object.ellipsoid = as_it_is;
+    object.ellipsoid.center =
+        cam.OriginInSource() + scale * (as_it_is.center - g.truth.back().OriginInSource());
+    object.ellipsoid.half_axes *= scale;
+    object.observations.resize(1);
+    object.observations.front().anchor = current;
+    g.map.objects.Insert(ObjectId(0), object);
+
+    Rng rng(1);
+    const auto loop = LoopDetector().Detect(g.map, current, rng);
+    ASSERT_TRUE(loop) << scale;
+    // A landmark has the scale of where it was first seen, some keyframes ago.
+    EXPECT_NEAR(loop->old_from_current.scale * scale / g.scales[loop->old.value], 1, 0.06);
+    const double error_before = g.CenterError();
+    ASSERT_GT(g.WorstScale(), 0.25);
+    ASSERT_TRUE(CorrectLoop(*loop, 15, g.map));
+    EXPECT_THAT(g.map.CheckInvariants(), IsEmpty());
+    EXPECT_LT(g.WorstScale(), 0.1) << scale;
+    EXPECT_LT(g.CenterError(), 0.4 * error_before) << scale;
+    EXPECT_LT((g.map.keyframes.At(current).cam_from_world.OriginInSource() -
+               g.truth.back().OriginInSource())
+                  .norm(),
+              0.03)
+        << scale;
+    const Ellipsoid& corrected = g.map.objects.At(ObjectId(0)).ellipsoid;
+    EXPECT_LT((corrected.center - as_it_is.center).norm(), 0.2) << scale;
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(corrected.half_axes[i] / as_it_is.half_axes[i], 1, 0.06) << scale;
+  }
 }
 
 // Too far away to be looked for by place: found by its looks.

@@ -124,6 +124,7 @@ TEST(ObjectMapping, IsTheSameOnEveryRun) {
   const auto film = Film(Table(), 80, {}, 2);
   const KnownPoseMap a = MapObjectsFromKnownPoses(film, kCamera, {}),
                      b = MapObjectsFromKnownPoses(film, kCamera, {});
+  ASSERT_FALSE(a.map.objects.empty());
   ASSERT_EQ(a.map.objects.Ids(), b.map.objects.Ids());
   for (const ObjectId id : a.map.objects.Ids())
     EXPECT_EQ(a.map.objects.At(id).ellipsoid.center, b.map.objects.At(id).ellipsoid.center);
@@ -134,6 +135,7 @@ TEST(ObjectMapping, ScaleOfTheMapDoesNotMatter) {
   const auto near = MappedObjects(MapObjectsFromKnownPoses(film, kCamera, {}).map);
   for (PosedDetections& frame : film) frame.cam_from_world.translation *= 50;
   const auto far = MappedObjects(MapObjectsFromKnownPoses(film, kCamera, {}).map);
+  ASSERT_EQ(near.size(), Table().size());
   ASSERT_EQ(near.size(), far.size());
   for (size_t i = 0; i < near.size(); ++i) {
     EXPECT_LT((far[i].ellipsoid.center - 50 * near[i].ellipsoid.center).norm(), 0.01 * 50);
@@ -219,6 +221,7 @@ TEST(ObjectMapping, OnlyBriefSightingsAreDropped) {
   for (int i = 10; i < 25; ++i)
     film[i].detections.push_back({0, 0.9, {100.0 + i, 100, 160.0 + i, 220}, 0});
   const KnownPoseMap result = MapObjectsFromKnownPoses(film, kCamera, {});
+  EXPECT_EQ(MappedObjects(result.map).size(), Table().size());
   result.map.objects.ForEach([&](ObjectId, const Object& o) { EXPECT_NE(o.category_id, 0); });
 }
 
@@ -235,6 +238,7 @@ TEST(ObjectMapping, FollowsCorrectedKeyframes) {
   const auto before = MappedObjects(map);
   UpdateObjects(map, {}, {120, 4}, {});
   const auto after = MappedObjects(map);
+  ASSERT_EQ(before.size(), Table().size());
   ASSERT_EQ(before.size(), after.size());
   for (size_t i = 0; i < before.size(); ++i)
     EXPECT_LT((after[i].ellipsoid.center - moved_from_world * before[i].ellipsoid.center).norm(),

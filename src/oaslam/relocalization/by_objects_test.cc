@@ -230,8 +230,9 @@ TEST(RelocalizeByObjects, WorksWithoutAKnownVertical) {
   EXPECT_GE(Measure(map, map, false, 20).found, 0.8);
 }
 
-TEST(RelocalizeByObjects, LargeMapsStayFast) {
-  // 200 objects of 6 classes over a hall: what is tried must not grow with the cube of the map.
+// 210 objects of 6 classes over a hall: fifteen desks, of which one is seen. How long that takes is
+// measured by benchmarks/growth_benchmark.cc.
+TEST(RelocalizeByObjects, OfManyDesksTheOneInViewIsFound) {
   Map map = Desk(5);
   const auto ids = map.objects.Ids();
   uint32_t next = 100;
@@ -243,12 +244,19 @@ TEST(RelocalizeByObjects, LargeMapsStayFast) {
           Eigen::Vector2d(0.13 * ((id.value * 7 + desk) % 5), 0.11 * ((id.value * 3 + desk) % 7));
       map.objects.Insert(ObjectId(next++), copy);
     }
+  ASSERT_EQ(map.objects.size(), 210U);
   Rng rng(6);
-  Query query = Photograph(Desk(5), rng);
-  const auto candidates =
-      RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
-  ASSERT_FALSE(candidates.empty());
-  EXPECT_LT(PositionError(candidates[0].cam_from_world, query.cam_from_world), 0.1);
+  int found = 0;
+  constexpr int kQueries = 5;
+  for (int i = 0; i < kQueries; ++i) {
+    const Query query = Photograph(Desk(5), rng);
+    const auto candidates =
+        RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
+    if (candidates.empty() || !candidates[0].accepted) continue;
+    EXPECT_LT(PositionError(candidates[0].cam_from_world, query.cam_from_world), 0.1) << i;
+    ++found;
+  }
+  EXPECT_GE(found, kQueries - 1);
 }
 
 }  // namespace

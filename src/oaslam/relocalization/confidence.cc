@@ -9,11 +9,16 @@ double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
 }  // namespace
 
+// An object that a wrong pose happens to match brings some score, too: what counts is what the
+// matched objects bring beyond that.
 double ConfidenceOf(const ObjectPoseCandidate& best) {
-  return Logistic(0.18 * (best.Evidence() - 15));
+  constexpr double kByChance = 3.6, kOfMargin = 0.3;
+  const double beyond_chance =
+      best.score - kByChance * static_cast<double>(best.matched.size()) + kOfMargin * best.margin;
+  return Logistic(0.28 * (beyond_chance - 16));
 }
 
-double ConfidenceOfPoints(int inliers) { return Logistic(10 * std::log(inliers / 18.0 + 1e-9)); }
+double ConfidenceOfPoints(int inliers) { return Logistic(3.7 * std::log(inliers / 16.0 + 1e-9)); }
 
 double ConfidenceOfBoth(double by_points, double by_objects) {
   return 1 - (1 - by_points) * (1 - by_objects);

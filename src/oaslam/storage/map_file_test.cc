@@ -1,5 +1,6 @@
 #include "oaslam/storage/map_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,6 +19,7 @@ namespace oaslam {
 namespace {
 
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -46,26 +48,50 @@ TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
 }
 
-TEST(MapFile, ReadsFormat2WhichHadNoAnchors) {
-  const TempFolder folder;
-  const SavedMap saved = MakeMap();
-  SaveMap(folder / "a.map", saved);
-  Database(folder / "a.map", Database::Access::kCreate)
-      .Execute("DROP TABLE anchors; PRAGMA user_version=2");
-  const SavedMap loaded = LoadMap(folder / "a.map");
-  EXPECT_THAT(loaded.map.anchors, IsEmpty());
-  EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+// Written by the program as it was when it had that format: tests/data/README.md.
+std::string FileOfFormat(int format) {
+  return fmt::format("{}/tests/data/map_format_{}.map", OASLAM_SOURCE_DIR, format);
 }
 
-TEST(MapFile, ReadsFormat4WhichHadNoPieces) {
+TEST(MapFile, ReadsTheStoredFileOfEachEarlierFormat) {
   const TempFolder folder;
-  const SavedMap saved = MakeMap();
-  SaveMap(folder / "a.map", saved);
-  Database(folder / "a.map", Database::Access::kCreate)
-      .Execute("DROP TABLE pieces; PRAGMA user_version=4");
-  const SavedMap loaded = LoadMap(folder / "a.map");
-  EXPECT_THAT(loaded.pieces, IsEmpty());
-  EXPECT_EQ(loaded.map.landmarks.Ids(), saved.map.landmarks.Ids());
+  for (int format = 1; format < kMapFormatVersion; ++format) {
+    SCOPED_TRACE(format);
+    const std::string path = FileOfFormat(format);
+    const SavedMap loaded = LoadMap(path);
+    const Map& map = loaded.map;
+    {
+      Database database(path, Database::Access::kReadOnly);
+      const auto rows = [&](const std::string& table) {
+        return static_cast<size_t>(database.QueryInteger("SELECT count(*) FROM " + table));
+      };
+      ASSERT_EQ(database.QueryInteger("PRAGMA user_version"), format);
+      EXPECT_EQ(map.landmarks.size(), rows("landmarks"));
+      EXPECT_EQ(map.objects.size(), rows("objects"));
+    }
+    EXPECT_THAT(map.keyframes.Ids(), ElementsAre(KeyframeId(0), KeyframeId(2), KeyframeId(6)));
+    EXPECT_TRUE(map.ResolvePose(KeyframeId(4)));
+    EXPECT_GT(map.landmarks.size(), 10u);
+    EXPECT_THAT(map.objects.Ids(), ElementsAre(ObjectId(1), ObjectId(2)));
+    EXPECT_EQ(map.ResolveObject(ObjectId(0)), ObjectId(1));
+    EXPECT_EQ(map.version, 41u);
+    ASSERT_EQ(map.cameras.size(), 2u);
+    EXPECT_EQ(map.cameras[0].fx, 520.9);
+    EXPECT_EQ(map.cameras[1].model, LensModel::kFisheye);
+    EXPECT_EQ(map.up, Eigen::Vector3d(0.1, -0.9, 0.2).normalized());
+    EXPECT_EQ(loaded.trajectory.size(), 20u);
+    EXPECT_EQ(loaded.class_names, (ClassNames{{41, "cup"}, {56, "chair"}}));
+    bool is_named = false;
+    map.objects.ForEach([&](ObjectId, const Object& o) { is_named = is_named || !o.name.empty(); });
+    EXPECT_EQ(is_named, format >= 2);
+    EXPECT_EQ(map.anchors.size(), format >= 3 ? 1u : 0u);
+    EXPECT_EQ(map.up_keyframes, format >= 4 ? 7 : 0);
+    EXPECT_THAT(loaded.pieces, IsEmpty());
+
+    SaveMap(folder / "now.map", loaded);
+    SaveMap(folder / "again.map", LoadMap(folder / "now.map"));
+    EXPECT_TRUE(folder.Read("now.map") == folder.Read("again.map"));
+  }
 }
 
 // With all ids far behind those of MakeMap.

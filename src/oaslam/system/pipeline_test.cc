@@ -163,6 +163,7 @@ TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
 TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
   for (const std::string mode : {"sequential", "lockstep"}) {
     const WalkResult a = Walk(mode, 90), b = Walk(mode, 90);
+    ASSERT_GT(a.final_poses.size(), 60U);
     ASSERT_EQ(a.final_poses.size(), b.final_poses.size());
     for (size_t i = 0; i < a.final_poses.size(); ++i) {
       EXPECT_EQ(a.final_poses[i].translation, b.final_poses[i].translation);
@@ -172,10 +173,14 @@ TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
   }
 }
 
+// What is followed depends on the load of the machine; what there is has to be right.
 TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
   const WalkResult run = Walk("live", 120);
-  EXPECT_EQ(run.states.size(), 120U);
+  EXPECT_GE(run.map->keyframes.size(), 2U);
+  EXPECT_GE(run.map->landmarks.size(), 100U);
   EXPECT_THAT(run.map->CheckInvariants(), IsEmpty());
+  ASSERT_GE(run.trajectory.size(), 3U);
+  EXPECT_LT(AbsoluteError(run), 0.05);
 }
 
 TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {

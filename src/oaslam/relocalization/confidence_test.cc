@@ -1,0 +1,42 @@
+#include "oaslam/relocalization/confidence.h"
+
+#include <gtest/gtest.h>
+
+namespace oaslam {
+namespace {
+
+double Confidence(double score, double margin, size_t matched) {
+  ObjectPoseCandidate best;
+  best.score = score;
+  best.margin = margin;
+  best.matched.resize(matched);
+  return ConfidenceOf(best);
+}
+
+TEST(Confidence, GrowsWithTheScoreAndWithTheMargin) {
+  EXPECT_GT(Confidence(40, 10, 5), Confidence(35, 10, 5));
+  EXPECT_GT(Confidence(40, 15, 5), Confidence(40, 10, 5));
+  EXPECT_GT(Confidence(100, 100, 8), 0.999);
+  EXPECT_LT(Confidence(10, 0, 3), 0.1);
+}
+
+// Eight objects that fit badly are less than four that fit well.
+TEST(Confidence, IsLessWhereMoreObjectsMakeUpTheSameScore) {
+  EXPECT_LT(Confidence(38, 18, 8), 0.6);
+  EXPECT_GT(Confidence(38, 18, 4), 0.9);
+}
+
+TEST(Confidence, OfPointsGrowsWithTheirNumber) {
+  EXPECT_LT(ConfidenceOfPoints(0), 1e-6);
+  EXPECT_LT(ConfidenceOfPoints(10), 0.2);
+  EXPECT_GT(ConfidenceOfPoints(50), 0.98);
+}
+
+TEST(Confidence, OfBothIsWrongOnlyWhereBothAreWrong) {
+  EXPECT_DOUBLE_EQ(ConfidenceOfBoth(0.5, 0.8), 0.9);
+  EXPECT_DOUBLE_EQ(ConfidenceOfBoth(1, 0), 1);
+  EXPECT_DOUBLE_EQ(ConfidenceOfBoth(0, 0), 0);
+}
+
+}  // namespace
+}  // namespace oaslam
