@@ -1,7 +1,6 @@
 // The public face on the desk sample, as an application uses it.
 
 #include "oaslam/slam.h"
-#include "oaslam/system/slam_access.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -15,6 +14,7 @@
 #include "oaslam/formats/detection_file.h"
 #include "oaslam/images/image_source.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/system/slam_access.h"
 #include "temp_folder.h"
 
 namespace oaslam {
