@@ -13,8 +13,8 @@ using testing::IsEmpty;
 constexpr uint32_t kHalf = 18;
 const synthetic::WorldOptions kLongWay{.cameras = 60, .arc_deg = 360};
 
-// Out along the arc and back again, where the way back has drifted away and made landmarks of its
-// own.
+// The camera moves along the arc and back. On the way back the map has drifted and contains
+// landmarks of its own.
 struct Drifted {
   synthetic::World world;
   uint32_t half;
@@ -115,7 +115,7 @@ TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
   EXPECT_NEAR(anchor.offset.z(), 1.2, 1e-9);
 }
 
-// Too far away to be looked for by place: found by its looks.
+// The other end is too far away to be a candidate by position: it is found by appearance.
 TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   constexpr double kDrift = 8.5;
   Drifted d(kDrift, kLongWay);
@@ -146,7 +146,8 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
 }
 
-// Two windows may look the same: no drift takes a camera half of its way aside.
+// Two places look the same, such as two windows: drift cannot displace the camera by half of its
+// path.
 TEST(LoopClosing, WhatDriftCannotExplainIsNoLoop) {
   const Drifted d(30, kLongWay);
   Rng rng(1);
@@ -162,7 +163,7 @@ TEST(LoopClosing, KeyframesThatShareLandmarksAreNoLoop) {
 
 TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
   Drifted d(0.06);
-  // Other descriptors: another place that happens to be there.
+  // With other descriptors it is another place at the same position.
   Rng rng(3);
   for (uint32_t k = 0; k < kHalf; ++k) {
     Keyframe& keyframe = d.map.keyframes.MutableAt(KeyframeId(k));

@@ -14,12 +14,12 @@ namespace oaslam {
 
 enum class RunnerMode { kSequential, kLockstep, kLive };
 
-// Takes map commands from the tracker to the mapper, and snapshots back.
-// Sequential: the mapper works inside Submit. Lockstep: on its own thread, and the tracker of frame
-// k gets exactly the snapshot that holds the commands of the frames up to k - lag, so that results
-// are the same on every run. Live: on its own thread, newest snapshot; the tracker asks for no
-// keyframe while the last one is not yet in the map, which keeps the queue short, and it is bounded
-// all the same.
+// Carries map commands from the tracker to the mapper, and snapshots of the map back. Sequential:
+// the mapper works inside Submit. Lockstep: the mapper has its own thread, and the tracker of frame
+// k gets exactly the snapshot that contains the commands of frames up to k - lag, so that results
+// are the same on every run. Live: the mapper has its own thread and the tracker gets the newest
+// snapshot; the tracker makes no keyframe while the last one is not in the map yet, which keeps the
+// queue short, and the queue is bounded in any case.
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);
@@ -27,8 +27,8 @@ class MapPipeline {
 
   static constexpr size_t kMaxQueued = 8;
 
-  // Hands a command over; waits where kMaxQueued commands wait already. With `wait` it is in every
-  // snapshot from now on, whatever the mode.
+  // Submits a command; blocks while kMaxQueued commands are queued. With `wait`, every snapshot
+  // from now on contains the command, in any mode.
   void Submit(MapCommand command, bool wait);
 
   // The snapshot for the tracker of a frame.
@@ -41,12 +41,13 @@ class MapPipeline {
 
   size_t QueueLength();
 
-  // Ends the thread, with nothing lost: from now on the mapper works inside the calls. Idempotent.
+  // Ends the thread after applying all queued commands; later calls run the mapper on the caller's
+  // thread. Idempotent.
   void Shutdown();
 
  private:
   struct Published {
-    uint64_t sequence = 0;  // number of commands it holds
+    uint64_t sequence = 0;  // number of commands that the map contains
     std::shared_ptr<const Map> map;
   };
 
@@ -55,14 +56,14 @@ class MapPipeline {
 
   RunnerMode mode_;
   int lag_;
-  Mapper mapper_;  // of the mapping thread while there is one
+  Mapper mapper_;  // used by the mapping thread only, while that runs
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<MapCommand> queue_;
-  std::deque<Published>
-      published_;  // ascending; the oldest the tracker may still ask for comes first
-  std::deque<std::pair<int, uint64_t>>
-      submitted_;  // frame and sequence of commands not yet behind the lag
+  // Ascending; the first is the oldest that the tracker may still ask for.
+  std::deque<Published> published_;
+  // Frame and sequence number of the commands that are newer than the lag.
+  std::deque<std::pair<int, uint64_t>> submitted_;
   uint64_t submitted_count_ = 0, applied_count_ = 0, required_ = 0;
   std::jthread thread_;
 };

@@ -73,9 +73,10 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   background_bundle_.emplace(map_, config_.bundle, frame_index);
 }
 
-// Live: once it is ready. Else at a fixed time, so that results are the same on every run.
+// Applies the background bundle adjustment: in live mode as soon as it is ready, else a fixed
+// number of frames after its start, so that results are the same on every run.
 void Mapper::AdoptBackgroundBundle(const MapCommand& command) {
-  constexpr int kFrames = 30;  // that it may take
+  constexpr int kFrames = 30;  // the mapper waits for it where it takes longer
   if (!background_bundle_) return;
   const bool is_due = config_.runner.mode == "live"
                           ? background_bundle_->IsReady()
@@ -86,7 +87,7 @@ void Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 }
 
 void Mapper::Finish() {
-  background_bundle_.reset();  // the last one does its work
+  background_bundle_.reset();  // the global bundle adjustment below replaces it
   constexpr int kIterations = 20;
   if (map_.keyframes.size() > 2)
     ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);

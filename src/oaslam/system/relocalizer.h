@@ -14,17 +14,17 @@
 
 namespace oaslam {
 
-// Where a frame is in the map, and what stands for it.
+// The pose of a frame in the map, with its evidence.
 struct Relocalization {
   PoseEvidence evidence = PoseEvidence::kNone;
   Rigid3 cam_from_world;              // valid unless evidence is kNone
-  std::vector<LandmarkId> landmarks;  // per key point, where points stand for the pose
+  std::vector<LandmarkId> landmarks;  // by key point; empty where objects alone support the pose
   int inliers = 0;
   int matched_objects = 0;
   double sigma_position = 0;  // map units
-  double relative_sigma =
-      0;                  // of an object-only pose: sigma_position over the distance to its objects
-  double confidence = 0;  // [0, 1], of the best hypothesis, also where evidence is kNone
+  // For a pose by objects alone: sigma_position divided by the mean distance to its objects.
+  double relative_sigma = 0;
+  double confidence = 0;                       // [0, 1], of the best hypothesis, accepted or not
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
   std::vector<PoseHypothesis> candidates;
   std::string why_not;
@@ -33,8 +33,8 @@ struct Relocalization {
 // The same for a frame whose camera is not known.
 struct UnknownCameraRelocalization {
   Relocalization found;
-  Camera camera;  // a camera of the map, or one with the focal length that the points ask for
-  double relative_sigma = 0;  // of that focal length; 0 where it is a camera of the map
+  Camera camera;  // a camera of the map, or one whose focal length was estimated from the points
+  double relative_sigma = 0;  // of an estimated focal length; 0 for a camera of the map
 };
 
 // Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points;
@@ -49,16 +49,18 @@ class Relocalizer {
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
-  // Of a frame in its original image, whose camera in the map is without distortion and of its
-  // size, else arbitrary: first as if one of the map's cameras had taken it; where points
-  // contradict that, or find nothing, with a focal length of its own.
+  // Finds a frame whose camera is not known. `raw` holds key points and boxes of the original
+  // image, and its camera in `map` gives the image's size and has no distortion; the focal length
+  // of that camera is not used. First each camera of the map that fits the image's size is tried;
+  // where the points contradict it, or nothing is found, the focal length is estimated together
+  // with the pose.
   UnknownCameraRelocalization FindWithUnknownCamera(
       const Frame& raw, const Map& map, RelocalizationMode mode,
       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
  private:
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
-  // A pose on few points, which its objects make better.
+  // Refines a pose that few points support by the objects it shows.
   Relocalization JoinObjects(const Frame& frame, const Map& map,
                              const RelocalizationReport& by_points, PoseEvidence evidence) const;
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
@@ -66,7 +68,7 @@ class Relocalizer {
   const PlaceIndex& IndexOf(const Map& map);
 
   SlamConfig config_;
-  std::optional<PlaceIndex> index_;  // of the snapshot of this version
+  std::optional<PlaceIndex> index_;  // of the map of version `index_version_`
   uint64_t index_version_ = 0;
 };
 
