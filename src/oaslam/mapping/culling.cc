@@ -39,7 +39,7 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
                                             Map& map) {
   constexpr double kMinFoundRatio = 0.25;
   constexpr size_t kMinObservations = 3;
-  constexpr uint32_t kTrial = 3;  // keyframes
+  constexpr uint32_t kTrial = 3;  // keyframes for which a new landmark is watched
   std::vector<LandmarkId> watched;
   for (const LandmarkId id : recent) {
     const Landmark* landmark = map.landmarks.Find(id);

@@ -11,33 +11,32 @@ namespace oaslam {
 // The vertical of the world.
 struct Upright {
   Eigen::Vector3d up;    // against gravity, unit length
-  double sigma_rad = 0;  // of its tilt, 1 sigma
+  double sigma_rad = 0;  // of the tilt, 1 sigma
 };
 
-// Up as the rotations of hand-held cameras (cam_from_world, in the order of time) tell it. People
-// hold cameras level, so that the images' x axes lie in the horizontal plane and up is the
-// direction orthogonal to all of them (objects-study.md, finding 3: 1.1 deg of error on fr2/desk,
-// where the mean of the cameras' up is off by 23 deg). Robust against single views held otherwise.
-// A phone whose video is turned by 90 degrees holds its y axes level instead; that is believed only
-// after about half a turn, for a camera that nods looks the same before. Nothing where the motion
-// does not tell: too little of a turn for how much the camera rolls, or a turn about its own
-// optical axis, which may be rolling as well as looking down.
+// Estimates the vertical from the rotations of a hand-held camera (cam_from_world, in the order of
+// time). People hold cameras level, so that the x axes of the images are horizontal and up is the
+// direction orthogonal to all of them. Robust against single views that are held otherwise. Where a
+// phone's video is turned by 90 degrees, the y axes are level instead; that is accepted only after
+// about half a turn, since before that a camera that nods looks the same. Returns nothing where the
+// motion does not determine the vertical: the camera turned too little for how much it rolled, or
+// turned about its own optical axis.
 std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras);
 
-// What a sensor says of gravity from a camera.
+// Gravity measured in a camera's frame.
 struct GravityView {
   Eigen::Matrix3d cam_from_world;
   Eigen::Vector3d gravity_in_cam;  // any length, not zero
 };
 
-// Up as the gravity of several views tells it, three at least. Views whose length differs from the
-// others' were shaken, and count less; so do those that disagree in direction. Nothing where they
-// do not agree at all.
+// Estimates the vertical from the measured gravity of at least three views. Views whose length
+// differs from the median were shaken and count less, as do those whose direction disagrees.
+// Returns nothing where they do not agree.
 std::optional<Upright> UprightFromGravity(std::span<const GravityView> views);
 
-// Brings Map::up up to date: from the keyframes with measured gravity, else as its keyframes were
-// held. A vertical that was measured before, in the file of a loaded map, stays until as many
-// keyframes (20 suffice) tell it anew.
+// Updates Map::up: from the keyframes with measured gravity, else from how the camera was held. A
+// vertical that was measured before, as in a loaded map, is kept until as many keyframes (20
+// suffice) measure it again.
 void UpdateUp(Map& map);
 
 }  // namespace oaslam

@@ -10,14 +10,15 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kRefined = 12;  // guesses
+constexpr size_t kRefined = 12;  // the number of best guesses that are refined
 constexpr size_t kReturned = 5;
 constexpr size_t kFewGuesses = 5;
-constexpr double kSureScore = 34;  // no other guess is looked for beyond that
-// Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
+constexpr double kSureScore = 34;  // with a score beyond this no further guesses are made
+// Poses that differ by more than this are distinct, for the margin and the list: 15 cm at 1.5 m, or
+// 8 degrees.
 constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
-// A known vertical leaves wrong poses less freedom: less evidence, of three objects, suffices
-// (tools/acceptance --scan).
+// Where the vertical is measured, wrong poses have less freedom, and this share of the evidence
+// suffices, with one object less (tools/acceptance --scan).
 constexpr double kGravityShare = 30.0 / 34;
 
 struct Refined {
@@ -39,7 +40,7 @@ bool AreElsewhere(const Refined& a, const Refined& b) {
                       kElsewherePerDepth * a.depth, kElsewhereAngle);
 }
 
-// Best first on input; sets the margins.
+// Selects distinct poses from `refined`, which is sorted best first, and computes their margins.
 std::vector<ObjectPoseCandidate> DistinctCandidates(std::vector<Refined>& refined) {
   std::vector<Refined> distinct;
   for (const Refined& r : refined) {
@@ -72,8 +73,8 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(
   std::vector<Refined> refined;
   const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
   Refine(scene, guesses, refined);
-  // One object says little, but its guesses reach where groups do not; most of their many are
-  // looked at in vain.
+  // Guesses from single objects are many and mostly wrong, so that they are made only where guesses
+  // from groups are few or score too low.
   if (guesses.size() < kFewGuesses || refined.empty() ||
       refined.front().candidate.score < kSureScore * ease)
     Refine(scene, GuessFromSingles(scene), refined);

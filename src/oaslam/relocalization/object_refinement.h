@@ -8,16 +8,16 @@
 
 namespace oaslam {
 
-// What is known of a pose besides its objects.
+// Prior knowledge of a pose from other sources than objects.
 struct PosePrior {
   Rigid3 cam_from_world;
-  Eigen::Matrix<double, 6, 6> information;  // inverse covariance of (translation, rotation [rad])
-                                            // of a small motion applied after it
+  // Inverse covariance of a small motion (translation, rotation [rad]) applied after the pose.
+  Eigen::Matrix<double, 6, 6> information;
 };
 
-// Refines a pose on the edges of the boxes it explains, each weighted by the detector's and its
-// object's uncertainty, and evaluates it (objects-study.md, sections 3b and 5.8). `margin` and
-// `accepted` are left to the caller, who knows the other poses.
+// Refines a pose with the edges of the boxes it explains, each weighted by the uncertainty of
+// detector and object, and computes its score (docs/objects.md). `margin` and `accepted` are set by
+// the caller, who knows the other poses.
 ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
                                      const std::optional<PosePrior>& prior = std::nullopt);
 
