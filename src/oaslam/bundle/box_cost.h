@@ -13,12 +13,12 @@
 
 namespace oaslam {
 
-// A change of an ellipsoid as a Ceres parameter block: centre (world), log half axes, turn about
-// its third axis [rad]; zero at first.
+// A change of an ellipsoid as a Ceres parameter block, initially zero: centre (world), log half
+// axes, rotation about its third axis [rad].
 using ShapeBlock = std::array<double, 7>;
 Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change);
 
-// What a detection saw, from a camera that hangs on a keyframe.
+// A detection, from a camera whose pose is relative to a keyframe.
 struct BoxMeasurement {
   const Camera* camera = nullptr;
   Rigid3 cam_from_keyframe;
@@ -28,9 +28,9 @@ struct BoxMeasurement {
 };
 
 // The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in
-// units of the 10 px at which Huber's kernel begins (objects-study.md, section 5.2), with analytic
-// derivatives. Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given;
-// the shape, if it is `free_shape`.
+// units of the 10 px at which Huber's kernel begins, with analytic derivatives. Parameter blocks,
+// in this order: the keyframe's pose, unless `fixed_pose` is given; the shape, if it is
+// `free_shape`.
 class BoxEdgeCost final : public ceres::CostFunction {
  public:
   BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape,

@@ -10,13 +10,11 @@
 
 namespace oaslam {
 
-// How much more likely a detected box is as the sight of a given object than as one of something
-// else: the logarithm
-//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u +
-//   0.06 size)^2 + model variance_e
-// of a Laplace density of its edges against a uniform one of its place and size (objects-study.md,
-// section 3b), at least 0. u, the detector's pixel (DetectorPixel), makes it independent of the
-// image's resolution.
+// The log-likelihood ratio that a detected box shows a given object rather than something else:
+//   L = max(0, ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ]),
+//   s_e^2 = (2 u + 0.06 size)^2 + model variance_e.
+// It compares a Laplace density of the edges with a uniform density of place and size. u, the size
+// of a detector pixel (DetectorPixel), makes it independent of the image's resolution.
 class ObjectScore {
  public:
   explicit ObjectScore(const Camera& camera);
@@ -28,7 +26,7 @@ class ObjectScore {
   double operator()(const Box& detected, unsigned char truncated, const Box& predicted,
                     const Eigen::Vector4d& edge_variance) const;
 
-  // The same with one variance for all edges, for the many.
+  // The same with one variance for all edges, which is faster.
   double WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted,
                             double edge_variance) const;
 
@@ -39,7 +37,7 @@ class ObjectScore {
   double log_background_;
 };
 
-// Variance of the predicted edges that comes from the uncertainty of the object's model, px^2.
+// The variance of the predicted edges due to the uncertainty of the object's model, px^2.
 Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera,
                              const ShapeCovariance& covariance);
 
