@@ -1,6 +1,6 @@
 // The paper's real detections of TUM fr2/desk, with the poses of an RGB-D SLAM system: the first
-// 700 frames are mapped, later ones are found in that map by their objects. Figures of
-// objects-study.md less what rounding and thinning may cost.
+// 700 frames are mapped, later ones are found in that map by their objects. The bounds leave some
+// room for rounding and for the thinning of observations.
 
 #include <gtest/gtest.h>
 

@@ -22,7 +22,7 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
-// What an object detector says of one image.
+// A detection of an object detector in one image.
 struct Detection {
   int category_id = 0;
   double score = 0;  // (0, 1]
@@ -43,7 +43,7 @@ enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLo
 // "initializing", "tracking", "relocalized", "objects", "lost".
 const char* ToString(TrackingState state);
 
-// What stands for a pose.
+// The evidence that supports a pose.
 enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
 
 // "failed", "points", "objects", "points+objects".

@@ -37,7 +37,7 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   const fs::file_type type = fs::symlink_status(path, error).type();
   const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
   const std::string written =
-      is_plain ? path + ".tmp" : path;  // a device, a pipe or a link stays what it is
+      is_plain ? path + ".tmp" : path;  // devices, pipes and links are not replaced
   std::ofstream file(written, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
   file << content;

@@ -5,7 +5,7 @@
 namespace oaslam {
 namespace {
 
-// u w^T + w u^T, scaled.
+// scale * (u w^T + w u^T).
 OutlineConic SymmetricProduct(double scale, const Eigen::Vector3d& u, const Eigen::Vector3d& w) {
   return {2 * scale * u.x() * w.x(),
           scale * (u.x() * w.y() + u.y() * w.x()),

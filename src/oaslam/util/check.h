@@ -6,6 +6,6 @@ namespace oaslam {
 
 }  // namespace oaslam
 
-// A broken invariant of this library, never bad input: prints where and aborts.
+// Aborts with the place where an invariant of this library is broken. Not for bad input.
 #define OASLAM_CHECK(condition) \
   ((condition) ? static_cast<void>(0) : ::oaslam::CheckFailed(#condition, __FILE__, __LINE__))
