@@ -45,7 +45,7 @@ void PrintRow(const char* name, const ErrorStatistics& s, const char* unit) {
              s.median, s.max, s.count, unit);
 }
 
-// results/foo/trajectory.txt is foo.
+// The name of a curve: "foo" for results/foo/trajectory.txt.
 std::string CurveName(const std::string& path) {
   const fs::path file = fs::absolute(path);
   const bool is_ours = file.filename() == "poses.txt" || file.filename() == "trajectory.txt";
@@ -92,7 +92,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   auto aligned = estimate;
   for (StampedPose& pose : aligned)
     pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
-  std::vector<StampedPose> shown;  // the time of the estimate only
+  std::vector<StampedPose> shown;  // only the time span of the estimate
   for (const StampedPose& pose : groundtruth)
     if (pose.timestamp >= estimate.front().timestamp - 0.05 &&
         pose.timestamp <= estimate.back().timestamp + 0.05)
@@ -103,7 +103,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
                   100 * report.position.rmse, report.pairs));
 }
 
-// What takes the map's frame to that of the ground truth.
+// The alignment from the map's frame to that of the ground truth.
 Alignment AlignMap(const EvaluateOptions& o) {
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
   const TrajectoryReport report = EvaluateTrajectory(
@@ -112,7 +112,7 @@ Alignment AlignMap(const EvaluateOptions& o) {
   return report.reference_from_estimate;
 }
 
-// All frames that were asked about: as given, or of frames.csv beside the poses.
+// Time stamps of all frames that were processed: as given, or from frames.csv beside the poses.
 std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& poses_path,
                                const std::vector<StampedPose>& poses) {
   if (!o.frames.empty()) return LoadFrameTimes(o.frames);
@@ -143,7 +143,7 @@ void PrintRelocalization(const RelocalizationErrors& errors) {
   row("precision", figures.precision);
 }
 
-// candidates.txt and frames.csv of `localize`, beside poses.txt.
+// Reads candidates.txt and frames.csv of `localize`, beside poses.txt.
 std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path,
                                               const std::vector<StampedPose>& groundtruth,
                                               const Alignment& alignment) {

@@ -30,7 +30,7 @@ struct ViewOptions {
   int port = kViewerPort, piece = 0;
 };
 
-// Frames of the map by their times, in microseconds.
+// The frames of the map whose pictures are shown, by time in microseconds.
 std::map<int64_t, int> FramesWithPictures(const SavedMap& saved) {
   std::set<int> wanted;
   saved.map.keyframes.ForEach(
@@ -62,7 +62,8 @@ void ReadPictures(ImageSource& images, const std::map<int64_t, int>& frames, Vie
   }
 }
 
-// Waits for Ctrl-C, or to be ended; blocked in every thread begun after the construction.
+// Waits for Ctrl-C or a termination signal, which are blocked in all threads started
+// after the construction.
 class EndSignal {
  public:
   EndSignal() {
@@ -80,7 +81,7 @@ class EndSignal {
   sigset_t signals_{};
 };
 
-// Writes other anchors into the map file. What else is in it stays, whatever is shown here besides.
+// Writes changed anchors into the map file. Everything else in the file is kept.
 void SaveAnchors(const std::string& path, int piece, const Map& shown, const Anchors& anchors) {
   SavedMap saved = LoadMap(path);
   LeadWithPiece(path, piece, saved);
@@ -94,7 +95,7 @@ void SaveAnchors(const std::string& path, int piece, const Map& shown, const Anc
   SaveMap(path, saved);
 }
 
-// Returns why it cannot be, or an empty text.
+// Returns why the command cannot be carried out, or an empty text.
 std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
@@ -104,7 +105,8 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
              : fmt::format("there is no anchor \"{}\"", command.anchor);
 }
 
-// Does what viewers ask for, until it is stopped: what was asked for meanwhile is written once.
+// Carries out commands of viewers until it is stopped; commands that come
+// together are written at once.
 void Obey(const std::string& map_file, int piece, Map map, Viewer& viewer,
           const std::stop_token& stop) {
   constexpr int kWaitMs = 100, kNoFrame = -1;

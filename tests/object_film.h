@@ -20,12 +20,12 @@ struct TrueObject {
 struct DetectorOptions {
   double box_px = 1;  // noise of the edges
   double miss_rate = 0;
-  double min_inside =
-      0.3;  // least share of a box in the image for a detection; boxes are cut at the border
+  // Least share of a box in the image for a detection; boxes are cut at the border.
+  double min_inside = 0.3;
 };
 
-// Objects behind the camera or mostly out of the image are not detected; objects do not hide each
-// other.
+// Objects behind the camera or mostly out of the image are not detected; objects
+// do not hide each other.
 inline std::vector<ObjectDetection> Detect(const std::vector<TrueObject>& objects,
                                            const Rigid3& cam_from_world, const Camera& camera,
                                            const DetectorOptions& options, Rng& rng) {

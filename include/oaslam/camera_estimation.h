@@ -22,8 +22,8 @@ struct CameraEstimationOptions {
 // The result of estimating a camera from its images.
 struct CameraEstimate {
   Camera camera;  // the best estimate, or a guess
-  bool is_determined =
-      false;  // whether the images determine the camera; if not, `why_not` tells why
+  // Whether the images determine the camera; if not, `why_not` tells why.
+  bool is_determined = false;
   // 1 sigma; infinite for a guess.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   std::string why_not;
@@ -44,8 +44,8 @@ class CameraEstimator {
   CameraEstimator(CameraEstimator&&) noexcept;
   CameraEstimator& operator=(CameraEstimator&&) noexcept;
 
-  // Adds the next image: 8-bit, one channel or BGR, all of one size; time stamps ascend. Throws
-  // InputError.
+  // Adds the next image: 8-bit, one channel or BGR, all of one size; time stamps
+  // ascend. Throws InputError.
   void Add(const cv::Mat& image, double timestamp);
   // Seconds between the first and the last image kept.
   double Duration() const;
@@ -54,8 +54,8 @@ class CameraEstimator {
 
   // Estimates the camera from the images since the last Forget. Throws InputError without any.
   CameraEstimate Estimate();
-  // Drops the images, to go on with another part of the walk; the result so far becomes the start
-  // value.
+  // Drops the images, to go on with another part of the walk; the result so far
+  // becomes the start value.
   void Forget();
 
  private:

@@ -183,8 +183,8 @@ class Slam {
   // Waits until everything seen is in the map, and optimises it a last time. Process may be called
   // again afterwards.
   void Finish();
-  // The number (TrackingResult::piece) of the map: after Finish it may differ from that of the last
-  // image.
+  // The number (TrackingResult::piece) of the map: after Finish it may differ from
+  // that of the last image.
   int MainPiece() const;
   // The map with the trajectory so far.
   SavedMap Export() const;

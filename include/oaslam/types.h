@@ -27,8 +27,9 @@ struct Detection {
   int category_id = 0;
   double score = 0;  // (0, 1]
   Box box;           // pixels of the original (distorted) image
-  std::optional<std::array<double, 5>>
-      ellipse{};  // cx, cy, width, height, theta [rad] where the detector gives one
+  // An ellipse around the object, [cx, cy, width, height, theta], in pixels and rad, where the
+  // detector gives one. Slam does not use it.
+  std::optional<std::array<double, 5>> ellipse{};
 };
 
 // {x : |diag(1/half_axes) * rotation^T * (x - center)| <= 1}; rotation is world_from_object.

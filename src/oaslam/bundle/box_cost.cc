@@ -15,8 +15,8 @@ constexpr double kBehindError = 15;
 
 using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
 
-// The Jacobian that converts a motion of a keyframe into that of a camera whose pose is relative to
-// it.
+// The Jacobian that converts a motion of a keyframe into that of a camera whose
+// pose is relative to it.
 Eigen::Matrix<double, 6, 6> CarriedMotion(const Rigid3& cam_from_keyframe) {
   const Eigen::Matrix3d rotation = cam_from_keyframe.rotation.toRotationMatrix();
   Eigen::Matrix<double, 6, 6> motion;
@@ -65,8 +65,8 @@ bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals,
       free_shape_ ? Changed(ellipsoid_, AsShape(parameters[shape_index])) : ellipsoid_;
   const auto view = ViewEllipsoid(ellipsoid, measured_.cam_from_keyframe * keyframe_from_world);
   Eigen::Map<Eigen::Vector4d> residual(residuals);
-  Eigen::Vector4d used =
-      Eigen::Vector4d::Zero();  // weights of the rows; 0 for those without derivative
+  // The weights of the rows; 0 for those without derivative.
+  Eigen::Vector4d used = Eigen::Vector4d::Zero();
   if (view) {
     residual = weight_ * EdgeResidual(OutlineBox(view->outline, *measured_.camera), measured_.box,
                                       measured_.truncated);

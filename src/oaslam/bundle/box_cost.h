@@ -27,10 +27,10 @@ struct BoxMeasurement {
   unsigned char truncated = 0;  // EdgeBits
 };
 
-// The four edges of the projected ellipsoid minus those of the box, one-sided where truncated, in
-// units of the 10 px at which Huber's kernel begins, with analytic derivatives. Parameter blocks,
-// in this order: the keyframe's pose, unless `fixed_pose` is given; the shape, if it is
-// `free_shape`.
+// The four edges of the projected ellipsoid minus those of the box, one-sided where
+// truncated, in units of the 10 px at which Huber's kernel begins, with analytic derivatives.
+// Parameter blocks, in this order: the keyframe's pose, unless `fixed_pose` is given; the
+// shape, if it is `free_shape`.
 class BoxEdgeCost final : public ceres::CostFunction {
  public:
   BoxEdgeCost(const BoxMeasurement& measured, const Ellipsoid& ellipsoid, bool free_shape,

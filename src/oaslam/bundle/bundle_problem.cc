@@ -64,9 +64,8 @@ class BundleProblem {
     for (auto& shape : shapes_) options.linear_solver_ordering->AddElementToGroup(shape.data(), 2);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
-    options.sparse_linear_algebra_library_type =
-        ceres::EIGEN_SPARSE;  // as fast, and on one thread, whereas CHOLMOD starts threads of
-                              // OpenMP
+    // As fast, and on one thread, whereas CHOLMOD starts threads of OpenMP.
+    options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     options.function_tolerance = effort.tolerance;
     StopCallback stop(effort.stop);
     options.callbacks.push_back(&stop);
@@ -80,8 +79,8 @@ class BundleProblem {
     return summary.IsSolutionUsable();
   }
 
-  // Switches off the kernel and the present outliers for the next stage; returns the share of
-  // outliers.
+  // Switches off the kernel and the present outliers for the next stage; returns
+  // the share of outliers.
   double DropOutliers() {
     loss_.Reset(nullptr, ceres::TAKE_OWNERSHIP);
     is_robust_ = false;

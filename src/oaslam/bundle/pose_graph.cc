@@ -75,8 +75,8 @@ std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Simil
                              nullptr, blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type =
-      ceres::EIGEN_SPARSE;  // one thread, whereas CHOLMOD starts threads of OpenMP
+  // One thread, whereas CHOLMOD starts threads of OpenMP.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.max_num_iterations = 50;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;

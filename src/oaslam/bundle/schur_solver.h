@@ -26,8 +26,8 @@ struct CamerasAndPoints {
 
 struct SchurOptions {
   int max_iterations = 10;
-  double tolerance =
-      1e-3;  // the solver ends after a step that lowers the cost by less than this share
+  // The solver ends after a step that lowers the cost by less than this share.
+  double tolerance = 1e-3;
   double huber_chi2 = 0;  // threshold of Huber's kernel on the squared error; 0: no kernel
   std::stop_token stop{};
 };

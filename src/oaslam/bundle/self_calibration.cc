@@ -29,8 +29,8 @@ constexpr double kMaxRelativeSigma = 0.02;
 constexpr double kMinParallaxRad = 0.5 * std::numbers::pi / 180, kMinParallaxShare = 0.1;
 // Without rotation, focal length and depth cannot be distinguished.
 constexpr double kMinTurnRad = 5 * std::numbers::pi / 180;
-// Bounds of the focal length; outside of them there is no solution, or the lens needs a
-// calibration.
+// Bounds of the focal length; outside of them there is no solution, or the
+// lens needs a calibration.
 constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // relative to the longer side of the image
 
 struct Problem {

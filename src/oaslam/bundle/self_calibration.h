@@ -13,9 +13,9 @@
 
 namespace oaslam {
 
-// Prior assumptions about a camera. Lenses of one kind differ little: the principal point of a
-// phone is off by about 1 % of the image, and a strongly distorting wide lens has a k1 of about
-// -0.3.
+// Prior assumptions about a camera. Lenses of one kind differ little: the principal
+// point of a phone is off by about 1 % of the image, and a strongly distorting wide lens
+// has a k1 of about -0.3.
 struct CalibrationPrior {
   // The mean of the prior of the other parameters; if it is absent, the camera of the map.
   std::optional<Camera> camera{};
@@ -23,8 +23,8 @@ struct CalibrationPrior {
   double focal_sigma = std::numeric_limits<double>::infinity();
   double center_sigma = 0.01;  // of the longer side of the image
   double k1_sigma = 0.2, k2_sigma = 0.2;
-  // Standard deviation of the readout time of a rolling shutter, around 0; 0: there is no rolling
-  // shutter.
+  // Standard deviation of the readout time of a rolling shutter, around 0; 0: there
+  // is no rolling shutter.
   double readout_sigma_s = 0;
 };
 
@@ -40,8 +40,8 @@ struct SelfCalibration {
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   double center_sigma_px = 0, k1_sigma = 0, k2_sigma = 0;
   double readout_s = 0, readout_sigma_s = 0;  // of a rolling shutter, where it was estimated
-  double parts_ratio =
-      1;            // the factor for the difference between parts, contained in focal_sigma_px
+  // The factor for the difference between parts, contained in focal_sigma_px.
+  double parts_ratio = 1;
   double rmse = 0;  // of the inliers, in units of the key points' scale
   int keyframes = 0, observations = 0, inliers = 0;
   std::vector<std::pair<KeyframeId, Rigid3>> poses;            // of the keyframes used, ascending

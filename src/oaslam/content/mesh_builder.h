@@ -20,8 +20,8 @@ class MeshBuilder {
   void AddCone(const Vector& bottom, float height, float bottom_radius, float top_radius, int sides,
                const Vector& color);
   void AddEllipsoid(const Vector& center, const Vector& half_axes, int sides, const Vector& color);
-  // A sheet that is visible from both sides: corners[row][column], with the same number in each
-  // row.
+  // A sheet that is visible from both sides: corners[row][column], with the
+  // same number in each row.
   void AddSheet(const std::vector<std::vector<Vector>>& corners,
                 const std::vector<Vector>& row_colors);
 

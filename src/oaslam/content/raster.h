@@ -11,8 +11,8 @@
 
 namespace oaslam {
 
-// A software rasteriser of triangles in an ideal image, with 2 x 2 samples a pixel and a depth
-// buffer.
+// A software rasteriser of triangles in an ideal image, with 2 x 2 samples a
+// pixel and a depth buffer.
 class Raster {
  public:
   struct Vertex {

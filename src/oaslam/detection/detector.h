@@ -30,8 +30,8 @@ class Detector {
                                         const DetectorOptions& options = {});
   ~Detector();
 
-  // Detects objects in an 8-bit image (BGR or grey). Boxes are in its pixels, clipped to it, best
-  // first.
+  // Detects objects in an 8-bit image (BGR or grey). Boxes are in its pixels,
+  // clipped to it, best first.
   std::vector<Detection> Detect(const cv::Mat& image);
 
   DetectorLayout layout() const;

@@ -42,8 +42,8 @@ TEST(Detector, RefusesFilesThatAreNoDetector) {
   std::filesystem::remove(text);
 }
 
-// The detections.json of the sequence was made with this model (see its README): we must find the
-// same.
+// The detections.json of the sequence was made with this model (see its README):
+// we must find the same.
 TEST(Detector, FindsWhatTheModelFoundBefore) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   OASLAM_SKIP_WITHOUT_DATA("redkitchen/rgb");

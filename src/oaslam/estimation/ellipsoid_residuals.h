@@ -24,8 +24,8 @@ Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned
 using WassersteinVector = Eigen::Matrix<double, 6, 1>;
 struct WassersteinResidual {
   WassersteinVector value;
-  Eigen::Matrix<double, 6, 5>
-      by_moments;  // mean x, y, covariance xx, xy, yy of the projected ellipse
+  // Derivatives by mean x, y and covariance xx, xy, yy of the projected ellipse.
+  Eigen::Matrix<double, 6, 5> by_moments;
 };
 WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected);
 

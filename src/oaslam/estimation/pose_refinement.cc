@@ -34,8 +34,8 @@ NormalEquations Linearize(const Camera& camera, const Rigid3& pose,
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = r * o.point + pose.translation;
     if (p.z() < kMinDepth) {
-      n.cost += robust ? kChi2TwoDof * 4
-                       : kChi2TwoDof;  // a step that hides points behind the camera must not pay
+      // A step that hides points behind the camera must not pay.
+      n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;
       continue;
     }
     const double inverse_z = 1 / p.z(), x = p.x() * inverse_z, y = p.y() * inverse_z;

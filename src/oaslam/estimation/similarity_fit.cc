@@ -30,8 +30,8 @@ bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
 std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
   const Eigen::Vector3d a = second.cam_from_a.OriginInSource() - first.cam_from_a.OriginInSource();
   const Eigen::Vector3d b = second.cam_from_b.OriginInSource() - first.cam_from_b.OriginInSource();
-  // Two cameras that are closer together than the error of their positions do not determine the
-  // scale.
+  // Two cameras that are closer together than the error of their positions do
+  // not determine the scale.
   if (a.norm() <= 0 || b.norm() < 2 * (first.sigma + second.sigma)) return std::nullopt;
   const Eigen::Quaterniond rotation = RotationOf(first).slerp(0.5, RotationOf(second));
   const double scale = b.norm() / a.norm();
@@ -62,8 +62,8 @@ Similarity BestOfTwo(std::span<const PosePair> pairs) {
   return best;
 }
 
-using Vector7 =
-    Eigen::Matrix<double, 7, 1>;  // translation, rotation, log scale, applied after the similarity
+// Translation, rotation, log scale, applied after the similarity.
+using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 struct Step {

@@ -16,8 +16,8 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMinPointParallaxDeg =
-    0.3;  // with less parallax the depth of a point is not determined
+// With less parallax the depth of a point is not determined.
+constexpr double kMinPointParallaxDeg = 0.3;
 // The scene counts as planar when the homography's share of the scores, S_H / (S_H + S_E), is
 // larger (Mur-Artal et al. 2015, IV).
 constexpr double kPlanarShare = 0.45;

@@ -17,8 +17,8 @@ struct TwoViewOptions {
   int homography_iterations = 150;  // RANSAC, samples of 4
   int min_points = 50;              // triangulated
   double min_inlier_share = 0.5;    // of the matches
-  // The result is rejected when another motion explains more than this share of what the best one
-  // explains.
+  // The result is rejected when another motion explains more than this share of what
+  // the best one explains.
   double max_rival = 0.5;
   double min_parallax_deg = 1;  // of at least `min_points` points
   // Largest standard deviation of the direction of translation; with more, a rotation may be

@@ -35,8 +35,8 @@ Eigen::Matrix<double, 2, 9> HomographyRows(const Eigen::Vector3d& x, const Eigen
   return rows;
 }
 
-// The null vector of eight equations: the last vector of an orthogonal basis that begins with their
-// rows.
+// The null vector of eight equations: the last vector of an orthogonal basis that
+// begins with their rows.
 Vector9d NullVector(const Rows8x9& rows) {
   const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 8>> qr(rows.transpose());
   Vector9d last = Vector9d::Unit(8);

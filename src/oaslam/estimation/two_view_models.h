@@ -8,8 +8,8 @@
 
 namespace oaslam {
 
-// Matches as rays (z = 1) of the two cameras; residuals are converted to pixels by the focal
-// lengths.
+// Matches as rays (z = 1) of the two cameras; residuals are converted to pixels
+// by the focal lengths.
 struct RayMatches {
   std::vector<Eigen::Vector3d> first, second;
   std::vector<double> sigma;  // px, of each match, in either image

@@ -16,8 +16,8 @@ struct AssociatedPair {
   size_t reference = 0, query = 0;  // indices
 };
 
-// Assigns to each query the reference nearest in time, if it is near enough. Both must ascend in
-// time.
+// Assigns to each query the reference nearest in time, if it is near enough.
+// Both must ascend in time.
 std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
                                       const std::vector<StampedPose>& query,
                                       double max_difference = kMaxTimeDifference);

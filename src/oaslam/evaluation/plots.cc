@@ -152,8 +152,8 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
 
 void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves,
                          const std::string& title) {
-  constexpr size_t kLeastFrames =
-      10;  // least number of frames for a point; the share of fewer is too uncertain
+  // Least number of frames for a point; the share of fewer is too uncertain.
+  constexpr size_t kLeastFrames = 10;
   Chart chart(1, 100, title, curves.size());
   chart.DrawGrid(fmt::format("confidence, and the share that is right ({:g} m, {:.0f} degrees); "
                              "numbers: frames, at least 10",

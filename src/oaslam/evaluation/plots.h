@@ -27,8 +27,8 @@ void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves
 void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves,
                     const std::string& title);
 
-// The share of correct hypotheses against the reported confidence; a calibrated method lies on the
-// diagonal.
+// The share of correct hypotheses against the reported confidence; a calibrated method
+// lies on the diagonal.
 struct ReliabilityCurve {
   std::string name;
   Reliability reliability;

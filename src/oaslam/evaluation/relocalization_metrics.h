@@ -26,8 +26,8 @@ constexpr double kRecallMaxRotationDeg = 15;
 constexpr double kFalseDistance = 0.5, kFalseRotationDeg = 30;  // beyond either: a false pose
 
 struct RelocalizationFigures {
-  std::array<double, kRecallDistances.size()>
-      recall{};  // share of the frames within distance and rotation
+  // Share of the frames within distance and rotation.
+  std::array<double, kRecallDistances.size()> recall{};
   std::array<double, kRecallDistances.size()> precision{};  // share of the answers
   double accepted = 0;                                      // answers per frame
   double false_share = 0;                                   // false poses per frame

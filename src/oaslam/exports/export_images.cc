@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSameTime_s =
-    1e-3;  // time stamps in files are rounded, to 10 microseconds at worst
+// Time stamps in files are rounded, to 10 microseconds at worst.
+constexpr double kSameTime_s = 1e-3;
 
 struct KeyframeTime {
   double timestamp = 0;

@@ -26,8 +26,8 @@ struct SceneObject {
 // The mapped objects, ascending by id.
 std::vector<SceneObject> SceneObjects(const SavedMap& saved);
 
-// Final poses of the frames, run after run; those of the keyframes, by time, where the map has no
-// trajectory.
+// Final poses of the frames, run after run; those of the keyframes, by time, where the
+// map has no trajectory.
 std::vector<StampedPose> FinalTrajectory(const SavedMap& saved);
 
 // Rotations from the map's frame to one with y or z up.

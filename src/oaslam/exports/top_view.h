@@ -19,8 +19,8 @@ struct TopAxes {
   }
 };
 
-// `up` if given, else the mean up of the cameras; the first camera looks towards the top of the
-// page.
+// `up` if given, else the mean up of the cameras; the first camera looks
+// towards the top of the page.
 TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
                     const std::optional<Eigen::Vector3d>& up);
 

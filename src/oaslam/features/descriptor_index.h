@@ -10,8 +10,8 @@ namespace oaslam {
 
 // Approximate nearest neighbours of binary descriptors by locality-sensitive hashing: tables keyed
 // by disjoint random bits (Indyk & Motwani 1998), chosen among those that split the descriptors
-// evenly. No vocabulary no vocabularyhas to be trained or loaded. Building is linear; the same
-// input gives the same index.
+// evenly. No vocabulary has to be trained or loaded. Building is linear; the same input gives the
+// same index.
 class DescriptorIndex {
  public:
   struct Hit {

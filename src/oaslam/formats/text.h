@@ -26,8 +26,8 @@ std::vector<std::string_view> SplitLines(std::string_view text);
 std::string BaseName(const std::string& path);
 // The extension with its dot, in lower case.
 std::string LowerExtension(const std::string& path);
-// A name without its extension; ".363181" of a time stamp is no extension, since that starts with a
-// letter.
+// A name without its extension; ".363181" of a time stamp is no extension, since that
+// starts with a letter.
 std::string WithoutExtension(const std::string& name);
 
 // The number of edits (insert, delete, replace a character) between two words (Levenshtein 1966).

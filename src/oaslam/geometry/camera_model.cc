@@ -62,8 +62,8 @@ double PinholeSlope(const std::array<double, 5>& k, double theta) {
   return 1 + r2 * (3 * k[0] + r2 * (5 * k[1] + r2 * 7 * k[4]));
 }
 
-// Newton's method, kept within the interval that contains the root: the radius increases up to
-// `max_theta`.
+// Newton's method, kept within the interval that contains the root: the radius
+// increases up to `max_theta`.
 Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, double max_theta,
                                  const Eigen::Vector2d& distorted) {
   const double radius = distorted.norm();

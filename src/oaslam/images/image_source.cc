@@ -92,8 +92,8 @@ std::vector<ListedImage> ListFolder(const std::string& folder, double fps) {
   return images;
 }
 
-// "timestamp path" or "path" in each line, all lines alike; paths are relative to the folder of the
-// list.
+// "timestamp path" or "path" in each line, all lines alike; paths are relative to
+// the folder of the list.
 std::vector<ListedImage> ReadList(const std::string& path, double fps) {
   const fs::path folder = fs::path(path).parent_path();
   const std::string text = ReadTextFile(path);

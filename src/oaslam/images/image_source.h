@@ -15,8 +15,8 @@ struct InputImage {
   int index = 0;         // in the whole source, 0-based
   double timestamp = 0;  // seconds
   std::string name;      // base name without directory, e.g. "000123.png"; of a video "%06d"
-  cv::Mat
-      image;  // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable
+  // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable.
+  cv::Mat image;
   std::string path{};  // of the image's own file; empty for videos and cameras
   Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
 };

@@ -21,8 +21,8 @@ struct Anchor {
   KeyframeId keyframe;     // in the map, or retired
   Rigid3 cam_from_anchor;  // relative to the keyframe's camera
   ObjectId object;         // the object it stands on; invalid: none
-  Eigen::Vector3d offset =
-      Eigen::Vector3d::Zero();  // from the object's center, in the keyframe's axes
+  // From the object's center, in the keyframe's axes.
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
 
   bool operator==(const Anchor& other) const;
 

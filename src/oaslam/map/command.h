@@ -10,8 +10,8 @@ namespace oaslam {
 // A point of the two-view initialisation.
 struct InitialPoint {
   int first_keypoint = 0, second_keypoint = 0;
-  Eigen::Vector3d position =
-      Eigen::Vector3d::Zero();  // in the first camera's frame, for a baseline of 1
+  // In the first camera's frame, for a baseline of 1.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
 // A new map from two frames.

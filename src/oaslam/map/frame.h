@@ -36,8 +36,8 @@ struct Frame {
 struct TrackedFrame {
   Frame frame;
   Rigid3 cam_from_world;  // in the map the tracker saw
-  KeyframeId
-      reference;  // keyframe that the pose is relative to, so that it moves with later optimisation
+  // Keyframe that the pose is relative to, so that it moves with later optimisation.
+  KeyframeId reference;
   Rigid3 cam_from_reference;
   std::vector<LandmarkId> landmarks;  // by key point; invalid where unmatched
   int inliers = 0;

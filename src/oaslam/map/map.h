@@ -50,8 +50,8 @@ struct Observation {
 
 struct Landmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
-  Eigen::Vector3d normal =
-      Eigen::Vector3d::Zero();               // mean unit direction from camera centres to the point
+  // Mean unit direction from camera centres to the point.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   Descriptor descriptor{};                   // of the observation closest to all others
   float min_distance = 0, max_distance = 0;  // range in which the pyramid can detect it
   KeyframeId first_keyframe;                 // the newest keyframe at its creation
@@ -79,12 +79,12 @@ struct Object {
   std::string name;  // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
   Ellipsoid ellipsoid;  // world; meaningless while tentative
-  Eigen::Matrix<double, 7, 7> covariance =
-      Eigen::Matrix<double, 7, 7>::Zero();  // center, log half axes, yaw about up
-  double detection_rate = 0.9;              // P_D: share of frames in view that detected it
-  double mean_iou = 0;         // of projection and box over its own untruncated observations
-  int total_observations = 0;  // also those not kept
-  double evidence = 0;         // sum of the weights of all observations; not saved
+  // Center, log half axes, yaw about up.
+  Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
+  double detection_rate = 0.9;  // P_D: share of frames in view that detected it
+  double mean_iou = 0;          // of projection and box over its own untruncated observations
+  int total_observations = 0;   // also those not kept
+  double evidence = 0;          // sum of the weights of all observations; not saved
   int last_seen_frame = 0;
   std::optional<double> last_seen_time{};  // seconds; nothing: not seen since the map was loaded
   // Evidence in nats that it is no longer in its place (objects/presence.h); not saved.
@@ -106,8 +106,8 @@ struct Map {
   Table<KeyframeId, RetiredKeyframe> retired;
   Table<LandmarkId, Landmark> landmarks;
   Table<ObjectId, Object> objects;
-  Table<ObjectId, ObjectId>
-      merged_objects;  // from an erased duplicate to the object that took its observations
+  // From an erased duplicate to the object that took its observations.
+  Table<ObjectId, ObjectId> merged_objects;
   std::optional<Eigen::Vector3d> up;  // world direction against gravity, once known
   int up_keyframes = 0;    // number of keyframes whose measured gravity determined it; 0: from how
                            // the camera was held
@@ -128,8 +128,8 @@ struct Map {
   std::optional<Carried> ResolveKeyframe(KeyframeId id) const;
   // The pose of a keyframe that is, or was, in the map.
   std::optional<Rigid3> ResolvePose(KeyframeId id) const;
-  // The present id of an object, which may have been merged into another; nothing if it was
-  // dropped.
+  // The present id of an object, which may have been merged into another;
+  // nothing if it was dropped.
   std::optional<ObjectId> ResolveObject(ObjectId id) const;
 
   LandmarkId AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe);
@@ -153,8 +153,8 @@ struct Map {
 
   // The up to `count` most covisible keyframes.
   std::vector<KeyframeId> CovisibleKeyframes(KeyframeId id, int count) const;
-  // The number of key points of the keyframe whose landmark has at least `min_observations`
-  // observations.
+  // The number of key points of the keyframe whose landmark has at least
+  // `min_observations` observations.
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
   // Median depth of the keyframe's landmarks; 0 without any.
   double MedianDepth(KeyframeId id) const;
@@ -162,8 +162,8 @@ struct Map {
   // Multiplies all lengths: one old unit is `factor` new ones.
   void Scale(double factor);
 
-  // Describes every violated invariant of the tables, one line each; empty when the map is
-  // consistent.
+  // Describes every violated invariant of the tables, one line each; empty when
+  // the map is consistent.
   std::vector<std::string> CheckInvariants() const;
 };
 

@@ -13,9 +13,9 @@ struct Piece {
   std::vector<FramePose> trajectory;  // ascending by frame
 };
 
-// Adds the poses of a piece, scaled by `scale`, to those of another piece that it was joined with.
-// Where both have a pose of a frame, the own one is kept, unless it is by objects and the other by
-// points.
+// Adds the poses of a piece, scaled by `scale`, to those of another piece that it was
+// joined with. Where both have a pose of a frame, the own one is kept, unless it is by
+// objects and the other by points.
 void AdoptPoses(const std::vector<FramePose>& other, double scale, std::vector<FramePose>& own);
 
 // A keyframe converted back to a frame, with the boxes in it that observations of objects keep.

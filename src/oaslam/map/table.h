@@ -108,9 +108,9 @@ class Table {
     }
   }
 
-  // Calls visit(id, before, now) for the ids whose values may differ from those of `earlier`,
-  // another copy of the same table: null where there is none. In ascending order; shared pages are
-  // skipped.
+  // Calls visit(id, before, now) for the ids whose values may differ from those of
+  // `earlier`, another copy of the same table: null where there is none. In ascending order;
+  // shared pages are skipped.
   template <typename Visitor>
   void ForEachDifference(const Table& earlier, Visitor&& visit) const {
     const size_t count = std::max(pages_.size(), earlier.pages_.size());

@@ -12,21 +12,21 @@ namespace oaslam {
 // The steps of local mapping, in the order in which the mapper takes them for each new keyframe.
 // Each is an edit of the map.
 
-// Makes a map from two views: both keyframes and their landmarks, refined together and scaled to a
-// median depth of 1. Returns false and leaves the map as it was when too few landmarks remain after
-// refinement.
+// Makes a map from two views: both keyframes and their landmarks, refined together and scaled
+// to a median depth of 1. Returns false and leaves the map as it was when too few landmarks
+// remain after refinement.
 bool InsertInitialMap(const InitialMap& initial, Map& map);
 
-// Adds a keyframe with observations of the landmarks it tracked, those that still exist, and its
-// covisibility.
+// Adds a keyframe with observations of the landmarks it tracked, those that still exist,
+// and its covisibility.
 void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map);
 
 // Adds the tracker's counts of how often each landmark was expected and found.
 void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map);
 
-// Erases those of the `recent` landmarks that were found in less than a quarter of the frames that
-// should show them, or that too few keyframes have observed. Returns those that must still be
-// watched.
+// Erases those of the `recent` landmarks that were found in less than a quarter of the
+// frames that should show them, or that too few keyframes have observed. Returns those that
+// must still be watched.
 std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest,
                                             Map& map);
 

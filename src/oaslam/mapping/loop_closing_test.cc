@@ -146,8 +146,8 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
 }
 
-// Two places look the same, such as two windows: drift cannot displace the camera by half of its
-// path.
+// Two places look the same, such as two windows: drift cannot displace the
+// camera by half of its path.
 TEST(LoopClosing, WhatDriftCannotExplainIsNoLoop) {
   const Drifted d(30, kLongWay);
   Rng rng(1);

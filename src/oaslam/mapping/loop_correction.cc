@@ -53,8 +53,8 @@ struct NodeMotions {
   }
 };
 
-// Scales what is stored relative to keyframes: retired keyframes, observations of objects, and
-// anchors.
+// Scales what is stored relative to keyframes: retired keyframes, observations of
+// objects, and anchors.
 void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
   for (const KeyframeId id : map.retired.Ids())
     if (const auto carried = map.ResolveKeyframe(id))

@@ -81,8 +81,8 @@ Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkI
   return observed;
 }
 
-// Key points that show a landmark of the current part and one of the old part: the positions of
-// both.
+// Key points that show a landmark of the current part and one of the old part:
+// the positions of both.
 std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map,
                                                                       const Keyframe& here,
                                                                       const LoopClosure& loop) {
@@ -209,9 +209,9 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 }  // namespace
 
 std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  constexpr double kGrowth =
-      1.2;                        // of the landmarks ever made; the newest do not matter for a loop
-  constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
+  constexpr double kGrowth = 1.2;  // the index is rebuilt when the landmarks have grown by this
+                                   // factor; the newest do not matter for a loop
+  constexpr uint32_t kEvery = 3;   // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
   if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {
     index_.emplace(map);

@@ -18,8 +18,8 @@ struct ProjectedLandmark {
   LandmarkId id;
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // ideal image
   int level = 0;                                 // of the pyramid, predicted from the distance
-  double view_cos =
-      1;  // cosine between the viewing direction and the landmark's mean viewing direction
+  // Cosine between the viewing direction and the landmark's mean viewing direction.
+  double view_cos = 1;
 };
 
 // Returns nothing when the landmark is behind the camera, outside of `bounds`, out of its range of
@@ -37,8 +37,8 @@ struct LandmarkMatches {
 struct ProjectionSearchOptions {
   double radius_px = 4;  // at level 0; scaled by the level
   int max_hamming = kLooseHamming;
-  double ratio =
-      0.8;  // best / second-best distance, tested where both are on one level; 1 switches it off
+  // Best / second-best distance, tested where both are on one level; 1 switches it off.
+  double ratio = 0.8;
   bool radius_by_view = true;  // reduce the radius to 2.5 / 4 where the landmark is seen from
                                // nearly its mean direction
 };

@@ -15,12 +15,12 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMinVisibleShare =
-    0.3;  // share of a projection that must be inside the image for an object to be associated
-constexpr double kWellInsideShare =
-    0.8;  // share that must be inside the image for a missing detection to count
-constexpr double kMinMissedSize =
-    14;  // detector pixels; missing detections of smaller objects do not count
+// Share of a projection that must be inside the image for an object to be associated.
+constexpr double kMinVisibleShare = 0.3;
+// Share that must be inside the image for a missing detection to count.
+constexpr double kWellInsideShare = 0.8;
+// Detector pixels; missing detections of smaller objects do not count.
+constexpr double kMinMissedSize = 14;
 // Seconds after which the errors of a detector are independent.
 constexpr double kIndependentInterval = 0.2;
 // A landmark belongs to an object if it was inside the object's boxes at least a third as often as
@@ -60,9 +60,9 @@ int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>&
   return shared;
 }
 
-// Brings the open tracks up to date with the map: removes those whose object was dropped, redirects
-// those whose object was merged, and adds tracks for mapped objects that have none, as in a loaded
-// map.
+// Brings the open tracks up to date with the map: removes those whose object was dropped,
+// redirects those whose object was merged, and adds tracks for mapped objects that have
+// none, as in a loaded map.
 void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfig& config,
                      ObjectTracks& tracks) {
   std::vector<ObjectTrack> kept;
@@ -143,8 +143,8 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
         ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
     if (iou >= config.min_iou_projection) score = std::max(score, iou);
   }
-  // Landmarks are more precise than boxes: any match by landmarks scores higher than one by overlap
-  // alone.
+  // Landmarks are more precise than boxes: any match by landmarks scores higher than
+  // one by overlap alone.
   const int shared = CountShared(landmarks, candidate.landmarks);
   if (shared >= config.min_shared_points)
     score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());

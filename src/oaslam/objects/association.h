@@ -10,8 +10,8 @@
 
 namespace oaslam {
 
-// A detection of a frame and the object it shows; or the fact that an expected object was not
-// detected.
+// A detection of a frame and the object it shows; or the fact that an expected
+// object was not detected.
 struct ObjectSighting {
   ObjectId object;  // as the tracker knows it; the mapper resolves merged objects
   int category_id = 0;

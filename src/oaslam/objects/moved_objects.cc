@@ -25,8 +25,8 @@ constexpr int kNewestShares[] = {
 
 double LogSize(const Object& object) { return std::log(object.ellipsoid.half_axes.prod()) / 3; }
 
-// The sum of weights of the observations from `begin` on; 0 if they are too few to determine a
-// place.
+// The sum of weights of the observations from `begin` on; 0 if they are too few
+// to determine a place.
 double WeightFrom(const Object& object, size_t begin) {
   constexpr size_t kFew = 4;
   if (object.observations.size() < begin + kFew) return 0;

@@ -21,11 +21,11 @@
 namespace oaslam {
 namespace {
 
-// An object whose detections do not agree is dropped after this many times
-// objects.min_observations.
+// An object whose detections do not agree is dropped after this many
+// times objects.min_observations.
 constexpr int kNeverConsistent = 3;
-// If the overlap changes by more than this without new observations, the object's keyframes have
-// moved.
+// If the overlap changes by more than this without new observations, the object's
+// keyframes have moved.
 constexpr double kMovedIoU = 0.02;
 
 // Updates the ratio of detections to views. The number of views is not stored: it is
@@ -79,8 +79,8 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
   object.landmark_votes.resize(kept);
 }
 
-// The observations as views, with hidden edges marked; the paper's model treats all boxes as
-// complete.
+// The observations as views, with hidden edges marked; the paper's model treats
+// all boxes as complete.
 std::vector<BoxView> VisibleViews(const Map& map, ObjectId id, const Object& object,
                                   const ObjectsConfig& config) {
   std::vector<BoxView> views = ViewsOf(map, object.observations);
@@ -132,8 +132,8 @@ void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& 
 void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
-    const bool is_waiting =
-        IsProvenAbsent(object.absence);  // kept until it is found elsewhere (moved_objects.h)
+    // Such an object is kept until it is found elsewhere (moved_objects.h).
+    const bool is_waiting = IsProvenAbsent(object.absence);
     if (object.state != ObjectState::kMapped && !is_waiting &&
         IsForgotten(UnseenSince(object, now), config))
       Drop(id, "unseen since", map);

@@ -15,8 +15,8 @@
 namespace oaslam {
 namespace {
 
-constexpr int kSideBySide =
-    3;  // with this many images that show both in separate boxes, they are two objects
+// With this many images that show both in separate boxes, they are two objects.
+constexpr int kSideBySide = 3;
 constexpr double kMinMergedIoU = 0.5;  // least mean overlap of the common model
 
 int CountShared(const Object& a, const Object& b) {
@@ -42,8 +42,8 @@ bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
          CountShared(a, b) > config.min_shared_points;
 }
 
-// The number of images with separate boxes of both. The observations of both are ascending by
-// frame.
+// The number of images with separate boxes of both. The observations of both
+// are ascending by frame.
 int CountSideBySide(const Object& a, const Object& b) {
   int count = 0;
   auto j = b.observations.begin();

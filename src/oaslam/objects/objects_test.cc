@@ -315,8 +315,8 @@ Map EmptyMap() {
 }
 
 TEST(Association, CrossingBoxesKeepTheirObjects) {
-  // Two boxes pass each other. At every step each is nearer to its own last place than to the
-  // other's.
+  // Two boxes pass each other. At every step each is nearer to its own last
+  // place than to the other's.
   const Map map = EmptyMap();
   ObjectTracks tracks;
   ObjectId left, right;

@@ -30,7 +30,7 @@ bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_wo
 
 // The share of a box that others may hide, at most 1.
 double HiddenShare(const Box& box, std::span<const Box> nearer);
-constexpr double kMaxHiddenShare =
-    0.3;  // largest hidden share at which an object is expected to be detected
+// Largest hidden share at which an object is expected to be detected.
+constexpr double kMaxHiddenShare = 0.3;
 
 }  // namespace oaslam

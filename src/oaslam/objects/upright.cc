@@ -18,10 +18,10 @@ constexpr double kLeastRoll = 3 * kDegree;  // no hand keeps a camera more level
 constexpr double kMaxRoll = 20 * kDegree;   // a view with more roll is not held level
 constexpr double kMinLevelShare = 0.8;      // least share of views that must be held level
 constexpr double kMaxSigma = 6 * kDegree;
-constexpr double kMinRatio =
-    8;  // least ratio of the variance of the axes by turning to that by rolling
-constexpr double kWideTurn =
-    150 * kDegree;  // angle covered by the level axes: a turn this wide is not made by the wrist
+// Least ratio of the variance of the axes by turning to that by rolling.
+constexpr double kMinRatio = 8;
+// Angle covered by the level axes: a turn this wide is not made by the wrist.
+constexpr double kWideTurn = 150 * kDegree;
 // Bounds on the median angle between optical axis and horizon: for a steeper camera a narrow turn
 // may be a roll.
 constexpr double kMaxPitch = 50 * kDegree, kMaxPitchOfWideTurn = 75 * kDegree;
@@ -183,11 +183,11 @@ std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras) {
 std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
   constexpr size_t kMinViews = 3;
   constexpr int kIterations = 10;
-  constexpr double kSteadyLength =
-      0.03;  // relative change of length that the motion of a hand adds to gravity
+  // Relative change of length that the motion of a hand adds to gravity.
+  constexpr double kSteadyLength = 0.03;
   constexpr double kLeastSpread = 1 * kDegree;  // error of a good sensor and its mounting
-  constexpr double kMaxSpread =
-      25 * kDegree;  // a larger spread means that there is no common vertical
+  // A larger spread means that there is no common vertical.
+  constexpr double kMaxSpread = 25 * kDegree;
   if (views.size() < kMinViews) return std::nullopt;
   std::vector<double> lengths;
   for (const GravityView& view : views) lengths.push_back(view.gravity_in_cam.norm());
@@ -238,8 +238,8 @@ void UpdateUp(Map& map) {
     }
   if (map.up_keyframes > 0) return;
   const auto upright = UprightOf(cameras);
-  map.up =
-      upright ? std::optional(upright->up) : std::nullopt;  // reset where later views contradict it
+  // Map::up is reset where later views contradict it.
+  map.up = upright ? std::optional(upright->up) : std::nullopt;
 }
 
 }  // namespace oaslam

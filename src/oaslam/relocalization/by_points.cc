@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;
-constexpr double kRatio =
-    0.85;  // largest ratio of the nearest to the second-nearest descriptor distance in a place
+// Largest ratio of the nearest to the second-nearest descriptor distance in a place.
+constexpr double kRatio = 0.85;
 constexpr int kLocalKeyframes = 15;
 
 struct Match {

@@ -10,9 +10,9 @@
 
 namespace oaslam {
 
-// Relocalizes a frame by its points: finds places of similar appearance, estimates the pose from
-// their landmarks (P3P in RANSAC), and confirms it by a guided search for the other landmarks
-// around.
+// Relocalizes a frame by its points: finds places of similar appearance, estimates the
+// pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
+// other landmarks around.
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                         const RelocalizationConfig& config,
                                         const TrackingConfig& tracking, Rng& rng);
@@ -35,9 +35,9 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
 FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
                                 const RelocalizationReport& found, const TrackingConfig& tracking);
 
-// Confirms and refines a pose from another source, such as objects: landmarks are searched around
-// their projections, within `search_radius_px` at first (the error of the guess in the image), then
-// closer.
+// Confirms and refines a pose from another source, such as objects: landmarks are searched
+// around their projections, within `search_radius_px` at first (the error of the guess in
+// the image), then closer.
 RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
                                     const Rigid3& cam_from_world_guess, double search_radius_px,
                                     const RelocalizationConfig& config,

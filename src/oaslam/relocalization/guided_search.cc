@@ -12,8 +12,8 @@ namespace {
 
 // Where few landmarks are found, at least this share of them must agree with the pose.
 constexpr double kMinShare = 0.4;
-constexpr double kChanceFactor =
-    4;  // inliers must exceed this factor times the number expected by chance, plus a constant
+// Inliers must exceed this factor times the number expected by chance, plus a constant.
+constexpr double kChanceFactor = 4;
 
 struct Round {
   double radius_px;

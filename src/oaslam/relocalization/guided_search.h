@@ -17,9 +17,9 @@ std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map,
                                                 std::span<const LandmarkId> landmarks,
                                                 const Frame& frame, const Rigid3& cam_from_world);
 
-// Refines a pose that is correct to a few pixels: searches the landmarks around their projections
-// with decreasing radius. Fills in the evidence of the report; success and why_not are set by
-// Judge.
+// Refines a pose that is correct to a few pixels: searches the landmarks around their
+// projections with decreasing radius. Fills in the evidence of the report; success and
+// why_not are set by Judge.
 RelocalizationReport SearchAround(const Frame& frame, const Map& map,
                                   std::span<const LandmarkId> landmarks,
                                   const Rigid3& cam_from_world);

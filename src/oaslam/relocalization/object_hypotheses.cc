@@ -15,11 +15,11 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kDepthFactor =
-    1.7;  // the depth estimated from the size of a box is right within this factor
-constexpr double kTruncatedFactor =
-    3;                          // the same for a truncated box: the object may be much nearer
-constexpr size_t kAnchors = 3;  // number of detections that hypotheses start from
+// The depth estimated from the size of a box is right within this factor.
+constexpr double kDepthFactor = 1.7;
+// The same for a truncated box: the object may be much nearer.
+constexpr double kTruncatedFactor = 3;
+constexpr size_t kAnchors = 3;           // number of detections that hypotheses start from
 constexpr size_t kMaxTriplets = 1500;    // at most, from one start
 constexpr size_t kTripletBudget = 2500;  // at most, from all starts, in a large map
 // In a large map a start is used only if it is compatible with nearly as many detections as the
@@ -67,8 +67,8 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   return between >= nearest && between <= farthest;
 }
 
-// The detections to start from: untruncated ones first, then those whose class has the fewest
-// objects.
+// The detections to start from: untruncated ones first, then those whose class
+// has the fewest objects.
 std::vector<int> AnchorDetections(const ObjectScene& scene) {
   std::vector<int> order(scene.detections.size());
   std::iota(order.begin(), order.end(), 0);
@@ -157,8 +157,8 @@ class GroupGuesser {
     const std::vector<int> anchors = AnchorDetections(scene_);
     std::vector<Start> starts;
     for (size_t i = 0; i < anchors.size(); ++i) {
-      const std::span<const int> done =
-          std::span(anchors).first(i);  // detections that were starts already
+      // Detections that were used as starts already are left out.
+      const std::span<const int> done = std::span(anchors).first(i);
       for (const Node& anchor : nodes_) {
         if (anchor.detection != anchors[i]) continue;
         Start& start = starts.emplace_back(Start{anchor, {}, 0});
@@ -176,8 +176,8 @@ class GroupGuesser {
     return starts;
   }
 
-  // Drops starts that are compatible with few detections: the detection probably shows another
-  // object.
+  // Drops starts that are compatible with few detections: the detection probably
+  // shows another object.
   static void KeepInCompany(std::vector<Start>& starts) {
     int most = 0;
     for (const Start& start : starts) most = std::max(most, start.company);

@@ -13,8 +13,8 @@ struct PoseGuess {
   double depth = 0;  // of the object it came from: poses are compared relative to it
 };
 
-// Whether the camera centres are farther apart than `distance` or the rotations differ by more than
-// `angle_rad`.
+// Whether the camera centres are farther apart than `distance` or the rotations differ by
+// more than `angle_rad`.
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
 // Guesses from pairs (with a known vertical) and triplets of detections whose sizes are compatible

@@ -20,8 +20,8 @@ constexpr double kMissedShare = 0.8,
                  // An object of which at least this share is in the image, and of this size in
                  // detector pixels, should have been detected.
     kMissedSizePx = 14;
-constexpr double kHiddenShare =
-    0.3;  // unless more than this share of it is behind something that moves
+// An object of which more than this share is behind something that moves is not expected.
+constexpr double kHiddenShare = 0.3;
 constexpr int kRounds = 3, kIterationsPerRound = 4;  // matches are renewed each round
 
 // A detection matched with an object, and the inverse standard deviations of the edges at the pose
@@ -226,8 +226,8 @@ Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& match
   return pose;
 }
 
-// The standard deviation of the camera's centre, which moves by -R^T times the change of the
-// translation.
+// The standard deviation of the camera's centre, which moves by -R^T times the
+// change of the translation.
 double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches,
                      const Rigid3& pose) {
   Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;

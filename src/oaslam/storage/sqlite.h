@@ -37,8 +37,8 @@ class Database {
  public:
   enum class Access { kReadOnly, kCreate };
   Database(std::string path, Access access);
-  // A database in memory, empty or with the content of a file. `name` is used as the path in
-  // messages.
+  // A database in memory, empty or with the content of a file. `name` is used as
+  // the path in messages.
   explicit Database(std::string name);
   Database(std::string name, std::span<const std::byte> content);
 

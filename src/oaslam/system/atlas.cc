@@ -259,9 +259,9 @@ bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame
   return true;
 }
 
-// Relocalizes keyframes of the waiting pieces in the main piece and in each other, and joins the
-// pieces where this tells their place. Pairs that have not changed since they were compared are
-// skipped.
+// Relocalizes keyframes of the waiting pieces in the main piece and in each other, and joins
+// the pieces where this tells their place. Pairs that have not changed since they were
+// compared are skipped.
 void Atlas::LocateWaiting() {
   const auto is_new = [&](const Waiting& piece, int other, uint64_t version) {
     return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;

@@ -100,8 +100,8 @@ class Atlas {
   PassedFrames passed_;
   int newest_frame_ = 0;
   int main_number_ = 0, last_number_ = 0;
-  std::set<std::tuple<int, size_t, int, uint64_t>>
-      tried_;  // pairs of pieces, with their sizes or versions, that were compared
+  // Pairs of pieces, with their sizes or versions, that were compared.
+  std::set<std::tuple<int, size_t, int, uint64_t>> tried_;
   bool is_shut_down_ = false;
 };
 

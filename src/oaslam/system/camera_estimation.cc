@@ -24,8 +24,8 @@ constexpr double kMaxPixels = 640 * 480;
 // The number of images kept and their highest rate: enough for one walk around a table.
 constexpr size_t kMaxImages = 600;
 constexpr double kMaxRateHz = 32;
-// Fields of view to begin with, degrees of the longer side: that of phones, then narrower and wider
-// lenses.
+// Fields of view to begin with, degrees of the longer side: that of phones, then
+// narrower and wider lenses.
 constexpr double kUsualFov[] = {65, 50, 85, 105};
 // Relative standard deviations of the focal length: at kRoughSigma a first pass ends, at kFineSigma
 // the final one.
@@ -163,8 +163,8 @@ class CameraEstimator::Impl {
   // to the last image.
   Pass Map(const Camera& camera, double enough) const {
     constexpr size_t kFirstCheck = 8;
-    constexpr double kNextCheck =
-        1.35;  // the calibration is tried again at this many times the keyframes
+    // The calibration is tried again at this many times the keyframes.
+    constexpr double kNextCheck = 1.35;
     Slam slam(config_, camera);
     CalibrationPrior prior;
     prior.camera = Expected();

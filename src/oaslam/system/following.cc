@@ -40,8 +40,8 @@ constexpr double kMotionWindow = 15;  // smallest search radius, pixels of the l
 constexpr double kErrorsSearched = 4;
 // With fewer landmarks than this in view, all key points are matched with the last image as well.
 constexpr int kThin = 200;
-// Poses are refined after this many frames; until then the matches of a frame are kept, about 5 KB
-// each.
+// Poses are refined after this many frames; until then the matches of a frame are
+// kept, about 5 KB each.
 constexpr int kSettleAfter = 150;
 
 }  // namespace

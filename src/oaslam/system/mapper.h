@@ -25,8 +25,8 @@ struct MapCommand {
   int frame_index = 0;
   // New landmarks get this id or a higher one.
   uint32_t first_landmark = 0;
-  // Wait for the bundle adjustment in the background and apply it, so that nothing moves the map
-  // later.
+  // Wait for the bundle adjustment in the background and apply it, so that
+  // nothing moves the map later.
   bool settle = false;
   std::optional<ClassRelations> classes;
   // Replaces all anchors.

@@ -65,8 +65,8 @@ void Tracker::FillInBeforeMap(const Map& map) {
   fill_in(std::ranges::subrange(std::make_reverse_iterator(from_first), frames.rend()));
 }
 
-// Tracks lost frames backwards in time from where the camera was relocalized, at most `count` of
-// them.
+// Tracks lost frames backwards in time from where the camera was relocalized, at
+// most `count` of them.
 void Tracker::FillInMissed(const Map& map, int count) {
   for (; backfill_ && count > 0; --count) {
     if (missed_.empty() || missed_.back().frame.index != backfill_->index - 1) return EndBackfill();

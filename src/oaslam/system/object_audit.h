@@ -23,8 +23,8 @@ class ObjectAudit {
  private:
   struct Audited {
     int category_id = 0, expected = 0, seen = 0;
-    double absence =
-        0;  // summed evidence that the object is gone (AbsenceEvidence), over all frames alike
+    // Summed evidence that the object is gone (AbsenceEvidence), over all frames alike.
+    double absence = 0;
   };
   std::map<ObjectId, Audited> audited_;
   std::optional<double> last_time_;

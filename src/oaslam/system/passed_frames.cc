@@ -6,8 +6,8 @@ namespace oaslam {
 namespace {
 
 constexpr size_t kMaxKept = 1200, kMaxRecent = 150;  // frames of about 50 KB
-constexpr int kBeside =
-    30;  // frames kept on either side of a gap: they may have poses in two pieces and link them
+// Frames kept on either side of a gap: they may have poses in two pieces and link them.
+constexpr int kBeside = 30;
 
 }  // namespace
 

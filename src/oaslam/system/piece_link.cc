@@ -143,8 +143,8 @@ bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const M
   std::vector<Passed> way;
   Append(map, trajectory, Similarity(), false, way);
   Append(other, other_trajectory, world_from_other, true, way);
-  // Of frames that both pieces have, the pose in `map` is kept: the sort is stable and it comes
-  // first.
+  // Of frames that both pieces have, the pose in `map` is kept: the sort is
+  // stable and it comes first.
   std::ranges::stable_sort(way, {}, &Passed::frame_index);
   const auto doubled = std::ranges::unique(way, {}, &Passed::frame_index);
   way.erase(doubled.begin(), doubled.end());

@@ -25,9 +25,9 @@ struct WalkResult {
   std::vector<TrackingState> states;
 };
 
-// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; it sees nothing in
-// [blind_from, blind_to) and little up to dim_to. With a slow camera the mapper has all the time it
-// needs.
+// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; it sees
+// nothing in [blind_from, blind_to) and little up to dim_to. With a slow camera the mapper has
+// all the time it needs.
 WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1,
                 bool slow_camera = false, int dim_to = -1) {
   synthetic::World world = synthetic::MakeWorld({});

@@ -24,8 +24,8 @@ class Resumption {
 
   // `in_old`: the frame's pose in the old map, where it was found.
   Tracker::Outcome Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
-  // Detections of a frame that was processed before, and its pose in the old map where they gave
-  // one.
+  // Detections of a frame that was processed before, and its pose in the old
+  // map where they gave one.
   void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
                      const std::optional<PoseAnchor>& in_old);
   bool IsInitializing() const { return session_->tracker().IsInitializing(); }

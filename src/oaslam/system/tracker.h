@@ -105,8 +105,8 @@ class Tracker {
   // Makes the tracker lose its pose, if it has one: the next frame is relocalized.
   void ForceRelocalization();
 
-  // The outcome of the newest frame, computed again with `map`; lost where the frame is not
-  // tracked.
+  // The outcome of the newest frame, computed again with `map`; lost where the
+  // frame is not tracked.
   Outcome Present(const Map& map) const;
 
   bool IsInitializing() const { return phase_ == Phase::kInitializing; }

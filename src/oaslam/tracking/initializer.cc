@@ -19,10 +19,10 @@ constexpr size_t kMaxReferences = 4;
 // A new reference begins once the newest one keeps less than this share of its first matches.
 constexpr double kLostShare = 0.7;
 constexpr size_t kMaxRecent = 150;  // frames of about 50 KB
-constexpr double kBetweenTries =
-    0.05;  // seconds between two attempts with a reference, since parallax grows slowly
-constexpr double kStillPixels =
-    3;  // pixels of the lowest level; with less median motion the camera counts as still
+// Seconds between two attempts with a reference, since parallax grows slowly.
+constexpr double kBetweenTries = 0.05;
+// Pixels of the lowest level; with less median motion the camera counts as still.
+constexpr double kStillPixels = 3;
 
 }  // namespace
 

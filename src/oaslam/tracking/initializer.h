@@ -13,10 +13,10 @@
 
 namespace oaslam {
 
-// Finds two frames with enough parallax to make an initial map from. The key points of up to four
-// reference frames are tracked at a time; a new reference begins when the newest has lost a share
-// of its matches. A fast camera soon needs a new reference, a slow one an old reference for its
-// parallax.
+// Finds two frames with enough parallax to make an initial map from. The key points of up to
+// four reference frames are tracked at a time; a new reference begins when the newest has lost
+// a share of its matches. A fast camera soon needs a new reference, a slow one an old
+// reference for its parallax.
 class Initializer {
  public:
   explicit Initializer(const TrackingConfig& config) : config_(config) {}

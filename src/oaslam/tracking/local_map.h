@@ -9,8 +9,8 @@ namespace oaslam {
 
 // The part of the map around a frame.
 struct LocalMap {
-  // First those that share landmarks with the frame, most shared first; then covisible keyframes of
-  // these.
+  // First those that share landmarks with the frame, most shared first; then
+  // covisible keyframes of these.
   std::vector<KeyframeId> keyframes;
   std::vector<LandmarkId> landmarks;  // all landmarks of these keyframes, each once
 };

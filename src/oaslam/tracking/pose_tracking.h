@@ -28,9 +28,9 @@ struct TrackReport {
   std::vector<LandmarkId> visible;  // landmarks expected in the frame (TrackLocalMap)
 };
 
-// Tracks a frame from the previous frame and a predicted pose. Each landmark is searched within
-// `radius` of its projection, in pixels of the lowest pyramid level; the radius grows with the
-// level.
+// Tracks a frame from the previous frame and a predicted pose. Each landmark is searched
+// within `radius` of its projection, in pixels of the lowest pyramid level; the radius
+// grows with the level.
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
                                const std::vector<LandmarkId>& last_landmarks,
                                const Rigid3& predicted_cam_from_world, double radius);

@@ -30,8 +30,8 @@ struct FrameRecord {
   FrameView view;
   cv::Mat image;           // 8-bit, as given by the camera; must not be modified later
   std::string image_path;  // file that may contain the image in colour; may be empty
-  Orientation image_orientation =
-      Orientation::kStored;  // the orientation in which that file is read
+  // The orientation in which that file is read.
+  Orientation image_orientation = Orientation::kStored;
 };
 
 }  // namespace oaslam

@@ -187,8 +187,8 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
   // The map counts the images that were processed, frames.csv those of the source.
   for (size_t i = 0; i < run.notes.size(); ++i) run.notes[i].frame = static_cast<int>(i);
   std::ranges::stable_sort(run.notes, {}, &FrameNote::timestamp);
-  const std::string poses =
-      in_folder("poses.txt");  // written by localize: poses in the map that are not part of it
+  // Written by localize: poses in the map that are not part of it.
+  const std::string poses = in_folder("poses.txt");
   const std::string trajectory = poses.empty() ? in_folder("trajectory.txt") : poses;
   run.map_file = file;
   if (!file.empty()) {

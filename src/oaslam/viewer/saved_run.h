@@ -16,9 +16,9 @@ struct SavedRun {
   std::string map_file;
 };
 
-// Loads a map file, or a folder written by `oaslam run`, `localize` or `map-objects`: its map file
-// if there is one or it is given, else its text files. `piece`: of the map (LeadWithPiece). Throws
-// InputError.
+// Loads a map file, or a folder written by `oaslam run`, `localize` or `map-objects`: its map
+// file if there is one or it is given, else its text files. `piece`: of the map
+// (LeadWithPiece). Throws InputError.
 SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int piece = 0);
 
 }  // namespace oaslam

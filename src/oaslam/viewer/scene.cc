@@ -27,8 +27,7 @@ void Scene::Add(FrameRecord record) {
   frame_ = std::move(record);
   picture_ = cv::Mat();
   jpeg_.clear();
-  constexpr uint64_t kUnwatchedStep =
-      8;  // without viewers, every so many frames a picture is taken
+  constexpr uint64_t kUnwatchedStep = 8;  // frames between pictures without viewers
   if (++frame_count_ % kUnwatchedStep == 1) TakePicture();
 }
 

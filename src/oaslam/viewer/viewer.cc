@@ -22,8 +22,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kInterval = std::chrono::milliseconds(40);  // between two updates of a viewer
-constexpr auto kAlignInterval =
-    std::chrono::seconds(1);  // between two alignments of the ground truth
+// The interval between alignments of the ground truth.
+constexpr auto kAlignInterval = std::chrono::seconds(1);
 // How long viewers may take to receive the last messages at the end.
 constexpr auto kFarewell = std::chrono::seconds(5);
 

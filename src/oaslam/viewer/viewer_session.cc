@@ -97,8 +97,8 @@ bool ViewerSession::Take(const std::string& text) {
   return true;
 }
 
-// A command without permission is ignored and is no error, since the page may be older than the
-// run.
+// A command without permission is ignored and is no error, since the page may
+// be older than the run.
 bool ViewerSession::TakeCommand(const json& message) {
   const std::optional<ViewerCommand> command = ParseCommand(message);
   if (!command) return false;
