@@ -102,7 +102,7 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
       "--camera", settings.camera,
       "calibration file, fov:DEGREES for a guess, or auto (default): estimated from the images");
   app.add_flag("--refine-camera", settings.refine,
-               "take --camera for a start only, and estimate it from the images");
+               "use --camera as a start value, and estimate the camera from the images");
 }
 
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,

@@ -42,10 +42,10 @@ void AddQuietOption(CLI::App& app, CommonOptions& options) {
         options.quiet = true;
         spdlog::set_level(spdlog::level::warn);
       },
-      "No progress, no notes: results only");
+      "No progress and no messages: results only");
   app.add_flag_function(
          "--verbose", [](int64_t) { spdlog::set_level(spdlog::level::debug); },
-         "Every note, such as why objects were merged or dropped")
+         "All messages, such as why objects were merged or dropped")
       ->excludes("--quiet");
 }
 

@@ -106,8 +106,9 @@ void AddDetectCommand(CLI::App& app) {
   command->add_option("--out", options->out, "Where to write the detections (JSON)")
       ->required()
       ->type_name("FILE");
-  command->add_flag("--resume", options->resume,
-                    "Go on with the file of an interrupted run: its images are not done again");
+  command->add_flag(
+      "--resume", options->resume,
+      "Continue the file of an interrupted run: the images in it are not processed again");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);

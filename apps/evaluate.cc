@@ -119,7 +119,7 @@ std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& pose
   const fs::path beside = fs::path(poses_path).parent_path() / "frames.csv";
   if (fs::exists(beside)) return LoadFrameTimes(beside.string());
   Log(LogLevel::kWarning,
-      fmt::format("{}: no frames.csv beside it and no --frames: shares are of its poses only",
+      fmt::format("{}: no frames.csv beside it and no --frames: shares refer to its poses only",
                   poses_path));
   std::vector<double> times;
   for (const StampedPose& pose : poses) times.push_back(pose.timestamp);
@@ -195,8 +195,7 @@ void EvaluateReliabilityCommand(const EvaluateOptions& o) {
     PrintReliability(curves.back().name, curves.back().reliability);
   }
   if (!o.plot.empty())
-    SaveReliabilityPlot(o.plot, curves,
-                        "How often a pose is right that is given with a confidence");
+    SaveReliabilityPlot(o.plot, curves, "How often poses with a given confidence are right");
 }
 
 void EvaluateStatesCommand(const EvaluateOptions& o) {
@@ -210,7 +209,7 @@ void EvaluateStatesCommand(const EvaluateOptions& o) {
       fmt::print(" {} {}", state, std::ranges::count(rows.back().states, state));
     fmt::print("\n");
   }
-  if (!o.plot.empty()) SaveStatePlot(o.plot, rows, "What became of each frame");
+  if (!o.plot.empty()) SaveStatePlot(o.plot, rows, "The state of each frame");
 }
 
 void EvaluateObjectsCommand(const EvaluateOptions& o) {
@@ -264,9 +263,10 @@ void AddEvaluateCommand(CLI::App& app) {
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
                              "Ground truth of the mapping run, where it is another sequence than "
                              "the query's; default: --groundtruth");
-  relocalization->add_option("--frames", o.frames,
-                             "All frames asked about (frames.csv or a list with time stamps); "
-                             "default: frames.csv beside the poses");
+  relocalization->add_option(
+      "--frames", o.frames,
+      "All frames that were processed (frames.csv or a list with time stamps); "
+      "default: frames.csv beside the poses");
   relocalization->add_option("--hypotheses", o.hypotheses,
                              "Write confidence and error of each frame's best hypothesis into this "
                              "CSV, for `evaluate reliability` (of the first --poses)");
@@ -274,8 +274,8 @@ void AddEvaluateCommand(CLI::App& app) {
                              "Draw the share of frames against the error into this SVG");
   relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });
 
-  CLI::App* reliability = evaluate->add_subcommand(
-      "reliability", "How often poses are right that are given with a confidence");
+  CLI::App* reliability =
+      evaluate->add_subcommand("reliability", "How often poses with a given confidence are right");
   reliability
       ->add_option("hypotheses", o.hypothesis_files,
                    "Files that `evaluate relocalization --hypotheses` wrote")
@@ -284,7 +284,7 @@ void AddEvaluateCommand(CLI::App& app) {
   reliability->callback([options] { EvaluateReliabilityCommand(*options); });
 
   CLI::App* states =
-      evaluate->add_subcommand("states", "What became of each frame of one or more runs");
+      evaluate->add_subcommand("states", "The state of each frame of one or more runs");
   states->add_option("runs", o.runs, "Output folders of `oaslam run`")->required();
   states->add_option("--plot", o.plot, "Draw the states over time into this SVG");
   states->callback([options] { EvaluateStatesCommand(*options); });
@@ -297,9 +297,9 @@ void AddEvaluateCommand(CLI::App& app) {
   for (CLI::App* command : {relocalization, objects}) {
     command->add_option("--groundtruth", o.groundtruth, "Ground truth (TUM format)")->required();
     command
-        ->add_option(
-            "--map-trajectory", o.map_trajectory,
-            "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth")
+        ->add_option("--map-trajectory", o.map_trajectory,
+                     "keyframes.txt or trajectory.txt of the mapping run: aligns the map with the "
+                     "ground truth")
         ->required();
   }
   for (CLI::App* command : {trajectory, relocalization, objects}) AddAlign(*command, o);

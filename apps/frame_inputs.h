@@ -35,9 +35,8 @@ struct DetectorPace {
 class FrameInputs {
  public:
   struct Sources {
-    std::string images, camera,
-        // `camera`: as for LoadCamera; "auto" or empty: any camera of the images' size.
-        detections;
+    // `camera`: as for LoadCamera; "auto" or empty: any camera of the images' size.
+    std::string images, camera, detections;
     DetectorSettings detector;
     // A camera or a growing folder gives its newest image, and the detector
     // works in the background.

@@ -280,7 +280,7 @@ void AddRunCommand(CLI::App& app) {
   command
       ->add_option("--rolling-shutter", options->readout_ms,
                    "milliseconds in which the camera reads out an image, top row to bottom row: "
-                   "undone in the last optimisation; found by itself with --camera auto")
+                   "corrected in the last optimisation; estimated with --camera auto")
       ->type_name("MS")
       ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");

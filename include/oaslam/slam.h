@@ -39,12 +39,10 @@ struct TrackingResult {
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
-  int keypoints = 0, matched = 0,
-      // `matched`: landmarks found; `inliers`: those that agree with the pose.
-      inliers = 0;
-  int detections = 0,
-      // `detections`: all of this image; `objects`: mapped objects seen in it.
-      objects = 0;
+  // `matched`: landmarks found; `inliers`: those that agree with the pose.
+  int keypoints = 0, matched = 0, inliers = 0;
+  // `detections`: all of this image; `objects`: mapped objects seen in it.
+  int detections = 0, objects = 0;
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
   // Median depth of the landmarks that support the pose, map units; 0 without any.
   double depth = 0;
@@ -62,9 +60,8 @@ struct RelocalizationResult {
   std::optional<Rigid3> world_from_cam;
   // In [0, 1]: how often the best hypothesis is right given this evidence, accepted or not.
   double confidence = 0;
-  double object_score = 0,
-         // Of the best hypothesis from objects, where objects were used.
-      object_margin = 0;
+  // Of the best hypothesis from objects, where objects were used.
+  double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
   double sigma_position = 0;  // map units, 1 sigma
   struct Candidate {

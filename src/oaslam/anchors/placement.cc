@@ -196,10 +196,8 @@ Placement OnPoints(const Map& map, const AnchorRequest& request) {
 }  // namespace
 
 std::string ProblemOfSize(double size) {
-  constexpr double
-      kMin = 1e-6,
-      // Wide bounds: the unit of a map may be small or large, and it can be scaled later.
-      kMax = 1e6;
+  // Wide bounds: the unit of a map may be small or large, and it can be scaled later.
+  constexpr double kMin = 1e-6, kMax = 1e6;
   return size >= kMin && size <= kMax
              ? ""
              : fmt::format("size {}, must be from {} to {}", size, kMin, kMax);

@@ -193,7 +193,7 @@ std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state,
     const std::string how =
         std::isfinite(found.RelativeSigma())
             ? fmt::format("the focal length is only known to {:.1f} %", 100 * found.RelativeSigma())
-            : std::string("the focal length is open");
+            : std::string("the focal length is not determined");
     return how +
            (LargestTurn(state) < kMinTurnRad
                 ? ": the camera moved without turning"

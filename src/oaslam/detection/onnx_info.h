@@ -11,8 +11,8 @@ namespace oaslam {
 
 // Information in an ONNX file that OpenCV's importer does not provide.
 struct OnnxInfo {
-  std::vector<int64_t>
-      input_shape;  // of the first input that is no weight; 0 for an open dimension
+  // Of the first input that is no weight; 0 for an open dimension.
+  std::vector<int64_t> input_shape;
   std::map<std::string, std::string> metadata;  // metadata_props
 };
 

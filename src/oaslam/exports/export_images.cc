@@ -160,7 +160,7 @@ KeyframeImages FindImages(const Map& map, const std::string& source,
   if (images.empty())
     throw InputError(
         fmt::format("--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
-                    "was --fps another in the run?",
+                    "did the run use another --fps?",
                     source, times.front().timestamp, times.back().timestamp));
   if (images.size() < times.size())
     Log(LogLevel::kWarning, fmt::format("{}: {} of {} keyframes have no image, left out", source,

@@ -21,9 +21,8 @@ constexpr int kPatternReach = 19;  // of Describe: 13 * sqrt(2), rounded up
 struct Corner {
   int32_t x = 0, y = 0;
   uint8_t score = 0;
-  float dx = 0,
-        // Subpixel offset to the vertex of the parabolas through the scores, within half a pixel.
-      dy = 0;
+  // Subpixel offset to the vertex of the parabolas through the scores, within half a pixel.
+  float dx = 0, dy = 0;
 };
 
 struct GreyImage {

@@ -144,8 +144,8 @@ class FollowedFolder : public ImageSource {
     const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
     if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s)
       return true;
-    Log(LogLevel::kInfo,
-        fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
+    Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, no more are expected", folder_,
+                                     options_.follow->quiet_s));
     return false;
   }
 

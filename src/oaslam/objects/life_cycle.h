@@ -11,8 +11,8 @@ namespace oaslam {
 struct ObjectEvidence {
   bool has_model = false;   // an ellipsoid could be fitted
   double observations = 0;  // total number, converted to a video of 30 Hz
-  double accept_share =
-      0;  // share of its observations whose IoU is at least objects.min_accept_iou
+  // Share of its observations whose IoU is at least objects.min_accept_iou.
+  double accept_share = 0;
   bool is_forgotten = false;
 };
 

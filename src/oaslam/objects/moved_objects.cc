@@ -165,8 +165,9 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
     } else if (succession.is_pending ||
                (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now), config))) {
       if (object->state == ObjectState::kMapped) {
-        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up",
-                                         Described(id, *object)));
+        Log(LogLevel::kInfo,
+            fmt::format("{} is no longer in its place: not used until it is found again",
+                        Described(id, *object)));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;
       }
     } else {

@@ -11,9 +11,8 @@ namespace {
 
 constexpr double kSecondsPerView = 0.5;
 constexpr double kFalseRate = 0.05;  // rate of detections in the place of an object that is gone
-constexpr double kMinRate = 0.1,
-                 kMaxRate =
-                     0.8;  // bounds on the detection rate; a higher measured rate may be chance
+// Bounds on the detection rate; a higher measured rate may be chance.
+constexpr double kMinRate = 0.1, kMaxRate = 0.8;
 constexpr double kProven = 12;  // nats: on average e^12 views until the first false alarm
 constexpr double kSameSide = 25 * std::numbers::pi / 180, kSameDistance = 1.6;
 constexpr int kMinViewsFromHere = 3;

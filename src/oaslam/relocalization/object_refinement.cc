@@ -16,10 +16,9 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kCauchy = 0.8;
 constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
-constexpr double kMissedShare = 0.8,
-                 // An object of which at least this share is in the image, and of this size in
-                 // detector pixels, should have been detected.
-    kMissedSizePx = 14;
+// An object of which at least this share is in the image, and of this size in
+// detector pixels, should have been detected.
+constexpr double kMissedShare = 0.8, kMissedSizePx = 14;
 // An object of which more than this share is behind something that moves is not expected.
 constexpr double kHiddenShare = 0.3;
 constexpr int kRounds = 3, kIterationsPerRound = 4;  // matches are renewed each round

@@ -131,13 +131,13 @@ std::optional<Similarity> PieceLink::Locate(const Map& map,
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
   constexpr double kMaxSeconds = 1, kMaxTimes = 2;
-  constexpr double kHandTurn = 3,
-                   // The speeds of a hand-held camera that are always allowed: rad/s, and depths of
-                   // the scene a second.
-      kHandSpeed = 1;
+  // The speeds of a hand-held camera that are always allowed: rad/s, and depths of
+  // the scene a second.
+  constexpr double kHandTurn = 3, kHandSpeed = 1;
+  // Other steps are between two videos or after a long pause.
   const auto is_step = [](const Step& step) {
     return step.seconds > 0 && step.seconds <= kMaxSeconds;
-  };  // other steps are between two videos or after a long pause
+  };
   // The tolerance for the fit of the pieces, as a share of the depth and in rad.
   constexpr double kTolerance = 0.03;
   std::vector<Passed> way;

@@ -45,10 +45,8 @@ void AddKeyframes(const Map* before, const Map& now, MessageBuilder& message) {
   message.Add("keyframe_ids", ids);
   message.Add("keyframe_frames", frames);
   message.Add("keyframe_poses", poses);
-  message.Add("keyframe_degrees",
-              // Degrees in the covisibility graph: the number of pairs (keyframe, shared landmarks)
-              // for each.
-              degrees);
+  // Degrees in the covisibility graph: the number of pairs (keyframe, shared landmarks) for each.
+  message.Add("keyframe_degrees", degrees);
   message.Add("keyframe_edges", edges);
   message.Add("keyframes_gone", gone);
 }

@@ -48,7 +48,7 @@ void AddObject(const json& entry, SavedMap& saved) {
     object.covariance.diagonal() = VectorOf<7>(entry, "covariance_diag");
   const ObjectId id(entry.at("id").get<uint32_t>());
   if (!id.IsValid() || id.value > 10'000'000 || saved.map.objects.Contains(id))
-    throw std::invalid_argument("\"id\" is absurd, or there twice");
+    throw std::invalid_argument("\"id\" is out of range or used twice");
   saved.map.objects.Insert(id, object);
   saved.class_names[object.category_id] =
       entry.value("category", NameOf(saved.class_names, object.category_id));

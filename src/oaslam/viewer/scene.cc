@@ -75,7 +75,7 @@ void Scene::NoteState(const FrameRecord& record) {
   if (now == TrackingState::kLost)
     AddEvent(frame, "lost", record.view.relocalization ? record.view.relocalization->why_not : "");
   if (now == TrackingState::kInitializing && before) {
-    AddEvent(frame, "reset", "starting anew");
+    AddEvent(frame, "reset", "a new map is started");
     path_.Clear();
   }
   if (now == TrackingState::kTracking && before == TrackingState::kInitializing)
