@@ -1,5 +1,5 @@
-// Whether the work of a frame grows with the map: a camera that walks along a wall, with maps of
-// 50, 300 and 1000 keyframes.
+// Measures whether the cost of a frame grows with the map: a camera moves along a wall, with maps
+// of 50, 300 and 1000 keyframes.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -63,7 +63,7 @@ void TrackAFrame(benchmark::State& state) {
 }
 BENCHMARK(TrackAFrame)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-// What the mapper pays for a snapshot: the copy, and the pages that later edits take out of it.
+// The cost of a snapshot for the mapper: the copy, and the pages that later edits have to copy.
 void PublishAndEdit(benchmark::State& state, const std::vector<LandmarkId>& edited) {
   Map map = CorridorOf(state.range(0)).mapped.map;
   for (auto _ : state) {
@@ -74,7 +74,7 @@ void PublishAndEdit(benchmark::State& state, const std::vector<LandmarkId>& edit
   }
 }
 
-// Edits of a local bundle adjustment: what the keyframe and its neighbours see.
+// The edits of a local bundle adjustment: what the keyframe and its neighbours see.
 void PublishASnapshot(benchmark::State& state) {
   const Map& map = CorridorOf(state.range(0)).mapped.map;
   const KeyframeId middle(static_cast<uint32_t>(state.range(0) / 2));
@@ -87,7 +87,7 @@ void PublishASnapshot(benchmark::State& state) {
 }
 BENCHMARK(PublishASnapshot)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-// Edits of a global one.
+// The edits of a global bundle adjustment.
 void PublishASnapshotOfAChangedMap(benchmark::State& state) {
   PublishAndEdit(state, CorridorOf(state.range(0)).mapped.map.landmarks.Ids());
 }

@@ -13,7 +13,7 @@ class GltfBuffer {
  public:
   using Json = nlohmann::ordered_json;
 
-  // Both return the index of the accessor. Vectors are stored as floats, with the bounds that
+  // These return the index of the new accessor. Vectors are stored as floats, with the bounds that
   // positions must have.
   int AddVectors(const std::vector<Eigen::Vector3d>& vectors);
   int AddIndices(const std::vector<uint32_t>& indices);

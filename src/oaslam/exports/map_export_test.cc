@@ -123,7 +123,7 @@ TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
     }
     EXPECT_EQ(seen, 40);
   }
-  // What we write we read: the principal point loses its half pixel again.
+  // Our reader reads the file, and subtracts the half pixel of the principal point again.
   const Camera read = LoadCamera(folder / "cameras.txt", {camera.width, camera.height});
   EXPECT_DOUBLE_EQ(read.cx, camera.cx);
   EXPECT_EQ(read.model, camera.model);

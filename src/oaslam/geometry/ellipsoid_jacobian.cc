@@ -30,7 +30,7 @@ void VisitShapeChanges(const EllipsoidView& view, Visitor&& visit) {
   }
 }
 
-// What derivatives of mean +- sqrt(variance) along one image axis share.
+// The terms that the derivatives of mean +- sqrt(variance) along one image axis share.
 struct AxisTerms {
   double mean, moment, inverse_zz, half_inverse_deviation, focal;
 

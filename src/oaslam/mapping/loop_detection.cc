@@ -195,7 +195,7 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
   const auto shared = SharedPoints(map, here, loop);
   const std::optional<double> scale = ScaleOf(shared, here.cam_from_world, pose.cam_from_world);
   if (!scale && !is_near) return std::nullopt;
-  // One camera: s (R_current x + t_current) = R_old x' + t_old
+  // Both poses are of one camera: s (R_current x + t_current) = R_old x' + t_old.
   loop.old_from_current =
       Similarity(pose.cam_from_world.Inverse()) *
       Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *

@@ -26,7 +26,7 @@ struct ObjectSighting {
   std::vector<LandmarkId> landmarks;  // of the matched key points inside the box, ascending
 };
 
-// What the tracker remembers of an object.
+// The tracker's knowledge of an object.
 struct ObjectTrack {
   ObjectId object;
   int category_id = 0;
