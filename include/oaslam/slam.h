@@ -193,7 +193,7 @@ class Slam {
 
   // Forgets everything.
   void Reset();
-  // Ends the mapping thread after its work is done; later calls map on the caller's thread.
+  // Ends the mapping thread without losing queued work; later calls map on the caller's thread.
   // Idempotent. Also done by the destructor.
   void Shutdown();
 

@@ -8,8 +8,8 @@
 namespace oaslam {
 namespace {
 
-// The number of fixed keyframes: those that share most landmarks with the free ones. More of them
-// hardly add constraints.
+// The largest number of fixed keyframes. Those that share most landmarks with the free ones are
+// used; more of them hardly add constraints.
 constexpr size_t kMaxFixedKeyframes = 40;
 constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
 

@@ -205,7 +205,7 @@ class CameraEstimator::Impl {
   }
 
   // Maps the images again with the camera found, until the camera changes no more. Returns false
-  // where an image sequence cannot be calibrated any more.
+  // where such a map does not determine the camera.
   bool Settle(const Pass& rough) {
     constexpr int kRounds = 4;
     constexpr double kStays = 0.01;  // relative; the final map of all images corrects what is left

@@ -41,8 +41,8 @@ class MapPipeline {
 
   size_t QueueLength();
 
-  // Ends the thread after applying all queued commands; later calls run the mapper on the caller's
-  // thread. Idempotent.
+  // Ends the thread and applies the commands that are still queued; later calls run the mapper on
+  // the caller's thread. Idempotent.
   void Shutdown();
 
  private:
