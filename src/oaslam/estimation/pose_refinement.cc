@@ -21,7 +21,7 @@ struct NormalEquations {
 };
 
 // Linearises at a pose. The update acts from the left, x_in_cam <- exp(v, w) x_in_cam, and has the
-// derivative [I -[x]x] (Barfoot 2017, 7.3).
+// derivative [I | -[x]x] (Barfoot 2017, 7.3).
 NormalEquations Linearize(const Camera& camera, const Rigid3& pose,
                           std::span<const PointObservation> observations,
                           const std::vector<uint8_t>& use, bool robust) {

@@ -20,7 +20,6 @@ struct RayMatches {
 // A 3x3 model between the rays of two cameras, and its score: the sum over both images of
 // max(0, 5.991 - chi^2), or zero where chi^2 exceeds the bound of the model (Mur-Artal et al. 2015,
 // eq. 2).
-// - chi^2), zero beyond the model's own bound (Mur-Artal et al. 2015, eq. 2).
 struct TwoViewModel {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   double score = 0;

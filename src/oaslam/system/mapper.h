@@ -20,7 +20,7 @@ struct JoiningMap {
   Similarity world_from_map;
 };
 
-// What the tracker asks of the mapper after a frame.
+// The changes that the tracker requests of the mapper after a frame.
 struct MapCommand {
   int frame_index = 0;
   // New landmarks get this id or a higher one.

@@ -37,9 +37,9 @@ struct UnknownCameraRelocalization {
   double relative_sigma = 0;  // of an estimated focal length; 0 for a camera of the map
 };
 
-// Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points;
-// where these fail, by objects, whose pose guides the search for points; and by objects alone as a
-// last resort, if their evidence is strong.
+// Finds frames in a map, independently of each other (paper, section "Relocalization using
+// Objects"): by points; where these fail, by objects, whose pose guides the search for points; and
+// by objects alone as a last resort, if their evidence is strong.
 class Relocalizer {
  public:
   explicit Relocalizer(const SlamConfig& config) : config_(config) {}

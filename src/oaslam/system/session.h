@@ -43,10 +43,8 @@ class Session {
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
-  const std::shared_ptr<const Map>& snapshot() const {
-    return snapshot_;
-    // The map that the tracker saw last.
-  }
+  // The map that the tracker saw last.
+  const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }
   // The first free ids.
   NextIds next_ids();
   // Makes new ids begin at `ids`, so that they differ from those that other pieces use.

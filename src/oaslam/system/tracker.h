@@ -135,7 +135,8 @@ class Tracker {
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                    TrackingState state);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
-  bool IsOnProbation(const Frame& frame) const;  // relocalized by points a moment ago
+  bool IsOnProbation(const Frame& frame)
+      const;  // shortly after a relocalization by points, which must still prove itself
   TrackDemands Demands(const Frame& frame) const;
   double LeastSpread() const;
   // Finds the pose of a frame that follows the last one: tries the most reliable method first.
