@@ -46,7 +46,7 @@ class BoxEdgeCost final : public ceres::CostFunction {
   double weight_;
 };
 
-// Keeps axes that no view observes near the others.
+// A weak prior that keeps the length of an axis that no view determines near those of the others.
 class ShapePriorCost final : public ceres::SizedCostFunction<4, 7> {
  public:
   ShapePriorCost(const Ellipsoid& ellipsoid, bool upright);

@@ -18,8 +18,8 @@ using SharedStep = Eigen::Matrix<double, kShared, 1>;
 
 // A point seen by a camera that may move while it reads out the image.
 struct RolledSight : PointSight {
-  Eigen::Vector2d by_readout = Eigen::Vector2d::Zero();  // displacement of the point in pixels for
-                                                         // each second of readout time
+  // Displacement of the point in pixels for each second of readout time.
+  Eigen::Vector2d by_readout = Eigen::Vector2d::Zero();
 };
 
 // Poses and points seen by one camera with uncertain intrinsics.

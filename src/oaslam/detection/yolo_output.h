@@ -13,14 +13,16 @@ namespace oaslam {
 // expects its input.
 enum class DetectorLayout {
   kAuto,
-  kYolox,     // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness.
-              // Input BGR 0..255, padded right/bottom
-  kYolov5,    // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7).            Input
-              // RGB 0..1, padded on both sides
-  kYolov8,    // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12).   Input
-              // as kYolov5
-  kEndToEnd,  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS).   Input
-              // as kYolov5
+  // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness. Input: BGR
+  // 0..255, padded at the right and the bottom.
+  kYolox,
+  // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7). Input: RGB 0..1, padded on
+  // both sides.
+  kYolov5,
+  // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12). Input: as kYolov5.
+  kYolov8,
+  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS). Input: as kYolov5.
+  kEndToEnd,
 };
 
 const char* ToString(DetectorLayout layout);

@@ -13,8 +13,8 @@ namespace oaslam {
 
 struct AbsolutePoseOptions {
   int max_iterations = 1000;
-  double max_chi2 = 9;  // bound for inliers; wider than the final one, since the pose of three
-                        // noisy points is rough
+  // Bound for inliers; wider than the final one, since the pose of three noisy points is rough.
+  double max_chi2 = 9;
   int min_inliers = 10;
 };
 

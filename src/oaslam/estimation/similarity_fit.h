@@ -16,8 +16,8 @@ struct PosePair {
 struct SimilarityFit {
   bool success = false;
   Similarity b_from_a;
-  std::vector<bool> is_inlier;  // by pair, on success: position within three sigmas and rotation
-                                // within a few degrees
+  // By pair, on success: position within three sigmas and rotation within a few degrees.
+  std::vector<bool> is_inlier;
   int inliers = 0;
   double relative_sigma = 0;  // of the scale
 };

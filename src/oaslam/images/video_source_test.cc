@@ -164,9 +164,10 @@ TEST(VideoSource, IsUprightAsPhonesTurnIt) {
   for (int i = 0; i < 5; ++i) video.Add(picture, i / 30.0);
   video.Finish();
   struct Turn {
-    std::string a, b, c, d;  // of the display matrix of the track's header (ISO/IEC
-                             // 14496-12, 6.2.2), (x, y) -> (ax + cy, bx + dy)
-    bool left, top;          // where it is bright then
+    // Of the display matrix (x, y) -> (ax + cy, bx + dy) in the track's header (ISO/IEC 14496-12,
+    // 6.2.2).
+    std::string a, b, c, d;
+    bool left, top;  // where it is bright then
     cv::Size size;
   };
   const std::string zero(4, '\0'), one("\0\1\0\0", 4), minus_one("\xff\xff\0\0", 4);

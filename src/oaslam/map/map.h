@@ -109,12 +109,13 @@ struct Map {
   // From an erased duplicate to the object that took its observations.
   Table<ObjectId, ObjectId> merged_objects;
   std::optional<Eigen::Vector3d> up;  // world direction against gravity, once known
-  int up_keyframes = 0;    // number of keyframes whose measured gravity determined it; 0: from how
-                           // the camera was held
-  uint64_t version = 0;    // of the snapshot
-  int loops_closed = 0;    // since the map was made or loaded
-  bool is_metric = false;  // the unit is the metre; else arbitrary
-  ClassRelations classes;  // which classes move, and which are parts of which
+  // The number of keyframes whose measured gravity determined `up`; 0: it follows from how the
+  // camera was held.
+  int up_keyframes = 0;
+  uint64_t version = 0;                   // of the snapshot
+  int loops_closed = 0;                   // since the map was made or loaded
+  bool is_metric = false;                 // the unit is the metre; else arbitrary
+  ClassRelations classes;                 // which classes move, and which are parts of which
   std::map<std::string, Anchor> anchors;  // by name
 
   uint32_t next_landmark = 0;

@@ -209,9 +209,10 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 }  // namespace
 
 std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  constexpr double kGrowth = 1.2;  // the index is rebuilt when the landmarks have grown by this
-                                   // factor; the newest do not matter for a loop
-  constexpr uint32_t kEvery = 3;   // keyframes: a place stays in view for several
+  // The index is rebuilt when the landmarks have grown by this factor; the newest do not matter for
+  // a loop.
+  constexpr double kGrowth = 1.2;
+  constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
   if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {
     index_.emplace(map);

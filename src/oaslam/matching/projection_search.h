@@ -39,8 +39,8 @@ struct ProjectionSearchOptions {
   int max_hamming = kLooseHamming;
   // Best / second-best distance, tested where both are on one level; 1 switches it off.
   double ratio = 0.8;
-  bool radius_by_view = true;  // reduce the radius to 2.5 / 4 where the landmark is seen from
-                               // nearly its mean direction
+  // Reduce the radius to 2.5 / 4 where the landmark is seen from nearly its mean direction.
+  bool radius_by_view = true;
 };
 
 // Searches each landmark near its projection among the key points that are free (invalid in

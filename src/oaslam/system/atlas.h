@@ -92,8 +92,8 @@ class Atlas {
   std::unique_ptr<Session> main_;
   std::optional<Resumption> resumption_;  // while the camera is lost
   std::optional<double> lost_since_;      // time stamp, seconds
-  std::optional<double> last_vain_look_;  // time stamp in seconds of the last frame that was looked
-                                          // for in the main piece and not found
+  // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
+  std::optional<double> last_vain_look_;
   std::list<Waiting> waiting_;
   NextIds free_ids_;  // larger than all ids of the waiting pieces
   size_t turn_ = 0;   // counts which waiting piece the next keyframe is looked for in
