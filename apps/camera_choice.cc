@@ -20,11 +20,11 @@
 namespace oaslam::apps {
 namespace {
 
-// Parts of a recorded source to try before it is given up; seconds of a live one.
+// The number of parts of a recorded source to try; the seconds used of a live one.
 constexpr int kMaxParts = 3;
 constexpr double kLiveSeconds = 10;
 
-// As FrameInputs: missing images and repeated time stamps are passed over, which it will say.
+// Skips missing images and repeated time stamps, as FrameInputs does, which warns about them later.
 std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<double>& last) {
   while (std::optional<InputImage> image = images.Next())
     if (!image->image.empty() && (!last || image->timestamp > *last)) return image;
@@ -35,7 +35,7 @@ Camera StartFor(const CameraSettings& settings, const cv::Size& size) {
   return LoadCamera(settings.camera, size);
 }
 
-// Where the map shows a rolling shutter, undoes it; returns its readout in seconds, else 0.
+// Undoes a rolling shutter if the map shows one; returns its readout time in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   constexpr double kSigmas = 4, kMinReadoutS = 0.003;
   CalibrationPrior prior;
@@ -55,7 +55,8 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   return found.readout_s;
 }
 
-// Pieces beside the map are brought to the camera that the map has now, and to one instant.
+// Converts the pieces besides the map to the camera of the map, and undoes the rolling shutter in
+// them, too.
 void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap& saved) {
   constexpr int kIterations = 20;
   for (Piece& piece : saved.pieces) {
@@ -69,13 +70,13 @@ void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap
   }
 }
 
-// From the whole map, which then becomes that of the camera found.
+// Refines the camera by the whole map, and converts the map to it.
 void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMap& saved) {
   constexpr double kMaxRelativeSigma = 0.02;
   SelfCalibration found = SelfCalibrate(saved.map, index);
   camera.why_not = found.why_not;
   if (!found.success) return;
-  // Two maps of the same images that differ by so much know the focal length no better.
+  // The standard deviation is no smaller than the difference between two maps of the same images.
   if (camera.is_determined)
     found.focal_sigma_px =
         std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));
@@ -102,7 +103,7 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
       "--camera", settings.camera,
       "calibration file, fov:DEGREES for a guess, or auto (default): estimated from the images");
   app.add_flag("--refine-camera", settings.refine,
-               "take --camera for a start only, and estimate it from the images");
+               "use --camera as a start value, and estimate the camera from the images");
 }
 
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,

@@ -24,8 +24,8 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr const char* kPlainPattern = "%^%l%$: %v";
 constexpr const char* kClearLine = "\r\033[K";
-constexpr int kPlainStepUnknownTotal =
-    100;  // frames between plain lines when the total is not known
+// Frames between plain lines when the total is not known.
+constexpr int kPlainStepUnknownTotal = 100;
 
 std::string Duration(double seconds) {
   const int s = static_cast<int>(seconds + 0.5);
@@ -42,10 +42,10 @@ void AddQuietOption(CLI::App& app, CommonOptions& options) {
         options.quiet = true;
         spdlog::set_level(spdlog::level::warn);
       },
-      "No progress, no notes: results only");
+      "No progress and no messages: results only");
   app.add_flag_function(
          "--verbose", [](int64_t) { spdlog::set_level(spdlog::level::debug); },
-         "Every note, such as why objects were merged or dropped")
+         "All messages, such as why objects were merged or dropped")
       ->excludes("--quiet");
 }
 
@@ -75,8 +75,8 @@ void AddExifOption(CLI::App& app, CommonOptions& options) {
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {
   const auto set = [&options](const std::string& text) {
-    const bool is_bare =
-        text.empty() || text == "true";  // how CLI11 calls an option without its value
+    // The value that CLI11 passes for an option without value.
+    const bool is_bare = text.empty() || text == "true";
     const std::optional<double> seconds = is_bare ? 0 : ParseNumber(text);
     if (!seconds) throw CLI::ValidationError("--follow " + text, "expected seconds");
     options.follow_s = *seconds;
@@ -155,7 +155,7 @@ ProgressBar::ProgressBar(int total, bool quiet)
       quiet_(quiet),
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(std::chrono::steady_clock::now()) {
-  // A message in between takes the line of the bar, which is drawn anew below it.
+  // A message replaces the line of the bar, which is drawn again below it.
   if (terminal_ && !quiet_) spdlog::set_pattern(std::string(kClearLine) + kPlainPattern);
 }
 

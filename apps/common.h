@@ -20,7 +20,7 @@ struct CommonOptions {
   int from = 0, to = -1;         // frames [from, to); -1: to the end
   std::string classes;           // path, empty: COCO
   std::optional<double> fps;
-  bool exif_rotation = false;      // images in files of their own are turned as their metadata says
+  bool exif_rotation = false;      // image files are rotated by their metadata
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 
@@ -36,7 +36,7 @@ void AddCommonOptions(CLI::App& app, CommonOptions& options);
 
 // --config, then --set, then validation; all problems in one InputError.
 SlamConfig LoadConfiguration(const CommonOptions& options);
-// Of --classes, else COCO's.
+// The classes of --classes, else those of COCO.
 Classes LoadClasses(const CommonOptions& options);
 ImageSourceOptions FrameRange(const CommonOptions& options);
 
@@ -48,7 +48,7 @@ void EnsureOutputFile(const std::string& path, const std::string& option = "--ou
 // Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
 class ProgressBar {
  public:
-  // `total` below 0: not known.
+  // `total` below 0: unknown.
   ProgressBar(int total, bool quiet);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
@@ -68,7 +68,7 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_;
 };
 
-// The first Ctrl-C asks the command to finish what it has; a second one ends it.
+// The first Ctrl-C makes the command finish with its results so far; a second one kills it.
 void InstallInterruptHandler();
 bool Interrupted();
 

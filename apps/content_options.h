@@ -12,8 +12,8 @@ namespace oaslam::apps {
 // --model, may be repeated. Returns the option.
 CLI::Option* AddModelOption(CLI::App& app, std::vector<std::string>& files);
 
-// The built-in models of virtual content and those of files; with their meshes where the program
-// itself draws them. Throws InputError.
+// The built-in models of virtual content and those of files; `with_meshes`: load their meshes, for
+// drawing by the program itself. Throws InputError.
 std::shared_ptr<const ModelLibrary> LoadModels(const std::vector<std::string>& files,
                                                bool with_meshes);
 

@@ -29,12 +29,12 @@ struct Found {
   double ms = 0;
 };
 
-// Goes through the images; those that `found` holds already are not done again. Saves now and then,
-// so that a kill does not lose all.
+// Processes the images except those that `found` contains already. Saves now and then, so that a
+// kill does not lose everything.
 void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options,
                Found& found) {
   constexpr int kSaveEvery = 200;  // images
-  // A pipe gets one document, at the end.
+  // A pipe gets a single document at the end.
   const bool is_file =
       !std::filesystem::exists(options.out) || std::filesystem::is_regular_file(options.out);
   std::set<std::string> done_before;
@@ -80,7 +80,7 @@ int RunDetect(const DetectOptions& options) {
   try {
     DetectAll(*source, *detector, options, found);
   } catch (const std::exception&) {
-    failure = std::current_exception();  // after what was found is saved
+    failure = std::current_exception();  // rethrown after the results are saved
   }
   if (found.images.size() > done_before) SaveDetections(options.out, found.images);
   if (failure) std::rethrow_exception(failure);
@@ -106,8 +106,9 @@ void AddDetectCommand(CLI::App& app) {
   command->add_option("--out", options->out, "Where to write the detections (JSON)")
       ->required()
       ->type_name("FILE");
-  command->add_flag("--resume", options->resume,
-                    "Go on with the file of an interrupted run: its images are not done again");
+  command->add_flag(
+      "--resume", options->resume,
+      "Continue the file of an interrupted run: the images in it are not processed again");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);

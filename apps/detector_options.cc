@@ -4,7 +4,7 @@ namespace oaslam::apps {
 
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
   app.add_option("--detector-layout", settings.layout,
-                 "Layout of the network's output, where it is not told rightly by itself")
+                 "Layout of the network's output, if it is not recognised correctly")
       ->check(CLI::IsMember({"auto", "yolox", "yolov5", "yolov8", "end2end"}))
       ->capture_default_str();
   app.add_option("--detector-size", settings.size,

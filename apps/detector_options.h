@@ -9,11 +9,11 @@
 
 namespace oaslam::apps {
 
-// Options of the commands that can run an object detector.
+// Options of commands that can run an object detector.
 struct DetectorSettings {
   std::string model;  // path, empty: none
   std::string layout = "auto";
-  int size = 0;  // of the network's square input, 0: what the file says
+  int size = 0;  // side of the network's square input; 0: that of the file
   double min_score = DetectorOptions{}.min_score;
 };
 
@@ -24,8 +24,8 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings);
 // Nothing where no model was given. Throws InputError.
 std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);
 
-// The classes: of --classes, else the names of the detector's file (which may be null or have
-// none), else COCO's.
+// The classes of --classes, else those named in the detector's file (the detector may be null or
+// have no names), else COCO's.
 Classes ClassesFor(const CommonOptions& common, const Detector* detector);
 
 }  // namespace oaslam::apps

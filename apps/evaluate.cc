@@ -46,7 +46,7 @@ void PrintRow(const char* name, const ErrorStatistics& s, const char* unit) {
              s.median, s.max, s.count, unit);
 }
 
-// results/foo/trajectory.txt is foo.
+// The name of a curve: "foo" for results/foo/trajectory.txt.
 std::string CurveName(const std::string& path) {
   const fs::path file = fs::absolute(path);
   const bool is_ours = file.filename() == "poses.txt" || file.filename() == "trajectory.txt";
@@ -93,7 +93,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   auto aligned = estimate;
   for (StampedPose& pose : aligned)
     pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
-  std::vector<StampedPose> shown;  // the time of the estimate only
+  std::vector<StampedPose> shown;  // only the time span of the estimate
   for (const StampedPose& pose : groundtruth)
     if (pose.timestamp >= estimate.front().timestamp - 0.05 &&
         pose.timestamp <= estimate.back().timestamp + 0.05)
@@ -113,14 +113,14 @@ Alignment AlignMap(const EvaluateOptions& o, const std::string& map_trajectory) 
   return report.reference_from_estimate;
 }
 
-// All frames that were asked about: as given, or of frames.csv beside the poses.
+// Time stamps of all frames that were processed: as given, or from frames.csv beside the poses.
 std::vector<double> FrameTimes(const EvaluateOptions& o, const std::string& poses_path,
                                const std::vector<StampedPose>& poses) {
   if (!o.frames.empty()) return LoadFrameTimes(o.frames);
   const fs::path beside = fs::path(poses_path).parent_path() / "frames.csv";
   if (fs::exists(beside)) return LoadFrameTimes(beside.string());
   Log(LogLevel::kWarning,
-      fmt::format("{}: no frames.csv beside it and no --frames: shares are of its poses only",
+      fmt::format("{}: no frames.csv beside it and no --frames: shares refer to its poses only",
                   poses_path));
   std::vector<double> times;
   for (const StampedPose& pose : poses) times.push_back(pose.timestamp);
@@ -144,7 +144,7 @@ void PrintRelocalization(const RelocalizationErrors& errors) {
   row("precision", figures.precision);
 }
 
-// candidates.txt and frames.csv of `localize`, beside poses.txt.
+// Reads candidates.txt and frames.csv of `localize`, beside poses.txt.
 std::vector<HypothesisError> HypothesesBeside(const std::string& poses_path,
                                               const std::vector<StampedPose>& groundtruth,
                                               const Alignment& alignment) {
@@ -209,8 +209,7 @@ void EvaluateReliabilityCommand(const EvaluateOptions& o) {
     PrintReliability(curves.back().name, curves.back().reliability);
   }
   if (!o.plot.empty())
-    SaveReliabilityPlot(o.plot, curves,
-                        "How often a pose is right that is given with a confidence");
+    SaveReliabilityPlot(o.plot, curves, "How often poses with a given confidence are right");
 }
 
 void EvaluateStatesCommand(const EvaluateOptions& o) {
@@ -224,7 +223,7 @@ void EvaluateStatesCommand(const EvaluateOptions& o) {
       fmt::print(" {} {}", state, std::ranges::count(rows.back().states, state));
     fmt::print("\n");
   }
-  if (!o.plot.empty()) SaveStatePlot(o.plot, rows, "What became of each frame");
+  if (!o.plot.empty()) SaveStatePlot(o.plot, rows, "The state of each frame");
 }
 
 void EvaluateObjectsCommand(const EvaluateOptions& o) {
@@ -279,9 +278,10 @@ void AddEvaluateCommand(CLI::App& app) {
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
                              "Ground truth of the mapping run, where it is another sequence than "
                              "the query's; default: --groundtruth");
-  relocalization->add_option("--frames", o.frames,
-                             "All frames asked about (frames.csv or a list with time stamps); "
-                             "default: frames.csv beside the poses");
+  relocalization->add_option(
+      "--frames", o.frames,
+      "All frames that were processed (frames.csv or a list with time stamps); "
+      "default: frames.csv beside the poses");
   relocalization->add_option("--hypotheses", o.hypotheses,
                              "Write confidence and error of each frame's best hypothesis into this "
                              "CSV, for `evaluate reliability` (of the first --poses)");
@@ -289,8 +289,8 @@ void AddEvaluateCommand(CLI::App& app) {
                              "Draw the share of frames against the error into this SVG");
   relocalization->callback([options] { EvaluateRelocalizationCommand(*options); });
 
-  CLI::App* reliability = evaluate->add_subcommand(
-      "reliability", "How often poses are right that are given with a confidence");
+  CLI::App* reliability =
+      evaluate->add_subcommand("reliability", "How often poses with a given confidence are right");
   reliability
       ->add_option("hypotheses", o.hypothesis_files,
                    "Files that `evaluate relocalization --hypotheses` wrote")
@@ -299,7 +299,7 @@ void AddEvaluateCommand(CLI::App& app) {
   reliability->callback([options] { EvaluateReliabilityCommand(*options); });
 
   CLI::App* states =
-      evaluate->add_subcommand("states", "What became of each frame of one or more runs");
+      evaluate->add_subcommand("states", "The state of each frame of one or more runs");
   states->add_option("runs", o.runs, "Output folders of `oaslam run`")->required();
   states->add_option("--plot", o.plot, "Draw the states over time into this SVG");
   states->callback([options] { EvaluateStatesCommand(*options); });

@@ -22,7 +22,7 @@ bool IsFolderFormat(const std::string& format) {
   return format == "colmap" || format == "nerfstudio";
 }
 
-// Readers tell a format by the extension.
+// Readers recognise a format by the extension.
 void CheckExtension(const ExportOptions& options) {
   const std::string extension = std::filesystem::path(options.out).extension().string();
   if (options.format == "gltf" && extension != ".gltf" && extension != ".glb")

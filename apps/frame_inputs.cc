@@ -15,8 +15,8 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
   if (!sources.gravity.empty()) gravity_ = GravityTrack::Load(sources.gravity);
   detector_ = LoadDetector(sources.detector);
-  // Only a network gains from OpenCV's threads: to hand out the small images of a pyramid costs
-  // more than to scale them.
+  // Only a network profits from OpenCV's threads: for the small images of a pyramid the threads
+  // cost more than they gain.
   if (!detector_) cv::setNumThreads(1);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;

@@ -20,10 +20,10 @@ struct FrameInput {
   std::string name;
   ImageInput input;
   std::string path;                                // of the image's own file, if it has one
-  Orientation orientation = Orientation::kStored;  // as which that file is read
+  Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
 };
 
-// How fast a detector was.
+// The speed of a detector.
 struct DetectorPace {
   int images = 0;
   double busy_ms = 0;
@@ -35,14 +35,15 @@ struct DetectorPace {
 class FrameInputs {
  public:
   struct Sources {
-    std::string images, camera,
-        detections;  // camera: as LoadCamera; "auto" or nothing: any, of the images' size
+    // `camera`: as for LoadCamera; "auto" or empty: any camera of the images' size.
+    std::string images, camera, detections;
     DetectorSettings detector;
-    bool live = false;  // a camera or a growing folder gives its newest image, and nobody waits for
-                        // a detector
+    // A camera or a growing folder gives its newest image, and the detector
+    // works in the background.
+    bool live = false;
     bool for_display = false;              // in colour where that costs nothing
     std::string gravity;                   // file; empty: none
-    std::optional<Camera> known_camera{};  // takes the place of `camera`
+    std::optional<Camera> known_camera{};  // used instead of `camera`
   };
 
   FrameInputs(const Sources& sources, const CommonOptions& common);
@@ -50,25 +51,25 @@ class FrameInputs {
   const Camera& camera() const { return camera_; }
   int size() const { return images_->size(); }
   const Detector* detector() const { return detector_.get(); }  // null: none
-  // The source has a pace of its own: images come when they are taken.
+  // Whether the source is live: images come when they are taken.
   bool is_live() const { return latest_ != nullptr; }
-  // Images of a live source that came and went while another was worked on.
+  // The number of images of a live source that were missed while another was processed.
   int dropped() const { return latest_ ? latest_->dropped() : 0; }
   std::optional<FrameInput> Next();
 
-  // Live, with a detector: takes the image of a processed frame, whose detections TakeLate gives
-  // once they are there.
+  // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
+  // once they are ready.
   void DetectLate(int frame, const cv::Mat& image) {
     if (background_) background_->Offer(frame, image);
   }
   std::vector<BackgroundDetector::Result> TakeLate() {
     return background_ ? background_->Take() : std::vector<BackgroundDetector::Result>{};
   }
-  // Waits for the detections under way.
+  // Waits for detections in progress.
   void FinishLate() {
     if (background_) background_->Wait();
   }
-  // Once all images are read: says it where no gravity sample was near any.
+  // To be called once all images are read: warns where no gravity sample was near any image.
   void CheckGravity() const { gravity_.WarnIfUnused(); }
   DetectorPace pace() const {
     return background_ ? DetectorPace{background_->images(), background_->busy_ms()} : pace_;
@@ -78,16 +79,16 @@ class FrameInputs {
   std::optional<InputImage> NextReadable();
 
   std::unique_ptr<ImageSource> images_;
-  const LatestImageSource* latest_ = nullptr;  // images_, where it is live
-  std::optional<InputImage> ahead_;            // read for its size
+  const LatestImageSource* latest_ = nullptr;  // images_ if the source is live
+  std::optional<InputImage> ahead_;            // an image that was read early for its size
   Camera camera_;
   DetectionTable detections_;
   GravityTrack gravity_;
   std::unique_ptr<Detector> detector_;
   std::optional<double> last_timestamp_;
-  DetectorPace pace_;  // of detections that were waited for
-  std::unique_ptr<BackgroundDetector>
-      background_;  // of those that were not; ends before the detector
+  DetectorPace pace_;  // of detections made in the foreground
+  // The detector in the background; destroyed before `detector_`.
+  std::unique_ptr<BackgroundDetector> background_;
 };
 
 }  // namespace oaslam::apps

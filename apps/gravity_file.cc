@@ -41,7 +41,8 @@ GravityTrack GravityTrack::Load(const std::string& path) {
   for (size_t i = 1; i < track.samples_.size(); ++i)
     if (const double gap = track.samples_[i].timestamp - track.samples_[i - 1].timestamp; gap > 0)
       gaps.push_back(gap);
-  constexpr double kIntervalOfOne = 0.02;  // a single sample has no rate: it holds for its own time
+  // A single sample has no rate: it is used for its own time.
+  constexpr double kIntervalOfOne = 0.02;
   std::ranges::sort(gaps);
   track.interval_ = gaps.empty() ? kIntervalOfOne : gaps[gaps.size() / 2];
   return track;

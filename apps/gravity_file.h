@@ -14,14 +14,14 @@ class GravityTrack {
   // "timestamp gx gy gz" a line, any length. Throws InputError.
   static GravityTrack Load(const std::string& path);
 
-  // At the time of an image: of a fast sensor what its samples within 0.1 s of it agree on (a line
-  // fitted to them), for a hand trembles; of a slow one between the samples before and after where
-  // these are at most three sample intervals (the median of all) apart, else the nearest if that is
-  // at most one and a half away. Nothing where there is none.
+  // Gravity at the time of an image. Of a fast sensor, a line is fitted to the samples within 0.1
+  // s, since a hand trembles. Of a slow one, the samples before and after are interpolated if they
+  // are at most three sample intervals (the median of all) apart; else the nearest one is used if
+  // it is at most one and a half intervals away. Nothing where there is none.
   std::optional<Eigen::Vector3d> At(double timestamp);
 
-  // Where there were samples and images, but no sample near any image: says so, with the times of
-  // both.
+  // Warns, with the times of both, where there were samples and images but no
+  // sample near any image.
   void WarnIfUnused() const;
 
  private:

@@ -15,7 +15,7 @@
 namespace oaslam::apps {
 namespace {
 
-constexpr int kWaitMs = 100;  // between two looks for Ctrl-C
+constexpr int kWaitMs = 100;  // interval at which Ctrl-C is checked
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
 
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
                                           const std::vector<StampedPose>& trajectory) {
-  constexpr size_t kMinPoses = 20;  // fewer say little about the scale
+  constexpr size_t kMinPoses = 20;  // fewer poses do not determine the scale well
   if (trajectory.size() < kMinPoses) return {};
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
   if (!report.success) return {};
@@ -124,7 +124,7 @@ void LiveView::CarryOut(const ViewerCommand& command, Slam& slam,
   }
 }
 
-// What came of a wish for an anchor; also while the run is held.
+// Shows the result of a request for an anchor, also while the run is paused.
 void LiveView::Tell(const Slam& slam, const std::string& anchor, const std::string& problem) {
   if (problem.empty())
     viewer_->UpdateMap(SlamAccess::View(slam).map);

@@ -18,7 +18,7 @@ namespace oaslam::apps {
 constexpr int kViewerPort = 8340;
 
 struct ViewerSettings {
-  std::optional<int> port;  // --viewer [PORT]: nothing where no viewer is wanted
+  std::optional<int> port;  // --viewer [PORT]: nothing: no viewer
   std::string bind = "127.0.0.1";
   bool stay = false, paused = false;
 };
@@ -29,7 +29,7 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings);
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
                                           const std::vector<StampedPose>& trajectory);
 
-// A run's side of its viewer. Without a port none of its functions does anything.
+// The run's interface to its viewer. Without a port all functions do nothing.
 class LiveView {
  public:
   // `models`: virtual content that viewers may place.
@@ -38,11 +38,11 @@ class LiveView {
            bool quiet);
 
   bool IsOpen() const { return viewer_ != nullptr; }
-  // Carries out what viewers asked for since the last image, `reset` where they want a new map;
-  // waits while they hold the run. Returns the seconds it waited.
+  // Carries out the commands of viewers since the last image; calls `reset` for a new map. Blocks
+  // while the run is paused. Returns the seconds it was blocked.
   double Obey(Slam& slam, const std::function<void()>& reset);
   void Show(const Slam& slam, const FrameInput& frame, const TrackingResult& result, int dropped);
-  // The finished map; serves on until Ctrl-C where that was asked for.
+  // Shows the finished map; serves it until Ctrl-C if requested.
   void Finish(const SavedMap& saved, bool interrupted);
 
  private:

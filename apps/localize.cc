@@ -34,7 +34,7 @@ struct LocalizeOptions {
   int piece = 0;
 };
 
-// poses.txt, candidates.txt, frames.csv (docs/formats.md).
+// Writes poses.txt, candidates.txt and frames.csv (docs/formats.md).
 class LocalizeResults {
  public:
   explicit LocalizeResults(const std::string& folder)
@@ -56,7 +56,7 @@ class LocalizeResults {
     ++by_evidence_[static_cast<size_t>(r.evidence)];
   }
 
-  // Of images whose own is not asked for, pixels.
+  // The focal length, in pixels, of images for which it is not estimated individually.
   void SetFocalLength(double focal_length) { focal_length_ = focal_length; }
   void SetPresence(std::vector<ObjectPresence> presence) { presence_ = std::move(presence); }
 
@@ -110,7 +110,7 @@ class LocalizeResults {
   int count_ = 0;
 };
 
-// A tracked pose as an answer.
+// Converts a tracking result.
 RelocalizationResult FromTracking(const TrackingResult& t) {
   RelocalizationResult r;
   r.ms_features = t.ms_features;
@@ -125,7 +125,7 @@ RelocalizationResult FromTracking(const TrackingResult& t) {
   return r;
 }
 
-// What a class file says of moving and of parts replaces what the map says.
+// The class relations of a class file replace those of the map.
 void UseClassFile(const CommonOptions& options, Slam& slam) {
   if (!options.classes.empty()) slam.SetClassRelations(LoadClasses(options).relations);
 }
@@ -141,7 +141,7 @@ FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::option
           .known_camera = known};
 }
 
-// The camera of a source whose images are of one camera: of those found in the map first, the one
+// The camera of a source with one camera: among the first images found in the map, that of the one
 // with the most points.
 std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
   constexpr int kEnough = 5, kMaxImages = 200;

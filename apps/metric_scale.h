@@ -9,7 +9,7 @@
 
 namespace oaslam::apps {
 
-// A monocular map has no unit of its own: what gives it the metre.
+// Options that give a monocular map, whose unit is arbitrary, the metre as its unit.
 struct ScaleSettings {
   std::string object;  // --scale-object CLASS=HEIGHT_M
   std::string from;    // --scale-from gt | T1:T2=METRES
@@ -24,8 +24,8 @@ class MetricScale {
               const std::vector<StampedPose>& groundtruth);
 
   bool IsAskedFor() const { return kind_ != Kind::kNone; }
-  // Metres of one unit of the map. Throws InputError where the map or the trajectory lacks what it
-  // takes.
+  // The length of one map unit in metres. Throws InputError where the map or the trajectory lacks
+  // what is needed.
   double MetresPerUnit(const Map& map, const std::vector<StampedPose>& trajectory) const;
 
  private:

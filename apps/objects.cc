@@ -46,7 +46,7 @@ void Edit(const ObjectsOptions& options, const ObjectsConfig& config, Map& map) 
   for (const std::string& text : options.merge) {
     const auto [first, second] = Split(text, ',', "--merge ID,ID");
     const ObjectId a = ParseId(first, map, "--merge"), b = ParseId(second, map, "--merge");
-    if (a == b) throw InputError(fmt::format("--merge {}: is one object", text));
+    if (a == b) throw InputError(fmt::format("--merge {}: both ids are of one object", text));
     if (!MergeObjects(map, a, b, config))
       throw InputError(fmt::format(
           "--merge {}: the objects are of two classes, or no ellipsoid explains the boxes of both",

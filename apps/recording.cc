@@ -8,7 +8,7 @@
 namespace oaslam::apps {
 namespace {
 
-// The same camera with other pixels: so many of them are one of the old.
+// The camera for an image resized by `scale`.
 Camera Resized(Camera camera, const cv::Size& size, double scale) {
   camera.width = size.width;
   camera.height = size.height;

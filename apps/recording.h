@@ -16,7 +16,7 @@
 namespace oaslam::apps {
 
 struct RecordingSettings {
-  std::string path;  // --record, empty: no video is wanted
+  std::string path;  // --record, empty: no video
 
   bool IsAskedFor() const { return !path.empty(); }
 };
@@ -24,19 +24,20 @@ struct RecordingSettings {
 // Returns --record.
 CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings);
 
-// The video of a run: each image as the camera sees it without distortion, with the content of the
-// map's anchors in it (docs/recording.md). Without a path none of its functions does anything.
+// Records the video of a run: each image without distortion, with the content of the map's anchors
+// in it (docs/recording.md). Without a path all functions do nothing.
 class Recording {
  public:
-  // `models` have their meshes. Throws InputError where the video's file cannot be written.
+  // `models` must have their meshes loaded. Throws InputError where the video's
+  // file cannot be written.
   Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models,
             const Slam& slam, const Camera& camera);
 
-  // An image just given to Process, with the map that the tracker saw.
+  // Adds an image just given to Process, with the map that the tracker saw.
   void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);
-  // One that was found in the map by itself; the map is that of the beginning.
+  // Adds an image that was relocalized; the map is that of the beginning.
   void Add(const FrameInput& frame, const RelocalizationResult& result);
-  // Makes the file whole; returns what went wrong.
+  // Completes the file; returns the error, if any.
   std::exception_ptr Finish();
 
  private:

@@ -48,10 +48,10 @@ SlamConfig Configure(const RunOptions& options) {
   return LoadConfiguration(common);
 }
 
-// Holds images back to the pace of their time stamps, and says which came too late.
+// Delays images to the rate of their time stamps, and tells which came too late.
 class LivePace {
  public:
-  // False: the next image is due already, drop this one.
+  // Returns false where the next image is due already and this one should be dropped.
   bool Wait(double timestamp) {
     if (!start_s_) {
       start_s_ = Seconds() - timestamp;
@@ -64,7 +64,7 @@ class LivePace {
     if (ahead_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(ahead_s));
     return true;
   }
-  // The run was held.
+  // To be called after the run was paused.
   void Delay(double seconds) {
     if (start_s_) *start_s_ += seconds;
   }
@@ -80,7 +80,7 @@ void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
                      slam.AddDetections(found.frame, found.detections));
 }
 
-// One more than the largest index of a frame of the map, or of the pieces with it.
+// One more than the largest frame index of the map and its pieces.
 int FirstFreeFrame(const SavedMap& saved) {
   int last = -1;
   for (const FramePose& pose : saved.trajectory) last = std::max(last, pose.frame_index);
@@ -89,7 +89,8 @@ int FirstFreeFrame(const SavedMap& saved) {
   return last + 1;
 }
 
-// Of the images from `first_frame` on: those before come from the map that the run began with.
+// The final poses of images from `first_frame` on: earlier frames belong to the map that the run
+// began with.
 std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& frames,
                                          int first_frame) {
   std::vector<StampedPose> trajectory;
@@ -108,7 +109,8 @@ std::optional<Camera> CameraOfMap(const std::string& path) {
   return cameras.empty() ? std::nullopt : std::optional(cameras.back());
 }
 
-// Returns why not; then all keep their unit, and are to be saved all the same.
+// Returns the error if the scale is not available; then everything keeps its unit, and should be
+// saved nevertheless.
 std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
                                  std::vector<StampedPose>& trajectory, RunResults& results) {
   if (!scale.IsAskedFor()) return nullptr;
@@ -125,7 +127,7 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
   }
 }
 
-// Before the run, where the camera is not given; what else may be wrong is said before it.
+// Estimates the camera before the run where it is not given. Other inputs are checked first.
 std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
   if (!options.camera.IsEstimated()) return std::nullopt;
   if (!options.detections.empty()) LoadDetections(options.detections);
@@ -133,7 +135,7 @@ std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamC
                         options.common);
 }
 
-// From the whole map, which is then that of this camera.
+// Refines the camera by the whole map, which is converted to it.
 std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first,
                                            const SlamConfig& config, bool find_readout,
                                            SavedMap& saved) {
@@ -174,7 +176,7 @@ int Run(const RunOptions& options) {
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
-  InstallInterruptHandler();  // the first image of a growing folder may be long in coming
+  InstallInterruptHandler();  // the first image of a growing folder may take long to come
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
@@ -191,7 +193,7 @@ int Run(const RunOptions& options) {
 
   Slam slam(config, inputs.camera());
   const auto set_classes = [&](bool is_loaded) {
-    // A class file says what holds from now on; without one a loaded map goes on as it was made.
+    // A class file applies from now on; without one a loaded map keeps its relations.
     if (!is_loaded || inputs.detector() || !options.common.classes.empty())
       slam.SetClassNames(classes.names);
     if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
@@ -305,7 +307,7 @@ void AddRunCommand(CLI::App& app) {
   command
       ->add_option("--rolling-shutter", options->readout_ms,
                    "milliseconds in which the camera reads out an image, top row to bottom row: "
-                   "undone in the last optimisation; found by itself with --camera auto")
+                   "corrected in the last optimisation; estimated with --camera auto")
       ->type_name("MS")
       ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");

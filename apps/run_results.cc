@@ -54,7 +54,8 @@ std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference,
   return poses;
 }
 
-// Where from, the intrinsics, and the standard deviation of an estimated focal length.
+// The source of the camera, its intrinsics, and the standard deviation of an
+// estimated focal length.
 nlohmann::ordered_json CameraSummary(const Camera& camera,
                                      const std::optional<CameraEstimate>& estimate) {
   nlohmann::ordered_json summary;
@@ -140,10 +141,10 @@ void RunResults::Scale(double factor) {
     }
 }
 
-// In a frame and a unit of its own each.
+// Each piece has its own frame and unit.
 void RunResults::WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const {
   for (int i = 1; std::filesystem::remove(fmt::format("{}/piece_{}.txt", folder_, i)); ++i)
-    ;  // of a run before
+    ;  // remove files of an earlier run
   for (size_t i = 0; i < pieces.size(); ++i)
     SaveTrajectory(fmt::format("{}/piece_{}.txt", folder_, i + 1), pieces[i]);
 }
@@ -155,7 +156,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   std::vector<StampedPose> live;
   std::vector<double> ms;
   for (const auto& [index, r] : frames_) {
-    // Those told in the frame of another piece are left out.
+    // Poses in the frame of another piece are left out.
     if (r.world_from_cam && r.piece == main_piece_)
       live.push_back({r.timestamp, *r.world_from_cam});
     ms.push_back(r.ms_total);

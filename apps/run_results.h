@@ -20,25 +20,24 @@ class RunResults {
   void Add(int source_index, const TrackingResult& result) {
     frames_.emplace_back(source_index, result);
   }
-  // What a detector found later in a frame that was added before.
+  // Records the detections that came later for a frame that was added before.
   void Detected(int frame, int detections, std::optional<int> objects);
-  // `wall_s`: of the time that the detector had.
+  // `wall_s`: the wall time during which the detector could work.
   void SetDetectorPace(const DetectorPace& pace, double wall_s) {
     pace_ = pace;
     detector_wall_s_ = wall_s;
   }
-  // The camera, and where it was estimated how well.
+  // The camera and, if it was estimated, the estimate.
   void SetCamera(const Camera& camera, const std::optional<CameraEstimate>& estimate) {
     camera_ = camera;
     estimate_ = estimate;
   }
   // Slam::MainPiece at the end of the run.
   void SetMainPiece(int piece) { main_piece_ = piece; }
-  // Live poses in a new unit: one old unit is `factor` new ones.
+  // Converts live poses to a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
-  // `interrupted`: the run ended early; what there is gets written all the same.
-  // Returns the number of frames with a final pose.
-  // `pieces`: the trajectories of those of `saved`.
+  // `interrupted`: the run ended early; its results are written nevertheless. Returns the number of
+  // frames with a final pose. `pieces`: the trajectories of those of `saved`.
   size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,
                 const std::vector<std::vector<StampedPose>>& pieces,
                 const std::vector<StampedPose>& groundtruth, double wall_s, bool interrupted);

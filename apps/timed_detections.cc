@@ -20,7 +20,7 @@ std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
     stamped = stamped && stamp.has_value();
     images.push_back({0, stamp.value_or(0), image.file_name, image.detections});
   }
-  // Frame numbers are numbers, too, but of no unit: only a fraction makes a number a time.
+  // Frame numbers are numbers, too: only a number with a fraction is a time stamp.
   const auto has_fraction = [](const TimedDetections& image) {
     return WithoutExtension(BaseName(image.name)).find('.') != std::string::npos;
   };

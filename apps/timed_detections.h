@@ -10,7 +10,7 @@
 
 namespace oaslam::apps {
 
-// The detections of one image that is itself not at hand.
+// The detections of an image that is not available itself.
 struct TimedDetections {
   int index = 0;         // in the order of names
   double timestamp = 0;  // seconds
@@ -18,14 +18,14 @@ struct TimedDetections {
   std::vector<Detection> detections;
 };
 
-// Images of a detection file by their names: a name that is a number is a time stamp, of others
-// image i is at i/fps (30). Ordered by time stamp or name, then cut to --from/--to. Throws
-// InputError when nothing remains.
+// Assigns times to the images of a detection file by their names: a number is a time stamp;
+// otherwise image i is at i/fps (default 30). Ordered by time stamp or name, then cut to
+// --from/--to. Throws InputError when nothing remains.
 std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
                                                    const std::string& path,
                                                    const CommonOptions& options);
 
-// Into the ideal image of the camera.
+// Converts detections to the ideal image of the camera.
 std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections);
 

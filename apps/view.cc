@@ -31,7 +31,7 @@ struct ViewOptions {
   int port = kViewerPort, piece = 0;
 };
 
-// Frames of the map by their times, in microseconds.
+// The frames of the map whose pictures are shown, by time in microseconds.
 std::map<int64_t, int> FramesWithPictures(const SavedMap& saved) {
   std::set<int> wanted;
   saved.map.keyframes.ForEach(
@@ -63,7 +63,8 @@ void ReadPictures(ImageSource& images, const std::map<int64_t, int>& frames, Vie
   }
 }
 
-// Waits for Ctrl-C, or to be ended; blocked in every thread begun after the construction.
+// Waits for Ctrl-C or a termination signal, which are blocked in all threads started
+// after the construction.
 class EndSignal {
  public:
   EndSignal() {
@@ -125,7 +126,7 @@ class AnchorFile {
   Stamp stamp_;
 };
 
-// Returns why it cannot be, or an empty text.
+// Returns why the command cannot be carried out, or an empty text.
 std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;

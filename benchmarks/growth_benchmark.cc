@@ -66,7 +66,7 @@ void TrackAFrame(benchmark::State& state) {
 }
 BENCHMARK(TrackAFrame)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-// What the mapper pays for a snapshot: the copy, and the pages that later edits take out of it.
+// The cost of a snapshot for the mapper: the copy, and the pages that later edits have to copy.
 void PublishAndEdit(benchmark::State& state, const std::vector<LandmarkId>& edited) {
   Map map = CorridorOf(state.range(0)).mapped.map;
   for (auto _ : state) {
@@ -77,7 +77,7 @@ void PublishAndEdit(benchmark::State& state, const std::vector<LandmarkId>& edit
   }
 }
 
-// Edits of a local bundle adjustment: what the keyframe and its neighbours see.
+// The edits of a local bundle adjustment: what the keyframe and its neighbours see.
 void PublishASnapshot(benchmark::State& state) {
   const Map& map = CorridorOf(state.range(0)).mapped.map;
   const KeyframeId middle(static_cast<uint32_t>(state.range(0) / 2));
@@ -90,7 +90,7 @@ void PublishASnapshot(benchmark::State& state) {
 }
 BENCHMARK(PublishASnapshot)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-// Edits of a global one.
+// The edits of a global bundle adjustment.
 void PublishASnapshotOfAChangedMap(benchmark::State& state) {
   PublishAndEdit(state, CorridorOf(state.range(0)).mapped.map.landmarks.Ids());
 }

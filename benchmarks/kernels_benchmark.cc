@@ -74,7 +74,7 @@ void BlurOfOpenCv(benchmark::State& state) {
 }
 BENCHMARK(BlurOfOpenCv)->Apply(FixedCalls);
 
-// Of one key point.
+// For one key point.
 void Orientation(benchmark::State& state) {
   const uint8_t* center = Scene().ptr<uint8_t>(240) + 320;
   for (auto _ : state)

@@ -9,8 +9,8 @@
 namespace oaslam {
 
 struct ExifOptions {
-  uint16_t orientation =
-      1;  // 1: upright; 6: to be turned clockwise by 90 degrees; 8: counterclockwise; 3: by 180
+  // 1: upright; 6: to be turned clockwise by 90 degrees; 8: counterclockwise; 3: by 180.
+  uint16_t orientation = 1;
   uint16_t focal_length_35mm = 0;  // millimetres, 0: unknown
   bool big_endian = false;
 };

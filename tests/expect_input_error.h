@@ -10,7 +10,7 @@
 
 namespace oaslam {
 
-// The message of the InputError that `act` throws; a failure if it throws none.
+// The message of the InputError that `act` throws; the test fails if it throws none.
 inline std::string InputErrorOf(const std::function<void()>& act) {
   try {
     act();

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fails where a file of C++ is not as clang-format 14 (Debian 12's, by .clang-format) would write it; 77 (skipped) where that version is not installed:
-# others break lines differently. What mends it: git ls-files '*.cc' '*.h' | xargs clang-format-14 -i
+# other versions break lines differently. To mend it: git ls-files '*.cc' '*.h' | xargs clang-format-14 -i
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -83,12 +83,12 @@ bool IsQuoted(const std::string& text, const std::string& include) {
   return text.find('"' + include + '"') != std::string::npos;
 }
 
-// What is wrong with one include, empty if nothing.
+// The problem of one include; empty if there is none.
 std::string Problem(const Rooms& rooms, const SourceFile& file, const std::string& include) {
   const std::string room = file.path.substr(0, file.path.find('/'));
   const bool is_test = file.path.ends_with("_test.cc");
   if (!include.starts_with("oaslam/")) {
-    // Helpers of tests stand in tests/; everything else of ours is included by its full path.
+    // Helpers of tests are in tests/; all other files of ours are included by their full paths.
     return IsQuoted(file.text, include) && !is_test ? "not under oaslam/" : "";
   }
   const std::string inside = include.substr(std::string("oaslam/").size());

@@ -9,7 +9,7 @@
 #include "oaslam/util/rng.h"
 #include "synthetic_world.h"
 
-// What a detector says of ellipsoids in the synthetic world.
+// Simulated detections of ellipsoids in the synthetic world.
 namespace oaslam::synthetic {
 
 struct TrueObject {
@@ -20,10 +20,12 @@ struct TrueObject {
 struct DetectorOptions {
   double box_px = 1;  // noise of the edges
   double miss_rate = 0;
-  double min_inside = 0.3;  // of a box that is detected at all; cut at the image's border
+  // Least share of a box in the image for a detection; boxes are cut at the border.
+  double min_inside = 0.3;
 };
 
-// Objects behind the camera or mostly out of the image are not seen; nothing hides anything.
+// Objects behind the camera or mostly out of the image are not detected; objects
+// do not hide each other.
 inline std::vector<ObjectDetection> Detect(const std::vector<TrueObject>& objects,
                                            const Rigid3& cam_from_world, const Camera& camera,
                                            const DetectorOptions& options, Rng& rng) {
@@ -46,7 +48,7 @@ inline TrueObject Upright(int category_id, const Eigen::Vector3d& center,
   return {category_id, {center, half_axes, Eigen::Quaterniond::Identity()}};
 }
 
-// A camera that goes round the origin at this angle.
+// A camera on a circle around the origin, at this angle.
 inline Rigid3 OnCircle(double angle_rad, double radius = 1.5, double height = 0.7) {
   return LookAt({radius * std::cos(angle_rad), radius * std::sin(angle_rad), height}, {0, 0, 0.05});
 }

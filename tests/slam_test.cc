@@ -1,4 +1,4 @@
-// The public face on the desk sample, as an application uses it.
+// The public interface on the desk sample, used as by an application.
 
 #include "oaslam/slam.h"
 
@@ -24,7 +24,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-constexpr int kLag = 6;  // images that the detector is behind
+constexpr int kLag = 6;  // number of images by which the detector is late
 
 struct Clip {
   explicit Clip(int from, int to)
@@ -45,8 +45,7 @@ struct Clip {
   std::vector<std::vector<Detection>> detections;
 };
 
-// Processes a clip with a detector that is late; returns how many mapped objects it has seen in
-// all.
+// Processes a clip with a late detector; returns the total number of mapped objects seen.
 int Follow(const Clip& clip, Slam& slam) {
   int seen = 0;
   std::vector<int> frames;
@@ -93,7 +92,7 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
                 .norm(),
             1e-12);
   EXPECT_GT(Follow(Clip(200, 260), second), 60);  // each image shows several
-  // It goes with the object, whose ellipsoid is refined meanwhile.
+  // The anchor moves with the object, whose ellipsoid is refined meanwhile.
   const auto objects = second.Snapshot().objects;
   const auto now = std::ranges::find(objects, object.id, &MapSnapshot::Object::id);
   ASSERT_NE(now, objects.end());

@@ -18,7 +18,7 @@ namespace oaslam::synthetic {
 struct WorldOptions {
   int points = 800;
   int cameras = 8;
-  double arc_deg = 60;  // that the cameras cover, looking at the centre
+  double arc_deg = 60;  // angle covered by the cameras, which look at the centre
   double radius = 3;    // of the arc; the points fill 4 x 2.4 x 2 around the centre
   uint64_t seed = 1;
 };
@@ -71,7 +71,7 @@ struct ViewOptions {
   double noise_px = 0.5;  // at octave 0; grows with the octave
   int flipped_bits = 12;  // of 256, per view
   double missed = 0.1;    // share of visible points without a key point
-  int clutter = 50;       // key points of nothing
+  int clutter = 50;       // key points that show no point
 };
 
 struct View {

@@ -11,7 +11,7 @@
 
 namespace oaslam {
 
-// A folder of its own for a test, removed with it.
+// A temporary folder for a test, removed in the destructor.
 class TempFolder {
  public:
   TempFolder() {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what building and testing need and this machine lacks, on Debian 12 and Ubuntu 24.04. Does nothing when all is there.
-#   --optional  what some tests need besides, and are skipped without: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14
+# Installs missing packages for building and testing, on Debian 12 and Ubuntu 24.04. Does nothing if none is missing.
+#   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -8,7 +8,7 @@ as_root=()
 [ "$(id -u)" -eq 0 ] || as_root=(sudo)
 
 if [ "${1:-}" = --optional ]; then
-  # install COMMAND PACKAGE...: the packages, where the command is missing. False where they cannot be had.
+  # install COMMAND PACKAGE...: installs the packages if the command is missing. False if they are not available.
   install() {
     command -v "$1" >/dev/null && return
     shift

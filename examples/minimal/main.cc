@@ -1,5 +1,5 @@
-// Feeds a video and the boxes of a detector of its own to the library: minimal VIDEO
-// FOCAL_LENGTH_PX [FRAMES]
+// Passes a video and the boxes of its own detector to the library: minimal VIDEO FOCAL_LENGTH_PX
+// [FRAMES]
 #include <cstdio>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
@@ -7,7 +7,8 @@
 
 #include "oaslam/slam.h"
 
-// Any detector will do. This one calls every large, strongly coloured region an object of class 0.
+// Any detector can be used. This one reports every large, strongly coloured region as an object of
+// class 0.
 std::vector<oaslam::Detection> Detect(const cv::Mat& bgr) {
   cv::Mat hsv, saturated;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);

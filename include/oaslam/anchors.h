@@ -11,29 +11,30 @@ namespace oaslam {
 
 // A named place in the map where virtual content stands.
 struct AnchorPose {
-  std::string name, model;         // model: what stands there, by a name that the application knows
+  // `model`: the content that stands there, by a name that the application knows.
+  std::string name, model;
   double size = 0;                 // of the content's longest side, map units
   Rigid3 world_from_anchor;        // content: y up, standing on the origin, front towards +z (glTF)
-  std::optional<uint32_t> object;  // it stands on
+  std::optional<uint32_t> object;  // the object that it stands on
 };
 
-// Where content is to stand: where a ray, as of a click in an image, meets the map. Map frame, any
-// length.
+// A request to place content where a ray, as of a click in an image, meets the map. The ray is
+// given in the map's frame; its direction may have any length.
 struct AnchorRequest {
-  std::string name;  // empty: that of the model, with a number
+  std::string name;  // empty: the name of the model with a number
   std::string model;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::Zero();
-  std::optional<uint32_t>
-      object;  // on top of this mapped object; else on the plane that landmarks about the ray span
-  double size = 0;  // map units; 0: as fits the place
+  // On top of this mapped object; without it, on the plane of the landmarks around the ray.
+  std::optional<uint32_t> object;
+  double size = 0;  // map units; 0: a size that suits the place
 };
 
 struct AnchorReport {
-  std::string name;  // of the new anchor; empty: there is none
+  std::string name;  // of the new anchor; empty on failure
   std::string why_not;
 };
 
-// What is to change of an anchor.
+// Changes to an anchor.
 struct AnchorEdit {
   std::optional<std::string> name;
   std::optional<double> size;  // map units

@@ -14,27 +14,29 @@ namespace oaslam {
 struct CameraEstimationOptions {
   // The camera to start from: a rough calibration, or that of another run.
   std::optional<Camera> start;
-  // As cameras and phones write it with an image, for film of 36 x 24 mm; a hint to start from.
+  // The 35 mm equivalent that cameras and phones write into an image's metadata; only used as a
+  // start value.
   std::optional<double> focal_length_35mm;
 };
 
-// What the images tell of the camera that took them.
+// The result of estimating a camera from its images.
 struct CameraEstimate {
-  Camera camera;               // the best there is, in any case
-  bool is_determined = false;  // the images determine it; else a guess, and `why_not`
-  // 1 sigma; infinite where it is a guess.
+  Camera camera;  // the best estimate, or a guess
+  // Whether the images determine the camera; if not, `why_not` tells why.
+  bool is_determined = false;
+  // 1 sigma; infinite for a guess.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
   std::string why_not;
-  // In which the camera reads out an image from its top row to its bottom row (below 0: upwards);
-  // 0: at once, or not known.
+  // The time in which the camera reads out an image from its top row to its bottom row (below 0:
+  // upwards); 0: all rows at once, or unknown.
   double readout_s = 0;
-  int images = 0;   // that it is from
-  double rmse = 0;  // of the points, in units of their scale
+  int images = 0;   // number of images used
+  double rmse = 0;  // of the reprojections, in units of the key points' scale
 };
 
-// The camera of images whose calibration is not known: maps parts of them with a guess of the focal
-// length, calibrates the camera by the map, and begins again with what it found until that stays.
-// The same images give the same answer. Images are kept, scaled down where they are large.
+// Estimates the camera of images without calibration: maps parts of them with a guess of the focal
+// length, calibrates the camera by that map, and repeats this with the result until it changes no
+// more. The same images give the same answer. Images are kept, scaled down where they are large.
 class CameraEstimator {
  public:
   explicit CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options = {});
@@ -42,17 +44,18 @@ class CameraEstimator {
   CameraEstimator(CameraEstimator&&) noexcept;
   CameraEstimator& operator=(CameraEstimator&&) noexcept;
 
-  // The next image of a walk: 8-bit, one channel or BGR, all of one size; time stamps ascend.
-  // Throws InputError.
+  // Adds the next image: 8-bit, one channel or BGR, all of one size; time stamps
+  // ascend. Throws InputError.
   void Add(const cv::Mat& image, double timestamp);
   // Seconds between the first and the last image kept.
   double Duration() const;
-  // Whether it keeps as many images as it ever uses at a time.
+  // Whether it holds the largest number of images that it uses at a time.
   bool IsFull() const;
 
-  // From the images since the last Forget. Throws InputError without any.
+  // Estimates the camera from the images since the last Forget. Throws InputError without any.
   CameraEstimate Estimate();
-  // Another part of the walk: what was found so far stays the start.
+  // Drops the images, to go on with another part of the walk; the result so far
+  // becomes the start value.
   void Forget();
 
  private:

@@ -5,11 +5,11 @@
 
 namespace oaslam {
 
-// What a user says of the detector's classes, beyond their names.
+// Relations of the detector's classes that a user has stated.
 struct ClassRelations {
-  std::map<int, int>
-      whole_of;           // of a part's category, that of what it is a part of; without cycles
-  std::set<int> movable;  // never mapped, nor the key points in their boxes
+  // From the category of a part to that of the whole it belongs to; without cycles.
+  std::map<int, int> whole_of;
+  std::set<int> movable;  // neither they nor key points in their boxes are mapped
 
   bool Empty() const { return whole_of.empty() && movable.empty(); }
 
@@ -20,7 +20,7 @@ struct ClassRelations {
     return false;
   }
 
-  // A part of what moves moves, too.
+  // A part of a movable class is movable, too.
   bool IsMovable(int category) const {
     auto whole = whole_of.find(category);
     for (; whole != whole_of.end() && !movable.contains(category); whole = whole_of.find(category))

@@ -5,8 +5,8 @@
 
 namespace oaslam {
 
-// Bad input at the edge: a file, a configuration, a calibration, a detection. One line that names
-// path, key, value and bound.
+// Bad input: a file, a configuration, a calibration, a detection. The message is one line that
+// names path, key, value and bound.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}

@@ -30,35 +30,36 @@ struct ImageInput {
   std::optional<Eigen::Vector3d> gravity_in_cam{};
 };
 
-// The answer to one image. Poses are camera-to-world, OpenCV axes (x right, y down, z forward), in
-// the frame and unit of the map.
+// The tracking result of one image. Poses are camera-to-world, OpenCV axes (x right, y down, z
+// forward), in the frame and unit of the map.
 struct TrackingResult {
   int frame = 0;  // counted from 0 on since the start, Load or Reset
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
-  int keypoints = 0, matched = 0,
-      inliers = 0;  // matched: landmarks found; inliers: those that agree with the pose
-  int detections = 0,
-      objects = 0;        // detections: of this image, all; objects: mapped objects seen in it
-  double confidence = 0;  // [0, 1], that the pose is right (RelocalizationResult)
-  double depth = 0;  // median, of the landmarks in view; map units; 0 where none stand for the pose
-  // Grows where a camera that was lost could not be found in its map, and goes on in a new one:
-  // poses of different numbers are in different frames and units. What was mapped before is kept,
-  // and joined as soon as it is seen again.
+  // `matched`: landmarks found; `inliers`: those that agree with the pose.
+  int keypoints = 0, matched = 0, inliers = 0;
+  // `detections`: all of this image; `objects`: mapped objects seen in it.
+  int detections = 0, objects = 0;
+  double confidence = 0;  // probability that the pose is right (RelocalizationResult)
+  // Median depth of the landmarks that support the pose, map units; 0 without any.
+  double depth = 0;
+  // The number of the piece of map that the pose refers to. It changes where a camera that was lost
+  // could not be found in its map and continues in a new one: poses with different numbers are in
+  // different frames and units. Earlier pieces are kept, and joined once they are seen again.
   int piece = 0;
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted
 };
 
-// The answer to one image that is to be found in the map by itself.
+// The result of finding one image in the map, independent of others.
 struct RelocalizationResult {
-  PoseEvidence evidence = PoseEvidence::kNone;  // what stands for the pose; kNone: not found
+  PoseEvidence evidence = PoseEvidence::kNone;  // the evidence for the pose; kNone: not found
   std::optional<Rigid3> world_from_cam;
-  double confidence =
-      0;  // [0, 1]: how often a best hypothesis with this evidence is right, accepted or not
-  double object_score = 0,
-         object_margin = 0;  // of the best hypothesis from objects, where these were asked
+  // In [0, 1]: how often the best hypothesis is right given this evidence, accepted or not.
+  double confidence = 0;
+  // Of the best hypothesis from objects, where objects were used.
+  double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
   double sigma_position = 0;  // map units, 1 sigma
   struct Candidate {
@@ -75,16 +76,17 @@ struct RelocalizationResult {
   double ms_features = 0, ms = 0;
 };
 
-// A mapped object that the images should have shown.
+// Whether the images show a mapped object in its place.
 struct ObjectPresence {
   uint32_t id = 0;
   int category_id = 0;
-  int expected = 0, seen = 0;  // images that should have shown it in its place, and did
-  bool is_missing =
-      false;  // it has been moved or taken away, beyond what its detection rate explains
+  int expected = 0,
+      seen = 0;  // number of images that should have shown it in its place, and that did
+  // It was moved or taken away: its detection rate does not explain how often it was not seen.
+  bool is_missing = false;
 };
 
-// What is in the map, for display and for applications.
+// The content of the map, for display and for applications.
 struct MapSnapshot {
   struct Object {
     uint32_t id = 0;
@@ -115,31 +117,30 @@ class Slam {
   // the last throws InputError.
   TrackingResult Process(const ImageInput& input);
 
-  // Detections of an image that was processed with `detections_follow`, by its
-  // TrackingResult::frame: they count for that image, at the pose it had. Images ascend; those
-  // passed over have none. Returns how many mapped objects were seen, or nothing where the image is
-  // too old (4 s at 30 Hz) or had no pose. A lost camera that is found in that image goes on from
-  // there.
+  // Adds detections of an image that was processed with `detections_follow`; `frame` is its
+  // TrackingResult::frame. They are used at the pose that the image had. Images must ascend; images
+  // that are skipped count as having none. Returns the number of mapped objects seen, or nothing
+  // where the image is too old (4 s at 30 Hz) or had no pose. A lost camera that is found in that
+  // image is tracked on from there.
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
-  // Finds one image in the map, independent of all others; the map stays as it is.
-  // `gravity_in_cam`: direction of gravity in the camera's frame, any length, where known; without,
-  // that of the input.
+  // Finds one image in the map, independent of all others; the map is not changed.
+  // `gravity_in_cam`: direction of gravity in the camera's frame, any length, where known; by
+  // default that of the input.
   RelocalizationResult Relocalize(
       const ImageInput& input, RelocalizationMode mode,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
-  // The same for an image whose camera is not known: as if a camera of the map had taken it, or
-  // with a focal length that its points tell. This Slam's camera counts for the size of the image
-  // alone.
+  // The same for an image whose camera is unknown: as if a camera of the map had taken it, or with
+  // a focal length estimated from its points. Of this Slam's camera only the image size is used.
   RelocalizationResult RelocalizeWithUnknownCamera(
       const ImageInput& input, RelocalizationMode mode,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
-  // The same from detections alone.
+  // The same by detections only.
   RelocalizationResult RelocalizeByObjects(
       const std::vector<Detection>& detections,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
 
-  // How Process finds back after tracking was lost.
+  // Which evidence Process uses to find the camera again after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
 
   // Localization only, in a map from Load, before or after this call: Process follows the camera in
@@ -155,11 +156,11 @@ class Slam {
   // not used (where detections come with the image). Load replaces them by those of the file.
   void SetClassRelations(const ClassRelations& relations);
 
-  // While the map is only read (without mapping, or by Relocalize): what was seen of its objects,
-  // in the order of ids.
+  // What was seen of the map's objects while the map was only read (without mapping, or by
+  // Relocalize), in the order of ids.
   std::vector<ObjectPresence> Presence() const;
 
-  // Gives up the pose it follows: the next image is looked for in the map by itself.
+  // Gives up the present pose: the next image is relocalized.
   void ForceRelocalization();
 
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
@@ -168,25 +169,25 @@ class Slam {
   // An edit waits until all that was seen is in the map: a snapshot from before may have another
   // scale. With runner.mode live these are eight keyframes at most.
   AnchorReport PlaceAnchor(const AnchorRequest& request);
-  // Returns why it cannot be changed, or an empty text.
+  // Returns why the anchor cannot be changed, or an empty text.
   std::string EditAnchor(const std::string& name, const AnchorEdit& edit);
-  // False where there is none.
+  // Returns false where there is no such anchor.
   bool RemoveAnchor(const std::string& name);
 
   MapSnapshot Snapshot() const;
 
-  // Final poses so far of the frames given to Process, by time stamp: they move with the map.
+  // The poses of the frames given to Process, by time stamp, as of now: they move with the map.
   struct TimedPose {
     double timestamp = 0;
     Rigid3 world_from_cam;
   };
   std::vector<TimedPose> Trajectory() const;
 
-  // Waits until all that was seen is in the map, and optimises it a last time. Process may go on
-  // afterwards.
+  // Waits until everything seen is in the map, and optimises it a last time. Process may be called
+  // again afterwards.
   void Finish();
-  // TrackingResult::piece of the map: after Finish that may be another one than that of the last
-  // image.
+  // The number (TrackingResult::piece) of the map: after Finish it may differ from
+  // that of the last image.
   int MainPiece() const;
   // Writes the map with the trajectory so far.
   void Save(const std::string& path) const;

@@ -22,13 +22,14 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
-// What an object detector says of one image.
+// A detection of an object detector in one image.
 struct Detection {
   int category_id = 0;
   double score = 0;  // (0, 1]
   Box box;           // pixels of the original (distorted) image
-  std::optional<std::array<double, 5>>
-      ellipse{};  // cx, cy, width, height, theta [rad] where the detector gives one
+  // An ellipse around the object, [cx, cy, width, height, theta], in pixels and rad, where the
+  // detector gives one. Slam does not use it.
+  std::optional<std::array<double, 5>> ellipse{};
 };
 
 // {x : |diag(1/half_axes) * rotation^T * (x - center)| <= 1}; rotation is world_from_object.
@@ -43,7 +44,7 @@ enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLo
 // "initializing", "tracking", "relocalized", "objects", "lost".
 const char* ToString(TrackingState state);
 
-// What stands for a pose.
+// The evidence that supports a pose.
 enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
 
 // "failed", "points", "objects", "points+objects".

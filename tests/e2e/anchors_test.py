@@ -1,4 +1,4 @@
-"""Virtual content keeps its place: on the bench and on an object, through saving, loading, and a run that finds the map again."""
+"""Virtual content keeps its place on the bench and on an object when the map is saved and loaded, and in a run that is relocalized in it."""
 import math
 import os
 import shutil
@@ -40,7 +40,7 @@ class Anchors(unittest.TestCase):
 
     @classmethod
     def pixel_of(cls, spot):
-        """"ID:X,Y" of a point of the world in the first keyframe, by its true pose."""
+        """"ID:X,Y": a point of the world in the image of the first keyframe, projected with its true pose."""
         time, _, _ = harness.read_tum(os.path.join(cls.run_folder, "keyframes.txt"))[0]
         _, position, q = min(harness.read_tum(harness.groundtruth("map_front")), key=lambda pose: abs(pose[0] - time))
         x, y, z = harness.rotate([-q[0], -q[1], -q[2], q[3]], [s - p for s, p in zip(spot, position)])

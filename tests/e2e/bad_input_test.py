@@ -37,7 +37,7 @@ class BadInput(unittest.TestCase):
         return path
 
     def assert_refused(self, outcome, *words):
-        """One line, of an error that was foreseen, holding the words."""
+        """The command fails with an expected error: one line that contains the words."""
         self.assertNotEqual(outcome.code, 0, outcome)
         self.assertGreater(outcome.code, 0, outcome)  # no signal
         errors = [line for line in outcome.err.splitlines() if "error" in line.lower()]
@@ -125,7 +125,7 @@ class BadInput(unittest.TestCase):
         self.assertIn("error", outcome.err)
 
     def check_times(self, line):
-        """Frame 80 comes at a time that is not later than its predecessor's: it is skipped, with a warning, and the rest goes on."""
+        """The time of frame 80 is not after that of its predecessor: the frame is skipped with a warning, and the run goes on."""
         folder = self.frames_with(lambda lines, _: lines[:80] + [line] + lines[81:])
         outcome = self.run_slam(images=folder)
         self.assertEqual(outcome.code, 0, outcome)

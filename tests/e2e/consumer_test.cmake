@@ -21,7 +21,7 @@ run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/examples/minimal -B ${work}/build -G ${GEN
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/minimal ${SOURCE_DIR}/data/sample/map_front/video.mp4 525 120)
 
-# Tracked to the end, and a map at the end.
+# The clip must be tracked to its end, and give a map.
 if(NOT out MATCHES "\n119 tracking ")
   message(FATAL_ERROR "the last frame was not tracked:\n${out}")
 endif()

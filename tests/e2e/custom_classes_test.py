@@ -1,4 +1,4 @@
-"""A detector with classes of its own: the way from its class file to named objects and back to a pose."""
+"""A detector with its own classes: from the class file to named objects and to a pose."""
 import json
 import os
 import tempfile
@@ -46,7 +46,7 @@ class CustomClasses(unittest.TestCase):
             self.assertGreater(sum(f["status"] == "objects" for f in harness.read_csv(os.path.join(found, "frames.csv"))), 0.8 * 300)
 
     def test_boxes_of_other_classes_are_no_evidence(self):
-        """COCO's boxes in a map of other ids: nothing is found, and nothing is made up."""
+        """Boxes with ids of COCO in a map with other ids: no pose is found, and none is reported."""
         with tempfile.TemporaryDirectory(prefix="oaslam_classes_") as folder:
             shifted = {category: category + 1000 for category in range(80)}
             boxes = relabelled(os.path.join(harness.SAMPLE, "map_front", "detections.json"), shifted, os.path.join(folder, "boxes.json"))

@@ -1,4 +1,4 @@
-"""`oaslam detect` with a real network, and a run that takes its boxes. Needs OASLAM_DATA; skipped (77) without."""
+"""`oaslam detect` with a real network, and a run that uses its boxes. Needs OASLAM_DATA, and is skipped (77) without it."""
 import os
 import signal
 import subprocess

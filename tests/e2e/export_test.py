@@ -1,4 +1,4 @@
-"""oaslam export: each format opened by a reader that is not ours, and its axes, signs and pixels checked by projecting what the map saw."""
+"""oaslam export: each format is opened by an independent reader, and its axes, signs and pixels are checked by projecting landmarks of the map."""
 import math
 import os
 import re
@@ -20,7 +20,7 @@ def needs(program, package):
 
 
 def project(saved, keyframe, point):
-    """Into the ideal image, where centres of pixels are integers."""
+    """Projects into the ideal image, in which pixel centres are at integers."""
     k = saved.keyframes[keyframe]
     c = saved.cameras[k["camera"]]
     x, y, z = (a + b for a, b in zip(rotate(k["q"], point), k["t"]))
@@ -57,7 +57,7 @@ class Export(unittest.TestCase):
         self.assertLess(math.dist(a, b), tolerance * max(1, math.hypot(*a)), (a, b))
 
     def y_up(self, gltf):
-        """Of the node that turns the map's frame to y up."""
+        """The rotation of the node that rotates the map's frame to y up."""
         q = gltf["nodes"][0]["rotation"]
         return lambda point: rotate(q, point)
 
@@ -202,7 +202,7 @@ class Export(unittest.TestCase):
         return done.stdout + done.stderr
 
     def colmap_error_px(self, folder):
-        """What COLMAP's own bundle adjustment starts from, RMS over observations."""
+        """The initial reprojection error in COLMAP's bundle adjustment, RMS over observations."""
         out = os.path.join(self.folder, "adjusted")
         os.makedirs(out, exist_ok=True)
         log = self.colmap("bundle_adjuster", "--input_path", folder, "--output_path", out, "--BundleAdjustment.max_num_iterations", 1,
@@ -224,7 +224,7 @@ class Export(unittest.TestCase):
 
     @needs("colmap", "colmap")
     def test_colmap_reads_distorted_cameras(self):
-        """Maps of the same clip with lenses it was not taken with: bent, but their key points stand in the pixels of the lens."""
+        """Maps of the same clip with wrong lenses: they are bent, but their key points are in pixels of the given lens."""
         fisheye = "camera_model: pinhole\n  distortion_model: equidistant\n  distortion_coeffs: [0.05, -0.02, 0.01, 0.002]"
         radial = "camera_model: pinhole\n  distortion_model: radtan\n  distortion_coeffs: [-0.1, 0.03, 0.001, -0.002]"
         for name, lens, model in (("fisheye", fisheye, "OPENCV_FISHEYE"), ("radtan", radial, "OPENCV")):

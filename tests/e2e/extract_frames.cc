@@ -1,5 +1,5 @@
 // extract_frames VIDEO FOLDER FROM TO: frames of a video as grey images in a TUM folder (rgb.txt),
-// for tests that spoil one of them.
+// for tests that damage one of them.
 
 #include <fmt/format.h>
 

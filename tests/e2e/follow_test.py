@@ -87,13 +87,13 @@ class Follow(unittest.TestCase):
         self.assertEqual(process.returncode, 0, out + err)
         frames = [int(f["frame"]) for f in harness.read_csv(os.path.join(self.out, "frames.csv"))]
         self.assertEqual(frames, sorted(set(frames)))
-        self.assertEqual(frames[-1], FRAMES - 1)  # whatever was passed over, not the last one
+        self.assertEqual(frames[-1], FRAMES - 1)  # images may be skipped, but not the last one
 
     def test_live_bad_input_ends_it(self):
         self.bring(0, 3)
         command = [harness.BINARY, "run", "--images", self.images, "--camera", os.path.join(self.folder, "no.yaml"), "--out", self.out, "--follow",
                    "--mode", "live"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=30)  # the folder would be followed for ever
+        done = subprocess.run(command, capture_output=True, text=True, timeout=30)  # otherwise the folder would be followed forever
         self.assertEqual(done.returncode, 1, done)
         self.assertIn("no.yaml", done.stderr)
 

@@ -25,7 +25,7 @@ class Gravity(unittest.TestCase):
         shutil.rmtree(cls.folder)
 
     def samples(self, name, later=0.0, step=3):
-        """As a slow sensor in the true camera would give them, a bit unsteady."""
+        """Samples of a slow, slightly noisy sensor in the true camera."""
         path = os.path.join(self.folder, name)
         with open(path, "w") as f:
             f.write("# timestamp gx gy gz\n")

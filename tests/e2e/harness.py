@@ -1,4 +1,4 @@
-"""What the end-to-end tests share: running the command, reading its files, comparing poses. Python's standard library only."""
+"""Shared by the end-to-end tests: running the command, reading its files, comparing poses. Python's standard library only."""
 import csv
 import json
 import math
@@ -78,7 +78,7 @@ def rotate(q, v):
 
 
 def largest_eigenvector(matrix):
-    """Of a symmetric matrix, by Jacobi rotations."""
+    """The eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi rotations."""
     n = len(matrix)
     a = [row[:] for row in matrix]
     v = [[float(i == j) for j in range(n)] for i in range(n)]
@@ -138,5 +138,5 @@ def rmse(values):
 
 
 def map_alignment(folder, name="map_front"):
-    """From the map of a run on a clip to the sample's world, in metres."""
+    """The similarity from the map of a run on a clip to the sample's world, in metres."""
     return similarity(pairs(read_tum(os.path.join(folder, "keyframes.txt")), read_tum(groundtruth(name))))

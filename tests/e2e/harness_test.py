@@ -1,4 +1,4 @@
-"""The tests' own ruler is tested, too."""
+"""Tests of the functions by which the end-to-end tests measure errors."""
 import math
 import unittest
 

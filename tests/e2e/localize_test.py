@@ -45,7 +45,7 @@ class Localize(unittest.TestCase):
         self.check_evaluation(os.path.join(self.folder, "both"), errors)
 
     def check_evaluation(self, folder, errors):
-        """The program's own evaluation says what the test's ruler says."""
+        """The program's own evaluation agrees with that of the test."""
         plot = os.path.join(folder, "curve.svg")
         outcome = oaslam("evaluate", "relocalization", "--poses", os.path.join(folder, "poses.txt"),
                          "--groundtruth", harness.groundtruth("query_around"), "--map-groundtruth", harness.groundtruth("map_front"),

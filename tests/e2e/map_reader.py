@@ -1,4 +1,4 @@
-"""A map file as Python sees it: SQLite alone, nothing of the program."""
+"""Reads a map file with SQLite only, without the program."""
 import sqlite3
 import struct
 

@@ -1,4 +1,4 @@
-"""Readers of exported models that are not ours: assimp, Khronos' glTF validator, and PLY by hand."""
+"""Independent readers of exported models: assimp, Khronos' glTF validator, and PLY by hand."""
 import json
 import math
 import os
@@ -79,7 +79,7 @@ class Scene:
 
 
 def validate_gltf(path):
-    """What the validator says, its count of issues and messages."""
+    """The validator's counts of issues, and its messages."""
     done = run("node", "-e", VALIDATOR, path, env={**os.environ, "NODE_PATH": NODE_MODULES})
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)["issues"]

@@ -51,7 +51,7 @@ class Moved(unittest.TestCase):
         return path
 
     def off(self, an_object, shift):
-        """Metres from the cup's true place, shifted."""
+        """The distance in metres from the cup's true, shifted place."""
         truth = next(t for t in things() if t["name"] == CUP)["ellipsoid"]["center"]
         return math.dist(harness.apply(self.to_world, an_object["center"]), [c + s for c, s in zip(truth, shift)])
 

@@ -59,7 +59,7 @@ class Objects(unittest.TestCase):
         cup = next(o["id"] for o in self.objects if o["category"] == "cup")
         book = next(o["id"] for o in self.objects if o["category"] == "book")
         for options, words in ((("--delete", "99"), "no object 99"), (("--delete", "x"), "not the id"), (("--rename", "1"), "ID=NAME"), (("--merge", f"{cup},{book}"), "two classes"),
-                               (("--merge", f"{cup},{cup}"), "is one object"), (("--merge", "3"), "ID,ID"), (("--rename", f"{cup}=a", "--delete", "99"), "no object 99")):
+                               (("--merge", f"{cup},{cup}"), "both ids are of one object"), (("--merge", "3"), "ID,ID"), (("--rename", f"{cup}=a", "--delete", "99"), "no object 99")):
             outcome = oaslam("objects", self.map, *options)
             self.assertEqual(outcome.code, 1, outcome)
             self.assertIn(words, outcome.err)

@@ -1,4 +1,4 @@
-"""What a class file says of parts and of what moves, on the sample. Boxes of parts are derived from the true ellipsoids."""
+"""Parts and movable classes of a class file, on the sample. Boxes of parts are derived from the true ellipsoids."""
 import json
 import math
 import os
@@ -89,7 +89,7 @@ class Parts(unittest.TestCase):
             return [line for line in f if line.strip() and not line.startswith("#")]
 
     def near_views(self, wholes):
-        """Cameras 0.6 m before the middle of the bench, over the arc of the map; boxes of parts alone, or of wholes alone."""
+        """Localizes cameras 0.6 m in front of the centre of the bench, over the arc of the map, by boxes of parts only or of wholes only."""
         rng = random.Random(2)
         views, poses = [], {}
         for i, (_, position, quaternion) in enumerate(self.truth[::3]):
@@ -127,11 +127,11 @@ class Parts(unittest.TestCase):
         self.assertGreater(len(errors), 0.7 * len(views))
         self.assertLess(errors[len(errors) // 2], 0.03)
         self.assertLess(errors[int(0.97 * len(errors))], 0.1)
-        # Wholes that fit into the image are too few more often.
+        # Fewer images contain enough wholes.
         whole_views, _ = self.near_views(wholes=True)
         by_wholes = self.localize("near_wholes", self.write_json("near_wholes.json", whole_views))
         self.assertLess(len(by_wholes), 0.6 * len(errors))
-        # A map that does not know that they are parts misses the wholes.
+        # A map without the relation of parts expects the wholes to be detected.
         self.localize("strangers", os.path.join(self.folder, "near.json"), classes=self.write("plain.yaml", self.class_file(False)))
         known, unknown = ({round(float(line.split()[0]), 6): float(line.split()[-1]) for line in reversed(self.lines(name, "candidates.txt"))}
                           for name in ("near", "strangers"))
@@ -146,7 +146,7 @@ class Parts(unittest.TestCase):
 
 
 class Movable(unittest.TestCase):
-    """tv and chair are said to move: neither they nor key points in their boxes are mapped."""
+    """tv and chair are movable classes: neither they nor key points in their boxes are mapped."""
 
     def test_what_moves_stays_out_of_the_map(self):
         folder = tempfile.mkdtemp(prefix="oaslam_movable_")
@@ -174,7 +174,7 @@ class Movable(unittest.TestCase):
                 self.assertFalse(any(b[0] < x + 0.5 < b[2] and b[1] < y + 0.5 < b[3] for b in boxes[frame]), (frame, x, y))
         self.assertGreater(covered, len(keyframes))
         self.assertGreater(points, 500 * len(keyframes))
-        # Said of a map that was made before, it holds from then on.
+        # Set for a map that exists already, the relations apply from then on.
         again = os.path.join(folder, "again")
         with open(classes, "w") as f:
             f.write("movable: [cup]\n")

@@ -1,4 +1,4 @@
-"""A video as a phone writes it: HEVC with ten bits, a variable rate, stored as the sensor lies and marked to be turned."""
+"""A video as a phone writes it: HEVC with ten bits, a variable rate, stored in the sensor's orientation and marked to be rotated."""
 import os
 import shutil
 import subprocess
@@ -20,7 +20,7 @@ def encoders():
 
 
 def mark_turned(path):
-    """Notes in the track's header of an MP4 file that it is to be turned clockwise by 90 degrees."""
+    """Writes into the track header of an MP4 file that it must be rotated clockwise by 90 degrees."""
     content = bytearray(harness.read_bytes(path))
     matrix = content.index(b"tkhd") + 4 + 40
     for place, value in enumerate((0, 0x10000, 0, -0x10000, 0)):

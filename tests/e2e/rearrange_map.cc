@@ -1,6 +1,6 @@
-// rearrange_map IN OUT SEED [COPIES]: the same objects at exchanged places, a wrong map that only
-// their arrangement tells from the right one. With COPIES: the map as it is, and beside it that
-// many less one with exchanged places, a large map with many objects of each class.
+// rearrange_map IN OUT SEED [COPIES]: exchanges the places of the objects, which gives a wrong map
+// that differs from the right one by their arrangement only. With COPIES, makes a large map with
+// many objects of each class: the map itself and COPIES - 1 rearranged copies beside it.
 
 #include <fmt/format.h>
 
@@ -23,8 +23,8 @@ std::vector<Object> MappedObjects(const Map& map) {
   return objects;
 }
 
-// None keeps its place (Sattolo's cycle), each its height: what stands on the table stands on the
-// table.
+// No object keeps its place (Sattolo's cycle), but each keeps its height, so that objects stay on
+// the table.
 void ExchangePlaces(std::vector<Object>& objects, const Eigen::Vector3d& up, Rng& rng) {
   for (size_t i = objects.size(); i-- > 1;) {
     Eigen::Vector3d &a = objects[i].ellipsoid.center,

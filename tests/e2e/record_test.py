@@ -1,4 +1,4 @@
-"""--record: a video with a picture an image, the same results with it and without, and what it refuses."""
+"""--record: a video with one picture for each image, the same results with and without it, and refused options."""
 import os
 import shutil
 import subprocess
@@ -18,7 +18,7 @@ def frames_of(video, folder):
 
 
 def without_times(path):
-    """Rows of frames.csv, less what a clock measured."""
+    """Rows of frames.csv without measured times."""
     return [{k: v for k, v in row.items() if "ms" not in k} for row in harness.read_csv(path)]
 
 
@@ -44,7 +44,7 @@ class Record(unittest.TestCase):
     def test_a_frame_for_each_image(self):
         self.assertEqual(len(frames_of(self.video, self.path("frames"))), COUNT)
         self.assertNotIn("FFMPEG", self.recorded.err)
-        self.assertNotIn("[", self.recorded.err.replace("[info]", ""))  # nor other words of libraries
+        self.assertNotIn("[", self.recorded.err.replace("[info]", ""))  # and no other messages of libraries
 
     def test_the_results_are_the_same(self):
         plain = oaslam("run", *self.clip, "--out", self.path("plain"), "--map-out", self.path("plain.map"))

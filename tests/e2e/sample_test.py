@@ -1,4 +1,4 @@
-"""SLAM on the sample: its files, the map, the same bytes twice."""
+"""SLAM on the sample: its files, the map, the same bytes on a second run."""
 import math
 import os
 import shutil
@@ -19,7 +19,7 @@ SUMMARY_KEYS = set("version seed mode frames tracked keyframes landmarks objects
 
 
 def check_objects(test, path, sim):
-    """Most true objects were found near their place, with few others; `sim` takes the map to the sample's world."""
+    """Most true objects were found near their places, and few others; `sim` maps the map to the sample's world."""
     truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
     found = harness.read_json(path)
     centres = [(o["category_id"], harness.apply(sim, o["center"])) for o in found]
@@ -110,7 +110,7 @@ class Sample(unittest.TestCase):
 
 class MetricScale(unittest.TestCase):
     def map_scale(self, *options, code=0, message=""):
-        """Metres of the sample's world per unit of the map that the options make; 1 if it is right."""
+        """The scale of the map made with the options, in metres of the sample's world per map unit; 1 if it is right."""
         with tempfile.TemporaryDirectory(prefix="oaslam_scale_") as folder:
             outcome = oaslam("run", *harness.clip("map_front"), "--out", folder, "--map-out", os.path.join(folder, "m.map"), *options)
             self.assertEqual(outcome.code, code, outcome)
@@ -163,7 +163,7 @@ class MapObjects(unittest.TestCase):
 
 
 class LostAndBack(unittest.TestCase):
-    """The camera swings down to the floor and comes up 87 degrees round, where no landmark of the map is seen: a new map, placed by objects."""
+    """The camera swings down to the floor and comes up 87 degrees further round, where no landmark of the map is visible: a new map is made, and placed by objects."""
 
     def run_clip(self, out, *options):
         outcome = oaslam("run", *harness.clip("lost_and_back"), "--out", out, "--map-out", out + ".map", *options)
@@ -194,7 +194,7 @@ class LostAndBack(unittest.TestCase):
 
 
 class CoveredAndBack(unittest.TestCase):
-    """The lens is covered; then the camera goes all the way round before it sees what it had mapped."""
+    """The lens is covered; then the camera goes all the way round before it sees the mapped part again."""
 
     def test_what_was_mapped_meanwhile_is_kept(self):
         with tempfile.TemporaryDirectory(prefix="oaslam_covered_") as folder:

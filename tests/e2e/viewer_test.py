@@ -1,4 +1,4 @@
-"""The viewer's server: ill-behaved viewers, many connections, ports, Ctrl-C; and a run that does not care whether it is watched."""
+"""The viewer's server: ill-behaved viewers, many connections, ports, Ctrl-C; and a run with the same results with and without viewers."""
 import os
 import re
 import shutil
@@ -116,7 +116,7 @@ class Viewer(unittest.TestCase):
                 pass
             viewer.close()
         unfinished = self.watch(program)
-        for _ in range(200):  # one message without an end
+        for _ in range(200):  # a message that never ends
             try:
                 unfinished.send_frame(0 if _ else 1, b"x" * 1000, final=False)
             except OSError:
@@ -144,7 +144,7 @@ class Viewer(unittest.TestCase):
             s.settimeout(10)
             s.connect(("127.0.0.1", program.port))
             sockets.append(s)
-            if len(sockets) >= 300:  # descriptors are few on this side too
+            if len(sockets) >= 300:  # file descriptors are limited on this side, too
                 refused += self.is_refused(sockets.pop(150))
         for s in sockets:
             refused += self.is_refused(s)
@@ -218,7 +218,7 @@ class Viewer(unittest.TestCase):
         self.assertIn("--viewer x", outcome.err)
 
     def test_a_run_is_the_same_watched_or_not(self):
-        """Also by one that stops reading, one that asks for much, and one that vanishes."""
+        """Viewers may stop reading, send many requests, or vanish."""
         out = os.path.join(self.folder, "watched")
         self.program = program = Program("run", *harness.clip("map_front"), "--to", "200", "--out", out, "--viewer", "0", "--viewer-paused")
         stalled = self.watch(program, receive_buffer=4096)

@@ -1,4 +1,4 @@
-"""A small WebSocket client (RFC 6455), of Python's standard library alone: a viewer for the tests, also an ill-behaved one."""
+"""A small WebSocket client (RFC 6455), with Python's standard library only: a viewer for the tests, which may also misbehave."""
 import base64
 import json
 import os

@@ -1,4 +1,4 @@
-"""Poses that must not be believed: of a map with the same objects at other places, and of another room. Needs no ground truth: all of them are wrong."""
+"""Poses that must be rejected: in a map with the same objects at other places, and in a map of another room. No ground truth is needed, since all poses are wrong."""
 import os
 import subprocess
 import tempfile

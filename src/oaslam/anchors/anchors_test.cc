@@ -13,7 +13,7 @@ using testing::IsEmpty;
 
 const Eigen::Vector3d kUp(0, -1, 0);  // of level cameras
 
-// Two cameras before a level table of landmarks 1 below them, with a cup on it.
+// Two cameras in front of a level table of landmarks 1 below them, with a cup on it.
 Map Table() {
   Map map;
   map.cameras.push_back(
@@ -62,7 +62,8 @@ TEST(Anchors, StandOnThePlaneOfThePoints) {
   const Rigid3 pose = *WorldFromAnchor(map, *placement.anchor);
   EXPECT_LT((pose.translation - Eigen::Vector3d(0.1, 1, 3)).norm(), 0.03);
   EXPECT_GT((pose.rotation * Eigen::Vector3d::UnitY()).dot(kUp), 0.995);
-  EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitZ()).z(), -0.99);  // faces who placed it
+  EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitZ()).z(),
+            -0.99);  // faces the viewer who placed it
   EXPECT_NEAR(placement.anchor->size, 0.12 * std::sqrt(10.01), 0.01);
 }
 
@@ -87,7 +88,7 @@ TEST(Anchors, StandOnTopOfAnObjectAndGoWithIt) {
   const Eigen::Vector3d moved(-0.5, 0, 1);
   map.objects.MutableAt(ObjectId(4)).ellipsoid.center += moved;
   EXPECT_LT((WorldFromAnchor(map, *placement.anchor)->translation - (top + moved)).norm(), 1e-9);
-  map.objects.Erase(ObjectId(4));  // stays where it was put
+  map.objects.Erase(ObjectId(4));  // the content stays in its place
   EXPECT_LT((WorldFromAnchor(map, *placement.anchor)->translation - top).norm(), 1e-9);
 }
 

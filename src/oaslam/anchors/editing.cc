@@ -11,7 +11,7 @@ namespace oaslam {
 namespace {
 
 constexpr size_t kMaxName = 64;      // bytes
-constexpr size_t kMaxAnchors = 200;  // all are told to every viewer when one has moved
+constexpr size_t kMaxAnchors = 200;  // all are sent to every viewer when one has moved
 
 bool IsName(const std::string& name) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };

@@ -11,13 +11,13 @@ namespace oaslam {
 
 using Anchors = std::map<std::string, Anchor>;
 
-// Adds an anchor to those of the map, by its name; `anchors` become those with it.
+// Places content in the map and adds its anchor to `anchors`, which must be those of the map.
 AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& anchors);
 
-// Changes an anchor. Returns why it cannot be, or an empty text.
+// Changes an anchor. Returns why that is not possible, or an empty text.
 std::string EditAnchor(const std::string& name, const AnchorEdit& edit, Anchors& anchors);
 
-// Where the map's anchors are now, in the order of their names.
+// The present poses of the map's anchors, in the order of their names.
 std::vector<AnchorPose> PosesOf(const Map& map);
 
 }  // namespace oaslam

@@ -29,7 +29,7 @@ Eigen::Vector3d UpOf(const Map& map) {
 
 // y along `up`, z as far as can be towards the viewer.
 Eigen::Quaterniond StandUp(const Eigen::Vector3d& up, const Eigen::Vector3d& to_viewer) {
-  constexpr double kMinLevel = 1e-3;  // seen from right above, any front will do
+  constexpr double kMinLevel = 1e-3;  // seen from directly above, any direction can be the front
   Eigen::Vector3d front = to_viewer - to_viewer.dot(up) * up;
   if (front.norm() < kMinLevel * to_viewer.norm() || !(to_viewer.norm() > 0))
     front = up.unitOrthogonal();
@@ -70,10 +70,10 @@ Placement OnObject(const Map& map, ObjectId id, const AnchorRequest& request) {
 
 struct Surface {
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  KeyframeId keyframe;  // that sees most of it
+  KeyframeId keyframe;  // that sees most of the surface
 };
 
-// The keyframe that sees most of the landmarks; of equals the first.
+// The keyframe that sees most of the landmarks; the first of several.
 KeyframeId SeesMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
   std::map<KeyframeId, int> counts;
   for (const LandmarkId id : landmarks)
@@ -83,8 +83,8 @@ KeyframeId SeesMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
   return most == counts.end() ? KeyframeId() : most->first;
 }
 
-// Landmarks about a ray, but those of mapped objects: what is asked for is what these stand on, or
-// what is behind them.
+// Landmarks around a ray, without those of mapped objects: what is wanted is the surface that these
+// stand on, or what is behind them.
 struct Surroundings {
   std::vector<LandmarkId> ids;
   std::vector<Eigen::Vector3d> points;
@@ -92,8 +92,9 @@ struct Surroundings {
 
 Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin,
                             const Eigen::Vector3d& direction, double half_angle_rad) {
-  constexpr double kMargin =
-      1.25;  // landmarks on an edge lie outside of the ellipsoid that fits the box
+  // Objects are enlarged by this factor, since landmarks on their corners are outside of the
+  // ellipsoid that fits the box.
+  constexpr double kMargin = 1.25;
   std::vector<Ellipsoid> objects;
   map.objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
@@ -114,11 +115,11 @@ Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin,
   return found;
 }
 
-// The level plane that most points lie on, at their median height; most surfaces that things stand
+// Fits a level plane to most of the points, at their median height: most surfaces that things stand
 // on are level.
 PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
                   const Eigen::Vector3d& viewpoint, double tolerance) {
-  constexpr size_t kMaxTried = 200;  // heights, of points at equal steps
+  constexpr size_t kMaxTried = 200;  // number of heights tried, those of evenly chosen points
   std::vector<double> all, reach;
   for (const Eigen::Vector3d& x : points) {
     all.push_back(up.dot(x));
@@ -145,8 +146,9 @@ std::optional<PlaneFit> FitSurface(const std::vector<Eigen::Vector3d>& points,
                                    const Eigen::Vector3d& viewpoint) {
   constexpr double kTolerance = 0.006;  // of the distance
   constexpr size_t kMinInliers = 8, kMinLevelInliers = 6;
-  constexpr double kLevelShare =
-      0.5;  // of the inliers of any other plane: two more parameters find more of them
+  // A level plane is preferred if it has at least this share of the inliers of any plane, which
+  // finds more of them with its two additional parameters.
+  constexpr double kLevelShare = 0.5;
   Rng rng(0);
   std::optional<PlaneFit> any = FitPlane(points, viewpoint, kTolerance, rng);
   if (up) {
@@ -165,7 +167,7 @@ std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin
   const std::optional<PlaneFit> fit = FitSurface(points, map.up, origin);
   if (!fit) return std::nullopt;
   const double distance = -fit->plane.signedDistance(origin) / fit->plane.normal().dot(direction);
-  // The ray meets it among the points, not far before or behind them.
+  // The ray must meet the plane among the points, not far before or behind them.
   const auto away = [&points = points, &origin](int i) { return (points[i] - origin).norm(); };
   const auto [near, far] = std::ranges::minmax(fit->inliers, {}, away);
   constexpr double kSlack = 1.3;
@@ -194,8 +196,8 @@ Placement OnPoints(const Map& map, const AnchorRequest& request) {
 }  // namespace
 
 std::string ProblemOfSize(double size) {
-  constexpr double kMin = 1e-6,
-                   kMax = 1e6;  // any map's unit may be small or large, and be scaled again
+  // Wide bounds: the unit of a map may be small or large, and it can be scaled later.
+  constexpr double kMin = 1e-6, kMax = 1e6;
   return size >= kMin && size <= kMax
              ? ""
              : fmt::format("size {}, must be from {} to {}", size, kMin, kMax);

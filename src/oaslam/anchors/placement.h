@@ -13,13 +13,13 @@ struct Placement {
   std::string why_not;  // where there is none
 };
 
-// Empty where content may be so large, in map units.
+// Why content cannot have this size (map units); empty if it can.
 std::string ProblemOfSize(double size);
 
-// Where content stands that is put on a mapped object: on its top, upright, facing the ray's
-// origin. On none: where the ray meets the plane that most landmarks about it agree on, those of
-// objects aside; a level one before others, where up is known. The same for the same map and
-// request.
+// Finds a place for content. On a mapped object: on its top, upright, facing the ray's origin.
+// Without an object: where the ray meets the plane that most landmarks around it fit, landmarks of
+// objects excluded; a level plane is preferred where the vertical is known. The result depends on
+// map and request only.
 Placement FindPlace(const Map& map, const AnchorRequest& request);
 
 }  // namespace oaslam

@@ -9,13 +9,14 @@
 namespace oaslam {
 namespace {
 
-// An object that is not in front of the camera: as wrong as a box can be, so that no step gains by
-// going there.
+// The error of an object that is not in front of the camera: as large as that of a very wrong box,
+// so that no step gains by going there.
 constexpr double kBehindError = 15;
 
 using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
 
-// How the motion of a camera that hangs on a keyframe follows the keyframe's.
+// The Jacobian that converts a motion of a keyframe into that of a camera whose
+// pose is relative to it.
 Eigen::Matrix<double, 6, 6> CarriedMotion(const Rigid3& cam_from_keyframe) {
   const Eigen::Matrix3d rotation = cam_from_keyframe.rotation.toRotationMatrix();
   Eigen::Matrix<double, 6, 6> motion;
@@ -64,7 +65,8 @@ bool BoxEdgeCost::Evaluate(const double* const* parameters, double* residuals,
       free_shape_ ? Changed(ellipsoid_, AsShape(parameters[shape_index])) : ellipsoid_;
   const auto view = ViewEllipsoid(ellipsoid, measured_.cam_from_keyframe * keyframe_from_world);
   Eigen::Map<Eigen::Vector4d> residual(residuals);
-  Eigen::Vector4d used = Eigen::Vector4d::Zero();  // rows with a derivative, weighted
+  // The weights of the rows; 0 for those without derivative.
+  Eigen::Vector4d used = Eigen::Vector4d::Zero();
   if (view) {
     residual = weight_ * EdgeResidual(OutlineBox(view->outline, *measured_.camera), measured_.box,
                                       measured_.truncated);

@@ -13,12 +13,12 @@
 
 namespace oaslam {
 
-// A change of an ellipsoid as a Ceres parameter block: centre (world), log half axes, turn about
-// its third axis [rad]; zero at first.
+// A change of an ellipsoid as a Ceres parameter block, initially zero: centre (world), log half
+// axes, rotation about its third axis [rad].
 using ShapeBlock = std::array<double, 7>;
 Ellipsoid Changed(const Ellipsoid& start, const ShapeBlock& change);
 
-// What a detection saw, from a camera that hangs on a keyframe.
+// A detection, from a camera whose pose is relative to a keyframe.
 struct BoxMeasurement {
   const Camera* camera = nullptr;
   Rigid3 cam_from_keyframe;
@@ -46,7 +46,7 @@ class BoxEdgeCost final : public ceres::CostFunction {
   double weight_;
 };
 
-// Keeps axes that no view observes near the others.
+// A weak prior that keeps the length of an axis that no view determines near those of the others.
 class ShapePriorCost final : public ceres::SizedCostFunction<4, 7> {
  public:
   ShapePriorCost(const Ellipsoid& ellipsoid, bool upright);

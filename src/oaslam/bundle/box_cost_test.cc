@@ -82,7 +82,7 @@ TEST(BoxEdgeCost, IsZeroForTheProjectionItself) {
   const PoseBlock pose = ToBlock(KeyframePose());
   const BoxEdgeCost cost(measured, SomeEllipsoid(), false, std::nullopt);
   EXPECT_LT(ResidualOf(cost, {pose.data()}).norm(), 1e-9);
-  // A turn of the camera of 10 px: one sigma an edge, weighted by the score.
+  // A rotation of the camera by 10 px: one sigma an edge, weighted by the score.
   const PoseBlock turned = ToBlock(
       Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(10 / kCamera.fx, Eigen::Vector3d::UnitY())),
              Eigen::Vector3d::Zero()) *

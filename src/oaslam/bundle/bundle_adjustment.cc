@@ -8,8 +8,8 @@
 namespace oaslam {
 namespace {
 
-// Observers beyond the free keyframes that share the most landmarks with them: more hardly add to
-// what holds the window in place.
+// The largest number of fixed keyframes. Those that share most landmarks with the free ones are
+// used; more of them hardly add constraints.
 constexpr size_t kMaxFixedKeyframes = 40;
 constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
 
@@ -70,8 +70,8 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
   BundleSelection selection;
   selection.landmarks = LandmarksSeenBy(map, window);
   selection.fixed_keyframes = StrongestObservers(map, selection.landmarks, window);
-  // Without observers from outside the oldest of the window holds the gauge; its scale is then held
-  // by damping alone.
+  // Where no keyframe outside of the window sees its landmarks, the oldest keyframe of the window
+  // is fixed; the scale is then constrained by the damping alone.
   const bool hold_oldest =
       window.front() == FirstKeyframe(map) || selection.fixed_keyframes.empty();
   if (hold_oldest) selection.fixed_keyframes.push_back(window.front());

@@ -10,38 +10,37 @@
 
 namespace oaslam {
 
-// What a bundle adjustment would change in the map it read.
+// The changes that a bundle adjustment proposes for the map it read.
 struct BundleCorrection {
   bool success = false;  // false: nothing to optimise, or the solver failed; the rest is empty
   std::vector<std::pair<KeyframeId, Rigid3>> poses;            // cam_from_world, ascending
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // ascending
   std::vector<std::pair<ObjectId, Ellipsoid>> objects;  // ascending; where bundle.objects is "full"
   std::vector<std::pair<LandmarkId, KeyframeId>> outliers;  // observations to erase
-  double initial_cost = 0,
-         final_cost =
-             0;  // half the sum of Huber's kernel of chi^2, over the same points' observations
+  // Half the sum of Huber's kernel of chi^2, over the same observations.
+  double initial_cost = 0, final_cost = 0;
   int iterations = 0;
 };
 
-// Of `newest` and its most covisible keyframes with all landmarks they see; other observers and the
-// map's first keyframe hold the gauge. Two stages: with Huber's kernel; then, if there are more
-// than a few outliers (chi^2 > 5.991, or behind the camera), without both. `config.objects` adds
-// the boxes of mapped objects (paper, section "Integrating Objects in Bundle Adjustment"); the
-// kernel stays on these.
+// Adjusts `newest`, its most covisible keyframes, and all landmarks they see; other keyframes that
+// see these and the map's first keyframe are fixed. Two stages: the first with Huber's kernel; the
+// second, if there are more than a few outliers (chi^2 > 5.991, or behind the camera), without
+// kernel and without outliers. `config.objects` adds the boxes of mapped objects (paper, section
+// "Integrating Objects in Bundle Adjustment"), which always have the kernel.
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
                                        const BundleConfig& config);
 
-// Of everything; the first keyframe stays. Asked to stop, it ends with the iteration that it is in,
-// unsuccessful.
+// Adjusts the whole map with the first keyframe fixed. When a stop is requested, it ends after the
+// present iteration, without success.
 BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const BundleConfig& config,
                                         const std::stop_token& stop = {});
 
-// Writes a correction into the map: what is no longer there is skipped. Covisibility is left to the
-// caller.
+// Applies a correction to the map; keyframes, landmarks and objects that no longer exist are
+// skipped. The caller must update the covisibility.
 void ApplyCorrection(const BundleCorrection& correction, Map& map);
 
-// The same for a correction of an earlier state of the map: keyframes and landmarks that came since
-// move along with their neighbours of then.
+// Applies a correction that was computed from an earlier state of the map, `corrected`: keyframes
+// and landmarks that were added since move along with their neighbours of then.
 void ApplyLateCorrection(const BundleCorrection& correction, const Map& corrected, Map& map);
 
 }  // namespace oaslam

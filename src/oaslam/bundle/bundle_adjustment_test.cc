@@ -48,12 +48,12 @@ TEST(BundleAdjustment, GlobalRecoversADisturbedWorld) {
   const BundleCorrection correction = GlobalBundleAdjustment(map, 20, BundleConfig{});
   ASSERT_TRUE(correction.success);
   EXPECT_LT(correction.final_cost, 0.01 * correction.initial_cost);
-  EXPECT_EQ(correction.poses.size(), 5U);  // the first stays
+  EXPECT_EQ(correction.poses.size(), 5U);  // the first is fixed
   ApplyCorrection(correction, map);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
   const Errors after = ErrorsOf(map, world, landmarks);
   EXPECT_LT(after.centers,
-            0.3 * before.centers);  // what is left is mostly scale, which nothing fixes
+            0.3 * before.centers);  // the remaining error is mostly scale, which is not constrained
   EXPECT_LT(after.points, 0.3 * before.points);
 }
 
@@ -113,7 +113,7 @@ TEST(BundleAdjustment, LocalIsHeldByFixedObservers) {
 TEST(BundleAdjustment, OutliersAreFoundAndErased) {
   const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 6});
   auto [map, landmarks] = synthetic::MakeMap(world, MapOptions{});
-  // Landmarks far off their place in one view: their key point moves to one of clutter.
+  // Some observations are wrong: their key point moves to one of clutter.
   std::vector<std::pair<LandmarkId, KeyframeId>> wrong;
   const KeyframeId keyframe_id(3);
   for (uint32_t i = 0,
@@ -196,7 +196,7 @@ double CenterError(const Map& map, const Map& truth) {
   return std::sqrt(sum / static_cast<double>(truth.objects.size()));
 }
 
-// All but the objects grows around the first camera: points cannot see that.
+// Scales everything but the objects about the first camera, which the points do not constrain.
 void ScaleAroundFirst(double factor, Map& map) {
   const Eigen::Vector3d center = map.keyframes.At(KeyframeId(0)).cam_from_world.OriginInSource();
   const auto scaled = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
@@ -253,8 +253,8 @@ TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
 TEST(BundleAdjustment, ALateCorrectionTakesNewcomersAlong) {
   const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 6});
   const Map truth = synthetic::MakeMap(world, MapOptions{}).map;
-  // All but the first keyframe and their landmarks are displaced, and the last keyframe was not
-  // there yet.
+  // All but the first keyframe and their landmarks are displaced, and the last keyframe did not
+  // exist yet.
   Map now = truth;
   const Rigid3 displaced(Eigen::Quaterniond::Identity(), {0.1, 0, 0});
   for (uint32_t k = 1; k < 6; ++k) {

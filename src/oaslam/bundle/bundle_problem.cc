@@ -32,10 +32,10 @@ class StopCallback final : public ceres::IterationCallback {
   std::stop_token stop_;
 };
 
-// The parameters and residuals of one adjustment, for our own solver where that will do (points
-// alone, few cameras), else for Ceres. Blocks of a kind are contiguous and ascend with their ids:
-// Ceres orders blocks of an elimination group by address, so this makes its result a function of
-// the map alone.
+// The parameters and residuals of one adjustment. It is solved by our own solver where that
+// suffices (points only, few cameras), else by Ceres. Parameter blocks of a kind are contiguous and
+// ordered by id: Ceres orders the blocks of an elimination group by address, so that the result
+// depends on the map alone.
 class BundleProblem {
  public:
   BundleProblem(const Map& map, const BundleSelection& selection)
@@ -64,8 +64,8 @@ class BundleProblem {
     for (auto& shape : shapes_) options.linear_solver_ordering->AddElementToGroup(shape.data(), 2);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
-    options.sparse_linear_algebra_library_type =
-        ceres::EIGEN_SPARSE;  // as fast, and on one thread: CHOLMOD brings OpenMP's
+    // As fast, and on one thread, whereas CHOLMOD starts threads of OpenMP.
+    options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     options.function_tolerance = effort.tolerance;
     StopCallback stop(effort.stop);
     options.callbacks.push_back(&stop);
@@ -79,7 +79,8 @@ class BundleProblem {
     return summary.IsSolutionUsable();
   }
 
-  // Leaves the kernel and the present outliers out of what follows; returns the share of outliers.
+  // Switches off the kernel and the present outliers for the next stage; returns
+  // the share of outliers.
   double DropOutliers() {
     loss_.Reset(nullptr, ceres::TAKE_OWNERSHIP);
     is_robust_ = false;
@@ -146,7 +147,8 @@ class BundleProblem {
     return place != ids.end() && *place == id ? static_cast<int>(place - ids.begin()) : -1;
   }
 
-  // A landmark needs two observations by the selected keyframes, or it could slide along its ray.
+  // Takes only landmarks that at least two of the selected keyframes observe; others could slide
+  // along their rays.
   void CollectObservations() {
     for (const LandmarkId id : selection_.landmarks) {
       const Landmark& landmark = map_.landmarks.At(id);
@@ -235,7 +237,7 @@ class BundleProblem {
     for (size_t i = 0; i < ellipsoids_.size(); ++i) AddBoxesOf(i);
   }
 
-  // By a keyframe that stays a box only counts where the ellipsoid may move.
+  // Boxes seen by a fixed keyframe are used only where the ellipsoid is free.
   void AddBoxesOf(size_t index) {
     double* shape = selection_.free_objects ? shapes_[index].data() : nullptr;
     if (shape) {
@@ -261,7 +263,7 @@ class BundleProblem {
     }
   }
 
-  // Per observation; infinite behind the camera.
+  // By observation; infinite behind the camera.
   std::vector<double> Chi2OfAll() const {
     std::vector<Eigen::Matrix<double, 3, 4>> free_poses;
     for (const PoseBlock& block : poses_) free_poses.push_back(FromBlock(block).Matrix());
@@ -287,8 +289,8 @@ class BundleProblem {
   std::vector<Seen> observations_;
   std::deque<ReprojectionCost> free_costs_;
   std::deque<FixedPoseReprojectionCost> fixed_costs_;
-  std::vector<Ellipsoid> ellipsoids_;  // of the selected objects, at first
-  std::vector<ShapeBlock> shapes_;     // what changes of them; empty where they stay
+  std::vector<Ellipsoid> ellipsoids_;  // start values of the selected objects
+  std::vector<ShapeBlock> shapes_;     // their changes; empty where they are fixed
   std::deque<BoxEdgeCost> box_costs_;
   std::deque<ShapePriorCost> shape_priors_;
   PoseManifold manifold_;
@@ -311,8 +313,8 @@ BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection,
   const double initial_cost = problem.RobustCost();
   const int first_stage = (effort.iterations + 1) / 2;
   if (!problem.Solve(first_stage, effort)) return {};
-  // Few outliers hardly pull through the kernel, and they are erased: the next adjustment is
-  // without them.
+  // A few outliers hardly affect the result, thanks to the kernel, and they are erased, so that the
+  // next adjustment is without them.
   constexpr double kNegligibleOutliers = 0.01;
   if (problem.DropOutliers() > kNegligibleOutliers &&
       !problem.Solve(std::max(1, effort.iterations - first_stage), effort))

@@ -11,15 +11,15 @@ namespace oaslam {
 struct BundleSelection {
   std::vector<KeyframeId> free_keyframes;
   std::vector<KeyframeId> fixed_keyframes;
-  std::vector<LandmarkId> landmarks;  // their observations by all these keyframes count
-  std::vector<ObjectId> objects;      // all their observations count
-  bool free_objects = false;          // their ellipsoids move, too
+  std::vector<LandmarkId> landmarks;  // with their observations by all these keyframes
+  std::vector<ObjectId> objects;      // with all their observations
+  bool free_objects = false;          // the ellipsoids are optimised, too
 };
 
 struct BundleEffort {
   int iterations = 10;      // at most
   double tolerance = 1e-3;  // a stage ends with a step that lowers the cost by less than this share
-  std::stop_token stop{};   // asked to, it gives up
+  std::stop_token stop{};   // when requested, the solver gives up
 };
 
 // Solves in two stages of at most half the iterations each, the second without outliers.

@@ -14,7 +14,7 @@ CameraMotion::CameraMotion(const Map& map, std::span<const FramePose> trajectory
 }
 
 std::optional<CameraVelocity> CameraMotion::At(double timestamp) const {
-  constexpr double kMaxGapS = 0.3;  // a hand changes its motion within about as much
+  constexpr double kMaxGapS = 0.3;  // a hand's motion changes within about this time
   const auto here = std::ranges::lower_bound(poses_, timestamp, {}, &TimedPose::timestamp);
   if (here == poses_.end() || here->timestamp != timestamp) return std::nullopt;
   const bool has_before =

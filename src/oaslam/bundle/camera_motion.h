@@ -9,19 +9,20 @@
 
 namespace oaslam {
 
-// What a second of the camera's motion does to a point in the camera: x' = v + w x x.
+// The velocity of a static point in the camera's frame: x' = v + w x x.
 struct CameraVelocity {
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d Of(const Eigen::Vector3d& x_in_cam) const { return v + w.cross(x_in_cam); }
 };
 
-// How the camera moved, by a trajectory and the keyframes that carry it.
+// The motion of the camera, from a trajectory and the keyframes that its poses are relative to.
 class CameraMotion {
  public:
   CameraMotion(const Map& map, std::span<const FramePose> trajectory);
 
-  // By the poses before and after that of a time stamp, where there are such close by.
+  // The velocity at a time stamp, from the poses just before and after it; nothing where there are
+  // none close by.
   std::optional<CameraVelocity> At(double timestamp) const;
 
  private:

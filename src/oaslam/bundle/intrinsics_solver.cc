@@ -20,8 +20,9 @@ using MatrixPixelShared = Eigen::Matrix<double, 2, kShared>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
-constexpr double kHeld = 1e12;    // information on a parameter that is held
-constexpr double kRidge = 1e-10;  // of a block's largest diagonal: the unit of length is free
+constexpr double kHeld = 1e12;  // information that fixes a parameter
+// As a share of a block's largest diagonal element, since the unit of length is arbitrary.
+constexpr double kRidge = 1e-10;
 
 struct Loss {
   double cost, weight;
@@ -94,7 +95,7 @@ class Solver {
     for (size_t point = 0; point < points_.size(); ++point) LinearizePoint(state, rotations, point);
   }
 
-  // The state after the step that the damped equations ask for; false if they cannot be solved.
+  // Applies the step that solves the damped equations; returns false if they cannot be solved.
   bool Step(double damping, IntrinsicsState& state) {
     Eigen::MatrixXd system;
     Eigen::VectorXd right;
@@ -104,7 +105,8 @@ class Solver {
     const Eigen::VectorXd step = factor.solve(right);
     if (!step.allFinite()) return false;
     const SharedStep of_camera = step.tail<kShared>();
-    if (std::abs(of_camera[0]) > 1) return false;  // nearly threefold: out of the model's reach
+    // A change of the focal length by nearly a factor of three is beyond the linear model.
+    if (std::abs(of_camera[0]) > 1) return false;
     for (size_t point = 0; point < points_.size(); ++point) {
       const PointBlock& b = points_[point];
       Eigen::Vector3d back = -b.gradient - b.by_intrinsics.transpose() * of_camera;
@@ -132,7 +134,8 @@ class Solver {
     Reduce(0, system, right);
     const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
     if (factor.info() != Eigen::Success) return MatrixShared::Zero();
-    // The intrinsics come last, so that their part of the factor is what the others leave of them.
+    // The intrinsics come last in the factor, so that their part of it is the Schur complement of
+    // all others.
     const Eigen::MatrixXd corner =
         Eigen::MatrixXd(factor.matrixL()).bottomRightCorner<kShared, kShared>();
     return corner * corner.transpose();
@@ -164,7 +167,7 @@ class Solver {
     b = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(),
          MatrixSharedPoint::Zero()};
     if (is_left_out_[point] || IsBehind(state, point)) {
-      // It has no useful derivative: it neither moves nor pulls.
+      // Behind a camera a point has no useful derivative: it is fixed and has no influence.
       for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
       b.hessian.setIdentity();
       return;
@@ -187,7 +190,7 @@ class Solver {
       intrinsics_hessian_.noalias() += weight * by_intrinsics.transpose() * by_intrinsics;
       intrinsics_gradient_.noalias() += weight * by_intrinsics.transpose() * residual;
       if (s.pose == 0) continue;
-      // A turn w of the camera moves the point by w x p.
+      // Under a rotation w of the camera the point moves by w x p.
       Matrix26 by_pose;
       by_pose.leftCols<3>() = by_p;
       by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
@@ -250,10 +253,10 @@ class Solver {
   IntrinsicsPrior prior_;
   SharedStep prior_information_;
   double huber_chi2_;
-  std::vector<int> first_;  // sight of each point
-  std::vector<char>
-      is_left_out_;  // points behind a camera from the start: what they pull at is wrong
-  std::vector<Matrix63> cross_;  // per sight: pose by point
+  std::vector<int> first_;  // index of the first sight of each point
+  // Points that are behind a camera from the start: their residuals would be wrong.
+  std::vector<char> is_left_out_;
+  std::vector<Matrix63> cross_;  // by sight: pose by point
   std::vector<PoseBlock> by_pose_;
   std::vector<PointBlock> points_;
   MatrixShared intrinsics_hessian_;

@@ -11,43 +11,43 @@
 
 namespace oaslam {
 
-// Shared by all images: the intrinsics (IntrinsicsStep), and the seconds in which the camera reads
-// out an image.
+// The parameters that all images share: the intrinsics (IntrinsicsStep), and the time in seconds in
+// which the camera reads out an image.
 inline constexpr int kShared = kIntrinsics + 1;
 using SharedStep = Eigen::Matrix<double, kShared, 1>;
 
 // A point seen by a camera that may move while it reads out the image.
 struct RolledSight : PointSight {
-  Eigen::Vector2d by_readout =
-      Eigen::Vector2d::Zero();  // pixels the point is off for each second of the readout
+  // Displacement of the point in pixels for each second of readout time.
+  Eigen::Vector2d by_readout = Eigen::Vector2d::Zero();
 };
 
-// Poses and points seen by one camera whose intrinsics are shared and not known well.
+// Poses and points seen by one camera with uncertain intrinsics.
 struct IntrinsicsState {
   Camera camera;
   double readout_s = 0;
-  std::vector<Rigid3> poses;  // cam_from_world; the first stays
+  std::vector<Rigid3> poses;  // cam_from_world; the first is fixed
   std::vector<Eigen::Vector3d> points;
 };
 
-// What is known of the intrinsics beforehand.
+// Prior knowledge of the intrinsics.
 struct IntrinsicsPrior {
   Camera camera;
   double readout_s = 0;
-  // Per shared parameter, in its unit; infinite: nothing, 0: held at its value.
+  // Standard deviation of each shared parameter, in its unit; infinite: unknown, 0: fixed.
   SharedStep sigma = SharedStep::Zero();
 };
 
-// Minimises the reprojection errors of `sights` in the original (distorted) image, sorted by point,
-// over the intrinsics, all poses but the first, and all points: Levenberg-Marquardt on the Schur
-// complement of the points, as MinimizeReprojection. PointSight::px is a pixel of the original
-// image.
+// Minimises the reprojection errors of `sights`, sorted by point, in the original (distorted)
+// image, over the intrinsics, all poses but the first, and all points: Levenberg-Marquardt on the
+// Schur complement of the points, like MinimizeReprojection. PointSight::px is a pixel of the
+// original image.
 SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights,
                                    const IntrinsicsPrior& prior, const SchurOptions& options,
                                    IntrinsicsState& state);
 
-// The information (inverse covariance) that sights of unit variance and the prior hold on the
-// intrinsics, poses and points being unknown: the Schur complement of all others.
+// The information matrix (inverse covariance) of the shared parameters, given sights of unit
+// variance and the prior, with unknown poses and points: the Schur complement of these.
 Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(std::span<const RolledSight> sights,
                                                                 const IntrinsicsPrior& prior,
                                                                 const IntrinsicsState& state);

@@ -27,7 +27,7 @@ Similarity FromBlock(const Block& b) {
       std::exp(b[7]), Eigen::Quaterniond(b[3], b[0], b[1], b[2]).normalized(), {b[4], b[5], b[6]}};
 }
 
-// The motion that is left over: measured * from * to^-1, which should be the identity.
+// The residual motion: measured * from * to^-1, which should be the identity.
 struct EdgeResidual {
   Similarity measured;
   double depth;
@@ -75,8 +75,8 @@ std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Simil
                              nullptr, blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type =
-      ceres::EIGEN_SPARSE;  // one thread; CHOLMOD brings OpenMP's
+  // One thread, whereas CHOLMOD starts threads of OpenMP.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.max_num_iterations = 50;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;

@@ -14,10 +14,10 @@ struct PoseGraphEdge {
   Similarity to_from_from;
 };
 
-// Moves the nodes (cam_from_world, each with a scale of its own) so that the edges hold as well as
-// they can together, which spreads the drift around a loop over its cameras (Strasdat, Montiel and
-// Davison 2010). Nodes marked in `fixed` stay. `depth`: about how far the scene is, in the unit of
-// the nodes: errors of position count relative to it. Nothing if the solver fails.
+// Optimises the nodes (cam_from_world, each with its own scale) so that the edges are satisfied as
+// well as possible together, which distributes the drift around a loop over its cameras (Strasdat,
+// Montiel and Davison 2010). Nodes marked in `fixed` do not move. `depth`: the typical depth of the
+// scene, relative to which errors of position count. Returns nothing if the solver fails.
 std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Similarity>& nodes,
                                                          const std::vector<PoseGraphEdge>& edges,
                                                          const std::vector<char>& fixed,

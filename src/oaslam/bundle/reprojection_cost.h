@@ -16,8 +16,8 @@ using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3& pose);
 Rigid3 FromBlock(const PoseBlock& block);
 
-// A small motion (translation, rotation vector) applied after the pose: about the camera, so that
-// rotation and translation hardly mix.
+// The tangent space is a small motion (translation, rotation vector) applied after the pose: about
+// the camera, where rotation and translation are hardly correlated.
 class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 7; }
@@ -28,8 +28,8 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-// (projection - observation) / sigma in the ideal image, with analytic derivatives. Switched off it
-// is zero: cheaper than taking the residual out of the problem.
+// (projection - observation) / sigma in the ideal image, with analytic derivatives. While it is
+// switched off it is zero, which is cheaper than removing the residual from the problem.
 class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
   ReprojectionCost(const Camera& camera, const Eigen::Vector2d& px, double sigma_px);
@@ -43,7 +43,7 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   bool active_ = true;
 };
 
-// The same from a pose that stays.
+// The same for a fixed pose.
 class FixedPoseReprojectionCost final : public ceres::SizedCostFunction<2, 3> {
  public:
   FixedPoseReprojectionCost(const Camera& camera, const Rigid3& cam_from_world,

@@ -8,7 +8,8 @@
 namespace oaslam {
 namespace {
 
-// The key points of a keyframe, `rolled` as they were read out, at the instant of its pose.
+// Moves the key points of a keyframe from where they were read out (`rolled`) to where they were at
+// the time of its pose.
 Features AtOneInstant(const Map& map, KeyframeId id, const Features& rolled,
                       const CameraVelocity& velocity, double readout_s) {
   const Keyframe& keyframe = map.keyframes.At(id);

@@ -7,12 +7,12 @@
 
 namespace oaslam {
 
-// The map as if each image had been taken at one instant, that of its middle row, which is what its
-// time stamp and its pose stand for: the rows are read out from top to bottom within `readout_s`
-// (below 0: from bottom to top) while the camera moves. Key points are moved to where they would
-// have been, by the motion of `trajectory` around the keyframe and the depth of their landmarks,
-// and a global bundle adjustment follows, in a few rounds, as the one gives the other. A keyframe
-// without a pose shortly before or after it stays as it is.
+// Corrects a map for a rolling shutter, which reads out the rows of an image from top to bottom
+// within `readout_s` (below 0: from bottom to top) while the camera moves: the result is as if each
+// image had been taken at the time of its middle row, to which its time stamp and pose refer. Key
+// points are moved by the motion of `trajectory` near the keyframe and the depth of their
+// landmarks, and a global bundle adjustment follows; this is repeated a few times, since each
+// depends on the other. A keyframe without another pose shortly before or after it is not changed.
 Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double readout_s,
                    const BundleConfig& config, int min_shared_landmarks);
 

@@ -17,8 +17,8 @@ using Matrix63 = Eigen::Matrix<double, 6, 3>;
 using Matrix66 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// At or behind the camera there is no projection: a large constant error, so that no step gains by
-// going there.
+// At or behind the camera there is no projection; a large constant error ensures that no step gains
+// by going there.
 constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
 
 struct Loss {
@@ -92,7 +92,7 @@ class Solver {
         hessian.noalias() += weight * by_point.transpose() * by_point;
         gradient.noalias() += weight * by_point.transpose() * residual;
         if (s.pose >= free_poses_) continue;
-        // A turn w of the camera moves the point by w x p.
+        // Under a rotation w of the camera the point moves by w x p.
         Matrix26 by_pose;
         by_pose.leftCols<3>() = by_p;
         by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
@@ -107,7 +107,7 @@ class Solver {
     }
   }
 
-  // The state after the step that the damped equations ask for; false if they cannot be solved.
+  // Applies the step that solves the damped equations; returns false if they cannot be solved.
   bool Step(double damping, CamerasAndPoints& state) {
     const int n = 6 * free_poses_;
     Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
@@ -116,7 +116,8 @@ class Solver {
       system.block<6, 6>(6 * k, 6 * k) = pose_hessians_[k];
       system.block<6, 6>(6 * k, 6 * k).diagonal() *= 1 + damping;
       system.block<6, 6>(6 * k, 6 * k).diagonal().array() +=
-          1e-12 * (1 + pose_hessians_[k].diagonal().maxCoeff());  // of a camera that sees nothing
+          1e-12 *
+          (1 + pose_hessians_[k].diagonal().maxCoeff());  // for a camera without observations
       right.segment<6>(6 * k) = -pose_gradients_[k];
     }
     for (size_t point = 0; point < point_hessians_.size(); ++point)
@@ -175,7 +176,7 @@ class Solver {
     return false;
   }
 
-  // A point behind one of its cameras has no useful derivative: it neither moves nor pulls.
+  // A point behind one of its cameras has no useful derivative: it is fixed and has no influence.
   void HoldStill(size_t point) {
     for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
     point_hessians_[point].setIdentity();
@@ -205,10 +206,10 @@ class Solver {
   std::span<const PointSight> sights_;
   int free_poses_;
   SchurOptions options_;
-  std::vector<int> first_;         // sight of each point
-  std::vector<char> is_left_out_;  // points that are behind a camera from the start: what they
-                                   // would pull at is wrong anyway
-  std::vector<Matrix63> cross_;    // per sight: pose by point
+  std::vector<int> first_;  // index of the first sight of each point
+  // Points that are behind a camera from the start: their residuals would be wrong.
+  std::vector<char> is_left_out_;
+  std::vector<Matrix63> cross_;  // by sight: pose by point
   std::vector<Matrix66> pose_hessians_;
   std::vector<Vector6> pose_gradients_;
   std::vector<Eigen::Matrix3d> point_hessians_, point_inverses_;

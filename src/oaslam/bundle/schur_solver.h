@@ -17,30 +17,32 @@ struct PointSight {
   double inverse_sigma = 1;
 };
 
-// Cameras and points, as far as known.
+// The present estimates of cameras and points.
 struct CamerasAndPoints {
-  std::vector<Rigid3> poses;           // cam_from_world; those that may move come first
+  std::vector<Rigid3> poses;           // cam_from_world; the free ones come first
   std::vector<const Camera*> cameras;  // parallel
   std::vector<Eigen::Vector3d> points;
 };
 
 struct SchurOptions {
   int max_iterations = 10;
-  double tolerance = 1e-3;  // ends with a step that lowers the cost by less than this share
-  double huber_chi2 = 0;    // above it a squared error counts by Huber's kernel; 0: no kernel
+  // The solver ends after a step that lowers the cost by less than this share.
+  double tolerance = 1e-3;
+  double huber_chi2 = 0;  // threshold of Huber's kernel on the squared error; 0: no kernel
   std::stop_token stop{};
 };
 
 struct SchurReport {
-  bool success = false;  // false: nothing to solve, the numbers broke down, or it was asked to
-                         // stop; the state is then as good as before or better
+  // False: there was nothing to solve, the numbers were not finite, or a stop was requested; the
+  // state is then as good as before or better.
+  bool success = false;
   int iterations = 0;
 };
 
 // Minimises the reprojection errors of `sights`, sorted by point, over the first `free_poses` poses
-// and all points, by Levenberg-Marquardt on the Schur complement of the points, a dense system of
-// the poses (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000). For windows of some
-// dozens of cameras; it has none of a general solver's costs for a residual.
+// and all points: Levenberg-Marquardt on the Schur complement of the points, a dense system of the
+// poses (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000). It is meant for windows of
+// some dozens of cameras, and is faster there than a general solver.
 SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_poses,
                                  const SchurOptions& options, CamerasAndPoints& state);
 

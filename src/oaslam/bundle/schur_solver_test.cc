@@ -18,7 +18,7 @@ struct Problem {
   std::vector<PointSight> sights;
 };
 
-// The first `free` of eight cameras and all points are disturbed.
+// The first `free` of eight cameras and all points are disturbed from the true solution.
 Problem MakeProblem(int free, double noise_px, double wrong_share = 0) {
   Problem p;
   p.world = synthetic::MakeWorld({.points = 150, .cameras = 8});

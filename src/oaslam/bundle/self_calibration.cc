@@ -19,23 +19,25 @@
 namespace oaslam {
 namespace {
 
-// More hardly add to what is known of one lens, and the dense system grows with their square.
+// More keyframes hardly add information on one lens, and the cost of the dense system grows with
+// their square.
 constexpr size_t kMaxKeyframes = 120;
 constexpr int kMinKeyframes = 5, kMinPoints = 30;
-// Beyond it a guess from the usual fields of view is hardly worse.
+// With a larger uncertainty a guess from the usual fields of view is hardly worse.
 constexpr double kMaxRelativeSigma = 0.02;
-// Between the rays of a point that says something of depth; a tenth of the points, at least.
+// The least angle between the rays of a point that is useful, and the least share of such points.
 constexpr double kMinParallaxRad = 0.5 * std::numbers::pi / 180, kMinParallaxShare = 0.1;
-// Without turning, focal length and depth cannot be told apart.
+// Without rotation, focal length and depth cannot be distinguished.
 constexpr double kMinTurnRad = 5 * std::numbers::pi / 180;
-// Lenses beyond need a calibration, or there is no solution.
-constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // of the longer side
+// Bounds of the focal length; outside of them there is no solution, or the
+// lens needs a calibration.
+constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // relative to the longer side of the image
 
 struct Problem {
-  std::vector<RolledSight> sights;  // by point
+  std::vector<RolledSight> sights;  // ordered by point
   IntrinsicsState state;
-  std::vector<KeyframeId> keyframes;  // per pose
-  std::vector<LandmarkId> landmarks;  // per point
+  std::vector<KeyframeId> keyframes;  // by pose
+  std::vector<LandmarkId> landmarks;  // by point
 };
 
 std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
@@ -49,8 +51,8 @@ std::vector<KeyframeId> SelectKeyframes(const Map& map, int camera) {
   return spread;
 }
 
-// How far a point at rest seems to move, for each second of the readout, since its row is not the
-// middle one.
+// The displacement of a static point in the image for each second of readout time, due to the
+// distance of its row from the middle one.
 Eigen::Vector2d ByReadout(const Camera& camera, const Keyframe& keyframe,
                           const CameraMotion& motion, const Eigen::Vector3d& point,
                           const Eigen::Vector2d& raw) {
@@ -107,7 +109,7 @@ std::optional<Eigen::Vector2d> ResidualOf(const IntrinsicsState& state, const Ro
   return s.inverse_sigma * (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px);
 }
 
-// Those that agree with the state; points with fewer than two such sights lose the rest.
+// The sights that agree with the state; points with fewer than two such sights are dropped.
 std::vector<RolledSight> InliersOf(const Problem& problem) {
   std::vector<RolledSight> inliers;
   for (size_t i = 0; i < problem.sights.size();) {
@@ -122,9 +124,9 @@ std::vector<RolledSight> InliersOf(const Problem& problem) {
   return inliers;
 }
 
-// Variance of the residuals, and by how much errors of neighbours in an image have the same sign:
-// the design effect, var(sum) / sum(var) over cells of the image (Kish 1965). A motion that the
-// poses do not follow, a distortion that the model lacks, and matches that err alike show in it.
+// The variance of the residuals, and how correlated errors of neighbours in an image are: the
+// design effect, var(sum) / sum(var) over cells of the image (Kish 1965). It reveals a motion that
+// the poses do not follow, a distortion that the model lacks, and matches with common errors.
 struct Noise {
   double variance = 1, design_effect = 1;
 };
@@ -191,7 +193,7 @@ std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state,
     const std::string how =
         std::isfinite(found.RelativeSigma())
             ? fmt::format("the focal length is only known to {:.1f} %", 100 * found.RelativeSigma())
-            : std::string("the focal length is open");
+            : std::string("the focal length is not determined");
     return how +
            (LargestTurn(state) < kMinTurnRad
                 ? ": the camera moved without turning"
@@ -206,8 +208,8 @@ bool Solve(Problem& problem, const CalibrationPrior& prior) {
   constexpr int kIterations = 40;
   constexpr double kTolerance = 1e-5;
   IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
-  // First with the principal point held: far from the solution it would take up what the focal
-  // length is off.
+  // The principal point is fixed at first: far from the solution it would compensate for a wrong
+  // focal length.
   IntrinsicsPrior held = known;
   held.camera.cx = problem.state.camera.cx;
   held.camera.cy = problem.state.camera.cy;
@@ -217,7 +219,7 @@ bool Solve(Problem& problem, const CalibrationPrior& prior) {
          MinimizeWithIntrinsics(problem.sights, known, robust, problem.state).success;
 }
 
-// The part of a problem that the keyframes [from, to) are.
+// The part of a problem with the keyframes [from, to).
 Problem PartOf(const Problem& whole, int from, int to) {
   Problem part;
   part.state.camera = whole.state.camera;
@@ -245,8 +247,8 @@ Problem PartOf(const Problem& whole, int from, int to) {
   return part;
 }
 
-// The standard deviation of log(focal length) that a solved problem has for itself; infinite where
-// open.
+// The standard deviation of log(focal length) of a solved problem, from its own residuals; infinite
+// where it is not determined.
 double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSight> inliers,
                         const IntrinsicsPrior& known) {
   const Noise noise = NoiseOf(state, inliers);
@@ -256,10 +258,9 @@ double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSigh
                                                  : std::numeric_limits<double>::infinity();
 }
 
-// How much more parts of the walk, each by itself, differ in the focal length than their own
-// standard deviations allow (Birge 1932): at least
-// 1. Errors that stay the same all through a part show in it, such as what a rolling shutter does
-// to its motion.
+// How much more the focal lengths of parts of the walk, each solved by itself, differ than their
+// own standard deviations explain (Birge 1932); at least 1. It reveals errors that are constant
+// within a part, such as the effect of a rolling shutter on its motion.
 double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
   constexpr int kParts = 4, kMinKeyframesOfPart = 6;
   const int count = static_cast<int>(whole.keyframes.size()),

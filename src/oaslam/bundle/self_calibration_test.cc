@@ -25,12 +25,13 @@ Camera Guess(const Camera& camera, double factor) {
   return guess;
 }
 
-// As a map comes from images by a camera that is not known: bent to fit the guess.
+// A map made from images with a wrong camera: bent to fit the guess.
 Map MapByGuess(const synthetic::World& world, const Camera& lens, double factor,
                synthetic::MapOptions options = {}) {
   options.view.noise_px = 0.4;
   Map map = synthetic::MakeMap(world, options).map;
-  // The world's images are ideal: seen through the lens, then taken for those of the guess.
+  // The world's images are ideal: they are distorted by the true lens, and then treated as images
+  // of the guess, which has no distortion.
   for (const KeyframeId id : map.keyframes.Ids()) {
     Features raw = *map.keyframes.At(id).features;
     for (Keypoint& k : raw.keypoints) k.px = Distort(lens, k.px.cast<double>()).cast<float>();

@@ -16,14 +16,14 @@
 namespace oaslam {
 namespace {
 
-// A model on its anchor: the middle of its bounds' bottom on the origin, its longest side of the
-// anchor's size.
+// A model placed on its anchor: the centre of its bottom is at the origin, and its longest side has
+// the anchor's size.
 struct Placed {
   const Mesh* mesh = nullptr;
   Rigid3 cam_from_anchor;
-  double scale = 1;        // anchor's unit per one of the mesh
-  Eigen::Vector3d origin;  // of the anchor, in the mesh
-  Eigen::Vector3d sides;   // in the anchor's unit
+  double scale = 1;        // anchor units per mesh unit
+  Eigen::Vector3d origin;  // the anchor's origin in the mesh's frame
+  Eigen::Vector3d sides;   // in anchor units
 
   Eigen::Vector3d InCamera(const Eigen::Vector3f& position) const {
     return cam_from_anchor * (scale * (position.cast<double>() - origin));
@@ -50,7 +50,7 @@ std::vector<Placed> PlaceContent(const ArFrame& frame, const ModelLibrary& model
   return content;
 }
 
-// The pixels around points of which some may be behind the camera; all of the picture where one is.
+// The pixels around points; the whole picture if some but not all points are behind the camera.
 cv::Rect PixelsAround(const std::vector<Eigen::Vector3d>& in_cam, double near, const Camera& camera,
                       const cv::Size& size) {
   const cv::Rect all({0, 0}, size);
@@ -79,7 +79,8 @@ cv::Rect PixelsAround(const std::vector<Eigen::Vector3d>& in_cam, double near, c
   return {x1, y1, std::max(x2 - x1, 0), std::max(y2 - y1, 0)};
 }
 
-// The box around a model, `margin` times its sides wider; its floor alone where `is_flat`.
+// The pixels of the box around a model, whose sides are enlarged by `margin`; of its floor only
+// where `is_flat`.
 cv::Rect PixelsOf(const Placed& placed, double margin, bool is_flat, double near,
                   const Camera& camera, const cv::Size& size) {
   std::vector<Eigen::Vector3d> corners;
@@ -92,8 +93,8 @@ cv::Rect PixelsOf(const Placed& placed, double margin, bool is_flat, double near
   return PixelsAround(corners, near, camera, size);
 }
 
-// Light in [0, 1] on a surface by its normal in the anchor's frame: a bright sky, and a lamp above
-// and ahead.
+// The brightness, in [0, 1], of a surface with a normal in the anchor's frame, lit by a bright sky
+// and a lamp above and ahead.
 float LightOn(const Eigen::Vector3f& normal) {
   static const Eigen::Vector3f kLamp = Eigen::Vector3f(0.35F, 0.8F, 0.5F).normalized();
   return 0.40F + 0.12F * normal.y() + 0.55F * std::max(0.0F, normal.dot(kLamp));
@@ -107,8 +108,8 @@ void DrawModel(const Placed& placed, Raster& raster) {
   for (const auto& triangle : mesh.triangles) {
     const Eigen::Vector3d &a = in_cam[triangle[0]], &b = in_cam[triangle[1]],
                           &c = in_cam[triangle[2]];
-    const float side =
-        (b - a).cross(c - a).dot(a) <= 0 ? 1.0F : -1.0F;  // of a sheet, the one that is seen
+    // Selects the side of a sheet that faces the camera.
+    const float side = (b - a).cross(c - a).dot(a) <= 0 ? 1.0F : -1.0F;
     std::array<Raster::Vertex, 3> vertices;
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t v = triangle[i];
@@ -125,11 +126,12 @@ struct Occluder {
   Box outline;
 };
 
-// All mapped ones but those in which content stands: the ellipsoid of a table bulges over its
-// board.
+// All mapped ellipsoids except those that content stands in: the ellipsoid of a table, for example,
+// bulges over its top.
 std::vector<Occluder> OccludersIn(const ArFrame& frame, const std::vector<Placed>& content) {
-  constexpr double kRaised =
-      0.05;  // of the content's size: what stands on top of an ellipsoid is outside
+  // A point raised by this share of the content's size is outside of an ellipsoid that the content
+  // stands on.
+  constexpr double kRaised = 0.05;
   std::vector<Eigen::Vector3d> feet;
   const Rigid3 world_from_cam = frame.cam_from_world->Inverse();
   for (const Placed& placed : content)
@@ -141,7 +143,7 @@ std::vector<Occluder> OccludersIn(const ArFrame& frame, const std::vector<Placed
     if (std::ranges::any_of(feet,
                             [&](const auto& foot) { return Contains(object.ellipsoid, foot); }))
       return;
-    // One that the camera is in, or beside, hides nothing.
+    // An ellipsoid around or beside the camera hides nothing.
     if (const auto outline = ProjectToBox(object.ellipsoid, *frame.cam_from_world, frame.camera))
       occluders.push_back(
           {object.ellipsoid, EllipsoidFront(object.ellipsoid, *frame.cam_from_world), *outline});
@@ -204,7 +206,7 @@ void DrawContent(const ArFrame& frame, const ModelLibrary& models, cv::Mat& pict
 
 void DrawArPicture(const ArFrame& frame, const ModelLibrary& models, const ClassNames& names,
                    cv::Mat& picture) {
-  // Outlines first: what stands before an object covers its outline too.
+  // Outlines are drawn first, so that content in front of an object covers its outline, too.
   DrawOutlines(frame, names, picture);
   DrawContent(frame, models, picture);
   DrawStatus(frame, picture);

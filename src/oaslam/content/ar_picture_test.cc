@@ -10,7 +10,7 @@ namespace {
 constexpr double kSize = 1, kDistance = 4;
 const cv::Scalar kBackground(210, 90, 160);
 
-// Off centre, as of a cropped image.
+// The principal point is off centre, as in a cropped image.
 Camera OffCentre() {
   return {.width = 320, .height = 240, .fx = 300, .fy = 290, .cx = 190.3, .cy = 99.2};
 }
@@ -37,7 +37,7 @@ void AddEllipsoid(Map& map, const Eigen::Vector3d& center, double radius) {
   map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), object);
 }
 
-// What the content changes.
+// The pixels that the content changes.
 cv::Mat Drawn(const Map& map, const Rigid3& cam_from_world = {}) {
   const ModelLibrary models;
   ArFrame frame;
@@ -50,7 +50,7 @@ cv::Mat Drawn(const Map& map, const Rigid3& cam_from_world = {}) {
   return 255 - changed;
 }
 
-// The face of a cube that is nearest, in pixels.
+// The nearest face of a cube, in pixels.
 struct Face {
   double left, top, right, bottom;
 };
@@ -65,7 +65,7 @@ TEST(DrawContent, ACubeCoversItsProjection) {
   const cv::Mat changed = Drawn(MapWith("cube"));
   const Face face = FrontOfCube();
   int inside = 0;
-  // Below there is its shadow.
+  // Below it is its shadow.
   for (int y = 0; y < static_cast<int>(face.bottom); ++y)
     for (int x = 0; x < changed.cols; ++x) {
       const double depth_inside = std::min({x - face.left, face.right - x, y - face.top});
@@ -73,7 +73,7 @@ TEST(DrawContent, ACubeCoversItsProjection) {
         ASSERT_TRUE(changed.at<uchar>(y, x)) << x << " " << y;
         ++inside;
       }
-      // Behind the lower corners of the front, the shadow.
+      // The shadow is visible behind the lower corners of the front.
       if (depth_inside < -0.5 && y < face.top + 0.5 * (face.bottom - face.top)) {
         ASSERT_FALSE(changed.at<uchar>(y, x)) << x << " " << y;
       }
@@ -85,7 +85,7 @@ TEST(DrawContent, IsHiddenByAnEllipsoidBefore) {
   Map map = MapWith("cube");
   AddEllipsoid(map, {0, 0, kDistance / 2}, 1);
   EXPECT_EQ(cv::countNonZero(Drawn(map)), 0);
-  // In part: a ball whose outline has its right end in the middle of the cube.
+  // A ball hides a part: the right end of its outline is in the middle of the cube.
   map = MapWith("cube");
   AddEllipsoid(map, {-0.5, 0, 2},
                0.485);  // sin(atan(0.5 / 2)) * hypot(0.5, 2): it touches the axis
@@ -110,7 +110,7 @@ TEST(DrawContent, IsNotHiddenByAnEllipsoidBehindOrNotMapped) {
 TEST(DrawContent, IsNotHiddenByWhatItStandsIn) {
   const cv::Mat alone = Drawn(MapWith("cube"));
   Map map = MapWith("cube");
-  AddEllipsoid(map, {0, 1, kDistance}, 0.7);  // a table that bulges over its board
+  AddEllipsoid(map, {0, 1, kDistance}, 0.7);  // the ellipsoid of a table bulges over its top
   EXPECT_EQ(cv::countNonZero(Drawn(map) != alone), 0);
 }
 
@@ -119,7 +119,8 @@ TEST(DrawContent, BehindTheCameraThereIsNothing) {
   EXPECT_EQ(cv::countNonZero(Drawn(MapWith("robot"), turned)), 0);
 }
 
-// The nearest parts of what the camera stands in are cut away, the rest is where it belongs.
+// Where the camera is inside of content, its nearest parts are cut away and the rest is drawn in
+// its place.
 TEST(DrawContent, IsCutBeforeTheCamera) {
   const Rigid3 inside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, -kDistance));
   EXPECT_GT(cv::countNonZero(Drawn(MapWith("cube"), inside)), 320 * 240 * 9 / 10);

@@ -10,8 +10,8 @@ namespace {
 
 using Vector = Eigen::Vector3f;
 
-// As on a golf course: the round of grass has the width of the cloth, so that the pole stands in
-// the middle.
+// A flag as on a golf course. The disc of grass is as wide as the cloth, so that the pole stands in
+// the centre.
 Mesh Flag() {
   MeshBuilder builder;
   constexpr float kRadius = 0.36F;
@@ -54,8 +54,7 @@ Mesh Crate() {
   for (int axis = 0; axis < 3; ++axis)
     for (const bool a : {false, true})
       for (const bool b : {false, true}) {
-        // Beams along one axis reach between those along the others, so that no faces lie in each
-        // other.
+        // Beams along one axis end at those along the others, so that no faces coincide.
         Vector min, max;
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         const float inset = axis == 1 ? 0 : kBeam;

@@ -8,11 +8,11 @@
 
 namespace oaslam {
 
-// Content that is always there, made in code: "flag", "arrow" (its tip on the place), "cube" (a
-// crate), "tree", "robot". Their longest side is 1, and they stand in the middle of their bounds.
+// The built-in models, made in code: "flag", "arrow" (its tip on the place), "cube" (a crate),
+// "tree", "robot". Their longest side is 1, and the centre of their bottom is at the origin.
 const std::vector<std::pair<std::string, Mesh>>& BuiltinModels();
 
-// The edges of a cube of side 1 that stands on the origin: stands for a model that is not there.
+// The edges of a cube of side 1 that stands on the origin: shown instead of a missing model.
 const Mesh& PlaceholderModel();
 
 }  // namespace oaslam

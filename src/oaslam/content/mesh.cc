@@ -36,7 +36,7 @@ std::string GlbOf(const Mesh& mesh, const std::string& name) {
                            {"COLOR_0", buffer.AddVectors(ToDouble(mesh.colors))}};
   const Json primitive = {
       {"attributes", attributes}, {"indices", buffer.AddIndices(indices)}, {"material", 0}};
-  // Both sides are seen, since a cloth is one sheet.
+  // Both sides are visible, since a cloth is a single sheet.
   const Json material = {
       {"name", name},
       {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}},

@@ -8,12 +8,12 @@
 
 namespace oaslam {
 
-// A model of virtual content. Of its own unit, y up, standing on the origin, its front towards +z,
+// A model of virtual content, in its own unit: y up, standing on the origin, its front towards +z,
 // as in glTF.
 struct Mesh {
   std::vector<Eigen::Vector3f> positions;
-  std::vector<Eigen::Vector3f> normals;  // per vertex, of unit length
-  std::vector<Eigen::Vector3f> colors;   // per vertex, linear RGB in [0, 1], as glTF's COLOR_0
+  std::vector<Eigen::Vector3f> normals;  // by vertex, of unit length
+  std::vector<Eigen::Vector3f> colors;   // by vertex, linear RGB in [0, 1], as glTF's COLOR_0
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from outside
 };
 
@@ -23,7 +23,7 @@ struct MeshBounds {
   float LongestSide() const { return (max - min).maxCoeff(); }
 };
 
-// Of a mesh with vertices.
+// The mesh must have vertices.
 MeshBounds BoundsOf(const Mesh& mesh);
 
 // The mesh as a file of glTF 2.0 in its binary form.

@@ -6,26 +6,26 @@
 
 namespace oaslam {
 
-// "0xrrggbb" in sRGB as the linear RGB of a Mesh.
+// Converts 0xrrggbb in sRGB to the linear RGB of a Mesh.
 Eigen::Vector3f LinearRgb(uint32_t srgb);
 
-// Puts a mesh together from simple bodies, each of one colour. Edges are hard where a body has
-// edges.
+// Builds a mesh from simple bodies of one colour each. Edges of bodies are shaded hard.
 class MeshBuilder {
  public:
   using Vector = Eigen::Vector3f;
 
-  // Along the axes.
+  // A box along the axes.
   void AddBox(const Vector& min, const Vector& max, const Vector& color);
-  // A part of a cone around an axis along y; a radius of 0 at either end makes a cone.
+  // A truncated cone along y; a radius of 0 at either end makes a cone.
   void AddCone(const Vector& bottom, float height, float bottom_radius, float top_radius, int sides,
                const Vector& color);
   void AddEllipsoid(const Vector& center, const Vector& half_axes, int sides, const Vector& color);
-  // A sheet seen from both sides: corners[row][column], as many in each row.
+  // A sheet that is visible from both sides: corners[row][column], with the
+  // same number in each row.
   void AddSheet(const std::vector<std::vector<Vector>>& corners,
                 const std::vector<Vector>& row_colors);
 
-  // The mesh, its longest side 1.
+  // Returns the mesh, scaled to a longest side of 1.
   Mesh Finish() &&;
 
  private:

@@ -30,7 +30,7 @@ constexpr size_t kMaxTriangles = 2'000'000;
 Eigen::Vector3f ToEigen(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 Eigen::Vector3f ToLinear(const Eigen::Vector3f& srgb) { return srgb.unaryExpr(&LinearFromSrgb); }
 
-// Where in [0, size) a coordinate of a texture that repeats lies.
+// The texel index in [0, size) of a coordinate of a repeating texture.
 int TexelOf(float coordinate, int size) {
   const float turn = coordinate - std::floor(coordinate);
   return std::isfinite(turn) ? std::min(static_cast<int>(turn * static_cast<float>(size)), size - 1)
@@ -56,7 +56,7 @@ class Loader {
   const std::string path_;
   Assimp::Importer importer_;
   const aiScene* scene_ = nullptr;
-  bool is_gltf_ = false;  // whose colours are linear; of others, as on the screen
+  bool is_gltf_ = false;  // colours of glTF are linear, those of other formats sRGB
   std::map<std::string, cv::Mat> textures_;
   Mesh mesh_;
 };
@@ -72,7 +72,7 @@ Mesh Loader::Load() {
   for (unsigned i = 0; i < scene_->mNumMeshes; ++i) faces += scene_->mMeshes[i]->mNumFaces;
   if (faces > kMaxTriangles)
     throw Error(fmt::format("{} triangles; allowed: up to {}", faces, kMaxTriangles));
-  // Normals last: of a model that is too large, assimp would make them for minutes.
+  // Normals are made last: for a model that is too large assimp would take minutes.
   scene_ = importer_.ApplyPostProcessing(aiProcess_GenSmoothNormals);
   if (!scene_)
     throw Error(fmt::format("cannot be read as a model: {}", importer_.GetErrorString()));
@@ -100,7 +100,7 @@ void Loader::AddNode(const aiNode& node, const aiMatrix4x4& parent) {
 
 void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh) {
   if ((mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0) return;
-  // A node may place a mesh many times.
+  // A mesh may be placed by several nodes.
   if (mesh_.triangles.size() + mesh.mNumFaces > kMaxTriangles)
     throw Error(fmt::format("more triangles than allowed: up to {}", kMaxTriangles));
   const aiMaterial& material = *scene_->mMaterials[mesh.mMaterialIndex];
@@ -108,7 +108,7 @@ void Loader::AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh)
   const cv::Mat& texture = TextureOf(material);
   const Eigen::Matrix3f linear = model_from_mesh.linear();
   const bool is_mirrored = linear.determinant() < 0;
-  // Normals go with the cofactors, which exist of a flattened mesh too.
+  // Normals are transformed by the cofactors, which exist for a flattened mesh, too.
   Eigen::Matrix3f normal_matrix;
   for (int i = 0; i < 3; ++i)
     normal_matrix.col(i) = linear.col((i + 1) % 3).cross(linear.col((i + 2) % 3));
@@ -167,7 +167,7 @@ const cv::Mat& Loader::TextureOf(const aiMaterial& material) {
   return kNone;
 }
 
-// Empty where it cannot be read: the model then has its material's colour.
+// Empty where the texture cannot be read: the model then has its material's colour.
 cv::Mat Loader::ReadTexture(const std::string& name) const {
   const aiTexture* embedded = scene_->GetEmbeddedTexture(name.c_str());
   if (!embedded) {
@@ -175,7 +175,7 @@ cv::Mat Loader::ReadTexture(const std::string& name) const {
     const cv::Mat image = ReadImage((folder / name).string(), true);
     return image.empty() ? ReadImage((folder / DecodeUri(name)).string(), true) : image;
   }
-  if (embedded->mHeight > 0) {  // texels as they are
+  if (embedded->mHeight > 0) {  // uncompressed texels
     const cv::Mat bgra(static_cast<int>(embedded->mHeight), static_cast<int>(embedded->mWidth),
                        CV_8UC4, embedded->pcData);
     cv::Mat bgr(bgra.size(), CV_8UC3);

@@ -18,7 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Whether normals point to where triangles are seen counter-clockwise.
+// Expects that normals point to the side from which triangles are counter-clockwise.
 void ExpectNormalsOutwards(const Mesh& mesh) {
   for (const auto& [a, b, c] : mesh.triangles) {
     const Eigen::Vector3f face =
@@ -83,7 +83,7 @@ TEST(LoadMesh, PlacesMeshesByTheirNodes) {
   EXPECT_LT((bounds.min - Eigen::Vector3f(-2, 0, 5)).norm(), 1e-6);
   EXPECT_LT((bounds.max - Eigen::Vector3f(0, 2, 5)).norm(), 1e-6);
   EXPECT_LT((mesh.colors[0] - Eigen::Vector3f(1, 0.25F, 0)).norm(), 1e-5);
-  ExpectNormalsOutwards(mesh);  // mirrored: the side that was seen is seen still
+  ExpectNormalsOutwards(mesh);  // a mirrored mesh keeps its outer side
 }
 
 TEST(LoadMesh, SamplesTexturesAtVertices) {

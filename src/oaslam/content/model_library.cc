@@ -26,10 +26,10 @@ std::string ContentType(const std::string& path) {
   return it == kTypes.end() ? "application/octet-stream" : it->second;
 }
 
-// Why a path from a .gltf is not one of a file in its folder or below, empty if it is.
+// Why a path in a .gltf file does not name a file in its folder or below; empty if it does.
 std::string Objection(const std::string& path) {
   if (path.empty() || path.find('\0') != std::string::npos) return "no name of a file";
-  // A scheme ("http:", "C:") makes it absolute as a slash does.
+  // A scheme ("http:", "C:") makes a path absolute, as a slash does.
   if (path.front() == '/' || path.find_first_of(":\\") != std::string::npos)
     return "an absolute address; allowed: files of its own folder and below";
   for (const fs::path& part : fs::path(path))

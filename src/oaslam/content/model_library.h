@@ -10,32 +10,30 @@
 
 namespace oaslam {
 
-// The models of virtual content that there are, by name: those that are built in, and files of the
-// user.
+// The available models of virtual content by name: built-in ones, and files of the user.
 class ModelLibrary {
  public:
   struct File {
     std::string content_type;
-    std::string_view bytes;  // of a built-in model, as long as the library
-    std::string path;        // else, in the file system
+    std::string_view bytes;  // of a built-in model; valid as long as the library
+    std::string path;        // of a user's file: its path in the file system
   };
 
-  // `files` are .glb or .gltf, named by their stems. A .gltf may refer to files of its own folder
-  // and below. Throws InputError: not there, another extension, a name twice, a .gltf that is none
-  // or refers elsewhere or to what is not there.
+  // `files` are .glb or .gltf, named by their stems. A .gltf may refer to files in its own folder
+  // and below. Throws InputError where a file is missing, has another extension, a name that exists
+  // already, or is a .gltf that is invalid or refers to files elsewhere or missing ones.
   explicit ModelLibrary(const std::vector<std::string>& files = {});
 
   const std::vector<std::string>& names() const { return names_; }  // built-in ones first
-  // Where a model is found below /models/, as it stands in a URL: "flag/flag.glb",
-  // "lamp/lamp.gltf".
+  // The path of a model below /models/, encoded for a URL: "flag/flag.glb", "lamp/lamp.gltf".
   std::string entry(const std::string& name) const;
-  // What lies there, e.g. "lamp/lamp.bin", with or without the triplets of a URL: of the user's
-  // files, those that were named and those that they refer to; nothing for anything else.
+  // The file at a path below /models/, e.g. "lamp/lamp.bin", URL-encoded or not. Only built-in
+  // models, the user's files, and the files these refer to are found.
   std::optional<File> Find(std::string_view path) const;
 
   // Reads the user's models for FindMesh. Throws InputError as LoadMesh does.
   void LoadMeshes();
-  // Null where there is no such model, or it was not loaded.
+  // Null where there is no such model, or LoadMeshes was not called.
   const Mesh* FindMesh(const std::string& name) const;
 
  private:

@@ -26,7 +26,7 @@ cv::Scalar ColorOf(int category_id) {
   return {channel(5), channel(3), channel(1)};
 }
 
-// Of text and lines: 1 in a picture of 640 x 480.
+// The scale of text and lines: 1 in a picture of 640 x 480.
 double ScaleOf(const cv::Mat& picture) {
   return std::max(0.5, std::min(picture.cols / 640.0, picture.rows / 480.0));
 }
@@ -38,7 +38,7 @@ void DrawEllipse(const Ellipse& ellipse, const cv::Scalar& color, double scale, 
   const Eigen::LLT<Eigen::Matrix2d> root(ellipse.covariance);
   if (root.info() != Eigen::Success) return;
   const Eigen::Matrix2d axes = root.matrixL();
-  constexpr double kMaxPixels = 1e5;  // a line of more is not drawn well, and means little
+  constexpr double kMaxPixels = 1e5;  // larger outlines cannot be drawn well and are of no use
   if (!(axes.norm() < kMaxPixels) || !(ellipse.mean.norm() < kMaxPixels)) return;
   std::vector<cv::Point> points;
   for (int i = 0; i < kPoints; ++i) {

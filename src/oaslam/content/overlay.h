@@ -7,11 +7,11 @@
 
 namespace oaslam {
 
-// Outlines of the mapped objects' ellipsoids, a colour a class, with their own names or those of
-// their classes; names that would cover those of nearer objects are left out.
+// Draws the outlines of the mapped objects' ellipsoids, with one colour for each class, and their
+// own names or those of their classes. Names that would cover those of nearer objects are left out.
 void DrawOutlines(const ArFrame& frame, const ClassNames& names, cv::Mat& picture);
 
-// The line at the bottom: state, objects seen, confidence.
+// Draws the line at the bottom: state, objects seen, confidence.
 void DrawStatus(const ArFrame& frame, cv::Mat& picture);
 
 }  // namespace oaslam

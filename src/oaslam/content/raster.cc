@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-// Of the curve of sRGB.
+// Lookup tables of the sRGB transfer function.
 struct Curves {
   static constexpr int kSteps = 4096;
   std::array<float, 256> to_linear;
@@ -23,8 +23,8 @@ struct Curves {
           std::lround(255 * SrgbFromLinear(static_cast<float>(i) / kSteps)));
   }
   unsigned char ToSrgb(float linear) const {
-    const float within =
-        linear > 0 ? std::min(linear, 1.0F) : 0.0F;  // also of what is not a number
+    // The comparison maps NaN to 0.
+    const float within = linear > 0 ? std::min(linear, 1.0F) : 0.0F;
     return to_srgb[static_cast<int>(within * kSteps + 0.5F)];
   }
 };
@@ -99,7 +99,7 @@ void Raster::DrawClipped(const Vertex& a, const Vertex& b, const Vertex& c) {
     const double dy = PixelY(y) - pa.y();
     for (int x = box.x; x < box.br().x; ++x) {
       const double dx = PixelX(x) - pa.x();
-      // Shares of b and c in the image; divided by depth, they are those in space.
+      // Barycentric coordinates in the image; divided by depth they give those in space.
       const double share_b = (dx * ac.y() - dy * ac.x()) * inverse_area;
       const double share_c = (ab.x() * dy - ab.y() * dx) * inverse_area;
       const double share_a = 1 - share_b - share_c;

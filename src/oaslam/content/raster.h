@@ -11,28 +11,29 @@
 
 namespace oaslam {
 
-// Triangles in an ideal image, drawn by the processor: 2 x 2 samples a pixel, each with the depth
-// of what is nearest.
+// A software rasteriser of triangles in an ideal image, with 2 x 2 samples a
+// pixel and a depth buffer.
 class Raster {
  public:
   struct Vertex {
     Eigen::Vector3d in_cam;
-    Eigen::Vector3f color;  // linear RGB, lit
+    Eigen::Vector3f color;  // linear RGB, after lighting
   };
 
-  // `area`: of the picture, in pixels; `near`: depth before which nothing is drawn, above 0.
+  // `area`: the part of the picture to draw, in pixels; `near`: the least depth that is drawn,
+  // above 0.
   Raster(const Camera& camera, const cv::Rect& area, double near);
 
-  // Both sides are seen.
+  // Draws a triangle; both of its sides are visible.
   void Draw(const std::array<Vertex, 3>& triangle);
-  // Takes away what lies behind the front of an ellipsoid that is wholly in front of the camera.
+  // Removes samples behind an ellipsoid that is completely in front of the camera.
   void HideBehind(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world);
-  // Lays the samples over a picture of the camera, 8-bit BGR.
+  // Blends the samples into a picture of the camera, 8-bit BGR.
   void BlendInto(cv::Mat& picture) const;
 
  private:
   struct Sample {
-    float inverse_depth = 0;  // 0: nothing is there
+    float inverse_depth = 0;  // 0: empty
     Eigen::Vector3f color = Eigen::Vector3f::Zero();
   };
 
@@ -53,11 +54,11 @@ class Raster {
 class EllipsoidFront {
  public:
   EllipsoidFront(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world);
-  // `ray` as of RayOf; 0 where the ray misses.
+  // `ray`: as given by RayOf. Returns 0 where the ray misses.
   double DepthAlong(const Eigen::Vector3d& ray) const;
 
  private:
-  Eigen::Matrix3d unit_from_cam_;  // to where the ellipsoid is a unit sphere
+  Eigen::Matrix3d unit_from_cam_;  // to the frame in which the ellipsoid is a unit sphere
   Eigen::Vector3d center_;
 };
 

@@ -4,7 +4,7 @@
 
 namespace oaslam {
 
-// The curve of sRGB (IEC 61966-2-1), values in [0, 1].
+// The transfer function of sRGB (IEC 61966-2-1), for values in [0, 1].
 inline float LinearFromSrgb(float s) {
   return s <= 0.04045F ? s / 12.92F : std::pow((s + 0.055F) / 1.055F, 2.4F);
 }

@@ -5,11 +5,10 @@
 
 namespace oaslam {
 
-// "%20" and the like become the bytes they stand for (RFC 3986, section 2.1); what is no such
-// triplet stays.
+// Decodes triplets such as "%20" (RFC 3986, section 2.1); malformed ones are kept.
 std::string DecodeUri(std::string_view text);
 
-// A segment of a path as it stands in a URI: all but letters, digits and "-._~" as triplets.
+// Encodes a segment of a path for a URI: all but letters, digits and "-._~" as triplets.
 std::string EncodeUriSegment(std::string_view text);
 
 }  // namespace oaslam

@@ -13,8 +13,8 @@
 
 namespace oaslam {
 
-// A detector on a thread of its own, at its own pace: of the images offered it takes the newest
-// whenever it is free. Nobody waits for it.
+// Runs a detector on a thread of its own, at its own speed: whenever it is free it takes the newest
+// image offered. Nothing waits for it.
 class BackgroundDetector {
  public:
   using Detect = std::function<std::vector<Detection>(const cv::Mat&)>;
@@ -23,20 +23,20 @@ class BackgroundDetector {
     std::vector<Detection> detections;
   };
 
-  // `detect` is called on the thread alone.
+  // `detect` is called on that thread only.
   explicit BackgroundDetector(Detect detect);
-  // Waits for the image under way.
+  // Waits until the present image is processed.
   ~BackgroundDetector();
 
-  // Replaces the image that waits, if one does. Frames ascend.
+  // Offers an image, which replaces one that still waits. Frames ascend.
   void Offer(int frame, const cv::Mat& image);
-  // What was found since the last call, by ascending frame. Rethrows what `detect` threw.
+  // The results since the last call, ascending by frame. Rethrows an exception of `detect`.
   std::vector<Result> Take();
-  // Waits until the detector is idle: all that was not replaced has been looked at.
+  // Waits until the detector is idle: every image that was not replaced has been processed.
   void Wait();
 
-  int images() const;      // looked at so far
-  double busy_ms() const;  // spent on them
+  int images() const;      // number of images processed
+  double busy_ms() const;  // time spent on them
 
  private:
   struct Work {
@@ -48,13 +48,13 @@ class BackgroundDetector {
   Detect detect_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::optional<Work> waiting_;  // guarded, as what follows
+  std::optional<Work> waiting_;  // this and the following members are guarded by mutex_
   bool is_busy_ = false;
   std::vector<Result> results_;
   std::exception_ptr failure_;
   int images_ = 0;
   double busy_ms_ = 0;
-  std::jthread thread_;  // last: begins when all else is there
+  std::jthread thread_;  // last member: the thread starts when all others are constructed
 };
 
 }  // namespace oaslam

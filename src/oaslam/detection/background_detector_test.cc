@@ -35,10 +35,10 @@ TEST(BackgroundDetector, TakesTheNewestImageWheneverItIsFree) {
   };
   offer(0);
   begun.acquire();
-  EXPECT_TRUE(detector.Take().empty());  // nobody waits for it
+  EXPECT_TRUE(detector.Take().empty());  // nothing waits for it
   for (int i = 1; i < 8; ++i) offer(i);
   go_on.release();
-  begun.acquire();  // of 1 to 7 it took 7
+  begun.acquire();  // of the images 1 to 7 it took 7
   go_on.release();
   detector.Wait();
   const auto results = detector.Take();
@@ -71,7 +71,7 @@ TEST(BackgroundDetector, MayEndAtAnyTime) {
       for (int i = 0; i < offers; ++i) detector.Offer(i, cv::Mat(1, 1, CV_8U));
     }
     EXPECT_LE(begun, offers);
-    EXPECT_EQ(begun, ended);  // the image under way was waited for
+    EXPECT_EQ(begun, ended);  // the destructor waited for the present image
   }
 }
 

@@ -63,8 +63,8 @@ struct Detector::Impl {
   cv::Size input_size;
   std::map<int, std::string> names;
   std::vector<cv::String> output_names;
-  size_t output = 0;                 // which of the outputs holds the boxes
-  std::optional<size_t> prototypes;  // and which those of the masks
+  size_t output = 0;                 // index of the output with the boxes
+  std::optional<size_t> prototypes;  // index of the output with the mask prototypes
   OutputFormat format;
 
   std::vector<cv::Mat> Forward(const cv::Mat& network_image, bool yolox) {
@@ -75,7 +75,7 @@ struct Detector::Impl {
     return outputs;
   }
 
-  // The first output that is a detector's.
+  // Finds the first output that has the form of a detector's.
   bool FindBoxes(const std::vector<cv::Mat>& outputs, bool end_to_end, int masks) {
     for (size_t i = 0; i < outputs.size(); ++i) {
       if (outputs[i].depth() != CV_32F) continue;
@@ -89,7 +89,7 @@ struct Detector::Impl {
     return false;
   }
 
-  // Runs the network once and looks at what comes out.
+  // Runs the network once to recognise its outputs.
   void Probe(const std::string& path, bool end_to_end) {
     const std::vector<cv::Mat> outputs =
         Forward(cv::Mat(input_size, CV_8UC3, cv::Scalar::all(114)), false);

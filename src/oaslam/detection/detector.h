@@ -12,31 +12,32 @@
 namespace oaslam {
 
 struct DetectorOptions {
-  double min_score = 0.2;  // detections at or below are not given out
-  double max_iou = 0.45;   // of two boxes of a class that overlap more, the weaker one goes
-  cv::Size input_size{};   // of the network; {0, 0}: what the file says, 640x640 where it leaves
-                           // that open
-  DetectorLayout layout = DetectorLayout::kAuto;  // told apart by shape and metadata; see
-                                                  // docs/formats.md for what is ambiguous
+  double min_score = 0.2;  // detections at or below are dropped
+  double max_iou = 0.45;   // of two boxes of a class with more overlap, the weaker one is dropped
+  // Input size of the network; {0, 0}: that of the file, or 640x640 where the file leaves it open.
+  cv::Size input_size{};
+  // kAuto: recognised by shape and metadata; docs/formats.md tells which cases are ambiguous.
+  DetectorLayout layout = DetectorLayout::kAuto;
 };
 
 // An object detector of the YOLO family in an ONNX file, run on the CPU by OpenCV. One image at a
 // time: not thread-safe.
 class Detector {
  public:
-  // Throws InputError: no such file, no ONNX, a network that is no detector or not of the layout
-  // asked for.
+  // Throws InputError where the file is missing, is no ONNX file, or its network is no detector or
+  // does not have the requested layout.
   static std::unique_ptr<Detector> Load(const std::string& path,
                                         const DetectorOptions& options = {});
   ~Detector();
 
-  // Of an 8-bit image (BGR or grey); boxes in its pixels, clipped to it, best first.
+  // Detects objects in an 8-bit image (BGR or grey). Boxes are in its pixels,
+  // clipped to it, best first.
   std::vector<Detection> Detect(const cv::Mat& image);
 
   DetectorLayout layout() const;
   cv::Size input_size() const;
-  int class_count() const;  // 0 where the file does not say
-  // As the file itself names its classes; often empty.
+  int class_count() const;  // 0 where the file does not tell it
+  // The names of the classes in the file; often empty.
   const std::map<int, std::string>& class_names() const;
 
  private:

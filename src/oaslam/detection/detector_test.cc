@@ -42,8 +42,8 @@ TEST(Detector, RefusesFilesThatAreNoDetector) {
   std::filesystem::remove(text);
 }
 
-// data/…/detections.json of the sequence was made with this model (its README): what it found, we
-// find.
+// The detections.json of the sequence was made with this model (see its README):
+// we must find the same.
 TEST(Detector, FindsWhatTheModelFoundBefore) {
   OASLAM_SKIP_WITHOUT_DATA(kModel);
   OASLAM_SKIP_WITHOUT_DATA("redkitchen/rgb");

@@ -14,7 +14,7 @@ Letterbox MakeLetterbox(const cv::Mat& bgr, const cv::Size& network_size, bool c
   result.scale = std::min(static_cast<double>(network_size.width) / bgr.cols,
                           static_cast<double>(network_size.height) / bgr.rows);
   const auto fit = [&](int size, int bound) {
-    // The makers of YOLOX truncate, those of YOLOv5 and later round.
+    // YOLOX truncates the size, YOLOv5 and later round it.
     const double scaled = size * result.scale;
     return std::clamp(
         static_cast<int>(centered ? std::lround(scaled) : static_cast<long>(scaled + 1e-9)), 1,

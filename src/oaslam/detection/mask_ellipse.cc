@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-// Sums over the cells of a mask, of their centres in network pixels.
+// Moments of the cells of a mask: sums of their centres in network pixels.
 struct Moments {
   int count = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -20,7 +20,7 @@ struct Moments {
 Moments MaskMoments(const cv::Mat& prototypes, const std::vector<float>& coefficients,
                     const Box& box, const Eigen::Vector2d& cell) {
   const int rows = prototypes.size[2], columns = prototypes.size[3];
-  // The first cell whose centre is not left of an edge.
+  // The first cell whose centre is not before an edge.
   const auto cell_at = [](double edge, double size, int count) {
     return static_cast<int>(
         std::clamp(std::ceil(edge / size - 0.5), 0.0, static_cast<double>(count)));

@@ -17,7 +17,7 @@ struct Disc {
   double cx, cy, a, b, theta;  // half axes, network pixels
 };
 
-// Two prototypes: inside of an ellipse +1 and outside -1; and a constant.
+// Two prototypes: one is +1 inside of an ellipse and -1 outside, the other is constant.
 cv::Mat Prototypes(const Disc& disc) {
   cv::Mat tensor(std::vector<int>{1, 2, kRows, kColumns}, CV_32F, cv::Scalar(1));
   for (int y = 0; y < kRows; ++y)

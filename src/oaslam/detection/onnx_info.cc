@@ -12,7 +12,7 @@ struct Field {
   std::string_view bytes{};
 };
 
-// Walks the fields of one message; stops at its end or at the first byte that makes no sense.
+// Iterates over the fields of a message; stops at its end or at the first malformed byte.
 class FieldReader {
  public:
   explicit FieldReader(std::string_view message) : rest_(message) {}
@@ -73,7 +73,7 @@ class FieldReader {
   bool ok_ = true;
 };
 
-// The bytes of all fields `id` of a message; nothing if the message is broken.
+// The bytes of all fields `id` of a message; nothing if the message is malformed.
 std::optional<std::vector<std::string_view>> FieldsOf(std::string_view message, uint32_t id) {
   std::vector<std::string_view> found;
   FieldReader reader(message);

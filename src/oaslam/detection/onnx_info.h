@@ -9,18 +9,19 @@
 
 namespace oaslam {
 
-// What an ONNX file says of itself and OpenCV's importer keeps to itself.
+// Information in an ONNX file that OpenCV's importer does not provide.
 struct OnnxInfo {
-  std::vector<int64_t> input_shape;  // of the first true input; 0 for a dimension that is left open
+  // Of the first input that is no weight; 0 for an open dimension.
+  std::vector<int64_t> input_shape;
   std::map<std::string, std::string> metadata;  // metadata_props
 };
 
-// Reads the few fields from the bytes of an ONNX file (a protobuf ModelProto); nothing where they
-// are none, or have no graph with an input.
+// Reads the information from the bytes of an ONNX file (a protobuf ModelProto); nothing where they
+// are malformed or have no graph with an input.
 std::optional<OnnxInfo> ParseOnnxInfo(std::string_view bytes);
 
 // A dictionary of class names as exporters write it into the metadata: {0: 'person', 1: "baby's
-// bed"}. Empty where it is none.
+// bed"}. Returns an empty map for other text.
 std::map<int, std::string> ParseNamesMetadata(std::string_view text);
 
 }  // namespace oaslam

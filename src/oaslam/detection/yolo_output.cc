@@ -13,7 +13,7 @@ namespace oaslam {
 namespace {
 
 constexpr std::array<int, 3> kStrides{8, 16, 32};
-// An end-to-end export keeps a few hundred rows; a one-class YOLOv5, whose rows have six columns
+// An end-to-end export has a few hundred rows; a one-class YOLOv5, whose rows have six columns,
 // too, has thousands.
 constexpr int kMaxEndToEndRows = 1000;
 constexpr std::array<std::pair<DetectorLayout, const char*>, 5> kNames{
@@ -36,16 +36,16 @@ std::optional<std::pair<int, int>> RowsAndColumns(const std::vector<int>& shape)
   return std::nullopt;
 }
 
-// Columns behind the classes are mask coefficients of a segmenting model; how many, its prototypes
-// tell, or the names of the classes.
+// The columns after the classes are mask coefficients of a segmentation model; their number follows
+// from the prototypes, or from the number of class names.
 int ClassCount(int columns, int first_class, int named_classes, int masks) {
   const int classes = columns - first_class - masks;
   return named_classes > 0 && named_classes < classes ? named_classes : classes;
 }
 
-// Rows of one or three anchors in every cell of all grids, or fewer grids, are a multiple of the
-// coarsest grid's cells (stride 32, or 64 of the large models). What is not is another kind of
-// network.
+// The number of rows, one or three anchors in every cell of all grids or of fewer grids, is a
+// multiple of the number of cells of the coarsest grid (stride 32, or 64 in large models). Other
+// networks are rejected by this.
 bool FillsGrids(int candidates, const cv::Size& network_size) {
   for (const int stride : {32, 64}) {
     const int cells = (network_size.width / stride) * (network_size.height / stride);

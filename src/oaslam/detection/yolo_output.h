@@ -9,18 +9,20 @@
 
 namespace oaslam {
 
-// How a detector's output is laid out; N candidates, C classes. The family also decides how it
-// wants its input.
+// The layout of a detector's output, for N candidates and C classes. It also tells how the family
+// expects its input.
 enum class DetectorLayout {
   kAuto,
-  kYolox,     // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness.
-              // Input BGR 0..255, padded right/bottom
-  kYolov5,    // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7).            Input
-              // RGB 0..1, padded on both sides
-  kYolov8,    // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12).   Input
-              // as kYolov5
-  kEndToEnd,  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS).   Input
-              // as kYolov5
+  // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness. Input: BGR
+  // 0..255, padded at the right and the bottom.
+  kYolox,
+  // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7). Input: RGB 0..1, padded on
+  // both sides.
+  kYolov5,
+  // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12). Input: as kYolov5.
+  kYolov8,
+  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS). Input: as kYolov5.
+  kEndToEnd,
 };
 
 const char* ToString(DetectorLayout layout);
@@ -40,16 +42,16 @@ struct Candidate : Detection {
   int place = 0;
 };
 
-// From the shape of an output, the input size and what the metadata say (`named_classes`: how many
-// class names the file carries, 0: unknown) and a second output of prototypes (`masks`: how many,
-// 0: none); nothing where it is no detector's. A `wanted` layout that is not kAuto is only checked
-// against the shape.
+// Recognises the layout from the shape of an output, the input size, the metadata (`named_classes`:
+// number of class names in the file, 0: unknown) and a second output of prototypes (`masks`: their
+// number, 0: none); nothing where the output is not that of a detector. If `wanted` is not kAuto it
+// is only checked against the shape.
 std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape,
                                             const cv::Size& network_size, DetectorLayout wanted,
                                             int named_classes, bool end_to_end, int masks = 0);
 
-// Candidates with score > min_score of one output (float, batch of one), boxes in network pixels,
-// in the order of the tensor.
+// Decodes the candidates with score > min_score of one output (float, batch of one), with boxes in
+// network pixels, in the order of the tensor.
 std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format,
                                     const cv::Size& network_size, double min_score);
 

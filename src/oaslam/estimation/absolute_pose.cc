@@ -48,8 +48,8 @@ Rigid3 RefinedOnInliers(const Camera& camera, const Rigid3& pose,
   return refined.success ? refined.cam_from_world : pose;
 }
 
-// Samples of three that hold an inlier set of this share with 99 % certainty; twice as many, as
-// noise spoils samples too.
+// The number of samples of three points of which, with 99 % probability, at least one has inliers
+// only; doubled, since noise spoils samples, too.
 int IterationsFor(double inlier_share) {
   const double all_inliers = std::pow(std::clamp(inlier_share, 1e-3, 0.99), 3);
   return static_cast<int>(std::min(1e6, 2 * std::ceil(std::log(0.01) / std::log(1 - all_inliers))));
@@ -67,11 +67,12 @@ AbsolutePoseReport EstimateAbsolutePose(const Camera& camera,
   std::vector<Eigen::Vector3d> rays;
   for (const PointObservation& o : observations) rays.push_back(RayOf(camera, o.px).normalized());
 
-  double best_cost = options.max_chi2 * (n - 3);  // a sample explains itself
+  double best_cost = options.max_chi2 * (n - 3);  // the three points of a sample always fit
   bool found = false;
   int needed = options.max_iterations;
   for (int iteration = 0; iteration < needed; ++iteration) {
-    // From the front fifth at first to all at half of the iterations.
+    // Samples are drawn from the front fifth at first, and from all points after
+    // half of the iterations.
     const int front = std::min(n, std::max(12, n / 5) + 2 * n * iteration / options.max_iterations);
     std::array<int, 3> s{rng.Index(front), rng.Index(front), rng.Index(front)};
     if (s[0] == s[1] || s[0] == s[2] || s[1] == s[2]) continue;
@@ -88,7 +89,8 @@ AbsolutePoseReport EstimateAbsolutePose(const Camera& camera,
       improved = found = true;
     }
     if (!improved) continue;
-    // First on what lies roughly near: a pose of three noisy points reaches few of its inliers.
+    // The first refinement uses a wide bound: a pose from three noisy points is near
+    // to few of its inliers.
     const Rigid3 rough =
         RefinedOnInliers(camera, report.cam_from_world, observations, 4 * options.max_chi2);
     const Rigid3 refined = RefinedOnInliers(camera, rough, observations, options.max_chi2);

@@ -13,21 +13,22 @@ namespace oaslam {
 
 struct AbsolutePoseOptions {
   int max_iterations = 1000;
-  double max_chi2 =
-      9;  // of an inlier: wider than the final bound, as the pose of three noisy points is rough
+  // Bound for inliers; wider than the final one, since the pose of three noisy points is rough.
+  double max_chi2 = 9;
   int min_inliers = 10;
 };
 
 struct AbsolutePoseReport {
   bool success = false;
   Rigid3 cam_from_world;
-  std::vector<uint8_t> inlier;  // per observation
+  std::vector<uint8_t> inlier;  // by observation
   int inliers = 0;
 };
 
-// Pose from points of which many are wrong: P3P in RANSAC with truncated cost (Torr & Zisserman
-// 2000) and a local refinement of each new best (Chum et al. 2003). `observations` with the most
-// trusted first: samples are drawn from a growing front part (Chum & Matas 2005).
+// Estimates the pose from points with many outliers: P3P in RANSAC with truncated cost (Torr &
+// Zisserman 2000) and local refinement of each new best pose (Chum et al. 2003). `observations`
+// must be sorted by reliability, best first: samples are drawn from a growing front part (Chum &
+// Matas 2005).
 AbsolutePoseReport EstimateAbsolutePose(const Camera& camera,
                                         std::span<const PointObservation> observations,
                                         const AbsolutePoseOptions& options, Rng& rng);

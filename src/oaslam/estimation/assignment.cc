@@ -5,8 +5,8 @@
 namespace oaslam {
 namespace {
 
-// Rows at most as many as columns; costs may be of any sign. One more row and column than the
-// matrix, as index 0 is the root of paths.
+// Requires at most as many rows as columns; costs may have any sign. The arrays have one element
+// more than the matrix, since index 0 is the root of the augmenting paths.
 std::vector<int> MinimumCostColumns(const Eigen::MatrixXd& costs) {
   const int rows = static_cast<int>(costs.rows()), columns = static_cast<int>(costs.cols());
   std::vector<double> row_price(rows + 1, 0), column_price(columns + 1, 0), slack(columns + 1);
@@ -60,7 +60,7 @@ std::vector<int> MinimumCostColumns(const Eigen::MatrixXd& costs) {
 std::vector<int> AssignMaximum(const Eigen::MatrixXd& scores) {
   std::vector<int> columns(scores.rows(), -1);
   if (scores.size() == 0) return columns;
-  // A useless pair costs the same as none, so that the padding of the method never forces it.
+  // A pair that is not worth assigning costs the same as none, so that it is never preferred.
   const Eigen::MatrixXd costs = -scores.cwiseMax(0.0);
   if (costs.rows() <= costs.cols()) {
     columns = MinimumCostColumns(costs);

@@ -14,8 +14,8 @@
 namespace oaslam {
 namespace {
 
-// Bounds of the half axes relative to the distance from the cameras, which is all that is known of
-// the scale: at 1.5 m 8 mm and 1.6 m.
+// Bounds of the half axes as a share of the distance from the cameras, which is the only known
+// length: at 1.5 m, 8 mm and 1.6 m.
 constexpr double kMinAxisPerDepth = 0.005, kMaxAxisPerDepth = 1.1;
 
 double MedianDepth(std::span<const BoxView> views, const Eigen::Vector3d& center) {
@@ -54,7 +54,7 @@ double LargestAngleDeg(std::span<const Ray> rays) {
   return std::acos(std::clamp(smallest_cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-// Minimises the squared distances to the rays, each divided by its depth: errors are angular.
+// Minimises the squared distances to the rays, each divided by its depth since errors are angular.
 Eigen::Vector3d NearestPoint(std::span<const Ray> rays) {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   for (int pass = 0; pass < 3; ++pass) {
@@ -149,7 +149,7 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
     using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kShapeParameters,
                                   kShapeParameters>;
     Bounded damped = normal.hessian.topLeftCorner(parameters, parameters);
-    // Rotations of a sphere have no effect: the floor keeps them from moving.
+    // Rotations of a sphere have no effect on the cost: this floor keeps them from changing.
     const double floor = 1e-9 * damped.diagonal().maxCoeff();
     damped.diagonal() += (damping * damped.diagonal().array() + floor).matrix();
     ShapeVector step = ShapeVector::Zero();
@@ -198,7 +198,7 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
         EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated);
     const double unit = DetectorPixel(*view.camera);
     if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx * unit * unit)
-      continue;  // not this object's box, or a wrong one
+      continue;  // a box of another object, or a wrong one
     const EdgesByShape jacobian = DifferentiateByShape(*seen, *view.camera);
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;
@@ -209,7 +209,8 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
   }
   const Eigen::Matrix<double, 4, 3> prior = ShapePriorRows(kPriorWeightPx / kNoisePx, true);
   information.block<3, 3>(3, 3) += prior.transpose() * prior;
-  // What nothing observes is known to within the object's own size, and to a third of a turn.
+  // A weak prior for what no view observes: the centre to about the object's size, the rotation to
+  // about a third of a turn.
   const double size = std::cbrt(ellipsoid.half_axes.prod());
   information.diagonal().head<3>().array() += 1 / (4 * size * size);
   information.diagonal().segment<3>(3).array() += 1;

@@ -18,8 +18,9 @@ struct BoxView {
   Box box;                      // ideal image
   double score = 1;             // of the detector, (0, 1]
   unsigned char truncated = 0;  // EdgeBits: what lies beyond these edges is not seen
-  double weight =
-      1;  // as how many views it counts; 1: of a video of 30 Hz, where neighbours err alike
+  // The number of views it counts for; 1 in a video of 30 Hz, where the errors of neighbouring
+  // views are correlated.
+  double weight = 1;
 };
 
 struct SphereEstimate {
@@ -28,9 +29,9 @@ struct SphereEstimate {
   double parallax_deg = 0;  // the largest angle between two rays through box centres
 };
 
-// The first model of an object (paper, section "Initial Object Reconstruction"): the point nearest
-// to all rays through the box centres, with the mean back-projected box size. Fails below the
-// parallax, or when the point is behind a camera.
+// Estimates the first model of an object (paper, section "Initial Object Reconstruction"): the
+// point nearest to all rays through the box centres, with the mean back-projected size of the
+// boxes. Fails below the parallax, or when the point is behind a camera.
 SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_parallax_deg);
 
 enum class EllipsoidResidual {
@@ -42,41 +43,43 @@ enum class EllipsoidResidual {
 
 struct EllipsoidFitOptions {
   EllipsoidResidual residual = EllipsoidResidual::kEdges;
-  std::optional<Eigen::Vector3d>
-      up{};  // world; the third axis stays upright (7 parameters instead of 9). Edges only.
+  // The vertical in the world: the third axis stays parallel to it (7 parameters instead of 9). For
+  // kEdges only.
+  std::optional<Eigen::Vector3d> up{};
   int max_iterations = 12;
 };
 
-// Overlap of an ellipsoid's projections with the boxes it was seen as.
+// The overlap of an ellipsoid's projections with the boxes of its views.
 struct ViewOverlap {
   double mean_iou = 0;      // over untruncated views (over all when every one is truncated)
-  double accept_share = 0;  // of all views with at least the asked IoU
+  double accept_share = 0;  // share of all views with at least the requested IoU
 };
 ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views,
                            double accept_iou);
 
 struct EllipsoidFit {
-  bool success = false;  // false: no view has it in front of the camera, or the numbers broke down
+  // False: the ellipsoid is in front of no camera, or the numbers are not finite.
+  bool success = false;
   Ellipsoid ellipsoid;
   double cost = 0;
 };
 
-// The ellipsoid with the smallest residuals, by Levenberg-Marquardt from `start`.
+// Fits an ellipsoid to the boxes by Levenberg-Marquardt from `start`.
 EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start,
                           const EllipsoidFitOptions& options);
 
-// From a first model, whose turn about the vertical is unknown: the better of two starts 45 deg
-// apart where there is an `up`.
+// Fits an ellipsoid from a sphere. The rotation about the vertical is unknown: with `up`, the
+// better result of two starts that are 45 degrees apart is returned.
 EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphere,
                            const EllipsoidFitOptions& options);
 
-// The same ellipsoid, its axes relabelled and turned so that the third is `up`.
+// Relabels the axes of an ellipsoid and rotates it so that the third axis is `up`.
 Ellipsoid MakeUpright(const Ellipsoid& ellipsoid, const Eigen::Vector3d& up);
 
 using ShapeCovariance = Eigen::Matrix<double, 7, 7>;
 
-// Covariance of centre, log half axes and rotation about the third axis, of box edges with 4 px
-// noise that is correlated over 6 views, and of the shape prior.
+// Covariance of the centre, the log half axes and the rotation about the third axis. It assumes box
+// edges with 4 px noise, correlated over 6 views, and the shape prior.
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views);
 
 }  // namespace oaslam

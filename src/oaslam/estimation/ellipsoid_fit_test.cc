@@ -30,8 +30,7 @@ Ellipsoid TrueObject() {
           Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()))};
 }
 
-// Boxes of an object from a quarter of a circle at 1.5 m, cut at the border where they leave the
-// image.
+// Boxes of an object seen from a quarter of a circle at 1.5 m, cut where they leave the image.
 std::vector<BoxView> ViewsOf(const Ellipsoid& object, int count, double noise_px, Rng& rng,
                              const Eigen::Vector3d& looked_at = Eigen::Vector3d(0.1, -0.2, 0.15)) {
   std::vector<BoxView> views;
@@ -87,7 +86,8 @@ TEST(EllipsoidFit, RecoversTheTruthFromCleanBoxes) {
 TEST(EllipsoidFit, RobustFitStandsOutliers) {
   Rng rng(3);
   auto views = ViewsOf(TrueObject(), 40, 2, rng);
-  for (size_t i = 0; i < views.size(); i += 4) {  // a quarter also swallowed the neighbour
+  for (size_t i = 0; i < views.size();
+       i += 4) {  // a quarter of the boxes includes the neighbouring object, too
     views[i].box.x2 += 90;
     views[i].box.y1 -= 40;
   }
@@ -119,7 +119,7 @@ TEST(EllipsoidFit, TruncatedEdgesDoNotShrinkTheObject) {
 }
 
 TEST(EllipsoidFit, UnobservedAxisStaysBounded) {
-  // Seen from nearly one side only: the prior keeps the depth of the object sane.
+  // Seen from nearly one side only, where the prior keeps the extent in depth plausible.
   Rng rng(5);
   auto views = ViewsOf(TrueObject(), 200, 1, rng);
   views.resize(25);
@@ -169,7 +169,7 @@ TEST(MakeUpright, KeepsAnUprightEllipsoid) {
   const Ellipsoid same = MakeUpright(e, kUp);
   EXPECT_LT((same.half_axes - e.half_axes).norm(), 1e-12);
   EXPECT_LT(same.rotation.angularDistance(e.rotation), 1e-12);
-  // Lying on its side: its axes are relabelled, its body stays.
+  // An object that lies on its side: the axes are relabelled, its body stays the same.
   const Eigen::Quaterniond tip(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitX()));
   const Ellipsoid tipped{e.center, e.half_axes, tip};
   EXPECT_LT((MakeUpright(tipped, kUp).half_axes.cwiseProduct(Eigen::Vector3d(1, 1, 1)) -
@@ -180,7 +180,7 @@ TEST(MakeUpright, KeepsAnUprightEllipsoid) {
 }
 
 TEST(Covariance, PredictsTheSpreadOfFits) {
-  // Noise of 4 px that is the same over runs of 6 views, as the covariance assumes.
+  // Noise of 4 px that stays the same over 6 successive views, as the covariance assumes.
   Rng rng(8);
   double squared = 0, predicted = 0;
   const int trials = 60;
@@ -209,7 +209,7 @@ TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
   EXPECT_GT(score(box, 0, box, certain), 8);
   EXPECT_LT(score(box, 0, {203, 200, 260, 280}, certain), score(box, 0, box, certain));
   EXPECT_EQ(score(box, 0, {400, 10, 440, 40}, certain), 0);
-  // An uncertain model is worth less where it fits and forgives more where it does not.
+  // An uncertain model scores less where it fits, and more where it does not.
   EXPECT_LT(score(box, 0, box, Eigen::Vector4d::Constant(400)), score(box, 0, box, certain));
   EXPECT_GT(score(box, 0, {230, 200, 290, 280}, Eigen::Vector4d::Constant(400)),
             score(box, 0, {230, 200, 290, 280}, certain));

@@ -9,9 +9,9 @@
 namespace oaslam {
 namespace {
 
-// Only keeps the axes that no view observes from vanishing; the paper has none.
+// Keeps unobserved axes from vanishing; the paper has no such prior.
 constexpr double kWassersteinPriorWeightPx = 5;
-// A view with the object not in front of it costs what a box that is wrong by this much costs;
+// The cost of a view that has the object behind it: that of a box that is wrong by this many
 // detector pixels.
 constexpr double kBehindPx = 300;
 
@@ -47,7 +47,7 @@ Eigen::Matrix<double, 4, 3> PriorRows(const EllipsoidFitOptions& options) {
              : ShapePriorRows(kWassersteinPriorWeightPx, false);
 }
 
-// From a squared residual in px to one in detector pixels that counts as the detector's score says.
+// Scales a squared residual in px to detector pixels and weights it by the detector's score.
 double ScaleOf(const BoxView& view) {
   const double unit = DetectorPixel(*view.camera);
   return view.score / (unit * unit);

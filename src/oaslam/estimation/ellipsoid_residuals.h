@@ -7,16 +7,16 @@
 
 namespace oaslam {
 
-// Half a quadratic model of the robust cost at an ellipsoid: cost + 2 gradient^T x + x^T hessian x.
+// Quadratic model of the robust cost at an ellipsoid: cost + 2 gradient^T x + x^T hessian x.
 struct NormalEquations {
   Eigen::Matrix<double, kShapeParameters, kShapeParameters> hessian =
       Eigen::Matrix<double, kShapeParameters, kShapeParameters>::Zero();
   ShapeVector gradient = ShapeVector::Zero();
   double cost = 0;
-  int in_front = 0;  // views
+  int in_front = 0;  // number of views with the ellipsoid in front
 };
 
-// Box edges minus measured ones, px; 0 at a truncated edge that the prediction passes.
+// Predicted minus detected box edges, px; 0 at a truncated edge that the prediction passes.
 Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned char truncated);
 
 // Six smooth numbers whose squares sum to W2^2 of the inscribed ellipse of the box and the
@@ -25,8 +25,8 @@ Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned
 using WassersteinVector = Eigen::Matrix<double, 6, 1>;
 struct WassersteinResidual {
   WassersteinVector value;
-  Eigen::Matrix<double, 6, 5>
-      by_moments;  // mean x, y, covariance xx, xy, yy of the projected ellipse
+  // Derivatives by mean x, y and covariance xx, xy, yy of the projected ellipse.
+  Eigen::Matrix<double, 6, 5> by_moments;
 };
 WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected);
 
@@ -37,8 +37,8 @@ NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellip
 double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
                     const EllipsoidFitOptions& options);
 
-// Rows of the shape prior over the log half axes, in detector pixels: deviations from their mean
-// and, with `horizontal_pair`, the difference of the first two.
+// Rows of the shape prior on the log half axes, in detector pixels: their deviations from their
+// mean and, with `horizontal_pair`, the difference of the first two.
 Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pair);
 
 // In detector pixels (DetectorPixel), in which residuals of boxes are weighed.

@@ -40,8 +40,8 @@ NormalEquations Linearize(const State& state, std::span<const PointObservation> 
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = state.pose * o.point;
     if (p.z() < kMinDepth) {
-      n.cost += robust ? kChi2TwoDof * 4
-                       : kChi2TwoDof;  // a step that hides points behind the camera must not pay
+      // A step that hides points behind the camera must not pay.
+      n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;
       continue;
     }
     const double fx = state.camera.fx, fy = state.camera.fy, inverse_z = 1 / p.z(),

@@ -9,12 +9,13 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMostOfIt = 0.7;  // share of an edge
-constexpr double kMargin =
-    0.1;  // of the box, beside 3 pixels: an outline ends where that of what hides it begins
-constexpr double kMarginPixels = 3;  // the detector's
+constexpr double kMostOfIt = 0.7;  // share of an edge that must be hidden
+// A hiding box must reach beyond the edge by this share of the box and 3 detector pixels, since
+// where one object hides another their outlines touch.
+constexpr double kMargin = 0.1;
+constexpr double kMarginPixels = 3;  // detector pixels
 
-// Parts of an edge from `begin` to `end`.
+// Collects the hidden parts of an edge from `begin` to `end`.
 class Cover {
  public:
   Cover(double begin, double end) : begin_(begin), end_(end) {}
@@ -45,7 +46,7 @@ unsigned char HiddenEdges(const Box& box, std::span<const Box> nearer, double pi
                my = kMarginPixels * pixel + kMargin * box.Height();
   Cover left(box.y1, box.y2), right = left, top(box.x1, box.x2), bottom = top;
   for (const Box& by : nearer) {
-    // It reaches beyond the edge: else it stands before the object, and hides no end of it.
+    // Only a box that reaches beyond the edge hides it; otherwise the edge is visible beside it.
     if (by.x1 < box.x1 - mx && by.x2 > box.x1 - mx) left.Add(by.y1, by.y2);
     if (by.x2 > box.x2 + mx && by.x1 < box.x2 + mx) right.Add(by.y1, by.y2);
     if (by.y1 < box.y1 - my && by.y2 > box.y1 - my) top.Add(by.x1, by.x2);

@@ -6,9 +6,9 @@
 
 namespace oaslam {
 
-// Edges of a box (bits as of EdgeBit) that lie behind these nearer boxes for most of their length:
-// where the thing itself ends there is not seen. `pixel`: that of the detector (DetectorPixel), in
-// px.
+// The edges of a box (bits of EdgeBit) that are hidden by nearer boxes for most of their length:
+// the true extent of the object is not visible there. `pixel`: the size of a detector pixel
+// (DetectorPixel), px.
 unsigned char HiddenEdges(const Box& box, std::span<const Box> nearer, double pixel);
 
 }  // namespace oaslam

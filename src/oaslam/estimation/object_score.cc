@@ -11,7 +11,7 @@ namespace {
 
 // In detector pixels (DetectorPixel).
 constexpr double kPixelNoise = 2, kSizeNoise = 0.06, kMaxDeviation = 6, kTypicalSize = 250;
-// Where the linear model of the variance means nothing any more; detector pixels.
+// Upper bound, in detector pixels, beyond which the linear model of the variance is meaningless.
 constexpr double kMaxEdgeSigma = 300;
 
 }  // namespace

@@ -28,7 +28,7 @@ class ObjectScore {
   double operator()(const Box& detected, unsigned char truncated, const Box& predicted,
                     const Eigen::Vector4d& edge_variance) const;
 
-  // The same with one variance for all edges, for the many.
+  // The same with one variance for all edges, which is faster.
   double WithCommonVariance(const Box& detected, unsigned char truncated, const Box& predicted,
                             double edge_variance) const;
 
@@ -39,7 +39,7 @@ class ObjectScore {
   double log_background_;
 };
 
-// Variance of the predicted edges that comes from the uncertainty of the object's model, px^2.
+// The variance of the predicted edges due to the uncertainty of the object's model, px^2.
 Eigen::Vector4d EdgeVariance(const EllipsoidView& view, const Camera& camera,
                              const ShapeCovariance& covariance);
 

@@ -14,9 +14,9 @@ struct PlaneFit {
   std::vector<int> inliers;            // indices into the points
 };
 
-// The plane through most of the points, by RANSAC and least squares. `tolerance`: of a point's
-// distance to the viewpoint, as triangulation is less sure farther away. Planes seen at a grazing
-// angle are none. Nothing where fewer than three points agree.
+// Fits a plane to most of the points by RANSAC and least squares. `tolerance`: as a share of a
+// point's distance to the viewpoint, since triangulation is less accurate farther away. Planes seen
+// at a grazing angle are rejected. Returns nothing where fewer than three points agree.
 std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points,
                                  const Eigen::Vector3d& viewpoint, double tolerance, Rng& rng);
 

@@ -63,8 +63,8 @@ void AddMatches(const Camera& camera, const Rigid3& relative,
   if (relative.translation.norm() < 1e-9) return;
   const Eigen::Matrix3d r = relative.rotation.toRotationMatrix(),
                         t_hat = Skew(relative.translation), e = t_hat * r;
-  std::array<Eigen::Matrix3d, 6>
-      derivative;  // of E: a motion (v, w) takes t to t + v + w x t, and R to exp(w) R
+  // Derivatives of E: a motion (v, w) changes t to t + v + w x t, and R to exp(w) R.
+  std::array<Eigen::Matrix3d, 6> derivative;
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d unit = Eigen::Vector3d::Unit(k);
     derivative[k] = Skew(unit) * r;

@@ -10,8 +10,8 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kMinDepth =
-    1e-6;  // in units of the world, which are arbitrary: only guards the division
+// Only prevents a division by zero: the unit of the world is arbitrary.
+constexpr double kMinDepth = 1e-6;
 constexpr int kMinInliers = 6;
 
 struct NormalEquations {
@@ -20,8 +20,8 @@ struct NormalEquations {
   double cost = 0;  // sum of kernel(chi^2)
 };
 
-// Linearises at a pose. The update acts from the left, x_in_cam <- exp(v, w) x_in_cam, whose
-// derivative is [I | -[x]x] (Barfoot 2017, 7.3).
+// Linearises at a pose. The update acts from the left, x_in_cam <- exp(v, w) x_in_cam, and has the
+// derivative [I | -[x]x] (Barfoot 2017, 7.3).
 NormalEquations Linearize(const Camera& camera, const Rigid3& pose,
                           std::span<const PointObservation> observations,
                           const std::vector<uint8_t>& use, bool robust) {
@@ -33,8 +33,8 @@ NormalEquations Linearize(const Camera& camera, const Rigid3& pose,
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = r * o.point + pose.translation;
     if (p.z() < kMinDepth) {
-      n.cost += robust ? kChi2TwoDof * 4
-                       : kChi2TwoDof;  // a step that hides points behind the camera must not pay
+      // A step that hides points behind the camera must not pay.
+      n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;
       continue;
     }
     const double inverse_z = 1 / p.z(), x = p.x() * inverse_z, y = p.y() * inverse_z;
@@ -112,8 +112,8 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
   report.inlier.assign(observations.size(), 1);
   report.inliers = static_cast<int>(observations.size());
   for (int round = 0; round < kRounds && report.inliers >= kMinInliers; ++round) {
-    // The first round sees all observations, so that the kernel and not the initial pose judges
-    // them.
+    // The first round uses all observations, so that outliers are decided by the kernel and not by
+    // the initial pose.
     const Minimum end = Minimize(camera, observations, report.inlier, round < kRounds - 1,
                                  kIterations, report.cam_from_world);
     report.cam_from_world = end.pose;
@@ -140,7 +140,7 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
                        factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
       if (report.success) report.covariance = factor.solve(Matrix6d::Identity());
     } else if (changed == 0 && round > 0) {
-      round = kRounds - 2;  // the classification stands: straight to the last
+      round = kRounds - 2;  // the inliers do not change: go to the last round
     }
   }
   return report;

@@ -20,21 +20,21 @@ struct PointObservation {
 struct PoseReport {
   bool success = false;  // at least 6 inliers that determine the pose
   Rigid3 cam_from_world;
-  std::vector<uint8_t> inlier;  // per observation
+  std::vector<uint8_t> inlier;  // by observation
   int inliers = 0;
   double rmse_px = 0;  // of the inliers, in pixels of their own octave
-  // Of (translation, rotation [rad]) of a small motion applied after cam_from_world, at the stated
-  // variances.
+  // Covariance of a small motion (translation, rotation [rad]) applied after cam_from_world, given
+  // the stated variances.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-// chi^2 of two degrees of freedom at 95 %: a reprojection beyond is an outlier.
+// chi^2 with two degrees of freedom at 95 %: a larger reprojection error is an outlier.
 inline constexpr double kChi2TwoDof = 5.991;
 
-// Pose from points by robust nonlinear least squares: the hot path of tracking. Rounds of
-// Levenberg-Marquardt with Huber's kernel, each followed by a classification of all observations
-// (an outlier gets another chance); the last without kernel on the inliers. An observation behind
-// the camera is an outlier.
+// Refines a pose from points by robust nonlinear least squares. It is called for each frame and
+// must be fast. Rounds of Levenberg-Marquardt with Huber's kernel alternate with a new
+// classification of all observations into inliers and outliers; the last round uses the inliers
+// without kernel. An observation behind the camera is an outlier.
 PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world,
                       std::span<const PointObservation> observations);
 

@@ -30,7 +30,8 @@ bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
 std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
   const Eigen::Vector3d a = second.cam_from_a.OriginInSource() - first.cam_from_a.OriginInSource();
   const Eigen::Vector3d b = second.cam_from_b.OriginInSource() - first.cam_from_b.OriginInSource();
-  // Closer than the error of their positions two cameras say nothing about the scale.
+  // Two cameras that are closer together than the error of their positions do
+  // not determine the scale.
   if (a.norm() <= 0 || b.norm() < 2 * (first.sigma + second.sigma)) return std::nullopt;
   const Eigen::Quaterniond rotation = RotationOf(first).slerp(0.5, RotationOf(second));
   const double scale = b.norm() / a.norm();
@@ -42,7 +43,7 @@ std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second)
 }
 
 Similarity BestOfTwo(std::span<const PosePair> pairs) {
-  constexpr size_t kMost = 40;  // pairs that are combined
+  constexpr size_t kMost = 40;  // poses that are combined to pairs
   const size_t stride = (pairs.size() + kMost - 1) / kMost;
   Similarity best;
   int most = -1;
@@ -61,8 +62,8 @@ Similarity BestOfTwo(std::span<const PosePair> pairs) {
   return best;
 }
 
-using Vector7 =
-    Eigen::Matrix<double, 7, 1>;  // translation, rotation, log scale, applied after the similarity
+// Translation, rotation, log scale, applied after the similarity.
+using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 struct Step {
@@ -70,8 +71,8 @@ struct Step {
   Matrix7 covariance;
 };
 
-// A step of Gauss-Newton on positions and rotations, Cauchy's weights; about the middle of the
-// cameras, where scale and place do not mix.
+// A step of Gauss-Newton on positions and rotations with Cauchy's weights. It is taken about the
+// mean position of the cameras, where scale and translation are not correlated.
 std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity& b_from_a,
                               const Eigen::Vector3d& middle) {
   Matrix7 information = Matrix7::Zero();
@@ -127,7 +128,7 @@ SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
   }
   for (const PosePair& pair : pairs) fit.is_inlier.push_back(IsInlier(pair, fit.b_from_a));
   fit.inliers = static_cast<int>(std::ranges::count(fit.is_inlier, true));
-  // Where the cameras of b coincide, one of scale 0 takes those of a there.
+  // Where all cameras of b coincide, a similarity of scale 0 would fit: it is rejected.
   const bool has_scale =
       fit.b_from_a.scale > 0 && fit.relative_sigma > 0 && std::isfinite(fit.relative_sigma);
   fit.success = has_scale && 2 * fit.inliers > static_cast<int>(pairs.size());

@@ -7,22 +7,23 @@
 
 namespace oaslam {
 
-// One camera in two maps.
+// The poses of one camera in two maps.
 struct PosePair {
   Rigid3 cam_from_a, cam_from_b;
-  double sigma = 1;  // of its position in b, map units
+  double sigma = 1;  // standard deviation of its position in b, map units
 };
 
 struct SimilarityFit {
   bool success = false;
   Similarity b_from_a;
-  std::vector<bool> is_inlier;  // per pair, on success: within three sigmas, and a few degrees
+  // By pair, on success: position within three sigmas and rotation within a few degrees.
+  std::vector<bool> is_inlier;
   int inliers = 0;
   double relative_sigma = 0;  // of the scale
 };
 
-// The similarity that takes map a to map b where most of these cameras coincide; the others may be
-// wrong. Cameras that hardly moved do not determine the scale: see `relative_sigma`.
+// Estimates the similarity that maps a to b from cameras with a pose in both, most of which must
+// agree. Cameras that hardly moved do not determine the scale: see `relative_sigma`.
 SimilarityFit FitSimilarity(std::span<const PosePair> pairs);
 
 }  // namespace oaslam

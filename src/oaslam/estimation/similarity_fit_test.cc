@@ -19,7 +19,7 @@ Eigen::Vector3d Noise(double sigma, Rng& rng) {
   return {rng.Gaussian(sigma), rng.Gaussian(sigma), rng.Gaussian(sigma)};
 }
 
-// Cameras on a path of a metre, in a; those of b are disturbed.
+// Cameras on a path of a metre in a; their poses in b are disturbed.
 std::vector<PosePair> Pairs(int count, double sigma, double wrong, Rng& rng) {
   std::vector<PosePair> pairs;
   for (int i = 0; i < count; ++i) {

@@ -14,8 +14,8 @@ std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& second_from_first
   if (!(p > 1e-9)) return std::nullopt;
   const double q = f0.cross(t).norm(), r = f1.cross(t).norm();
   const Eigen::Vector3d on_first = (r / p) * f0, on_second = (q / p) * f1;
-  // Of the four signs of the two depths the positive ones must bring the rays closest (eq. 9 of the
-  // paper).
+  // Of the four combinations of signs of the depths, positive depths must bring the rays closest
+  // together (eq. 9 of the paper).
   const double agreement = (t + on_first - on_second).squaredNorm();
   const double best_wrong =
       std::min({(t + on_first + on_second).squaredNorm(), (t - on_first - on_second).squaredNorm(),

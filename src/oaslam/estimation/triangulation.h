@@ -8,19 +8,19 @@
 namespace oaslam {
 
 struct TriangulatedPoint {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // in the frame that the function says
-  double cos_parallax = 1;                          // of the angle between the two rays
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // in the frame given by the function
+  double cos_parallax = 1;                          // cosine of the angle between the two rays
 };
 
-// The point on two rays (any length) by the inverse-depth weighted midpoint (Lee & Civera 2019,
-// "Triangulation: why optimize?"), which is close to the optimum at low parallax too. In the first
-// camera's frame. Nothing for parallel rays, or where a depth along a ray would have to be
-// negative.
+// Triangulates a point from two rays (of any length) by the inverse-depth weighted midpoint
+// (Lee & Civera 2019, "Triangulation: why optimize?"), which is near to the optimum at low
+// parallax, too. Returns it in the first camera's frame; nothing for parallel rays or where a
+// depth would be negative.
 std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& second_from_first,
                                                  const Eigen::Vector3d& ray_first,
                                                  const Eigen::Vector3d& ray_second);
 
-// The same in the world.
+// The same in the world's frame.
 std::optional<TriangulatedPoint> TriangulateRays(const Rigid3& first_from_world,
                                                  const Rigid3& second_from_world,
                                                  const Eigen::Vector3d& ray_first,

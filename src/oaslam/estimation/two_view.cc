@@ -16,22 +16,24 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMinPointParallaxDeg = 0.3;  // less says nothing about depth
-constexpr double kPlanarShare =
-    0.45;  // of S_H in S_H + S_E: a homography explains as much (Mur-Artal et al. 2015, IV)
-constexpr double kMaxBehindShare = 0.15;  // of the inliers: more, and the motion is wrong
+// With less parallax the depth of a point is not determined.
+constexpr double kMinPointParallaxDeg = 0.3;
+// The scene counts as planar when the homography's share of the scores, S_H / (S_H + S_E), is
+// larger (Mur-Artal et al. 2015, IV).
+constexpr double kPlanarShare = 0.45;
+constexpr double kMaxBehindShare = 0.15;  // largest share of inliers that may lie behind a camera
 
-// What a motion makes of the matches.
+// The points that a motion gives for the matches.
 struct Structure {
   std::vector<std::optional<Eigen::Vector3d>> points;  // in the first camera
   std::vector<double> parallax_deg;                    // of the points
   int inliers = 0;                                     // of the epipolar geometry
-  int behind =
-      0;  // inliers that have parallax but no point in front of both cameras near both key points
+  // Inliers with parallax whose triangulated point is behind a camera or far from a key point.
+  int behind = 0;
   double score = 0;  // sum over the points of 5.991 - chi^2
 };
 
-// `loose`: by how much the sigmas are taken larger.
+// Triangulates all matches with a motion; `loose` multiplies the sigmas.
 Structure Explain(const RayMatches& m, const Rigid3& motion, double loose) {
   const Eigen::Matrix3d essential = EssentialOf(motion);
   Structure s;
@@ -80,9 +82,9 @@ bool SameMotion(const Rigid3& a, const Rigid3& b) {
          a.translation.dot(b.translation) > std::cos(5 * kDegree);
 }
 
-// Refined candidates, best first, each motion once.
+// Refines the candidates and returns them best first, each distinct motion once.
 std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<Rigid3>& motions) {
-  std::vector<double> rough;  // a loose look decides which are worth a refinement
+  std::vector<double> rough;  // a rough score decides which motions are refined
   for (const Rigid3& motion : motions) rough.push_back(Explain(matches, motion, 2).score);
   const double best = rough.empty() ? 0 : *std::ranges::max_element(rough);
   std::vector<Candidate> ranked;
@@ -102,7 +104,7 @@ std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<
   return distinct;
 }
 
-// That at least `count` of the values reach; 0 where they are fewer.
+// The largest value that at least `count` of the values reach; 0 where there are fewer values.
 double Reached(std::vector<double> values, int count) {
   if (static_cast<int>(values.size()) < count) return 0;
   const auto place = values.begin() + (count - 1);
@@ -110,7 +112,7 @@ double Reached(std::vector<double> values, int count) {
   return *place;
 }
 
-// Empty if the best candidate is to be believed.
+// Why the best candidate is not reliable; empty if it is.
 std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ranked, int matches,
                   const TwoViewOptions& options) {
   const Structure& best = ranked.front().structure;
@@ -164,9 +166,9 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   const TwoViewModel essential = FitEssential(matches, options.essential_iterations, rng);
   report.planar = homography.score > kPlanarShare * (homography.score + essential.score);
 
-  // Both models speak: an essential matrix of eight points is arbitrary on a plane, a homography's
-  // motion is rough off it; after the refinement on all matches they are comparable, and the second
-  // of the plane's two motions shows up as a rival.
+  // Motions of both models are candidates: on a plane the essential matrix of eight points is
+  // arbitrary, and off a plane a homography's motion is rough. After refinement with all matches
+  // they are comparable, and the second of a plane's two motions appears as a rival.
   std::vector<Rigid3> motions;
   if (homography.score > 0) motions = MotionsOfHomography(homography.matrix, matches);
   if (essential.score > 0)

@@ -35,7 +35,8 @@ Eigen::Matrix<double, 2, 9> HomographyRows(const Eigen::Vector3d& x, const Eigen
   return rows;
 }
 
-// The null vector of eight equations: what their rows leave of the orthogonal basis.
+// The null vector of eight equations: the last vector of an orthogonal basis that
+// begins with their rows.
 Vector9d NullVector(const Rows8x9& rows) {
   const Eigen::HouseholderQR<Eigen::Matrix<double, 9, 8>> qr(rows.transpose());
   Vector9d last = Vector9d::Unit(8);
@@ -83,7 +84,7 @@ std::array<int, kCount> Sample(int n, Rng& rng) {
   return sample;
 }
 
-// RANSAC with a local optimisation of the winner on its inliers. credit(model, i): what match i
+// RANSAC with a local optimisation of the best model on its inliers. credit(model, i): what match i
 // adds to the score; rows(i): its equations.
 template <int kSample, typename SampleRows, typename Repair, typename Score, typename Rows>
 TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleRows&& sample_rows,

@@ -115,8 +115,8 @@ RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start) {
   const double variance =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(direction).eigenvalues()(1);
   const double sigma_deg = std::sqrt(variance) * 180 / std::numbers::pi;
-  result.direction_sigma_deg =
-      sigma_deg >= 0 && sigma_deg < 180 ? sigma_deg : 180;  // also where not finite
+  // 180 degrees also where the estimate is not finite.
+  result.direction_sigma_deg = sigma_deg >= 0 && sigma_deg < 180 ? sigma_deg : 180;
   return result;
 }
 

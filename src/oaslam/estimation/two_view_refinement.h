@@ -6,12 +6,12 @@ namespace oaslam {
 
 struct RefinedMotion {
   Rigid3 second_from_first;  // translation of length 1
-  double direction_sigma_deg =
-      0;  // standard deviation of the direction of translation, in its worst direction
+  // Standard deviation of the direction of translation, where it is least certain.
+  double direction_sigma_deg = 0;
 };
 
-// Minimises the robust (Cauchy) sum of squared Sampson distances, over their sigmas, of all matches
-// over rotation and direction of translation.
+// Refines rotation and direction of translation: minimises the sum over all matches of squared
+// Sampson distances, divided by their variances, with Cauchy's kernel.
 RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start);
 
 // Squared Sampson distance of a match to an essential matrix, px^2 (Hartley & Zisserman, 11.9,

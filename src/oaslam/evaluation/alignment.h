@@ -9,33 +9,34 @@
 
 namespace oaslam {
 
-// Poses farther apart in time than this are not of the same image.
+// Poses whose time stamps differ by more belong to different images.
 constexpr double kMaxTimeDifference = 0.02;  // seconds
 
 struct AssociatedPair {
   size_t reference = 0, query = 0;  // indices
 };
 
-// For each query the reference nearest in time, where it is near enough. Both ascending in time.
+// Assigns to each query the reference nearest in time, if it is near enough.
+// Both must ascend in time.
 std::vector<AssociatedPair> Associate(const std::vector<StampedPose>& reference,
                                       const std::vector<StampedPose>& query,
                                       double max_difference = kMaxTimeDifference);
 
-// One pose a time stamp, the last given.
+// Keeps one pose for each time stamp, the last one given.
 std::vector<StampedPose> WithoutDuplicates(const std::vector<StampedPose>& poses);
 
 // reference_from_query.
 using Alignment = Similarity;
 
-// Of a camera's pose: position and orientation in the reference frame.
+// Transforms a camera's pose into the reference frame.
 inline Rigid3 operator*(const Alignment& alignment, const Rigid3& world_from_cam) {
   return {alignment.rotation * world_from_cam.rotation, alignment * world_from_cam.translation};
 }
 
 enum class AlignMode { kSim3, kSe3, kNone };
 
-// Least squares over the positions of the pairs (Umeyama 1991). Nothing with fewer than three pairs
-// or without motion.
+// Aligns the positions of the pairs by least squares (Umeyama 1991). Returns nothing for fewer than
+// three pairs or without motion.
 std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& reference,
                                         const std::vector<StampedPose>& query,
                                         const std::vector<AssociatedPair>& pairs, AlignMode mode);

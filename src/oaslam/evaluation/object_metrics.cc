@@ -20,7 +20,7 @@ Eigen::Vector3d ReadVector(const Json& value) {
   return {v[0], v[1], v[2]};
 }
 
-// Reads each entry of the list by `read`; a broken one is named.
+// Reads each entry of the list by `read`; an error names the entry.
 template <typename Read>
 std::vector<EvaluatedObject> ReadObjects(const std::string& path, const char* list, Read&& read) {
   std::vector<EvaluatedObject> objects;

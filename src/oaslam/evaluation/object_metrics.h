@@ -14,14 +14,14 @@ struct EvaluatedObject {
   Ellipsoid ellipsoid;
 };
 
-// objects.json of a run. Throws InputError.
+// Loads objects.json of a run. Throws InputError.
 std::vector<EvaluatedObject> LoadObjects(const std::string& path);
-// objects_gt.json: {"objects": [{category_id, category, ellipsoid: {center, rotation[3][3],
+// Loads objects_gt.json: {"objects": [{category_id, category, ellipsoid: {center, rotation[3][3],
 // semi_axes}}]}. Throws InputError.
 std::vector<EvaluatedObject> LoadTrueObjects(const std::string& path);
 
-// A mapped object is right where a true one of its class, taken by no other, has its centre within
-// this share of the longest half axis.
+// A mapped object is correct if the centre of a true object of its class, not matched by another
+// one, is within this share of that object's longest half axis.
 constexpr double kMaxCentreShare = 0.75;
 
 struct ObjectMatch {

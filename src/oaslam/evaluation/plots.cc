@@ -26,7 +26,7 @@ void DrawPath(SvgCanvas& canvas, const PlaneView& view, const std::vector<Points
   }
 }
 
-// Lines over two axes that begin at zero, with a legend below.
+// A chart of lines over two axes that begin at zero, with a legend below.
 class Chart {
  public:
   Chart(double width, double height, const std::string& title, size_t curves)
@@ -56,7 +56,7 @@ class Chart {
     canvas_.Line(At(a), At(b), style);
   }
 
-  // Labels, where there are any, stand beside the points.
+  // Adds a line; labels, if there are any, are written beside its points.
   void Add(const std::string& name, Points2 line, const std::vector<std::string>& labels = {}) {
     std::ranges::transform(line, line.begin(), [&](const Eigen::Vector2d& p) { return At(p); });
     for (size_t i = 0; i < labels.size(); ++i) {
@@ -152,7 +152,8 @@ void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErr
 
 void SaveReliabilityPlot(const std::string& path, const std::vector<ReliabilityCurve>& curves,
                          const std::string& title) {
-  constexpr size_t kLeastFrames = 10;  // of a point: the share of fewer says little
+  // Least number of frames for a point; the share of fewer is too uncertain.
+  constexpr size_t kLeastFrames = 10;
   Chart chart(1, 100, title, curves.size());
   chart.DrawGrid(fmt::format("confidence, and the share that is right ({:g} m, {:.0f} degrees); "
                              "numbers: frames, at least 10",

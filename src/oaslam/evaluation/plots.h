@@ -9,7 +9,7 @@
 
 namespace oaslam {
 
-// Both from above, in the frame of the reference.
+// Draws both trajectories from above, in the frame of the reference.
 void SaveTrajectoryPlot(const std::string& path, const std::vector<StampedPose>& reference,
                         const std::vector<StampedPose>& aligned_estimate, const std::string& title);
 
@@ -23,12 +23,12 @@ struct TimeCurve {
 void SaveErrorPlot(const std::string& path, const std::vector<TimeCurve>& curves,
                    const std::string& title);
 
-// The share of frames that were localized within a distance, from 0 to 1 m: a curve for each.
+// Draws the share of frames localized within a distance of 0 to 1 m, with a curve for each method.
 void SaveRecallPlot(const std::string& path, const std::vector<RelocalizationErrors>& curves,
                     const std::string& title);
 
-// How often hypotheses are right against how confident the program was: a line for each; on the
-// diagonal where it is calibrated.
+// The share of correct hypotheses against the reported confidence; a calibrated method
+// lies on the diagonal.
 struct ReliabilityCurve {
   std::string name;
   Reliability reliability;

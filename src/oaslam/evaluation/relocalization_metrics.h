@@ -8,11 +8,11 @@
 
 namespace oaslam {
 
-// Errors of the poses that a relocalization stands behind, over all frames it was asked about.
+// Errors of the poses that a relocalization reports, for all frames it was asked about.
 struct RelocalizationErrors {
   std::string name;
   size_t frames = 0;             // with ground truth
-  std::vector<PoseError> poses;  // of those it answered and that have ground truth
+  std::vector<PoseError> poses;  // of frames with an answer and ground truth
 };
 
 // `frame_times`: of all frames it was asked about, ascending.
@@ -26,8 +26,8 @@ constexpr double kRecallMaxRotationDeg = 15;
 constexpr double kFalseDistance = 0.5, kFalseRotationDeg = 30;  // beyond either: a false pose
 
 struct RelocalizationFigures {
-  std::array<double, kRecallDistances.size()>
-      recall{};  // share of the frames within distance and rotation
+  // Share of the frames within distance and rotation.
+  std::array<double, kRecallDistances.size()> recall{};
   std::array<double, kRecallDistances.size()> precision{};  // share of the answers
   double accepted = 0;                                      // answers per frame
   double false_share = 0;                                   // false poses per frame
@@ -39,7 +39,8 @@ RelocalizationFigures Summarize(const RelocalizationErrors& errors);
 // The share of frames within a distance (and kRecallMaxRotationDeg).
 double RecallAt(const RelocalizationErrors& errors, double distance);
 
-// "frame,position_error_m,rotation_error_deg" a line, empty where it failed. Throws InputError.
+// "frame,position_error_m,rotation_error_deg" in each line, empty where relocalization failed.
+// Throws InputError.
 RelocalizationErrors LoadRelocalizationErrors(const std::string& path);
 // Time stamps of frames.csv (column "timestamp") or of a list "timestamp path". Throws InputError.
 std::vector<double> LoadFrameTimes(const std::string& path);

@@ -5,11 +5,11 @@
 
 namespace oaslam {
 
-// What became of the frames of a run: the columns of its frames.csv.
+// The state of each frame of a run, from the columns of its frames.csv.
 struct StateRow {
   std::string name;
   std::vector<double> timestamps;
-  std::vector<std::string> states;  // "filled" where the pose was found only afterwards
+  std::vector<std::string> states;  // "filled" where the pose was found later
 };
 
 // Throws InputError.

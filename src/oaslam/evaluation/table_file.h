@@ -8,12 +8,12 @@
 
 namespace oaslam {
 
-// The fields of a line, without blanks around them.
+// The fields of a line, without surrounding blanks.
 std::vector<std::string_view> SplitCommas(std::string_view line);
 // Throws InputError where there is no number. Columns count from 0, lines from 1.
 double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path,
                 size_t line);
-// Where the header has it; throws InputError.
+// The index of a column in the header. Throws InputError.
 size_t ColumnOf(std::string_view header, std::string_view name, const std::string& path);
 
 // The numbers in these columns of a comma-separated file, a row each. Throws InputError.

@@ -37,7 +37,7 @@ TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference_po
   const auto alignment = AlignPositions(reference, estimate, pairs, mode);
   if (!alignment) {
     report.why_not =
-        fmt::format("{} poses with ground truth do not fix an alignment", pairs.size());
+        fmt::format("{} poses with ground truth do not determine an alignment", pairs.size());
     return report;
   }
   std::vector<double> position, rotation;

@@ -28,8 +28,8 @@ struct TrajectoryReport {
 TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference,
                                     const std::vector<StampedPose>& estimate, AlignMode mode);
 
-// Relative pose error (Sturm et al. 2012): of the motion over an interval, the estimate scaled by
-// `scale`.
+// Relative pose error (Sturm et al. 2012): the error of the motion over an interval, with the
+// estimate scaled by `scale`.
 struct RelativeReport {
   ErrorStatistics translation;  // units of the reference
   ErrorStatistics rotation_deg;

@@ -13,10 +13,10 @@
 namespace oaslam {
 namespace {
 
-// COLMAP puts the centre of the first pixel at (0.5, 0.5); we at (0, 0).
+// COLMAP has the centre of the first pixel at (0.5, 0.5), we have it at (0, 0).
 constexpr double kPixelCenter = 0.5;
 
-// Ids are ours plus one: COLMAP's begin at 1.
+// COLMAP's ids are ours plus one, since they begin at 1.
 uint32_t ColmapId(uint32_t id) { return id + 1; }
 
 std::string CameraLine(size_t index, const Camera& c) {
@@ -36,7 +36,7 @@ std::string CameraLine(size_t index, const Camera& c) {
                      c.cx + kPixelCenter, c.cy + kPixelCenter, distortion);
 }
 
-// A point of the ideal image, in the pixels that COLMAP's camera model gives.
+// Converts a point of the ideal image to pixels of COLMAP's camera model.
 Eigen::Vector2d ColmapPixel(const Camera& camera, const Eigen::Vector2d& ideal) {
   return Distort(camera, ideal) + Eigen::Vector2d::Constant(kPixelCenter);
 }
@@ -45,7 +45,7 @@ const Camera& CameraOf(const Map& map, const Keyframe& keyframe) {
   return map.cameras[static_cast<size_t>(keyframe.camera)];
 }
 
-// What at least two of the images see: a map may hold keyframes whose images are not at hand.
+// The landmarks that at least two of the images see: images of some keyframes may be missing.
 std::set<LandmarkId> SeenLandmarks(const Map& map, const KeyframeImages& images) {
   std::set<LandmarkId> seen;
   map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {

@@ -22,8 +22,8 @@ double LinearFromSrgb(unsigned char value) {  // IEC 61966-2-1
   return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
-// All nodes hang below one, "map", that turns the frame of the map to y up: below it, numbers are
-// those of the map.
+// All nodes are children of the node "map", which rotates the frame of the map to y up, so that
+// their numbers are those of the map.
 class Document {
  public:
   explicit Document(const SavedMap& saved) : saved_(saved), objects_(SceneObjects(saved)) {
@@ -87,7 +87,7 @@ void Document::AddObjects() {
     const int category = o.object->category_id;
     const std::string class_name = NameOf(saved_.class_names, category);
     if (!mesh_of_class.contains(category))
-      // Normals of the unit sphere are its positions.
+      // The normals of the unit sphere equal its positions.
       mesh_of_class[category] =
           AddMesh(class_name, {{"attributes", {{"POSITION", positions}, {"NORMAL", positions}}},
                                {"indices", faces},
@@ -140,7 +140,7 @@ void Document::AddTrajectory() {
 
 void Document::AddKeyframes() {
   if (saved_.map.keyframes.empty()) return;
-  // A glTF camera looks along -z with y up: OpenCV's turned half around x.
+  // A glTF camera looks along -z with y up: OpenCV's frame rotated by 180 degrees about x.
   const Eigen::Quaterniond cv_from_gl(0, 1, 0, 0);
   const double depth = FrustumDepth(saved_.map);
   const size_t material = AddMaterial("keyframes", kKeyframeColor, false),

@@ -16,7 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSameTime_s = 1e-3;  // times of files are rounded, to 10 microseconds at worst
+// Time stamps in files are rounded, to 10 microseconds at worst.
+constexpr double kSameTime_s = 1e-3;
 
 struct KeyframeTime {
   double timestamp = 0;
@@ -32,7 +33,7 @@ std::vector<KeyframeTime> SortedTimes(const Map& map) {
   return times;
 }
 
-// The keyframe at a time, the nearest one if there are more.
+// The keyframe at a time stamp, the nearest if there are several.
 std::optional<KeyframeId> KeyframeAt(const std::vector<KeyframeTime>& times, double timestamp) {
   const auto after = std::ranges::lower_bound(times, timestamp, {}, &KeyframeTime::timestamp);
   std::optional<KeyframeId> best;
@@ -51,7 +52,7 @@ KeyframeImages FindListed(const std::vector<KeyframeTime>& times,
   const auto absolute = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
   const fs::path root =
       fs::is_directory(source) ? absolute(source) : absolute(source).parent_path();
-  // Where links are followed: ".." of a linked folder is that of its target.
+  // Symbolic links are resolved, since ".." of a linked folder is that of its target.
   const fs::path real_folder = fs::weakly_canonical(absolute(folder));
   KeyframeImages images;
   for (const ListedImage& image : listed) {
@@ -93,7 +94,7 @@ KeyframeImages ImagesByTime(const Map& map) {
   for (const KeyframeTime& time : SortedTimes(map)) {
     std::string name = fmt::format("{:.6f}", time.timestamp);
     if (last == name)
-      name += fmt::format("_{}", time.id.value);  // of another run, whose time began anew
+      name += fmt::format("_{}", time.id.value);  // of another run, whose time stamps overlap
     else
       last = name;
     images[time.id] = {name + ".png", "images/" + name + ".png"};
@@ -147,7 +148,8 @@ KeyframeImages FindImages(const Map& map, const std::string& source,
                       "images cannot be told apart",
                       source, times[i - 1].id.value, times[i].id.value, times[i].timestamp));
   KeyframeImages images;
-  // Other tools take the pixels as they are stored: turned images are written, as a video's are.
+  // Other tools read the pixels as they are stored, so that rotated images are written, as those of
+  // a video are.
   const bool are_files_right = options.orientation == Orientation::kStored;
   if (const auto listed = ListImages(source, options); listed && are_files_right)
     images = FindListed(times, *listed, source, folder);
@@ -158,7 +160,7 @@ KeyframeImages FindImages(const Map& map, const std::string& source,
   if (images.empty())
     throw InputError(
         fmt::format("--images {}: no image is of the time of a keyframe ({:.3f} s to {:.3f} s); "
-                    "was --fps another in the run?",
+                    "did the run use another --fps?",
                     source, times.front().timestamp, times.back().timestamp));
   if (images.size() < times.size())
     Log(LogLevel::kWarning, fmt::format("{}: {} of {} keyframes have no image, left out", source,

@@ -28,7 +28,7 @@ Json Pose(const Rigid3& pose) {
   return {{"position", Numbers(pose.translation)}, {"rotation", Numbers(q)}};
 }
 
-// Floats of the ideal image, to a ten-thousandth of a pixel.
+// Rounds to a ten-thousandth of a pixel.
 double Pixel(float value) { return std::round(static_cast<double>(value) * 1e4) / 1e4; }
 
 const char* NameOfState(ObjectState state) {
@@ -138,7 +138,8 @@ Json HeadJson(const SavedMap& saved) {
   return json;
 }
 
-// A table, an element a line: the document of a large map is never in memory as a tree.
+// Writes a table with one element a line, so that the document of a large map is never in memory as
+// a tree.
 class List {
  public:
   List(std::string& text, const char* key) : text_(text) {

@@ -13,8 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Its rays go through (pixel + 0.5 - c) / f: the centre of the first pixel is at (0.5, 0.5); ours
-// at (0, 0).
+// Nerfstudio's rays go through (pixel + 0.5 - c) / f: the centre of its first pixel is at (0.5,
+// 0.5), ours at (0, 0).
 constexpr double kPixelCenter = 0.5;
 
 Json Intrinsics(const Camera& c) {

@@ -39,8 +39,8 @@ class ObjWriter {
     fmt::format_to(out_, "vn {:.5f} {:.5f} {:.5f}\n", n.x(), n.y(), n.z());
     ++normals_;
   }
-  // Of vertices counted from 0 since Begin; each has the normal of its place among the file's
-  // normals.
+  // `t` counts vertices from 0 since Begin; the normals follow in the same
+  // order from `first_normal`.
   void Triangle(const std::array<uint32_t, 3>& t, size_t first_normal) {
     out_text_ += 'f';
     for (const uint32_t i : t) fmt::format_to(out_, " {}//{}", base_ + i + 1, first_normal + i + 1);

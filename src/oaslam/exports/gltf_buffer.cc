@@ -46,7 +46,7 @@ void AppendChunk(std::string& bytes, uint32_t kind, std::string content, char pa
   bytes += content;
 }
 
-// `inlined`: the bytes stand in the document itself.
+// `inlined`: the bytes are part of the document.
 void AddBuffer(GltfBuffer::Json& document, const GltfBuffer& buffer, bool inlined) {
   if (buffer.IsEmpty()) return;
   document["buffers"] = {{{"byteLength", buffer.bytes().size()}}};

@@ -13,7 +13,7 @@ class GltfBuffer {
  public:
   using Json = nlohmann::ordered_json;
 
-  // Each returns the index of its accessor. Vectors are stored as floats, with the bounds that
+  // These return the index of the new accessor. Vectors are stored as floats, with the bounds that
   // positions must have.
   int AddVectors(const std::vector<Eigen::Vector3d>& vectors);
   int AddIndices(const std::vector<uint32_t>& indices);
@@ -30,10 +30,10 @@ class GltfBuffer {
   Json views_ = Json::array(), accessors_ = Json::array();
 };
 
-// The document with its buffer as the bytes of a file of the binary form (.glb).
+// The bytes of a binary file (.glb) with the document and its buffer.
 std::string GlbBytes(GltfBuffer::Json document, const GltfBuffer& buffer);
 
-// Writes the document with its buffer in one file: binary where the path ends in .glb, else text.
+// Writes the document with its buffer to one file: binary where the path ends in .glb, else text.
 void SaveGltf(const std::string& path, GltfBuffer::Json document, const GltfBuffer& buffer);
 
 }  // namespace oaslam

@@ -6,20 +6,20 @@
 
 namespace oaslam {
 
-// Makes pictures of a camera's images as they would be without distortion, so that points, boxes
-// and ellipses of the ideal image lie where they belong.
+// Removes the distortion from a camera's images, so that points, boxes and ellipses of the ideal
+// image fit them.
 class IdealPictureMaker {
  public:
-  // `max_side`: of the pictures, pixels; larger images are made smaller.
+  // `max_side`: the largest side of a picture, pixels; larger images are scaled down.
   explicit IdealPictureMaker(int max_side) : max_side_(max_side) {}
 
-  // BGR; so many of its pixels are one of the camera's.
+  // The scale of a picture relative to the camera's pixels.
   double ScaleOf(const Camera& camera) const;
   cv::Mat Make(const Camera& camera, const cv::Mat& image);
 
  private:
   int max_side_;
-  Camera camera_;  // of the tables
+  Camera camera_;  // the camera for which the tables were made
   cv::Mat map_x_, map_y_;
 };
 

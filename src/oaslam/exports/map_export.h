@@ -10,8 +10,8 @@
 
 namespace oaslam {
 
-// Files of other tools (docs/export.md has an example of each, with its frame of reference and
-// pixel coordinates). Each throws InputError when its file cannot be written.
+// Exports to files of other tools (docs/export.md has an example of each, with its frame of
+// reference and pixel coordinates). Each throws InputError when its file cannot be written.
 
 // Landmarks as coloured points; with `ellipsoids`, the mapped objects as triangles too. Frame of
 // the map.
@@ -26,36 +26,36 @@ void ExportGltf(const std::string& path, const SavedMap& saved);
 // Final poses of all frames; of the keyframes where the map has no trajectory.
 void ExportTum(const std::string& path, const SavedMap& saved);
 
-// What the map knows of the world, without what only the system needs to go on (docs/export.md
-// lists it).
+// The content of the map, without what only the system itself needs (docs/export.md lists it).
 void ExportJson(const std::string& path, const SavedMap& saved);
 
 // The image of a keyframe.
 struct KeyframeImage {
-  std::string name;  // as image databases know it: relative to the folder of the images
-  std::string path;  // of the file, relative to the exported folder
+  std::string name;  // as in image databases: relative to the folder of the images
+  std::string path;  // path of the file, relative to the exported folder
 };
 using KeyframeImages = std::map<KeyframeId, KeyframeImage>;
 
-// Without the images: named by their time stamp, 1341847980.722988.png, in images/ of the exported
-// folder.
+// Names for images that are not given: by time stamp, such as 1341847980.722988.png, in images/ of
+// the exported folder.
 KeyframeImages ImagesByTime(const Map& map);
-// The images of `source` (OpenImages) whose time stamps are the keyframes'; those of a video, and
-// all where they are to be upright, are written to images/ of `folder`. Keyframes without an image
-// stay out, with a warning. Throws InputError when none has one, or two keyframes have one time.
+// Finds the images of `source` (OpenImages) whose time stamps are those of keyframes. Images of a
+// video, and rotated ones, are written to images/ of `folder`. Keyframes without an image are left
+// out, with a warning. Throws InputError when no keyframe has an image, or two keyframes have the
+// same time.
 KeyframeImages FindImages(const Map& map, const std::string& source,
                           const ImageSourceOptions& options, const std::string& folder);
 
-// The mean colour of the pixels where each landmark was seen, from those of the images that are
-// there; grey for the others.
+// The mean colour of the pixels that show each landmark, in those of the images that exist; grey
+// for the others.
 std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images,
                                          const std::string& folder);
 
-// cameras.txt, images.txt and points3D.txt in `folder`. Key points are in the (distorted) pixels of
-// the camera model written there.
+// Writes cameras.txt, images.txt and points3D.txt to `folder`. Key points are in (distorted) pixels
+// of the camera model that is written there.
 void ExportColmap(const std::string& folder, const SavedMap& saved, const KeyframeImages& images);
 
-// transforms.json and sparse_pc.ply in `folder`: OpenGL camera axes, a world with z up.
+// Writes transforms.json and sparse_pc.ply to `folder`: OpenGL camera axes, a world with z up.
 void ExportNerfstudio(const std::string& folder, const SavedMap& saved,
                       const KeyframeImages& images);
 

@@ -22,7 +22,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Keyframes on a line that see a cloud of points without error, each with its camera in turn.
+// Keyframes on a line that see a cloud of points without error, with alternating cameras.
 SavedMap ExactMap(const std::vector<Camera>& cameras) {
   Rng rng(3);
   SavedMap saved;
@@ -123,7 +123,7 @@ TEST_P(ColmapExport, ObservationsAreInThePixelsOfTheCameraModel) {
     }
     EXPECT_EQ(seen, 40);
   }
-  // What we write we read: the principal point loses its half pixel again.
+  // Our reader reads the file, and subtracts the half pixel of the principal point again.
   const Camera read = LoadCamera(folder / "cameras.txt", {camera.width, camera.height});
   EXPECT_DOUBLE_EQ(read.cx, camera.cx);
   EXPECT_EQ(read.model, camera.model);
@@ -193,7 +193,7 @@ TEST(MapExport, NerfstudioHasIntrinsicsAFrameForSeveralCameras) {
 TEST(MapExport, ImagesByTimeAreUnique) {
   SavedMap saved =
       ExactMap({Camera{.width = 640, .height = 480, .fx = 520, .fy = 525, .cx = 319, .cy = 240}});
-  saved.map.keyframes.MutableAt(KeyframeId(4)).timestamp = 0;  // another run began at 0, too
+  saved.map.keyframes.MutableAt(KeyframeId(4)).timestamp = 0;  // another run that began at 0, too
   std::vector<std::string> names;
   for (const auto& [id, image] : ImagesByTime(saved.map)) names.push_back(image.name);
   EXPECT_THAT(names, ElementsAre("0.000000.png", "0.000000_4.png", "1.000000.png", "1.500000.png"));
@@ -380,7 +380,7 @@ TEST(MapScene, UpIsUp) {
       EXPECT_LT((y_up * *up - Eigen::Vector3d::UnitY()).norm(), 1e-12);
       EXPECT_LT((z_up * *up - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
     } else {
-      EXPECT_GT((y_up * -Eigen::Vector3d::UnitY()).y(), 0.9);  // the cameras' own up
+      EXPECT_GT((y_up * -Eigen::Vector3d::UnitY()).y(), 0.9);  // the up direction of the cameras
     }
   }
 }

@@ -15,7 +15,7 @@
 namespace oaslam {
 namespace {
 
-// Nine digits are more than the map is good for, and without "-0".
+// Nine digits exceed the precision of the map; "-0" is avoided.
 template <typename Vector>
 std::string Numbers(const Vector& vector) {
   std::vector<std::string> numbers;
@@ -31,7 +31,7 @@ double Score(const Object& object) {
   return object.observations.empty() ? 0 : sum / static_cast<double>(object.observations.size());
 }
 
-// What is not so of most objects.
+// Fields that most objects do not have.
 std::string Special(const Map& map, ObjectId id, const Object& object) {
   const std::optional<ObjectId> whole = WholeOf(map, id);
   return (whole ? fmt::format(", \"part_of\": {}", whole->value) : "") +

@@ -9,7 +9,7 @@
 
 namespace oaslam {
 
-// objects.json of docs/formats.md: the mapped objects, ascending by id.
+// Writes objects.json of docs/formats.md: the mapped objects, ascending by id.
 void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& names);
 
 struct MapPlot {

@@ -10,7 +10,7 @@
 
 namespace oaslam {
 
-// What pictures and models of a map are made of.
+// The elements of pictures and models of a map.
 
 using Rgb = std::array<unsigned char, 3>;
 constexpr Rgb kLandmarkColor = {150, 154, 160}, kTrajectoryColor = {27, 127, 168},
@@ -26,11 +26,11 @@ struct SceneObject {
 // The mapped objects, ascending by id.
 std::vector<SceneObject> SceneObjects(const SavedMap& saved);
 
-// Final poses of the frames, one run after the other; of the keyframes, by time, where the map has
-// no trajectory.
+// Final poses of the frames, run after run; those of the keyframes, by time, where the
+// map has no trajectory.
 std::vector<StampedPose> FinalTrajectory(const SavedMap& saved);
 
-// The map seen by others: rows are the axes of the target in the world.
+// Rotations from the map's frame to one with y or z up.
 Eigen::Matrix3d YUpFromWorld(const Map& map);
 Eigen::Matrix3d ZUpFromWorld(const Map& map);
 
@@ -39,17 +39,17 @@ struct TriangleMesh {
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from outside
 };
 
-// Meridians and parallels of the unit sphere.
+// A mesh of the unit sphere made of meridians and parallels.
 TriangleMesh UnitSphere();
 
-// Apex and corners (top left, top right, bottom right, bottom left) of the pyramid that a camera
-// sees up to `depth`, OpenCV axes.
+// Apex and corners (top left, top right, bottom right, bottom left) of a camera's view frustum up
+// to `depth`, OpenCV axes.
 std::array<Eigen::Vector3d, 5> FrustumCorners(const Camera& camera, double depth);
-// Its edges, as pairs of corners.
+// The edges of the frustum, as pairs of corners.
 inline constexpr std::array<std::array<uint32_t, 2>, 8> kFrustumEdges = {
     {{0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 2}, {2, 3}, {3, 4}, {4, 1}}};
-// A depth at which frusta are seen well beside the scene: a part of the median depth of the
-// landmarks, or of the way the camera went.
+// The depth of drawn frusta: a share of the median depth of the landmarks, or of the length of the
+// camera's path.
 double FrustumDepth(const Map& map);
 
 }  // namespace oaslam

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kWidth = 1080, kMargin = 24, kTop = 52, kLegendWidth = 190, kMaxHeight = 780;
 constexpr double kLabelSize = 12;
-constexpr size_t kMaxDots = 20000;  // a file of some 300 kB
+constexpr size_t kMaxDots = 20000;  // gives a file of about 300 kB
 
 constexpr const char* kTrajectoryStyle =
     R"(stroke="#1d4ed8" stroke-width="2.2" stroke-linejoin="round" stroke-linecap="round")";
@@ -28,8 +28,8 @@ constexpr const char* kHeadingStyle =
 constexpr const char* kKeyframeStyle = R"(fill="white" stroke="#1d4ed8" stroke-width="1.2")";
 constexpr const char* kDotColor = "#b4b8bf";
 
-// The outline of an ellipsoid from above: of its shadow x^T S^-1 x = 1 with S the projected shape
-// matrix.
+// The outline of an ellipsoid seen from above: the ellipse x^T S^-1 x = 1 with S the projected
+// shape matrix.
 struct TopEllipse {
   int category_id = 0;
   Eigen::Vector2d center = Eigen::Vector2d::Zero(), radii = Eigen::Vector2d::Zero();
@@ -67,8 +67,8 @@ std::vector<Rigid3> CameraPoses(const MapPlot& plot) {
   return poses;
 }
 
-// The cameras are always shown; objects, localized poses and points as far as they are not far
-// away.
+// The extent always includes the cameras; objects, localized poses and points only if they are not
+// far away.
 Extent ShownExtent(const Points2& cameras, const Points2& localized, const Points2& landmarks,
                    const std::vector<TopEllipse>& objects) {
   Extent path;
@@ -88,7 +88,7 @@ Extent ShownExtent(const Points2& cameras, const Points2& localized, const Point
   return shown.Grown(0.04 * shown.Side());
 }
 
-// Labels one after another, each where it hides least of what is there.
+// Places labels one after another, each where it covers least.
 class LabelPlacer {
  public:
   explicit LabelPlacer(const PlaneView& view) : view_(view) {}
@@ -182,7 +182,7 @@ void DrawPoses(SvgCanvas& canvas, const PlaneView& view, const MapPlot& plot, co
     Eigen::Vector2d heading = axes(pose.world_from_cam.rotation * Eigen::Vector3d::UnitZ());
     heading.y() *= -1;
     if (heading.norm() < 0.05) {
-      canvas.Circle(at, 3, kHeadingStyle);  // looks straight down
+      canvas.Circle(at, 3, kHeadingStyle);  // the camera looks straight down
       continue;
     }
     heading.normalize();

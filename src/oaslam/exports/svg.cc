@@ -27,7 +27,7 @@ std::string Escaped(std::string_view text) {
         result += "&quot;";
         break;
       default:
-        if (static_cast<unsigned char>(c) >= 0x20) result += c;  // XML has no control characters
+        if (static_cast<unsigned char>(c) >= 0x20) result += c;  // XML allows no control characters
     }
   }
   return result;

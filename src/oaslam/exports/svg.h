@@ -23,12 +23,12 @@ class SvgCanvas {
   void Circle(const Eigen::Vector2d& center, double radius, const std::string& style);
   void Ellipse(const Eigen::Vector2d& center, const Eigen::Vector2d& radii, double angle_deg,
                const std::string& style);
-  // One element for all, since there may be thousands.
+  // Draws all dots as one element, since there may be thousands.
   void Dots(const Points2& points, double diameter, const std::string& color);
   // `anchor`: start, middle or end.
   void Text(const Eigen::Vector2d& baseline, const std::string& text, double size_px,
             const std::string& anchor = "start", const std::string& style = R"(fill="#333")");
-  // What follows, up to EndClip, shows only within this rectangle.
+  // Shapes up to EndClip are clipped to this rectangle.
   void BeginClip(const Eigen::Vector2d& corner, const Eigen::Vector2d& size);
   void EndClip();
 
@@ -40,13 +40,13 @@ class SvgCanvas {
   std::string body_;
 };
 
-// About how wide a text is, in pixels.
+// The approximate width of a text, in pixels.
 double TextWidth(std::string_view text, double size_px);
 
 // The largest of 1, 2, 5 times a power of ten that is at most `value` (above 0).
 double RoundStep(double value);
 
-// Colours that are easy to tell apart, over and over again.
+// A palette of colours that are easy to distinguish; it repeats.
 std::string PaletteColor(size_t index);
 
 }  // namespace oaslam

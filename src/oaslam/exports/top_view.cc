@@ -58,8 +58,8 @@ PlaneView::PlaneView(const Extent& extent, const Eigen::Vector2d& corner,
     : corner_(corner) {
   const Extent shown =
       extent.IsEmpty() ? Extent{Eigen::Vector2d::Zero(), Eigen::Vector2d::Ones()} : extent;
-  const double smallest =
-      std::max(shown.Side() * 0.4, 1e-9);  // a straight line gets some room beside it
+  // A straight path gets some space beside it.
+  const double smallest = std::max(shown.Side() * 0.4, 1e-9);
   const Eigen::Vector2d span = (shown.high - shown.low).cwiseMax(smallest);
   scale_ = (max_size.array() / span.array()).minCoeff();
   size_ = Eigen::Vector2d(max_size.x(),

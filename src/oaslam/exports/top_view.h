@@ -19,7 +19,8 @@ struct TopAxes {
   }
 };
 
-// Up as given, else the mean up of the cameras; the first camera looks towards the top of the page.
+// `up` if given, else the mean up of the cameras; the first camera looks
+// towards the top of the page.
 TopAxes FindTopAxes(const std::vector<Rigid3>& world_from_cams,
                     const std::optional<Eigen::Vector3d>& up);
 
@@ -34,10 +35,10 @@ struct Extent {
   Extent Within(const Extent& bounds) const;
 };
 
-// Of each coordinate what lies between the quantiles [share, 1 - share].
+// The extent between the quantiles [share, 1 - share] of each coordinate.
 Extent QuantileExtent(const Points2& points, double share);
 
-// A plane with a uniform scale on a rectangle of the page, y up.
+// Maps a plane with uniform scale to a rectangle of the page, y up.
 class PlaneView {
  public:
   PlaneView(const Extent& extent, const Eigen::Vector2d& corner, const Eigen::Vector2d& max_size);
@@ -45,11 +46,11 @@ class PlaneView {
     return {corner_.x() + (p.x() - low_.x()) * scale_,
             corner_.y() + size_.y() - (p.y() - low_.y()) * scale_};
   }
-  double scale() const { return scale_; }  // pixels a unit
+  double scale() const { return scale_; }  // pixels per unit
   const Eigen::Vector2d& corner() const { return corner_; }
   const Eigen::Vector2d& size() const { return size_; }
 
-  // Light lines at `step`, and a frame.
+  // Draws light lines with distance `step`, and a frame.
   void DrawGrid(SvgCanvas& canvas, double step) const;
   void DrawScaleBar(SvgCanvas& canvas, double step, const std::string& unit) const;
 
@@ -58,9 +59,9 @@ class PlaneView {
   double scale_;
 };
 
-// A new line after a gap in time, or a step back (of another run).
+// Splits a trajectory at gaps in time and where time goes back (the next run).
 std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>& poses);
-// Positions from above, split likewise.
+// The positions seen from above, split likewise.
 std::vector<Points2> TopLines(const std::vector<StampedPose>& poses, const TopAxes& axes);
 
 }  // namespace oaslam

@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// Image points, each with the distance from a line at which it still counts as on it; structure of
-// arrays.
+// Image points, each with the largest distance at which it still counts as on a line; a structure
+// of arrays.
 struct BandPoints {
   std::vector<float> x, y, tolerance;
 
@@ -17,7 +17,7 @@ struct BandPoints {
 };
 
 // Ascending indices of the points p with |a x + b y + c| <= tolerance; `line` = (a, b, c) with a^2
-// + b^2 = 1. `found`: scratch, which the result lies in.
+// + b^2 = 1. `found`: a buffer that holds the result.
 std::span<const int32_t> PointsNearLine(const BandPoints& points, const Eigen::Vector3f& line,
                                         std::vector<int32_t>& found);
 

@@ -14,10 +14,9 @@ namespace oaslam {
 namespace {
 
 constexpr int kDescriptorBits = 256;
-constexpr uint32_t kMeanBucket = 4;  // more finds more and takes longer
+constexpr uint32_t kMeanBucket = 4;  // larger buckets find more neighbours but take longer
 
-// Bit positions, those first that split the descriptors most evenly: even buckets are small
-// buckets.
+// Bit positions, sorted by how evenly they split the descriptors: even splits make small buckets.
 std::vector<uint8_t> BitsByBalance(const std::vector<Descriptor>& descriptors) {
   std::array<int64_t, kDescriptorBits> ones{};
   const size_t step = 1 + descriptors.size() / 4096;
@@ -70,7 +69,8 @@ std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descr
                                                          int max_distance, size_t max_hits) const {
   std::vector<Hit> hits;
   if (labels_.empty()) return hits;
-  // Most of the time goes by waiting for memory: all is asked for before the first is used.
+  // Most of the time is spent waiting for memory, so that all tables are prefetched before the
+  // first is used.
   std::array<uint32_t, kTables> keys;
   for (int t = 0; t < kTables; ++t) {
     keys[t] = Key(tables_[t], descriptor);

@@ -9,9 +9,9 @@
 namespace oaslam {
 
 // Approximate nearest neighbours of binary descriptors by locality-sensitive hashing: tables keyed
-// by disjoint random bits (Indyk & Motwani 1998) of those that split the descriptors evenly, so
-// that no vocabulary has to be trained or loaded. Building is linear; the same input gives the same
-// index.
+// by disjoint random bits (Indyk & Motwani 1998), chosen among those that split the descriptors
+// evenly. No vocabulary has to be trained or loaded. Building is linear; the same input gives the
+// same index.
 class DescriptorIndex {
  public:
   struct Hit {
@@ -21,7 +21,7 @@ class DescriptorIndex {
   };
 
   DescriptorIndex() = default;
-  // A label may stand at several descriptors.
+  // Several descriptors may have the same label.
   DescriptorIndex(std::vector<Descriptor> descriptors, std::vector<uint32_t> labels);
 
   // Labels within `max_distance` that share a bucket with the descriptor: each once with its least
@@ -33,8 +33,8 @@ class DescriptorIndex {
  private:
   static constexpr int kTables = 16;
   struct Table {
-    std::vector<uint8_t> bits;    // positions that make the key
-    std::vector<uint32_t> begin;  // per key, into items; one more at the end
+    std::vector<uint8_t> bits;    // bit positions that form the key
+    std::vector<uint32_t> begin;  // by key: index into items; one more at the end
     std::vector<uint32_t> items;
   };
   static uint32_t Key(const Table& table, const Descriptor& descriptor);

@@ -30,18 +30,18 @@ struct PyramidScales {
   static constexpr int kMaxLevels = 16;
   int levels = 8;
   float factor = 1.2F;
-  // Size of a pixel of each level in pixels of the given image: that of the lowest level, which is
-  // another image than the given one where features are taken at a working resolution, times
-  // factor^level. It is also the standard deviation of a key point's position.
+  // Size of a pixel of each level, in pixels of the given image: that of the lowest level times
+  // factor^level. The lowest level may differ from the given image, since features are taken at a
+  // working resolution. It is also the standard deviation of a key point's position.
   std::array<float, kMaxLevels> scale{};
 
   PyramidScales() : PyramidScales(8, 1.2) {}
   PyramidScales(int level_count, double scale_factor, double lowest = 1);
 
-  // In pixels of the given image: the unit of all distances that follow from the features'
-  // precision.
+  // The size of a pixel of the lowest level in pixels of the given image: the unit of all distances
+  // that depend on the precision of features.
   double working_pixel() const { return scale[0]; }
-  // Of a level, relative to the lowest.
+  // The scale of a level relative to the lowest.
   double Relative(int level) const { return scale[level] / scale[0]; }
   // The level at which something first fully visible at `max_distance` appears at `distance`,
   // within [0, levels).
@@ -60,7 +60,7 @@ struct Features {
 
   int size() const { return static_cast<int>(keypoints.size()); }
 
-  // Forgets the key points in these boxes.
+  // Removes the key points in these boxes.
   void EraseKeypointsIn(std::span<const Box> boxes);
 
   // Fills the grid; call once after keypoints and bounds are set.

@@ -12,7 +12,7 @@ struct Cell {
   cv::Rect2f area;
   std::span<int> corners;  // indices; a range of one shared array
   int depth = 0;
-  int order = 0;  // of creation: the last word in ties
+  int order = 0;  // order of creation: decides ties
 };
 
 // Larger cells first, then fuller ones.

@@ -7,9 +7,9 @@
 
 namespace oaslam {
 
-// Chooses about `count` of the corners, evenly spread over `area` and strongest in their place: a
-// quadtree whose cells are split until there are `count` of them; of each cell the corner with the
-// highest score stays.
+// Selects about `count` corners, evenly spread over `area` and strongest in their neighbourhood:
+// cells of a quadtree are split until there are `count` of them, and of each cell the corner with
+// the highest score is kept.
 std::vector<Corner> SpreadKeypoints(const std::vector<Corner>& corners, const cv::Rect2f& area,
                                     int count);
 

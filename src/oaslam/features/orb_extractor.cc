@@ -12,9 +12,8 @@ namespace oaslam {
 namespace {
 
 constexpr int kBorder = kPatternReach;
-constexpr int kFastBorder =
-    kBorder - kFastRing;       // left to FAST, which finds nothing nearer than its ring
-constexpr int kCellSize = 32;  // where a threshold is chosen
+constexpr int kFastBorder = kBorder - kFastRing;  // margin around FAST's own border
+constexpr int kCellSize = 32;                     // cells in which a threshold is chosen
 
 GreyImage View(const cv::Mat& image) {
   return {image.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(image.step), image.cols, image.rows};
@@ -28,8 +27,8 @@ float AngleOf(const Moments& moments) {
 }  // namespace
 
 cv::Size WorkingSize(const Camera& camera, int resolution) {
-  // The number of pixels counts, whatever the image's shape. A resize that saves or gains little is
-  // not worth its blur.
+  // The number of pixels decides, whatever the image's shape. A small change of size is not worth
+  // the blur.
   constexpr double kWorthwhile = 1.2, kSmall = 0.5, kMaxEnlargement = 2;
   const double area = static_cast<double>(camera.width) * camera.height;
   double shrink = std::sqrt(area / (0.75 * resolution * resolution));
@@ -50,7 +49,7 @@ OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
       ideal_image_(camera) {}
 
 std::vector<int> OrbExtractor::CountPerLevel(int count) const {
-  // A geometric series: as many per area on each level.
+  // A geometric series gives each level the same number of key points for its area.
   const double ratio = 1.0 / pyramid_.factor;
   double wanted =
       pyramid_.levels > 1 ? count * (1 - ratio) / (1 - std::pow(ratio, pyramid_.levels)) : count;

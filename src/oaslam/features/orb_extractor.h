@@ -11,19 +11,19 @@
 
 namespace oaslam {
 
-// The size at which key points are looked for: the given image's, or, where that has many more
-// pixels than `resolution` x 3/4 `resolution`, of this number of pixels; a very small image is
-// enlarged.
+// The size of the image in which key points are detected: that of the given image; where that has
+// many more pixels than `resolution` x 3/4 `resolution`, it is scaled down to this number; a very
+// small image is enlarged.
 cv::Size WorkingSize(const Camera& camera, int resolution);
 
 // ORB key points (Rublee et al. 2011) over an image pyramid, evenly spread over each level, and
-// brought into the ideal image of the camera.
+// converted to the ideal image of the camera.
 class OrbExtractor {
  public:
   OrbExtractor(const FeaturesConfig& config, const Camera& camera);
 
-  // `grey`: 8-bit, one channel, of the camera's size. `count`: about how many key points. Not const
-  // only because it keeps its buffers.
+  // `grey`: 8-bit, one channel, of the camera's size. `count`: about how many key points. Not
+  // const, since buffers are reused.
   Features Extract(const cv::Mat& grey, int count);
 
  private:

@@ -22,8 +22,8 @@ using ByteVec = hn::Vec<Bytes>;
 
 HWY_INLINE bool AllZero(Bytes d, ByteVec v) { return hn::AllTrue(d, hn::Eq(v, hn::Zero(d))); }
 
-// Of 16 differences around the circle: the maximum over all arcs of nine of the arc's minimum. Arcs
-// that begin at 2k and at 2k + 1 share eight.
+// Computes, from 16 differences around the circle, the maximum over all arcs of nine of the minimum
+// in the arc. Arcs that begin at 2k and at 2k + 1 share eight.
 HWY_INLINE ByteVec BestArc(Bytes d, const ByteVec (&difference)[16]) {
   ByteVec two[8], four[8];
   for (int k = 0; k < 8; ++k) two[k] = hn::Min(difference[2 * k + 1], difference[(2 * k + 2) % 16]);
@@ -51,7 +51,7 @@ void ScoreRow(const uint8_t* center, std::ptrdiff_t step, int width, uint8_t thr
     const int x = std::min(next, width - lanes);  // the last vector overlaps the one before
     const uint8_t* p = center + x;
     const ByteVec c = hn::LoadU(d, p);
-    // An arc of nine holds one pixel at least of each opposite pair.
+    // An arc of nine contains at least one pixel of each opposite pair.
     ByteVec bright = hn::Set(d, 255), dark = hn::Zero(d);
     for (int k = 0; k < 8; k += 2) {
       const ByteVec a = hn::LoadU(d, p + ring[k]), b = hn::LoadU(d, p + ring[k + 8]);
@@ -75,12 +75,13 @@ void ScoreRow(const uint8_t* center, std::ptrdiff_t step, int width, uint8_t thr
   }
 }
 
-// Of three values at -1, 0 and 1, of which the middle one is the largest.
+// The position of the vertex of the parabola through three values at -1, 0 and 1, of which the
+// middle one is the largest.
 float TopOfParabola(int before, int here, int after) {
   return static_cast<float>(after - before) / static_cast<float>(2 * (2 * here - before - after));
 }
 
-// Appends the strict local maxima of a row of scores that has a pixel on each side.
+// Appends the strict local maxima of a row of scores; the row has a pixel on each side.
 void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int left, int y,
                   std::vector<Corner>& corners) {
   const Bytes d;
@@ -185,7 +186,7 @@ Moments SumMoments(const uint8_t* center, std::ptrdiff_t step) {
           hn::GetLane(hn::SumOfLanes(d32, hn::Add(y0, y1)))};
 }
 
-// Offsets of the turned pattern in an image.
+// Offsets of the rotated pattern in an image.
 void TurnPattern(const PatchDirection& direction, std::ptrdiff_t step, int32_t* offsets) {
   static const OrbPattern& pattern = GetOrbPattern();
   const hn::CappedTag<int32_t, 8> d32;
@@ -238,7 +239,7 @@ constexpr int kPatternValues[1024] = {
 #include "oaslam/features/orb_pattern.inc"
 };
 
-// Without repeating the outermost.
+// Mirrors an index at the border without repeating the outermost pixel.
 int Mirrored(int i, int size) { return i < 0 ? -i : i >= size ? 2 * size - 2 - i : i; }
 
 }  // namespace
@@ -248,7 +249,7 @@ std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold,
   OASLAM_CHECK(image.width >= kMinKernelWidth);
   std::vector<Corner> corners;
   if (image.height <= 2 * kFastRing) return corners;
-  // Only the inner part is written: a frame of zeros stands around it.
+  // Only the inner part is written; the border stays zero.
   scores.assign(static_cast<size_t>(image.width) * image.height, 0);
   const int inner_width = image.width - 2 * kFastRing;
   const auto row_of_scores = [&](int y) {

@@ -9,20 +9,20 @@
 
 namespace oaslam {
 
-// The pixel work of ORB, in the widest vectors that the processor has (Highway, chosen at run
-// time). Integer arithmetic throughout: every processor gives the same bits. Images are 8-bit grey;
-// `step` is the distance of rows in bytes.
+// The pixel kernels of ORB, in the widest vectors of the processor (Highway, chosen at run time).
+// All arithmetic is on integers, so that every processor gives the same bits. Images are 8-bit
+// grey; `step` is the distance of rows in bytes.
 
-constexpr int kMinKernelWidth = 40;  // of the images these functions take
-constexpr int kFastRing = 3;         // FAST's circle: it finds nothing nearer to the border
-constexpr int kPatchRadius = 15;     // of PatchMoments
-constexpr int kPatternReach = 19;    // of Describe: 13 * sqrt(2), rounded up
+constexpr int kMinKernelWidth = 40;  // least width of the images for these functions
+constexpr int kFastRing = 3;  // radius of FAST's circle: no corners are found nearer to the border
+constexpr int kPatchRadius = 15;   // of PatchMoments
+constexpr int kPatternReach = 19;  // of Describe: 13 * sqrt(2), rounded up
 
 struct Corner {
   int32_t x = 0, y = 0;
   uint8_t score = 0;
-  float dx = 0,
-        dy = 0;  // from there to the top of the parabolas through the scores, within half a pixel
+  // Subpixel offset to the vertex of the parabolas through the scores, within half a pixel.
+  float dx = 0, dy = 0;
 };
 
 struct GreyImage {
@@ -55,7 +55,7 @@ struct PatchDirection {
 };
 PatchDirection DirectionOf(const Moments& moments);
 
-// Steered BRIEF of the blurred image: ORB's 256 comparisons, the pattern turned by `direction`
+// Steered BRIEF of the blurred image: ORB's 256 comparisons, the pattern rotated by `direction`
 // (Rublee et al. 2011).
 Descriptor Describe(const uint8_t* center, std::ptrdiff_t step, const PatchDirection& direction);
 

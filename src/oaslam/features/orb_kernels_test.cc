@@ -23,7 +23,7 @@ cv::Mat Noise(int width, int height, uint64_t seed) {
   return image;
 }
 
-// Ordinary and hostile images, of widths that no vector divides.
+// Ordinary and difficult images, with widths that are no multiple of any vector.
 std::vector<cv::Mat> Images() {
   std::vector<cv::Mat> images{Noise(40, 30, 1), Noise(77, 41, 2), Noise(131, 64, 3),
                               cv::Mat::zeros(50, 63, CV_8UC1)};
@@ -38,11 +38,11 @@ std::vector<cv::Mat> Images() {
   for (int y = 0; y < board.rows; ++y)
     for (int x = 0; x < board.cols; ++x) board.at<uint8_t>(y, x) = (x / 5 + y / 5) % 2 ? 255 : 0;
   images.push_back(board);
-  images.push_back(smooth(cv::Rect(11, 7, 111, 60)));  // rows do not lie one after the other
+  images.push_back(smooth(cv::Rect(11, 7, 111, 60)));  // rows are not contiguous
   return images;
 }
 
-// The definition, an arc at a time.
+// The score by its definition, arc by arc.
 int PlainScore(const cv::Mat& image, int x, int y) {
   constexpr int kRingX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
   constexpr int kRingY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};

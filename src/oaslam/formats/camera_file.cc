@@ -46,7 +46,7 @@ void CheckCamera(const Camera& camera, const std::string& path) {
   const double longest = std::max(camera.width, camera.height);
   CheckRange(path, "image width", camera.width, 16, 100000);
   CheckRange(path, "image height", camera.height, 16, 100000);
-  // 170 degrees of field of view to about half a degree.
+  // Focal lengths for fields of view from 170 degrees down to about half a degree.
   CheckRange(path, "focal length fx", camera.fx, 0.04 * longest, 100 * longest);
   CheckRange(path, "focal length fy", camera.fy, 0.04 * longest, 100 * longest);
   CheckRange(path, "principal point cx", camera.cx, 0, camera.width);

@@ -7,14 +7,15 @@
 
 namespace oaslam {
 
-// A calibration: "fov:DEGREES" (horizontal; a guess, Camera::is_guess), or a file of one of the
-// kinds of docs/formats.md, recognised by its keys: ROS camera_info YAML, OpenCV FileStorage YAML,
-// ORB-SLAM2/3 YAML, COLMAP cameras.txt, Kalibr camchain. `image_size`: of the images it is for; {0,
-// 0} if there are none (then fov: is refused). A file without a size takes it. Throws InputError
-// naming path, key, value and bound; also when the file's size differs from image_size.
+// Loads a calibration: "fov:DEGREES" (horizontal; a guess, Camera::is_guess), or a file of a kind
+// in docs/formats.md, recognised by its keys: ROS camera_info YAML, OpenCV FileStorage YAML,
+// ORB-SLAM2/3 YAML, COLMAP cameras.txt, Kalibr camchain. `image_size`: the size of the images it is
+// for; {0, 0} if there are none (then fov: is refused). A file without a size gets this one. Throws
+// InputError naming path, key, value and bound, also when the file's size differs from image_size.
 Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
 
-// The same as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment at its head.
+// Writes a calibration as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment
+// at its top.
 std::string CameraText(const Camera& camera, const std::string& note);
 
 }  // namespace oaslam

@@ -25,13 +25,13 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// One mapping of a calibration file with its path, for messages.
+// A mapping of a calibration file, and its path for messages.
 struct Reader {
   std::string path;
   YAML::Node root;
-  std::string prefix{};  // of keys in messages
+  std::string prefix{};  // prefix of keys in messages
 
-  // The first of the keys that is there, with its value.
+  // The first of the keys that exists, with its value.
   std::optional<std::pair<std::string, YAML::Node>> Find(
       std::initializer_list<const char*> keys) const {
     for (const char* key : keys)
@@ -255,7 +255,7 @@ Camera ReadColmapKind(const std::string& text, const std::string& path,
   return *std::ranges::find_if(cameras, fits);
 }
 
-// The first line that says something starts with a number and a word of capitals.
+// Whether the first line that is no comment starts with a number and a word in capitals.
 bool IsColmap(const std::string& text) {
   for (const std::string_view line : SplitLines(text)) {
     const auto fields = SplitFields(line);

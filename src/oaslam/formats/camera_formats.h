@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// The camera of a calibration file as it stands there; width and height 0 where the file has none.
-// `image_size` picks among several cameras of a cameras.txt.
+// Reads the camera of a calibration file unchecked; width and height are 0 where the file has none.
+// `image_size` selects among several cameras of a cameras.txt.
 Camera ReadCameraFile(const std::string& path, const cv::Size& image_size);
 
 }  // namespace oaslam

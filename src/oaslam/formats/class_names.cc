@@ -45,7 +45,7 @@ constexpr std::array kCocoNames = {"person",        "bicycle",      "car",
 static_assert(kCocoNames.size() == 80);
 
 constexpr std::array kKeys = {"names", "parts", "movable"};
-// What a data set file of Ultralytics, which has the names too, says besides.
+// Other keys in data set files of Ultralytics, which contain the names, too.
 constexpr std::array kOtherKeys = {"path",     "train",    "val",       "test",    "nc",
                                    "download", "channels", "kpt_shape", "flip_idx"};
 
@@ -91,7 +91,7 @@ ClassNames ReadNames(const YAML::Node& names, const std::string& path) {
   return result;
 }
 
-// All that bear this name.
+// All categories with this name.
 std::vector<int> CategoriesNamed(const YAML::Node& node, const ClassNames& names,
                                  const std::string& path, const std::string& key) {
   if (!node.IsScalar())

@@ -17,11 +17,11 @@ struct Classes {
   ClassNames names;
   ClassRelations relations;
 };
-// A class file (docs/formats.md): YAML with names, parts and movable, or a text file with a name a
-// line. Throws InputError.
+// Loads a class file (docs/formats.md): YAML with names, parts and movable, or a text file with a
+// name in each line. Throws InputError.
 Classes LoadClasses(const std::string& path);
 
-// A category that would be a part of itself, through others or not.
+// A category that is a part of itself, directly or through others; nothing if there is none.
 std::optional<int> PartOfItself(const std::map<int, int>& whole_of);
 // The name, or "class 41".
 std::string NameOf(const ClassNames& names, int category_id);

@@ -57,7 +57,7 @@ requires std::is_arithmetic_v<Number> std::optional<std::string> Assign(const YA
   return std::nullopt;
 }
 
-// What is wrong with this value, nothing if it was set.
+// Sets a value; returns what is wrong with it, or nothing if it was set.
 std::optional<std::string> SetField(SlamConfig& config, const std::string& key,
                                     const YAML::Node& node) {
   bool known = false;

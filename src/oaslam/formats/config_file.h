@@ -6,11 +6,11 @@
 
 namespace oaslam {
 
-// Reads a YAML file of sections of keys into `config` (its other values stay). An unknown key is an
-// error that names the nearest known one; all problems of the file come in one InputError.
+// Reads a YAML file with sections of keys into `config`; other values stay. An unknown key is an
+// error that names the nearest known one; all problems of the file are reported in one InputError.
 void LoadConfig(const std::string& path, SlamConfig& config);
 
-// Applies one "section.key=value", with the strictness of the file.
+// Applies one "section.key=value", with the same checks as for a file.
 void ApplySetting(const std::string& assignment, SlamConfig& config);
 
 // The whole configuration as YAML.

@@ -26,7 +26,7 @@ Json ParseJson(const std::string& path) {
   }
 }
 
-// Where in the file a value stands, for messages.
+// The place of a value in the file, for messages.
 struct Place {
   const std::string& path;
   std::string entry;
@@ -128,8 +128,8 @@ ImageList ReadImageList(const Json& images, const std::string& path) {
   return list;
 }
 
-// Results alone name images by number; the list {"images": [{"id", "file_name"}]} stands beside
-// them.
+// COCO results name images by number; the list {"images": [{"id", "file_name"}]} is in another file
+// beside them.
 ImageList FindImageList(const std::string& path) {
   const std::filesystem::path file(path);
   for (const auto& name : {file.stem().string() + ".images.json", std::string("images.json")}) {
@@ -225,7 +225,7 @@ DetectionTable LoadDetections(const std::string& path) {
 }
 
 void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images) {
-  // By hand, for one line an image and a fixed number of digits.
+  // Written by hand, for one line per image and a fixed number of digits.
   std::string text = "[";
   for (const ImageDetections& image : images) {
     text += fmt::format("{}{{\"file_name\": {}, \"detections\": [",

@@ -36,8 +36,8 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   std::error_code error;
   const fs::file_type type = fs::symlink_status(path, error).type();
   const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
-  const std::string written =
-      is_plain ? path + ".tmp" : path;  // a device, a pipe or a link stays what it is
+  // Devices, pipes and links are not replaced.
+  const std::string written = is_plain ? path + ".tmp" : path;
   std::ofstream file(written, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
   file << content;

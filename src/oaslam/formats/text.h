@@ -7,11 +7,11 @@
 
 namespace oaslam {
 
-// The whole file; throws InputError when it cannot be read.
+// Reads a whole file; throws InputError when it cannot be read.
 std::string ReadTextFile(const std::string& path);
-// Writes beside `path` (.tmp) and renames, so that a full disk or a kill leaves the old file whole;
-// straight to what is no regular file, such as /dev/stdout. Throws InputError when it cannot be
-// written whole.
+// Writes to `path`.tmp and renames it, so that a full disk or a killed process leaves the old file
+// intact. What is no regular file, such as /dev/stdout, is written directly. Throws InputError when
+// the content cannot be written completely.
 void WriteTextFile(const std::string& path, const std::string& content);
 
 // A finite decimal number and nothing else; independent of the locale.
@@ -24,13 +24,13 @@ std::vector<std::string_view> SplitLines(std::string_view text);
 
 // Base name of a path.
 std::string BaseName(const std::string& path);
-// The extension with its dot, in small letters.
+// The extension with its dot, in lower case.
 std::string LowerExtension(const std::string& path);
-// A name without its extension; ".363181" of a time stamp is none, since an extension starts with a
-// letter.
+// A name without its extension; ".363181" of a time stamp is no extension, since that
+// starts with a letter.
 std::string WithoutExtension(const std::string& name);
 
-// Edits (insert, delete, replace a character) that turn one word into the other (Levenshtein 1966).
+// The number of edits (insert, delete, replace a character) between two words (Levenshtein 1966).
 int EditDistance(std::string_view a, std::string_view b);
 
 }  // namespace oaslam

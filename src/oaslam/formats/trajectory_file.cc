@@ -12,8 +12,7 @@
 namespace oaslam {
 namespace {
 
-// The numbers of each line that is not a comment, `count` or more of them, with the number of the
-// line.
+// The numbers of a line that is no comment, `count` or more of them, and the number of the line.
 struct NumberedRow {
   int line = 0;
   std::vector<double> values;
@@ -54,7 +53,7 @@ StampedPose PoseOf(const NumberedRow& row, const std::string& path) {
 }
 
 void AppendPose(std::string& text, const StampedPose& pose) {
-  // One of the two quaternions of a rotation, and no "-0", so that equal poses give equal bytes.
+  // The sign of the quaternion is fixed and "-0" avoided, so that equal poses give equal bytes.
   Eigen::Quaterniond q = pose.world_from_cam.rotation;
   if (q.w() < 0) q.coeffs() *= -1;
   const Eigen::Vector3d& t = pose.world_from_cam.translation;

@@ -12,7 +12,7 @@ struct StampedPose {
   Rigid3 world_from_cam;
 };
 
-// TUM format: "timestamp tx ty tz qx qy qz qw" a line, camera to world; '#' starts a comment.
+// TUM format: "timestamp tx ty tz qx qy qz qw" in each line, camera to world; '#' starts a comment.
 // Sorted by time on return. Throws InputError naming path and line.
 std::vector<StampedPose> LoadTrajectory(const std::string& path);
 void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);

@@ -6,16 +6,16 @@
 
 namespace oaslam {
 
-Box Intersection(const Box& a, const Box& b);  // empty (Area() is 0) where they do not meet
+Box Intersection(const Box& a, const Box& b);  // empty (Area() is 0) where they do not overlap
 
 // Intersection over union; 0 where both are empty.
 double IoU(const Box& a, const Box& b);
 
-// The share of the box that lies within `bounds`; 0 of an empty box.
+// The share of the box that lies within `bounds`; 0 for an empty box.
 double ShareInside(const Box& box, const Box& bounds);
 
-// The part of a predicted box that a detection with these truncated edges (bits as of EdgeBit) can
-// show: beyond a truncated edge nothing is seen.
+// The part of a predicted box that a detection with truncated edges (bits of EdgeBit) can show,
+// since nothing is visible beyond a truncated edge.
 Box ClipAtTruncation(const Box& predicted, const Box& detected, unsigned char truncated);
 
 // Boxes are areas: the pixel coordinate of a box's edge, and of its centre, is half a pixel less

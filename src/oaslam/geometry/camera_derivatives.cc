@@ -7,7 +7,8 @@
 namespace oaslam {
 namespace {
 
-// The distorted point of the plane z = 1, by the undistorted one and by the first two coefficients.
+// A distorted point of the plane z = 1, with derivatives by the undistorted point and by the first
+// two coefficients.
 struct Distorted {
   Eigen::Vector2d point;
   Eigen::Matrix2d by_point;

@@ -6,8 +6,9 @@
 
 namespace oaslam {
 
-// What a calibration from a map may change of a camera: the logarithm of the focal length (of both
-// axes, whose ratio stays), the principal point (pixels), and the first two radial coefficients.
+// The parameters of a camera that a self-calibration may change: the logarithm of the
+// focal length (of both axes, whose ratio stays), the principal point (pixels), and the
+// first two radial coefficients.
 inline constexpr int kIntrinsics = 5;
 using IntrinsicsStep = Eigen::Matrix<double, kIntrinsics, 1>;
 

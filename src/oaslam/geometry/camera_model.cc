@@ -26,8 +26,8 @@ Eigen::Matrix2d DistortPinholeJacobian(const std::array<double, 5>& k, const Eig
   return j;
 }
 
-// Newton on the exact model; where it does not converge (outside of the model's range) the last
-// iterate stands.
+// Newton's method on the exact model; where it does not converge (outside of the model's range) the
+// last iterate is returned.
 Eigen::Vector2d UndistortPinhole(const std::array<double, 5>& k, const Eigen::Vector2d& distorted) {
   Eigen::Vector2d p = distorted;
   for (int i = 0; i < 20; ++i) {
@@ -56,13 +56,14 @@ double FisheyeSlope(const std::array<double, 5>& k, double theta) {
   return 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
 }
 
-// Of the radius by that of the plane z = 1; tangential distortion left aside.
+// Derivative of the distorted radius by that in the plane z = 1, without tangential distortion.
 double PinholeSlope(const std::array<double, 5>& k, double theta) {
   const double r2 = std::tan(theta) * std::tan(theta);
   return 1 + r2 * (3 * k[0] + r2 * (5 * k[1] + r2 * 7 * k[4]));
 }
 
-// Newton, kept within the angles between which the root lies: the radius grows up to `max_theta`.
+// Newton's method, kept within the interval that contains the root: the radius
+// increases up to `max_theta`.
 Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, double max_theta,
                                  const Eigen::Vector2d& distorted) {
   const double radius = distorted.norm();
@@ -98,7 +99,7 @@ Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle,
 }
 
 double MaxLensAngle(const Camera& camera) {
-  // A ray at 90 degrees or more has no place in a pinhole image: kept just inside.
+  // A ray at 90 degrees or more does not meet a pinhole image: the angle is kept just below.
   constexpr double kMaxTheta = 1.55;
   constexpr int kSteps = 155, kHalvings = 40;
   if (!camera.HasDistortion()) return kMaxTheta;

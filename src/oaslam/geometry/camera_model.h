@@ -8,19 +8,19 @@
 
 namespace oaslam {
 
-// Everything behind feature extraction lives in the ideal pinhole image of a camera: the same focal
-// lengths and principal point, no distortion. Points and boxes enter it once, exactly, by these
-// functions.
+// Everything after feature extraction works in the ideal pinhole image of a camera: the same focal
+// lengths and principal point, no distortion. Points and boxes are converted to it once, exactly,
+// by these functions.
 
-// A pixel of the original image, in the ideal pinhole image (which is unbounded). Where the lens
-// model has no inverse (IdealImage::Undistort tells) the result is only finite.
+// Converts a pixel of the original image to the ideal pinhole image (which is unbounded). Where the
+// lens model has no inverse (IdealImage::Undistort tells) the result is only finite.
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& pixel);
-// The same, for many: with what MaxLensAngle says of the camera.
+// The same, faster for many pixels: `max_lens_angle` is the result of MaxLensAngle.
 Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle,
                           const Eigen::Vector2d& pixel);
 
-// The angle from the optical axis up to which the lens model is one to one (its radius grows) and a
-// point has a place in a pinhole image, rad.
+// The angle from the optical axis, in rad, up to which the lens model is one to one (its radius
+// increases) and a point has an image in a pinhole camera.
 double MaxLensAngle(const Camera& camera);
 
 // The inverse of Undistort.
@@ -31,12 +31,12 @@ Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal);
 // x - 0.5; this holds before and after.
 Box UndistortBox(const Camera& camera, const Box& box);
 
-// The box around the ideal image of all pixels of the camera.
+// The bounding box of all pixels of the camera in the ideal image.
 Box IdealImageBounds(const Camera& camera);
 
-// Detectors work on images whose longer side is scaled to a length of theirs, so that the errors of
-// boxes grow with it. They are said in detector pixels, as of an image of 640 px; this is one of
-// them in px of the camera's image.
+// The size of a detector pixel in px of the camera's image. Detectors scale images so that the
+// longer side has a fixed length, and the errors of their boxes scale with it: they are given in
+// detector pixels, those of an image of 640 px.
 inline double DetectorPixel(const Camera& camera) {
   return std::max(camera.width, camera.height) / 640.0;
 }

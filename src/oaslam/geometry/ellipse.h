@@ -16,7 +16,7 @@ struct Ellipse {
 // The axis-aligned ellipse inscribed in a box.
 Ellipse InscribedEllipse(const Box& box);
 
-// mean +- sqrt(diagonal of the covariance): no decomposition needed.
+// mean +- sqrt(diagonal of the covariance), which needs no decomposition.
 Box BoundingBox(const Ellipse& ellipse);
 
 // The squared 2-Wasserstein distance of the Gaussians N(mean, covariance), px^2.

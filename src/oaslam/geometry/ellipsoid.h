@@ -15,7 +15,7 @@ Eigen::Matrix3d ScaledAxes(const Ellipsoid& ellipsoid);
 
 // The dual conic of an ellipsoid's outline in the plane z = 1 of a camera, C* = B B^T - p p^T with
 // p the centre and B the scaled axes in the camera's frame (P Q* P^T of the dual quadric Q*,
-// Hartley and Zisserman, "Multiple View Geometry", 8.2). Symmetric, of its own sign.
+// Hartley and Zisserman, "Multiple View Geometry", 8.2). Symmetric; its sign is kept.
 struct OutlineConic {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
 };
@@ -26,17 +26,17 @@ inline OutlineConic OutlineOf(const Eigen::Vector3d& p, const Eigen::Matrix3d& b
           b.row(1).dot(b.row(2)) - p.y() * p.z(), b.row(2).dot(b.row(2)) - p.z() * p.z()};
 }
 
-// Only an ellipsoid that is wholly in front of the camera's principal plane has an ellipse as
-// outline: z > 0 and C*_33 < 0. (With z < 0 an ellipsoid behind would yield a plausible ellipse
-// too.)
+// Only an ellipsoid that is completely in front of the camera's principal plane has an
+// ellipse as outline: z > 0 and C*_33 < 0. (An ellipsoid behind the camera would yield a
+// plausible ellipse, too.)
 inline bool IsInFront(double center_z, const OutlineConic& c) {
   return center_z > 0 && c.zz < -1e-9 * center_z * center_z;
 }
 
-// The box around the outline (ideal image, box convention), from an outline that IsInFront.
+// The box around the outline (ideal image, box convention), for an outline that IsInFront.
 Box OutlineBox(const OutlineConic& c, const Camera& camera);
 
-// Nothing unless wholly in front of the camera.
+// Nothing unless the ellipsoid is completely in front of the camera.
 std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,
                                         const Camera& camera);
 std::optional<Box> ProjectToBox(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,

@@ -5,7 +5,7 @@
 namespace oaslam {
 namespace {
 
-// u w^T + w u^T, scaled.
+// scale * (u w^T + w u^T).
 OutlineConic SymmetricProduct(double scale, const Eigen::Vector3d& u, const Eigen::Vector3d& w) {
   return {2 * scale * u.x() * w.x(),
           scale * (u.x() * w.y() + u.y() * w.x()),
@@ -30,7 +30,7 @@ void VisitShapeChanges(const EllipsoidView& view, Visitor&& visit) {
   }
 }
 
-// What derivatives of mean +- sqrt(variance) along one image axis share.
+// The terms that the derivatives of mean +- sqrt(variance) along one image axis share.
 struct AxisTerms {
   double mean, moment, inverse_zz, half_inverse_deviation, focal;
 

@@ -10,7 +10,7 @@ namespace oaslam {
 
 // Parameters of an ellipsoid, in this order: centre (world, 3), logarithms of the half axes (3),
 // then small rotations [rad] about its own third, first and second axis. The first seven describe
-// an ellipsoid whose third axis stays upright.
+// an ellipsoid with a fixed third axis.
 constexpr int kShapeParameters = 9;
 using ShapeVector = Eigen::Matrix<double, kShapeParameters, 1>;
 
@@ -22,7 +22,7 @@ using PoseVector = Eigen::Matrix<double, 6, 1>;
 
 Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change);
 
-// An ellipsoid seen from a pose: what its outline and the derivatives of that need.
+// An ellipsoid seen from a pose, with the values that its outline and its derivatives need.
 struct EllipsoidView {
   Eigen::Vector3d center;              // in the camera's frame
   Eigen::Matrix3d cam_from_ellipsoid;  // rotation
@@ -31,7 +31,7 @@ struct EllipsoidView {
   OutlineConic outline;
 };
 
-// Nothing unless wholly in front of the camera.
+// Nothing unless the ellipsoid is completely in front of the camera.
 std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid,
                                            const Rigid3& cam_from_world);
 

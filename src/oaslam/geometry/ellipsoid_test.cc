@@ -66,7 +66,7 @@ TEST(Ellipsoid, BoxAndEllipseBoundItsSurface) {
       }
     const Eigen::Vector4d in_box_units = Edges(sampled).array() + kBoxFromPixel;
     EXPECT_LT((Edges(*box) - in_box_units).norm(), 0.01 * SizeOf(*box));
-    EXPECT_LT(largest, 1 + 1e-9);  // the surface fills the ellipse and does not leave it
+    EXPECT_LT(largest, 1 + 1e-9);  // the surface fills the ellipse exactly
     EXPECT_GT(largest, 0.999);
   }
 }

@@ -8,9 +8,9 @@
 
 namespace oaslam {
 
-// What a camera shows of its ideal image, in which a lens with distortion sees no rectangle. Points
-// beyond the angle up to which the lens model is one to one (MaxLensAngle) are none of it: some
-// pixels have no ideal point, and points outside of the view may seem to be inside.
+// The part of the ideal image that a camera shows; with distortion that is no rectangle. Points
+// beyond the angle up to which the lens model is one to one (MaxLensAngle) do not belong to it:
+// some pixels have no ideal point, and points outside of the view could seem to be inside.
 class IdealImage {
  public:
   explicit IdealImage(const Camera& camera);
@@ -21,10 +21,10 @@ class IdealImage {
   // Whether this point of the ideal image is in the original one.
   bool Shows(const Eigen::Vector2d& ideal) const;
 
-  // The share of a box of the ideal image that is in the original one; 0 of an empty box.
+  // The share of a box of the ideal image that is in the original one; 0 for an empty box.
   double ShareShown(const Box& box) const;
 
-  // The box around all that is shown.
+  // The bounding box of that part.
   const Box& bounds() const { return bounds_; }
 
  private:

@@ -13,8 +13,8 @@ struct P3PPoses {
 };
 
 // The up to four camera poses that see three world points along three unit rays of the camera, each
-// in front of the camera. None when the points or the rays are (nearly) collinear. After Persson
-// and Nordberg, "Lambda Twist" (ECCV 2018).
+// in front of the camera. Returns none when the points or the rays are (nearly) collinear. After
+// Persson and Nordberg, "Lambda Twist" (ECCV 2018).
 P3PPoses SolveP3P(const std::array<Eigen::Vector3d, 3>& unit_rays_in_cam,
                   const std::array<Eigen::Vector3d, 3>& points_in_world);
 

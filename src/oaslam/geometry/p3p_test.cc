@@ -54,8 +54,8 @@ TEST(P3P, FindsTheTruePoseAmongExactSolutions) {
     }
     missed += !found;
   }
-  // The rest are double roots (the camera on the danger cylinder), where a solution may fall off
-  // the axis by rounding.
+  // The rest are double roots (the camera on the danger cylinder), where rounding may make a
+  // solution complex.
   EXPECT_LE(missed, 4);
 }
 

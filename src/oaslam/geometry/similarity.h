@@ -6,7 +6,7 @@
 
 namespace oaslam {
 
-// x_in_b = scale * (rotation * x_in_a) + translation; products as of Rigid3.
+// x_in_b = scale * (rotation * x_in_a) + translation; products are as for Rigid3.
 struct Similarity {
   double scale = 1;
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
@@ -29,7 +29,7 @@ struct Similarity {
     const Eigen::Quaterniond inverse = rotation.conjugate();
     return {1 / scale, inverse, inverse * -translation / scale};
   }
-  // The pose of a camera that sees the same image: depths divided by the scale.
+  // The rigid pose that sees the same image, with depths divided by the scale.
   Rigid3 AsPose() const { return {rotation, translation / scale}; }
 };
 

@@ -14,7 +14,7 @@
 namespace oaslam {
 namespace {
 
-// As Apple's devices name it, after "com.apple.quicktime.camera".
+// The tag of Apple's devices, after "com.apple.quicktime.camera".
 constexpr std::string_view kVideoTag = "focal_length.35mm_equivalent";
 
 struct FreeExif {

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-// The kernel's word on what happens in a folder (inotify(7)).
+// Watches a folder by inotify(7).
 class FolderWatch {
  public:
   explicit FolderWatch(const std::string& folder)
@@ -40,9 +40,9 @@ class FolderWatch {
   FolderWatch& operator=(const FolderWatch&) = delete;
 
   struct Changes {
-    std::vector<std::string> names;  // of complete files
-    bool is_gone = false;            // the folder itself
-    bool is_lossy = false;           // there was more than the kernel could keep
+    std::vector<std::string> names;  // names of complete files
+    bool is_gone = false;            // the folder itself was removed
+    bool is_lossy = false;           // the kernel's queue overflowed
   };
 
   // Waits until something happens, `wait_ms` at most.
@@ -72,7 +72,7 @@ class FollowedFolder : public ImageSource {
  public:
   FollowedFolder(const std::string& folder, const ImageSourceOptions& options, double fps)
       : folder_(folder), options_(options), fps_(fps), watch_(folder), last_arrival_(Clock::now()) {
-    AddAllImages();  // after the watch began, so that none falls in between
+    AddAllImages();  // after the watch has begun, so that no image is missed
   }
 
   std::optional<InputImage> Next() override {
@@ -89,8 +89,8 @@ class FollowedFolder : public ImageSource {
         const std::string path = (fs::path(folder_) / name).string();
         InputImage image{index_, index_ / fps_, name,
                          ReadImage(path, options_.color, options_.orientation)};
-        if (!image.image
-                 .empty()) {  // else it comes again, with its index, once its writer has closed it
+        // An image that cannot be read comes again, with the same index, when its writer closes it.
+        if (!image.image.empty()) {
           taken_.insert(name);
           ++index_;
         }
@@ -127,7 +127,7 @@ class FollowedFolder : public ImageSource {
 
   // False when nothing more will come.
   bool WaitForMore() {
-    constexpr int kSlice_ms = 100;  // between looks at `stopped`
+    constexpr int kSlice_ms = 100;  // interval at which `stopped` is checked
     FolderWatch::Changes changes = watch_.Wait(kSlice_ms);
     for (std::string& name : changes.names) {
       if (name == kStopFile) has_ended_ = true;
@@ -139,12 +139,13 @@ class FollowedFolder : public ImageSource {
     } else if (changes.is_lossy) {
       AddAllImages();
     }
-    // Only now: what came while the caller was at work was in the queue of the kernel.
+    // This is checked only now, since images that came while the caller was busy were still in the
+    // kernel's queue.
     const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
     if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s)
       return true;
-    Log(LogLevel::kInfo,
-        fmt::format("{}: no image for {:g} s, that was all", folder_, options_.follow->quiet_s));
+    Log(LogLevel::kInfo, fmt::format("{}: no image for {:g} s, no more are expected", folder_,
+                                     options_.follow->quiet_s));
     return false;
   }
 
@@ -152,10 +153,10 @@ class FollowedFolder : public ImageSource {
   ImageSourceOptions options_;
   double fps_;
   FolderWatch watch_;
-  std::set<std::string, Natural> waiting_;  // names of images that are there and not yet taken
+  std::set<std::string, Natural> waiting_;  // names of images that exist and are not taken yet
   std::set<std::string> taken_;
-  Clock::time_point
-      last_arrival_;  // of an image, as far as the queue was read; at first, the beginning
+  // Arrival of the last image read from the queue; initially the start.
+  Clock::time_point last_arrival_;
   int index_ = 0;
   bool has_ended_ = false;
   std::atomic<bool> is_stopped_ = false;

@@ -7,17 +7,17 @@
 namespace oaslam {
 
 enum class Orientation {
-  kStored,   // the pixels as they are in the file
-  kUpright,  // turned (and mirrored) as its EXIF orientation says, where it has one OpenCV knows
+  kStored,   // the pixels as stored in the file
+  kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
 };
 
-// 8-bit, grey or BGR; empty where the file is missing or no image. A calibration and boxes are
-// mostly of the stored pixels.
+// 8-bit, grey or BGR; empty where the file is missing or no image. Calibrations and boxes usually
+// refer to the stored pixels.
 cv::Mat ReadImage(const std::string& path, bool color,
                   Orientation orientation = Orientation::kStored);
 
-// An image in colour, where it is grey and the file that it was read from, in this orientation, may
-// show it; else as it is.
+// The image in colour, if it is grey and the file from which it was read, in this orientation,
+// contains colours; else the image itself.
 cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orientation);
 
 bool HasImageExtension(const std::string& path);

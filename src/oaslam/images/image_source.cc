@@ -47,7 +47,7 @@ class ListSource : public ImageSource {
   int next_ = 0;
 };
 
-// Live: time stamps are the seconds since the first image.
+// A live camera; time stamps are the seconds since the first image.
 class WebcamSource : public ImageSource {
  public:
   WebcamSource(const std::string& source, const ImageSourceOptions& options) : options_(options) {
@@ -92,8 +92,8 @@ std::vector<ListedImage> ListFolder(const std::string& folder, double fps) {
   return images;
 }
 
-// "timestamp path" or "path" a line, the same all through; paths are relative to the folder of the
-// list.
+// "timestamp path" or "path" in each line, all lines alike; paths are relative to
+// the folder of the list.
 std::vector<ListedImage> ReadList(const std::string& path, double fps) {
   const fs::path folder = fs::path(path).parent_path();
   const std::string text = ReadTextFile(path);
@@ -137,7 +137,7 @@ void CheckOptions(const ImageSourceOptions& options) {
     throw InputError(fmt::format("--fps {}: allowed: above 0 to 10000", *options.fps));
 }
 
-// All of them; nothing where the source is no list.
+// All images of a source; nothing where it is a video or a camera.
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source, double fps) {
   std::error_code error;
   if (!fs::exists(source, error))

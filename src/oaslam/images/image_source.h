@@ -15,50 +15,52 @@ struct InputImage {
   int index = 0;         // in the whole source, 0-based
   double timestamp = 0;  // seconds
   std::string name;      // base name without directory, e.g. "000123.png"; of a video "%06d"
-  cv::Mat
-      image;  // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable
-  std::string path{};                              // of its own file; empty for videos and cameras
-  Orientation orientation = Orientation::kStored;  // as which that file is read
+  // 8-bit, one or three channels (BGR); empty where the file is missing or unreadable.
+  cv::Mat image;
+  std::string path{};  // of the image's own file; empty for videos and cameras
+  Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
 };
 
-// A folder of images that grows while it is read.
+// Options for a folder of images that grows while it is read.
 struct FollowOptions {
-  double quiet_s = 0;             // ends when no image has come for so long; 0: never
-  std::function<bool()> stopped;  // asked several times a second; empty: never
+  double quiet_s = 0;             // the source ends when no image has come for this long; 0: never
+  std::function<bool()> stopped;  // checked several times a second; empty: never stopped
 };
 
 struct ImageSourceOptions {
-  std::optional<double> fps{};  // folders of images (30 else) and videos (the times they hold else)
-  int from = 0;                 // first index
-  int to = -1;                  // one past the last; -1: all
-  bool color = false;           // BGR rather than grey
+  // Rate of folders of images (default 30) and of videos (default: their time stamps).
+  std::optional<double> fps{};
+  int from = 0;                                    // first index
+  int to = -1;                                     // one past the last; -1: all
+  bool color = false;                              // BGR rather than grey
   Orientation orientation = Orientation::kStored;  // of image files; videos are always upright
   std::optional<FollowOptions> follow{};
-  bool color_if_free = false;  // BGR from videos and cameras, whose grey image is made of it anyhow
+  // BGR from videos and cameras, where colour costs nothing since the grey image is made of it.
+  bool color_if_free = false;
 };
 
 // A sequence of images, read one at a time.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
-  // The next image, nothing at the end. An unreadable image comes back empty and with its name: the
-  // caller warns and goes on.
+  // The next image, nothing at the end. An unreadable image is returned empty with its name; the
+  // caller should warn and continue.
   virtual std::optional<InputImage> Next() = 0;
   // Images within [from, to) where known beforehand, -1 otherwise.
   virtual int size() const = 0;
-  // From another thread: a Next that waits, and any later one, may return nothing from now on. A
-  // source whose Next may wait without end must heed it.
+  // May be called from another thread: a waiting Next, and all later ones, may return nothing from
+  // then on. A source whose Next can wait forever must implement it.
   virtual void Stop() {}
 };
 
-// Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" a line), a folder of
-// images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow, a folder
-// of images alone: it may be empty yet. Throws InputError: nothing there, empty list, a line that
-// is neither.
+// Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
+// of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow only a
+// folder of images is allowed, which may still be empty. Throws InputError where the source does
+// not exist, a list is empty, or a line has neither form.
 std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                         const ImageSourceOptions& options);
 
-// One image of a source, not read.
+// An image of a source that is not read yet.
 struct ListedImage {
   double timestamp = 0;
   std::string path;

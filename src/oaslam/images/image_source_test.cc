@@ -78,7 +78,7 @@ TEST(ImageSource, ExifOrientationIsAppliedWhereAskedFor) {
   const TempFolder folder;
   cv::Mat image(48, 64, CV_8UC3, cv::Scalar::all(20));
   image.colRange(0, 32).setTo(240);
-  // As phones write portraits.
+  // A portrait image as phones store it.
   const std::string path = folder.Write("a.jpg", JpegWithExif(image, {.orientation = 6}));
   for (const bool color : {false, true}) {
     EXPECT_EQ(ReadAll(path, {.color = color})[0].image.size(), cv::Size(64, 48));

@@ -9,8 +9,8 @@ LatestImageSource::LatestImageSource(std::unique_ptr<ImageSource> source)
 
 LatestImageSource::~LatestImageSource() {
   thread_.request_stop();
-  source_
-      ->Stop();  // else the thread, which is joined now, might wait for an image that never comes
+  // Otherwise the thread, which is joined now, might wait for an image that never comes.
+  source_->Stop();
 }
 
 void LatestImageSource::Capture(const std::stop_token& stop) {

@@ -11,19 +11,19 @@
 
 namespace oaslam {
 
-// Reads a live source on a thread of its own and gives out its newest image: whoever is slower than
-// the camera misses images, but never sees an old one.
+// Reads a live source on a thread of its own and returns its newest image: a caller that is slower
+// than the camera misses images, but never gets an old one.
 class LatestImageSource : public ImageSource {
  public:
   explicit LatestImageSource(std::unique_ptr<ImageSource> source);
-  // Stops the source, and waits for the read under way to end.
+  // Stops the source, and waits until the present read ends.
   ~LatestImageSource() override;
 
-  // Waits for an image that was not given out yet; nothing once the source has ended. Rethrows what
-  // the source threw.
+  // Waits for an image that was not returned yet; returns nothing once the source has ended.
+  // Rethrows exceptions of the source.
   std::optional<InputImage> Next() override;
   int size() const override { return source_->size(); }
-  // Images that newer ones replaced before they were asked for.
+  // The number of images that were replaced by newer ones before they were returned.
   int dropped() const { return dropped_; }
 
  private:
@@ -36,7 +36,7 @@ class LatestImageSource : public ImageSource {
   bool has_ended_ = false;
   std::exception_ptr failure_;
   std::atomic<int> dropped_ = 0;
-  std::jthread thread_;  // last: begins when all else is there
+  std::jthread thread_;  // last member: the thread starts when all others are constructed
 };
 
 }  // namespace oaslam

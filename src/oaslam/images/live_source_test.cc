@@ -36,7 +36,7 @@ TEST(FollowedFolder, TakesWhatIsThereAndWhatComesUntilTheStopFile) {
   EXPECT_EQ(source->Next()->name, "10.pgm");
   auto next = std::async(std::launch::async, [&] { return source->Next(); });  // waits
   folder.Write("half.tmp", Pgm(7));
-  std::filesystem::rename(folder / "half.tmp", folder / "11.pgm");  // moved in whole
+  std::filesystem::rename(folder / "half.tmp", folder / "11.pgm");  // moved in when complete
   const auto moved = next.get();
   ASSERT_TRUE(moved);
   EXPECT_EQ(moved->name, "11.pgm");
@@ -44,7 +44,7 @@ TEST(FollowedFolder, TakesWhatIsThereAndWhatComesUntilTheStopFile) {
   EXPECT_DOUBLE_EQ(moved->timestamp, 2.0 / 30);
   EXPECT_EQ(moved->image.at<unsigned char>(0, 0), 7);
   folder.Write("12.pgm", Pgm(8));
-  folder.Write("9.pgm", Pgm(9));  // written again: taken already
+  folder.Write("9.pgm", Pgm(9));  // written again, but already taken
   folder.Write(kStopFile, "");
   EXPECT_EQ(source->Next()->name, "12.pgm");
   EXPECT_FALSE(source->Next());
@@ -58,7 +58,7 @@ TEST(FollowedFolder, AnImageThatWasNotWholeComesAgainWhenItIs) {
   folder.Write("1.pgm", Pgm(5));
   const auto whole = source->Next();
   EXPECT_EQ(whole->image.at<unsigned char>(0, 0), 5);
-  EXPECT_EQ(whole->index, 0);  // not used up by the half one
+  EXPECT_EQ(whole->index, 0);  // not used up by the incomplete one
 }
 
 TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
@@ -67,7 +67,7 @@ TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
   const auto source = OpenImages(folder.path(), Following(0.1));
   EXPECT_EQ(source->Next()->name, "a.pgm");
   folder.Write("b.pgm", Pgm(2));
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the work on a
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // as if working on a
   const auto next = source->Next();
   ASSERT_TRUE(next);
   EXPECT_EQ(next->name, "b.pgm");
@@ -76,8 +76,9 @@ TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
 
 TEST(FollowedFolder, EndsByItself) {
   const TempFolder folder;
-  EXPECT_FALSE(OpenImages(folder.path(), Following(0.2))->Next());                     // quiet
-  EXPECT_FALSE(OpenImages(folder.path(), Following(0, [] { return true; }))->Next());  // told to
+  EXPECT_FALSE(OpenImages(folder.path(), Following(0.2))->Next());  // quiet
+  EXPECT_FALSE(
+      OpenImages(folder.path(), Following(0, [] { return true; }))->Next());  // told to stop
   folder.Write(kStopFile, "");
   folder.Write("a.pgm", Pgm(1));
   const auto finished = OpenImages(folder.path(), Following());  // the stop file was there before
@@ -109,7 +110,7 @@ TEST(FollowedFolder, RangeAndBadInput) {
   EXPECT_THAT(InputErrorOf([&] { OpenImages(folder.path(), Following()); }), HasSubstr("rgb.txt"));
 }
 
-// A camera that shows an image when the test says so.
+// A camera that delivers an image when the test requests it.
 class FakeCamera : public ImageSource {
  public:
   explicit FakeCamera(bool fails = false) : fails_(fails) {}
@@ -157,7 +158,7 @@ TEST(LatestImageSource, GivesTheNewestImageAndCountsTheOthers) {
   camera.Show(5);
   camera.SwitchOff();  // what was read last is still there after the end
   while (const auto image = source.Next()) indices.push_back(image->index);
-  // The image of index 4 cannot be missed; which of the others were seen is a matter of time.
+  // The image of index 4 cannot be missed; which of the others are seen depends on timing.
   EXPECT_EQ(indices.back(), 4);
   EXPECT_EQ(static_cast<int>(indices.size()) + source.dropped(), 5);
   EXPECT_TRUE(std::ranges::is_sorted(indices));

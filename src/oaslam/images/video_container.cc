@@ -32,16 +32,16 @@ struct FreePacket {
 };
 using Packet = std::unique_ptr<AVPacket, FreePacket>;
 
-// Null where it is no file that FFmpeg knows.
+// Null where FFmpeg does not recognise the file.
 Input Open(const std::string& path) {
   AVFormatContext* context = nullptr;
-  // Never by a protocol that the path looks like.
+  // The prefix keeps FFmpeg from taking the path for another protocol.
   if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return nullptr;
   Input input(context);
   return avformat_find_stream_info(context, nullptr) < 0 ? nullptr : std::move(input);
 }
 
-// The first one, as OpenCV takes it.
+// The first video stream, which OpenCV uses, too.
 AVStream* VideoStream(const AVFormatContext& input) {
   for (unsigned i = 0; i < input.nb_streams; ++i)
     if (input.streams[i]->codecpar->codec_type == AVMEDIA_TYPE_VIDEO) return input.streams[i];
@@ -49,9 +49,9 @@ AVStream* VideoStream(const AVFormatContext& input) {
 }
 
 struct Packets {
-  int shown = 0, hidden = 0;  // by an edit list
-  std::vector<int64_t>
-      times;  // of those shown, in units of the stream, ascending; empty where they are of no use
+  int shown = 0, hidden = 0;  // hidden by an edit list
+  // Times of the shown images, in units of the stream, ascending; empty where they are not usable.
+  std::vector<int64_t> times;
 };
 
 Packets ReadPackets(AVFormatContext& input, int stream) {
@@ -63,8 +63,7 @@ Packets ReadPackets(AVFormatContext& input, int stream) {
   bool have_times = true;
   for (; av_read_frame(&input, packet.get()) >= 0; av_packet_unref(packet.get())) {
     if (packet->stream_index != stream) continue;
-    // Times of decoding ascend, unless the stream was put together from several whose times begin
-    // anew.
+    // Decoding times ascend, unless the stream was concatenated from several whose times restart.
     if (packet->pts == AV_NOPTS_VALUE ||
         (packet->dts != AV_NOPTS_VALUE && packet->dts < last_decoded))
       have_times = false;
@@ -73,7 +72,7 @@ Packets ReadPackets(AVFormatContext& input, int stream) {
     ++(is_hidden ? packets.hidden : packets.shown);
     if (!is_hidden) packets.times.push_back(packet->pts);
   }
-  std::ranges::sort(packets.times);  // from the order of decoding
+  std::ranges::sort(packets.times);  // they were in decoding order
   if (packets.shown > 1 && packets.times.front() == packets.times.back()) have_times = false;
   if (!have_times) packets.times.clear();
   return packets;
@@ -103,7 +102,7 @@ const int32_t* DisplayMatrix(const AVStream& stream) {
 #endif
 }
 
-// Phones turn by quarters; of other angles the nearest quarter.
+// Phones rotate by multiples of 90 degrees; other angles are rounded to these.
 int TurnOf(const AVStream& stream) {
   const int32_t* matrix = DisplayMatrix(stream);
   const double counterclockwise = matrix ? av_display_rotation_get(matrix) : 0;
@@ -121,7 +120,7 @@ void SayNothing(void*, int, const char*, va_list) {}
 
 QuietFfmpeg::QuietFfmpeg() {
   const std::lock_guard lock(quiet_mutex);
-  // Not by the level, which OpenCV sets anew whenever it opens a video.
+  // The log level is no use here, since OpenCV resets it whenever it opens a video.
   if (quiet_count++ == 0) av_log_set_callback(SayNothing);
 }
 
@@ -132,7 +131,7 @@ QuietFfmpeg::~QuietFfmpeg() {
 
 int SpreadEqualTimes(std::vector<double>& ascending) {
   int moved = 0;
-  double step = 0;  // at the end it is that before
+  double step = 0;  // at the end the previous step is used
   for (size_t begin = 0; begin < ascending.size();) {
     const double time = ascending[begin];
     const auto first = ascending.begin() + static_cast<std::ptrdiff_t>(begin);

@@ -21,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFirst = 16;  // pictures that tell the rate
+constexpr size_t kFirst = 16;  // pictures that determine the rate
 
-// What OpenCV would say of an encoder that is not there is no news: another is tried.
+// Silences OpenCV's messages on a missing encoder, since another one is tried then.
 class QuietOpenCv {
  public:
   QuietOpenCv() : level_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
@@ -35,8 +35,7 @@ class QuietOpenCv {
   cv::utils::logging::LogLevel level_;
 };
 
-// Encoders halve the resolution of colours, so that sides are even; the last row or column is shown
-// twice.
+// Encoders halve the resolution of colours and need even sides; the last row or column is repeated.
 cv::Mat WithEvenSides(const cv::Mat& picture) {
   if (picture.cols % 2 == 0 && picture.rows % 2 == 0) return picture;
   cv::Mat even;
@@ -61,7 +60,7 @@ double FrameRateOf(const std::vector<double>& timestamps) {
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::ranges::nth_element(intervals, middle);
   if (!(*middle > 0)) return kUnknown;
-  // Some encoders take no more than two decimals.
+  // Some encoders accept only two decimals.
   return std::round(100 * std::clamp(1 / *middle, kLowest, kHighest)) / 100;
 }
 
@@ -121,7 +120,7 @@ void VideoFile::Finish() {
   if (!writer_) return;
   writer_->release();
   writer_.reset();
-  // An encoder does not tell of a full disk.
+  // Encoders do not report a full disk.
   const bool is_whole = FramesIn(written_path_) == count_;
   std::error_code error;
   if (is_whole) fs::rename(written_path_, path_, error);

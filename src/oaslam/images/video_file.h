@@ -15,26 +15,26 @@ namespace oaslam {
 // rate is constant, that of the first pictures' time stamps.
 class VideoFile {
  public:
-  // Throws InputError: not .mp4, the folder is not there, cannot be written.
+  // Throws InputError where the file is not .mp4, its folder is missing, or it cannot be written.
   explicit VideoFile(const std::string& path);
-  // Finishes, and cannot say what went wrong.
+  // Finishes the file if Finish was not called; errors are not reported.
   ~VideoFile();
   VideoFile(const VideoFile&) = delete;
   VideoFile& operator=(const VideoFile&) = delete;
 
-  // A picture, 8-bit BGR, all of the same size. `timestamp`: seconds, ascending. Throws InputError
-  // as the constructor.
+  // Adds a picture, 8-bit BGR, all of the same size. `timestamp`: seconds, ascending. Throws
+  // InputError as the constructor does.
   void Add(const cv::Mat& picture, double timestamp);
-  // Makes the file whole; without a picture an older one stays. Throws InputError: it could not be
-  // written.
+  // Completes the file; without any picture an existing file is kept. Throws InputError where it
+  // could not be written.
   void Finish();
 
  private:
   void Open();
   void Write(const cv::Mat& picture);
 
-  std::string path_, written_path_;  // it is written beside, and renamed when it is whole
-  std::vector<cv::Mat> first_;       // until the rate is known
+  std::string path_, written_path_;  // written under another name, and renamed when it is complete
+  std::vector<cv::Mat> first_;       // pictures kept until the rate is known
   std::vector<double> timestamps_;
   std::unique_ptr<cv::VideoWriter> writer_;
   int count_ = 0;  // pictures written

@@ -17,12 +17,12 @@
 namespace oaslam {
 namespace {
 
-// Not whatever backend comes first: they disagree on the images of a file.
+// FFmpeg if possible, since backends disagree on the images of a file.
 int Backend() {
   return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
 }
 
-// Always a copy: an image of cv::VideoCapture may be written again.
+// Always returns a copy, since cv::VideoCapture may overwrite its image.
 cv::Mat Turned(const cv::Mat& image, int clockwise_deg) {
   if (clockwise_deg == 0) return image.clone();
   cv::Mat turned;
@@ -43,7 +43,8 @@ class VideoSource : public ImageSource {
       throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, images));
     if (!capture_.open(path, Backend()))
       throw InputError(fmt::format("{}: cannot be decoded ({})", path, container_.codec));
-    // The container's word is kept here: OpenCV 4.6 turns by 90 degrees the wrong way.
+    // Rotation is done here, by the container's value: OpenCV 4.6 rotates by 90 degrees in the
+    // wrong direction.
     capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
     const double rate = capture_.get(cv::CAP_PROP_FPS);
     if (std::isfinite(rate) && rate > 0.1 && rate < 10000) rate_ = rate;
@@ -90,7 +91,7 @@ class VideoSource : public ImageSource {
           images));
   }
 
-  // Passes over what is damaged, which OpenCV takes for the end.
+  // Skips damaged images, which OpenCV takes for the end.
   bool Grab() {
     while (!capture_.grab())
       if (++failures_ > container_.images - index_) return false;
@@ -109,14 +110,14 @@ class VideoSource : public ImageSource {
     return std::nullopt;
   }
 
-  // Of the image that was grabbed; once for each.
+  // The time of the image that was grabbed; to be called once for each.
   double Timestamp() {
     const std::vector<double>& times = container_.times.seconds;
     if (options_.fps || times.empty()) return index_ / rate_;
     const size_t i =
         TimeIndexOf(container_.times, next_time_, capture_.get(cv::CAP_PROP_POS_MSEC) / 1000);
     next_time_ = i + 1;
-    // More than the container told of.
+    // There may be more images than the container announced.
     const double time = i < times.size()
                             ? times[i]
                             : times.back() + static_cast<double>(i + 1 - times.size()) / rate_;

@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// The images of a video file: upright, at the times that its container holds, counted from its
-// first image. Where these are of no use it warns, and takes the file's rate. Throws InputError as
+// The images of a video file, upright, with the times in its container, relative to the first
+// image. Where these are not usable, it warns and uses the file's rate. Throws InputError as
 // OpenImages; so does Next, where no image at all can be decoded.
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options);
 

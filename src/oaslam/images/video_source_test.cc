@@ -47,12 +47,12 @@ Film Watch(const std::string& path, const ImageSourceOptions& options = {}) {
   return film;
 }
 
-// Arguments that make two seconds of a test picture at 30 Hz.
+// FFmpeg arguments for two seconds of a test picture at 30 Hz.
 std::string Picture(const std::string& size, double seconds = 2) {
   return "-f lavfi -i testsrc=size=" + size + ":rate=30:duration=" + std::to_string(seconds) + " ";
 }
 
-// Of images that come every 1/30 s, and are left out here and there.
+// Expects images every 1/30 s, of which some are missing.
 bool IsKept(int n) { return n < 12 || n % 3 == 0 || n % 7 == 1; }
 const std::string kIrregular =
     "-vf \"select='lt(n,12)+not(mod(n,3))+eq(mod(n,7),1)'\" -fps_mode passthrough ";
@@ -110,7 +110,7 @@ TEST(VideoSource, WhatAnEditListLeavesOutIsNotCounted) {
 TEST(VideoSource, ImagesThatCannotBeDecodedTakeTheirTimesWithThem) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx265");
   const TempFolder folder;
-  // Begins with images that lean on others before the cut.
+  // Begins with images that depend on others before the cut.
   ASSERT_TRUE(RunFfmpeg(
       Picture("160x120") +
       "-c:v libx265 -x265-params log-level=none:keyint=20:min-keyint=20:scenecut=0:open-gop=1 " +
@@ -144,7 +144,7 @@ TEST(VideoSource, WithoutTimesItTakesTheRateAndSaysSo) {
   ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 -f h264 " + folder / "raw.264"));
   ASSERT_TRUE(RunFfmpeg(Picture("160x120", 0.5) + "-c:v libx264 " + folder / "once.ts"));
   folder.Write("twice.ts",
-               folder.Read("once.ts") + folder.Read("once.ts"));  // whose times begin anew
+               folder.Read("once.ts") + folder.Read("once.ts"));  // whose times restart
   for (const auto& [name, count] : {std::pair("raw.264", 15), std::pair("twice.ts", 30)}) {
     const Film film = Watch(folder / name);
     EXPECT_EQ(film.times, RegularTimes(count, film.times.size() > 1 ? 1 / film.times[1] : 0))
@@ -164,9 +164,10 @@ TEST(VideoSource, IsUprightAsPhonesTurnIt) {
   for (int i = 0; i < 5; ++i) video.Add(picture, i / 30.0);
   video.Finish();
   struct Turn {
-    std::string a, b, c, d;  // of the display matrix of the track's header (ISO/IEC
-                             // 14496-12, 6.2.2), (x, y) -> (ax + cy, bx + dy)
-    bool left, top;          // where it is bright then
+    // Of the display matrix (x, y) -> (ax + cy, bx + dy) in the track's header (ISO/IEC 14496-12,
+    // 6.2.2).
+    std::string a, b, c, d;
+    bool left, top;  // where it is bright then
     cv::Size size;
   };
   const std::string zero(4, '\0'), one("\0\1\0\0", 4), minus_one("\xff\xff\0\0", 4);

@@ -8,8 +8,8 @@
 namespace oaslam {
 namespace {
 
-// The box of the original image whose UndistortBox is this one: an edge depends on the others only
-// through the midpoint, so that few rounds find it.
+// The inverse of UndistortBox. An edge depends on the others only through their midpoint, so that a
+// few iterations suffice.
 Box DistortBox(const Camera& camera, const Box& ideal) {
   constexpr int kRounds = 5;
   Box raw = ideal;

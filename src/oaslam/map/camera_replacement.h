@@ -5,14 +5,13 @@
 
 namespace oaslam {
 
-// The same map as if the images of one of its cameras had been taken for those of another: the
-// original pixel of each key point and each edge of a box is what the old camera makes of its place
-// in the ideal image, and goes where the new camera has it. Poses, landmarks and objects stay; they
-// wait for a bundle adjustment.
+// The map as if the images of one of its cameras had been taken by `replacement`: key points and
+// edges of boxes are mapped back to the original image by the old camera and to the ideal image by
+// the new one. Poses, landmarks and objects stay as they are; a bundle adjustment should follow.
 // `camera`: index into Map::cameras.
 Map WithCamera(const Map& map, int camera, const Camera& replacement);
 
-// The features of an image as another camera has them.
+// The features of an image, converted from the ideal image of one camera to that of another.
 Features WithCamera(const Features& features, const Camera& old, const Camera& replacement);
 
 }  // namespace oaslam

@@ -10,7 +10,8 @@ namespace oaslam {
 // A point of the two-view initialisation.
 struct InitialPoint {
   int first_keypoint = 0, second_keypoint = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // in the first camera, baseline 1
+  // In the first camera's frame, for a baseline of 1.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
 // A new map from two frames.
@@ -21,7 +22,7 @@ struct InitialMap {
   std::vector<InitialPoint> points;
 };
 
-// How often the tracker should have seen a landmark since the last keyframe, and how often it did.
+// How often a landmark was expected in a frame since the last keyframe, and how often it was found.
 struct LandmarkUse {
   LandmarkId landmark;
   int visible = 0, found = 0;

@@ -12,7 +12,7 @@
 
 namespace oaslam {
 
-// A detection brought into the ideal image of its camera.
+// A detection converted to the ideal image of its camera.
 struct ObjectDetection {
   int category_id = 0;
   double score = 0;
@@ -20,15 +20,15 @@ struct ObjectDetection {
   unsigned char truncated = 0;  // EdgeBits of edges at the border of the original image
 };
 
-// What is known of an image before its pose; immutable.
+// The features and detections of an image; immutable. Its pose is not part of it.
 struct Frame {
   int index = 0;
   double timestamp = 0;
   int camera = 0;  // index into Map::cameras
   std::shared_ptr<const Features> features;
   std::vector<ObjectDetection> detections;
-  bool detections_follow =
-      false;  // a detector of its own pace gives them later (Tracker::AddDetections)
+  // The detections will be given later (Tracker::AddDetections).
+  bool detections_follow = false;
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length
 };
 
@@ -36,9 +36,10 @@ struct Frame {
 struct TrackedFrame {
   Frame frame;
   Rigid3 cam_from_world;  // in the map the tracker saw
-  KeyframeId reference;   // keyframe that carries the pose through later optimisation
+  // Keyframe that the pose is relative to, so that it moves with later optimisation.
+  KeyframeId reference;
   Rigid3 cam_from_reference;
-  std::vector<LandmarkId> landmarks;  // per key point; invalid where unmatched
+  std::vector<LandmarkId> landmarks;  // by key point; invalid where unmatched
   int inliers = 0;
 };
 

@@ -9,7 +9,7 @@
 
 namespace oaslam {
 
-// What came of looking for a lost camera in one frame.
+// The result of looking for a lost camera in one frame.
 struct RelocalizationNote {
   PoseEvidence evidence = PoseEvidence::kNone;
   double confidence = 0;  // [0, 1]
@@ -17,15 +17,15 @@ struct RelocalizationNote {
   std::string why_not;  // where evidence is kNone
 };
 
-// What the tracker made of the newest frame, for display.
+// The result of tracking the newest frame, for display.
 struct FrameView {
   std::shared_ptr<const Map> map;  // as the tracker saw it
   Frame frame;
-  std::vector<LandmarkId>
-      landmarks;  // per key point, invalid where unmatched; empty without a pose by points
-  std::vector<ObjectId> detected;  // per detection: its object, invalid where none
+  // By key point, invalid where unmatched; empty without a pose by points.
+  std::vector<LandmarkId> landmarks;
+  std::vector<ObjectId> detected;  // by detection: its object, invalid where there is none
   std::optional<FramePose> pose;
-  std::optional<RelocalizationNote> relocalization;  // where the camera was looked for
+  std::optional<RelocalizationNote> relocalization;  // present where a lost camera was looked for
 };
 
 }  // namespace oaslam

@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-// The ids of `map` moved beyond those of another.
+// A copy of `map` whose ids are larger than those of another map.
 Map WithOtherIds(const Map& map, uint32_t keyframes, uint32_t landmarks) {
   Map moved;
   moved.cameras = map.cameras;

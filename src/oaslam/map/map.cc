@@ -126,7 +126,8 @@ void Map::UpdateLandmarkGeometry(LandmarkId id) {
 void Map::UpdateLandmark(LandmarkId id) {
   UpdateLandmarkGeometry(id);
   Landmark& landmark = landmarks.MutableAt(id);
-  // Of many observations the latest say enough, and the choice stays linear in the map.
+  // The latest observations suffice, and limiting their number keeps the cost linear in the size of
+  // the map.
   constexpr size_t kMaxCompared = 12;
   std::vector<const Descriptor*> all;
   const size_t n = landmark.observations.size();

@@ -31,12 +31,12 @@ struct Keyframe {
   int camera = 0;  // index into Map::cameras
   Rigid3 cam_from_world;
   std::shared_ptr<const Features> features;
-  std::vector<LandmarkId> landmarks;                // per key point; invalid where none
+  std::vector<LandmarkId> landmarks;                // by key point; invalid where there is none
   std::vector<Covisible> covisible;                 // most shared landmarks first, then by id
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
 };
 
-// A keyframe that was culled: what depends on its pose finds it through a keyframe that stayed.
+// A keyframe that was culled: poses that are relative to it are resolved through another keyframe.
 struct RetiredKeyframe {
   KeyframeId parent;
   Rigid3 cam_from_parent;
@@ -50,13 +50,13 @@ struct Observation {
 
 struct Landmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
-  Eigen::Vector3d normal =
-      Eigen::Vector3d::Zero();               // mean unit direction from camera centres to the point
+  // Mean unit direction from camera centres to the point.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   Descriptor descriptor{};                   // of the observation closest to all others
-  float min_distance = 0, max_distance = 0;  // where the pyramid can see it
-  KeyframeId first_keyframe;                 // at its creation
-  int visible = 1, found = 1;                // frames that should have seen it, and did
-  std::vector<Observation> observations;     // ascending by keyframe
+  float min_distance = 0, max_distance = 0;  // range in which the pyramid can detect it
+  KeyframeId first_keyframe;                 // the newest keyframe at its creation
+  int visible = 1, found = 1;             // number of frames that should have seen it, and that did
+  std::vector<Observation> observations;  // ascending by keyframe
 };
 
 // Tentative: boxes only. Initialized: has an ellipsoid, not yet accepted. Mapped: accepted.
@@ -65,61 +65,63 @@ enum class ObjectState { kTentative, kInitialized, kMapped };
 
 struct ObjectObservation {
   int frame_index = 0;
-  KeyframeId anchor;  // keyframe that carries the pose
+  KeyframeId anchor;  // keyframe that the pose is relative to
   Rigid3 cam_from_anchor;
   int camera = 0;  // index into Map::cameras
   Box box;         // ideal image
   double score = 0;
   unsigned char truncated = 0;  // EdgeBits
-  double weight = 1;            // as how many detections of a video of 30 Hz it counts; not saved
+  double weight = 1;  // the number of detections of a 30 Hz video it counts for; not saved
 };
 
 struct Object {
   int category_id = 0;
-  std::string name;  // a user's; empty: that of its class
+  std::string name;  // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
   Ellipsoid ellipsoid;  // world; meaningless while tentative
-  Eigen::Matrix<double, 7, 7> covariance =
-      Eigen::Matrix<double, 7, 7>::Zero();  // center, log half axes, yaw about up
-  double detection_rate = 0.9;              // P_D: share of frames in view that detected it
-  double mean_iou = 0;         // of projection and box over its own untruncated observations
-  int total_observations = 0;  // also those not kept
-  double evidence = 0;         // the sum of their weights; not saved
+  // Center, log half axes, yaw about up.
+  Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
+  double detection_rate = 0.9;  // P_D: share of frames in view that detected it
+  double mean_iou = 0;          // of projection and box over its own untruncated observations
+  int total_observations = 0;   // also those not kept
+  double evidence = 0;          // sum of the weights of all observations; not saved
   int last_seen_frame = 0;
-  std::optional<double> last_seen_time{};  // seconds; none: not since the map was loaded
-  double absence =
-      0;  // nats of evidence that it is no longer in its place (objects/presence.h); not saved
-  int misses = 0;           // frames in a row that should have shown it; not saved
-  bool was_mapped = false;  // before it was contradicted; not saved
+  std::optional<double> last_seen_time{};  // seconds; nothing: not seen since the map was loaded
+  // Evidence in nats that it is no longer in its place (objects/presence.h); not saved.
+  double absence = 0;
+  int misses = 0;           // successive frames that should have shown it and did not; not saved
+  bool was_mapped = false;  // it was mapped before its observations contradicted it; not saved
   bool has_moved = false;   // since the map was made or loaded
   std::vector<ObjectObservation> observations;  // ascending by frame; thinned
-  std::vector<LandmarkId> landmarks;            // ascending; of key points often inside its boxes
-  std::vector<uint16_t> landmark_votes;         // parallel: how often
+  std::vector<LandmarkId> landmarks;     // ascending; landmarks of key points inside its boxes
+  std::vector<uint16_t> landmark_votes;  // parallel: how often each was inside
 };
 
-// The map, a value: copies are snapshots (Table). One writer, the mapper; every edit keeps both
-// sides of an observation consistent. The world frame is that of the first keyframe; the unit is
-// arbitrary (monocular) unless scaled.
+// The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps
+// both sides of an observation consistent. The world frame is that of the first keyframe; the unit
+// is arbitrary (monocular) unless the map was scaled.
 struct Map {
   std::vector<Camera> cameras;
   Table<KeyframeId, Keyframe> keyframes;
   Table<KeyframeId, RetiredKeyframe> retired;
   Table<LandmarkId, Landmark> landmarks;
   Table<ObjectId, Object> objects;
-  Table<ObjectId, ObjectId>
-      merged_objects;  // from an erased duplicate to the object that took its observations
+  // From an erased duplicate to the object that took its observations.
+  Table<ObjectId, ObjectId> merged_objects;
   std::optional<Eigen::Vector3d> up;  // world direction against gravity, once known
-  int up_keyframes = 0;    // whose measured gravity it is from; 0: from how the cameras were held
-  uint64_t version = 0;    // of the snapshot
-  int loops_closed = 0;    // since the map was made or loaded
-  bool is_metric = false;  // the unit is the metre; else arbitrary
-  ClassRelations classes;  // what moves, and what is a part of what
+  // The number of keyframes whose measured gravity determined `up`; 0: it follows from how the
+  // camera was held.
+  int up_keyframes = 0;
+  uint64_t version = 0;                   // of the snapshot
+  int loops_closed = 0;                   // since the map was made or loaded
+  bool is_metric = false;                 // the unit is the metre; else arbitrary
+  ClassRelations classes;                 // which classes move, and which are parts of which
   std::map<std::string, Anchor> anchors;  // by name
 
   uint32_t next_landmark = 0;
 
-  // The keyframe of the map through which a keyframe that is, or was, in it has a pose; nothing if
-  // it is unknown.
+  // The present keyframe through which the pose of a keyframe that is, or was, in the map is
+  // resolved; nothing if the keyframe is unknown.
   struct Carried {
     KeyframeId by;
     Rigid3 cam_from_carrier;
@@ -127,7 +129,8 @@ struct Map {
   std::optional<Carried> ResolveKeyframe(KeyframeId id) const;
   // The pose of a keyframe that is, or was, in the map.
   std::optional<Rigid3> ResolvePose(KeyframeId id) const;
-  // The id under which an object lives now; nothing if it was dropped.
+  // The present id of an object, which may have been merged into another;
+  // nothing if it was dropped.
   std::optional<ObjectId> ResolveObject(ObjectId id) const;
 
   LandmarkId AddLandmark(const Eigen::Vector3d& position, KeyframeId first_keyframe);
@@ -141,16 +144,18 @@ struct Map {
   // Erases a keyframe; it stays resolvable through its most covisible neighbour.
   void RetireKeyframe(KeyframeId id);
 
-  // Descriptor, normal and distance range from the observations. Call after observations or poses
-  // changed.
+  // Computes descriptor, normal and distance range from the observations. To be called after
+  // observations or poses have changed.
   void UpdateLandmark(LandmarkId id);
   void UpdateLandmarkGeometry(LandmarkId id);  // normal and range only
-  // Covisibility of a keyframe from its landmarks; updates the neighbours' lists too.
+  // Computes the covisibility of a keyframe from its landmarks; updates the lists of its
+  // neighbours, too.
   void UpdateCovisibility(KeyframeId id, int min_shared);
 
-  // Up to `count` most covisible keyframes.
+  // The up to `count` most covisible keyframes.
   std::vector<KeyframeId> CovisibleKeyframes(KeyframeId id, int count) const;
-  // Key points of the keyframe whose landmark has at least `min_observations`.
+  // The number of key points of the keyframe whose landmark has at least
+  // `min_observations` observations.
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
   // Median depth of the keyframe's landmarks; 0 without any.
   double MedianDepth(KeyframeId id) const;
@@ -158,11 +163,12 @@ struct Map {
   // Multiplies all lengths: one old unit is `factor` new ones.
   void Scale(double factor);
 
-  // Every broken invariant of the tables, one line each; empty when consistent.
+  // Describes every violated invariant of the tables, one line each; empty when
+  // the map is consistent.
   std::vector<std::string> CheckInvariants() const;
 };
 
-// One line of a trajectory: a frame's pose relative to the keyframe that carries it.
+// The pose of a frame, relative to a keyframe.
 struct FramePose {
   int frame_index = 0;
   double timestamp = 0;

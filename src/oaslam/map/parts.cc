@@ -5,8 +5,8 @@
 namespace oaslam {
 namespace {
 
-// An ellipsoid is smaller than the box around the thing, in whose corner a part may lie: by sqrt(3)
-// at most.
+// The whole's ellipsoid is enlarged by this factor, since a part may lie in a corner of the box
+// around it, outside of the ellipsoid (by a factor of sqrt(3) at most).
 constexpr double kReach = 1.5;
 
 bool LiesIn(const Ellipsoid& part, Ellipsoid whole) {

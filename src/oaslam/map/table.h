@@ -12,10 +12,10 @@
 
 namespace oaslam {
 
-// A table of values by id, itself a value: a copy shares the pages of the original until either
-// side changes them, so that a snapshot costs a pointer per page. Ids ascend and are never reused;
-// erased means "not found". Iteration is in order of ids. Thread safety: as of a std::vector, but
-// that copies of one table may live on different threads.
+// A table of values by id with value semantics. A copy shares the pages of the original until one
+// side changes them, so that a snapshot costs one pointer per page. Ids ascend and are never
+// reused; an erased id is not found. Iteration is in the order of ids. Thread safety is that of
+// std::vector; in addition, copies of one table may be used in different threads.
 template <typename Id, typename T>
 class Table {
   static constexpr uint32_t kPageSize = 64;
@@ -60,8 +60,9 @@ class Table {
   }
   bool Contains(Id id) const { return Find(id) != nullptr; }
 
-  // For writing; copies the page if a snapshot shares it. Pointers and references got earlier by
-  // Find or At into this table keep pointing to the old content: take them again.
+  // Returns the value for writing, or null; copies the page if a snapshot shares it. Pointers and
+  // references obtained earlier from Find or At of this table still refer to the old value and must
+  // be obtained again.
   T* Mutable(Id id) {
     if (!Contains(id)) return nullptr;
     return &*OwnPage(id.value / kPageSize).slots[id.value % kPageSize];
@@ -107,9 +108,9 @@ class Table {
     }
   }
 
-  // Calls visit(id, before, now) for the ids whose values may differ from those of `earlier`,
-  // another copy of the same table: null where there is none. Ascending; what both share is skipped
-  // unseen.
+  // Calls visit(id, before, now) for the ids whose values may differ from those of
+  // `earlier`, another copy of the same table: null where there is none. In ascending order;
+  // shared pages are skipped.
   template <typename Visitor>
   void ForEachDifference(const Table& earlier, Visitor&& visit) const {
     const size_t count = std::max(pages_.size(), earlier.pages_.size());
@@ -133,7 +134,7 @@ class Table {
   }
 
  private:
-  // Epochs only decide what is copied, never a result.
+  // Epochs only decide which pages are copied; no result depends on them.
   static uint64_t NewEpoch() {
     static std::atomic<uint64_t> next{1};
     return next.fetch_add(1, std::memory_order_relaxed);

@@ -5,10 +5,10 @@
 namespace oaslam {
 namespace {
 
-// Keyframes that came after `first`, up to `newest`, ids being consecutive.
+// The number of keyframes after `first`, up to `newest`: ids are consecutive.
 uint32_t KeyframesSince(KeyframeId first, KeyframeId newest) { return newest.value - first.value; }
 
-// Seen at the same or a finer level by at least three other keyframes.
+// Whether at least three other keyframes see the landmark at about the same level or a finer one.
 bool SeenElsewhere(const Map& map, const Landmark& landmark, KeyframeId except, int octave) {
   constexpr int kOthers = 3;
   int count = 0;
@@ -39,7 +39,7 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
                                             Map& map) {
   constexpr double kMinFoundRatio = 0.25;
   constexpr size_t kMinObservations = 3;
-  constexpr uint32_t kTrial = 3;  // keyframes
+  constexpr uint32_t kTrial = 3;  // keyframes for which a new landmark is watched
   std::vector<LandmarkId> watched;
   for (const LandmarkId id : recent) {
     const Landmark* landmark = map.landmarks.Find(id);
@@ -67,7 +67,8 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
       map.CovisibleKeyframes(keyframe, static_cast<int>(map.keyframes.size()));
   std::ranges::sort(neighbours);
   for (const KeyframeId id : neighbours) {
-    // The newest may still be the tracker's reference, and the first fixes the frame of the map.
+    // The newest keyframes may still be the tracker's reference, and the first one defines the
+    // frame of the map.
     if (id == first || id.value + 2 > keyframe.value ||
         !IsRedundant(map, id, config.keyframe_redundancy))
       continue;

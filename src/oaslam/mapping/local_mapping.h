@@ -12,28 +12,31 @@ namespace oaslam {
 // The steps of local mapping, in the order in which the mapper takes them for each new keyframe.
 // Each is an edit of the map.
 
-// A new map from two views: both keyframes, their landmarks, all refined together, scaled so that
-// the median depth is 1. False (and the map untouched) when too little of it survives refinement.
+// Makes a map from two views: both keyframes and their landmarks, refined together and scaled
+// to a median depth of 1. Returns false and leaves the map as it was when too few landmarks
+// remain after refinement.
 bool InsertInitialMap(const InitialMap& initial, Map& map);
 
-// Adds the keyframe with the landmarks it tracked (those that still exist), and its covisibility.
+// Adds a keyframe with observations of the landmarks it tracked, those that still exist,
+// and its covisibility.
 void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& config, Map& map);
 
-// Adds the tracker's counts.
+// Adds the tracker's counts of how often each landmark was expected and found.
 void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map);
 
-// Erases of the `recent` landmarks those that were found in less than a quarter of the frames that
-// should show them, or that too few keyframes saw since their creation; returns those that are
-// still to be watched.
+// Erases those of the `recent` landmarks that were found in less than a quarter of the
+// frames that should show them, or that too few keyframes have observed. Returns those that
+// must still be watched.
 std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest,
                                             Map& map);
 
-// Triangulates key points of the keyframe with those of its covisible ones; returns the new
-// landmarks.
+// Triangulates matches between free key points of the keyframe and of covisible ones; returns the
+// new landmarks.
 std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId keyframe, const MappingConfig& config,
                                                 Map& map);
 
-// Finds the keyframe's landmarks in its neighbours and theirs in it; duplicates become one.
+// Searches the keyframe's landmarks in its neighbours and the neighbours' landmarks in it, and
+// merges duplicates.
 void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
 // Retires covisible keyframes nearly all of whose landmarks are seen, as finely, by three others.

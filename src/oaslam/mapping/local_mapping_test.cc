@@ -124,7 +124,7 @@ TEST(Culling, RedundantKeyframesAreRetired) {
 TEST(Fusion, JoinsTheLandmarksOfAKeyframeWithItsNeighbours) {
   Scene s;
   Map& map = s.map;
-  // Keyframe 5 forgets its landmarks and triangulates twins of its own.
+  // Keyframe 5 loses its landmarks and triangulates duplicates of them.
   for (const LandmarkId id : std::vector(map.keyframes.At(KeyframeId(5)).landmarks))
     if (id.IsValid()) map.EraseObservation(id, KeyframeId(5));
   int twins = 0;

@@ -11,42 +11,42 @@
 
 namespace oaslam {
 
-// A keyframe that came back to a part of the map it is not connected with.
+// A keyframe that sees an older part of the map with which it shares no landmarks.
 struct LoopClosure {
   KeyframeId current, old;
-  Similarity old_from_current;  // moves what lies at `current` to where it belongs
-  std::vector<std::pair<uint32_t, LandmarkId>>
-      old_landmarks;  // key points of `current` that show them
+  Similarity old_from_current;  // maps points near `current` to their correct places
+  // Key points of `current`, and the landmarks of the old part that they show.
+  std::vector<std::pair<uint32_t, LandmarkId>> old_landmarks;
 };
 
-// Recognises places. Keeps an index of the map's landmarks, made anew now and then as the map
-// grows.
+// Detects loops. Keeps an index of the map's landmarks, which is rebuilt when the map has grown.
 class LoopDetector {
  public:
-  // Candidates are keyframes near `current` in space and direction, and those whose landmarks look
-  // alike, that share nothing with it and its neighbours. Descriptors, P3P and a guided search
-  // verify that it sees their landmarks; where only looks speak for a candidate, a similarity must
-  // also take landmarks of both ends to each other.
+  // Candidates are keyframes that share no landmarks with `current` and its neighbours, and are
+  // near to it in position and viewing direction or similar in appearance. A candidate is verified
+  // by matching descriptors, P3P and a guided search for its landmarks. Where only appearance
+  // suggests it, a similarity must also map landmarks of one end to those of the other.
   std::optional<LoopClosure> Detect(const Map& map, KeyframeId current, Rng& rng);
 
  private:
   std::vector<Place> LookingAlike(
-      const Map& map, KeyframeId current);  // best first; may hold places around `current`
+      const Map& map, KeyframeId current);  // best first; may contain places around `current`
 
   std::optional<PlaceIndex> index_;
   uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the index was made
 };
 
-// Where a keyframe of one piece of a map meets one of the `others`, of a piece that was joined with
-// it: both lie where they should but for small errors, and share no landmarks yet.
+// Finds a keyframe among `others` that sees the same place as `current`, where `others` belong to
+// another piece that was just joined: the two share no landmarks yet, and their relative pose is
+// right but for small errors.
 std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
                                    const std::set<KeyframeId>& others, Rng& rng);
 
-// Spreads the correction over the keyframes around the loop by a pose graph of similarities
-// (Strasdat et al. 2010); landmarks and objects move with their keyframes. Then joins the landmarks
-// of both ends. What is left to do is a global bundle adjustment. False, and the map as it was, if
-// no correction was found. `held`: a keyframe that stays where it is, besides; the first one if
-// there is none.
+// Distributes the correction over the keyframes by a pose graph of similarities (Strasdat et al.
+// 2010); landmarks and objects move with their keyframes. Then merges the landmarks of both ends. A
+// global bundle adjustment should follow. `held`: a keyframe that stays fixed besides the ends of
+// the loop; if it is invalid, the first one. Returns false and leaves the map as it was if no
+// correction was found.
 bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held = {});
 
 }  // namespace oaslam

@@ -264,7 +264,8 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   EXPECT_THAT(d.map.CheckInvariants(), IsEmpty());
 }
 
-// Two windows may look the same: no drift takes a camera half of its way aside.
+// Two places look the same, such as two windows: drift cannot displace the
+// camera by half of its path.
 TEST(LoopClosing, WhatDriftCannotExplainIsNoLoop) {
   const Drifted d(30, kLongWay);
   Rng rng(1);
@@ -280,7 +281,7 @@ TEST(LoopClosing, KeyframesThatShareLandmarksAreNoLoop) {
 
 TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
   Drifted d(0.06);
-  // Other descriptors: another place that happens to be there.
+  // With other descriptors it is another place at the same position.
   Rng rng(3);
   for (uint32_t k = 0; k < kHalf; ++k) {
     Keyframe& keyframe = d.map.keyframes.MutableAt(KeyframeId(k));

@@ -18,8 +18,9 @@ std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
   return LandmarksSeenBy(map, group);
 }
 
-constexpr int kMinEdgeShared =
-    50;  // landmarks that make two keyframes an edge of the pose graph, beside each one's closest
+// Keyframes that share this many landmarks get an edge in the pose graph, and each keyframe gets
+// one to the earlier keyframe with which it shares most.
+constexpr int kMinEdgeShared = 50;
 
 std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<KeyframeId>& ids,
                                         const std::vector<Similarity>& nodes) {
@@ -42,7 +43,7 @@ std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<Keyfra
   return edges;
 }
 
-// What a keyframe's surroundings do when its node moves.
+// How points near each keyframe move when the pose graph moves its node.
 struct NodeMotions {
   std::vector<KeyframeId> ids;
   std::vector<Similarity> new_from_old;  // of world points
@@ -52,7 +53,8 @@ struct NodeMotions {
   }
 };
 
-// What hangs on a keyframe takes its scale.
+// Scales what is stored relative to keyframes: retired keyframes, observations of
+// objects, and anchors.
 void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
   for (const KeyframeId id : map.retired.Ids())
     if (const auto carried = map.ResolveKeyframe(id))
@@ -77,7 +79,7 @@ void MoveObjects(const NodeMotions& motions, Map& map) {
   }
 }
 
-// False, and nothing is changed, if no correction was found.
+// Returns false and changes nothing if no correction was found.
 bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   NodeMotions motions{map.keyframes.Ids(), {}};
   const auto index_of = [&](KeyframeId id) {

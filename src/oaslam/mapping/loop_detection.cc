@@ -24,8 +24,8 @@ Eigen::Vector3d OpticalAxis(const Keyframe& keyframe) {
   return keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
 }
 
-// Whether a keyframe is so old, and so far from the current one in the covisibility graph, that
-// meeting it closes a loop.
+// Decides whether a keyframe may be the other end of a loop: it is old enough, and not linked with
+// the current one by two steps in the covisibility graph.
 class OtherEnds {
  public:
   OtherEnds(const Map& map, KeyframeId current) : current_(current), linked_(current.value + 1, 0) {
@@ -46,7 +46,7 @@ class OtherEnds {
   std::vector<char> linked_;
 };
 
-// Of those that `is_candidate` accepts; nearest first.
+// The keyframes near the current one among those that `is_candidate` accepts, nearest first.
 template <typename Predicate>
 std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current, Predicate&& is_candidate) {
   const Keyframe& here = map.keyframes.At(current);
@@ -81,8 +81,8 @@ Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkI
   return observed;
 }
 
-// Landmarks of both parts of the map that one key point shows: in the current part, and in the old
-// one.
+// Key points that show a landmark of the current part and one of the old part:
+// the positions of both.
 std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map,
                                                                       const Keyframe& here,
                                                                       const LoopClosure& loop) {
@@ -95,8 +95,8 @@ std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map&
   return shared;
 }
 
-// How much larger the old part of the map is: the median ratio of the distances of shared points.
-// Nothing where they are too few.
+// The scale of the old part relative to the current one: the median ratio of the distances to
+// shared points; nothing where there are too few.
 std::optional<double> ScaleOf(
     const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
     const Rigid3& cam_from_current, const Rigid3& cam_from_old) {
@@ -107,7 +107,8 @@ std::optional<double> ScaleOf(
   return Median(std::move(ratios));
 }
 
-// Shared points that the loop takes to each other, within a share of their distance.
+// Counts the shared points that the loop's similarity brings together, with an error relative to
+// their distance.
 int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
                     const Similarity& old_from_current, const Rigid3& cam_from_old) {
   constexpr double kMaxRelativeError = 0.1;
@@ -117,7 +118,7 @@ int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d
   }));
 }
 
-// The way of the camera between two keyframes, as mapped.
+// The length of the camera's path between two keyframes.
 double PathLength(const Map& map, KeyframeId a, KeyframeId b) {
   const auto [from, to] = std::minmax(a, b);
   double length = 0;
@@ -131,7 +132,7 @@ double PathLength(const Map& map, KeyframeId a, KeyframeId b) {
   return length;
 }
 
-// How far a loop moves the camera of its current keyframe.
+// How far the loop's correction moves the camera of its current keyframe.
 double DistanceMoved(const Map& map, const LoopClosure& loop) {
   const Eigen::Vector3d center = map.keyframes.At(loop.current).cam_from_world.OriginInSource();
   return (loop.old_from_current * center - center).norm();
@@ -142,15 +143,15 @@ bool IsWithin(const Similarity& correction, double max_angle, double max_scale) 
          std::abs(std::log(correction.scale)) < std::log(max_scale);
 }
 
-// Two windows may look the same. What a loop corrects is the drift since, which is a share of the
-// way.
+// Whether drift explains the correction: drift is a share of the path travelled. A larger
+// correction means that two different places look the same, such as two windows.
 bool IsDrift(const Map& map, const LoopClosure& loop) {
   constexpr double kMaxShare = 0.25, kMaxAngle = 0.6, kMaxScale = 2.5;
   return DistanceMoved(map, loop) < kMaxShare * PathLength(map, loop.old, loop.current) &&
          IsWithin(loop.old_from_current, kMaxAngle, kMaxScale);
 }
 
-// What a tie corrects is how well the pieces were laid on each other.
+// Whether the correction is as small as the error with which the pieces were joined.
 bool IsSmall(const Map& map, const LoopClosure& tie) {
   constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
   return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) &&
@@ -194,7 +195,7 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
   const auto shared = SharedPoints(map, here, loop);
   const std::optional<double> scale = ScaleOf(shared, here.cam_from_world, pose.cam_from_world);
   if (!scale && !is_near) return std::nullopt;
-  // One camera: s (R_current x + t_current) = R_old x' + t_old
+  // Both poses are of one camera: s (R_current x + t_current) = R_old x' + t_old.
   loop.old_from_current =
       Similarity(pose.cam_from_world.Inverse()) *
       Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
@@ -208,8 +209,9 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 }  // namespace
 
 std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  constexpr double kGrowth =
-      1.2;                        // of the landmarks ever made; the newest do not matter for a loop
+  // The index is rebuilt when the landmarks have grown by this factor; the newest do not matter for
+  // a loop.
+  constexpr double kGrowth = 1.2;
   constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
   if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {

@@ -20,7 +20,7 @@ struct View {
   const Keypoint& point() const { return keyframe.features->keypoints[keypoint]; }
   Eigen::Vector3d Ray() const { return RayOf(camera, point().px.cast<double>()); }
   double Sigma() const { return keyframe.features->pyramid.scale[point().octave]; }
-  // The angle that the key point's patch subtends, up to a factor.
+  // Proportional to the angle that the key point's patch subtends.
   double Scale() const { return Sigma() / camera.fx; }
 };
 
@@ -32,8 +32,8 @@ bool Reprojects(const View& view, const Eigen::Vector3d& x) {
          5.991 * sigma * sigma;
 }
 
-// The point two views agree on, if its depth is sure and its size in both images fits its
-// distances.
+// Triangulates a point from two views; nothing where the parallax is too small, an error of
+// reprojection too large, or the sizes of the key points do not fit the distances.
 std::optional<Eigen::Vector3d> Triangulated(const View& a, const View& b, double max_ray_cos) {
   const auto x =
       TriangulateRays(a.keyframe.cam_from_world, b.keyframe.cam_from_world, a.Ray(), b.Ray());
@@ -52,8 +52,8 @@ std::optional<Eigen::Vector3d> Triangulated(const View& a, const View& b, double
 
 namespace {
 
-// Covisible keyframes, and those just before: a camera that turns fast shares few landmarks with
-// them, but much of the view.
+// The covisible keyframes and the few just before this one. A camera that turns fast shares few
+// landmarks with those, but much of the view.
 std::vector<KeyframeId> TriangulationPartners(const Map& map, KeyframeId id, int count) {
   constexpr uint32_t kJustBefore = 3;
   std::vector<KeyframeId> partners = map.CovisibleKeyframes(id, count);

@@ -11,8 +11,8 @@
 namespace oaslam {
 namespace {
 
-// Drops the pairs whose second key point is wanted by a closer descriptor, or that turn differently
-// from most.
+// Drops pairs whose second key point has a closer match, and pairs whose change of orientation
+// differs from that of most.
 KeypointPairs Filter(const KeypointPairs& pairs, const std::vector<int>& distances,
                      const Features& first, const Features& second) {
   std::vector<int> winner(second.keypoints.size(), -1);
@@ -101,7 +101,7 @@ KeypointPairs MatchWithinWindow(const Features& first, const Features& second,
         next_level = other_level;
       }
     });
-    // The next best on another level is mostly the same corner.
+    // A second-best match on another level is mostly the same corner.
     if (best > kTightHamming || (best_level == next_level && best >= ratio * next)) continue;
     pairs.emplace_back(i, best_keypoint);
     distances.push_back(best);
@@ -132,7 +132,7 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
     if (second.landmarks[k].IsValid()) continue;
     const Keypoint& keypoint = b.keypoints[k];
     const float sigma = b.pyramid.scale[keypoint.octave];
-    // Near the epipole the depth is anybody's guess.
+    // Near the epipole the depth cannot be determined.
     if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() <
                                 100 * sigma * b.pyramid.working_pixel())
       continue;

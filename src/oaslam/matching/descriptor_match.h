@@ -13,23 +13,23 @@ namespace oaslam {
 // Pairs of key points (first image, second image).
 using KeypointPairs = std::vector<std::pair<int, int>>;
 
-// Landmarks that another image shows, found in this one by the other's descriptors alone: nearest
-// neighbour, distance ratio, each key point once, orientations turning together. `seen[keypoint of
-// from]`: invalid where none.
+// Finds landmarks that another image shows by the descriptors of that image: nearest neighbour with
+// a ratio test, each key point used once, and consistent changes of orientation. `seen` gives the
+// landmark of each key point of `from`, invalid where there is none.
 LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, const Features& from,
                                    std::span<const LandmarkId> seen, double ratio);
 // The same for a keyframe.
 LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
                                        const Keyframe& keyframe, double ratio);
 
-// For the initialisation: key points within `window_px` of where those of the first image are
-// `expected`, on about the same level.
+// Matches for the initialisation: each key point of the first image is searched within `window_px`
+// of its `expected` position, on about the same level.
 KeypointPairs MatchWithinWindow(const Features& first, const Features& second,
                                 std::span<const Eigen::Vector2d> expected, double window_px,
                                 double ratio);
 
-// For triangulation: key points without a landmark in both keyframes that agree with the epipolar
-// geometry.
+// Matches for triangulation: key points without a landmark in either keyframe that agree with the
+// epipolar geometry.
 KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
                                       const Keyframe& second);
 

@@ -6,11 +6,11 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kViewsOfALandmark =
-    4;  // descriptors indexed of each: it looks different from different sides
+// The most descriptors indexed for one landmark: it looks different from different sides.
+constexpr size_t kViewsOfALandmark = 4;
 constexpr int kMaxHamming = 64;
 constexpr size_t kMaxHits = 8;
-constexpr int kNeighbours = 5;  // keyframes that make a place with the first
+constexpr int kNeighbours = 5;  // covisible keyframes that belong to a place besides its first
 
 DescriptorIndex MakeIndex(const Map& map) {
   std::vector<Descriptor> descriptors;
@@ -59,8 +59,8 @@ std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hi
     Place place{{id}, votes[k]};
     for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
       place.keyframes.push_back(neighbour);
-      if (neighbour.value < votes.size())
-        place.votes += 0.2 * votes[neighbour.value];  // support, yet the own view decides
+      // Neighbours support a place, but the votes of its own keyframe decide.
+      if (neighbour.value < votes.size()) place.votes += 0.2 * votes[neighbour.value];
     }
     places.push_back(std::move(place));
   }

@@ -7,26 +7,27 @@
 
 namespace oaslam {
 
-// Per key point of an image: landmarks with a similar descriptor, nearest first. Labels are ids of
-// landmarks.
+// For each key point of an image, the landmarks with a similar descriptor, nearest first. The
+// labels are ids of landmarks.
 using LandmarkHits = std::vector<std::vector<DescriptorIndex::Hit>>;
 
 // A keyframe and its closest neighbours, which see the same place.
 struct Place {
-  std::vector<KeyframeId> keyframes;  // the first one gave it its votes
+  std::vector<KeyframeId> keyframes;  // its votes are mainly those of the first
   double votes = 0;
 };
 
-// Finds landmarks and places of a map by appearance, without a vocabulary. A snapshot: landmarks
-// made later are not in it, those erased since are skipped.
+// Finds landmarks and places of a map by appearance, without a vocabulary: an index of the
+// landmarks' descriptors. It is made from one state of the map: it lacks landmarks made later, and
+// skips those erased since.
 class PlaceIndex {
  public:
   explicit PlaceIndex(const Map& map);
 
   LandmarkHits Find(const Features& features) const;
 
-  // Up to `count` places with the most votes. Each key point has one vote, shared by the landmarks
-  // that look like it; a landmark hands its share to all keyframes that see it.
+  // Returns up to `count` places with the most votes. Each key point has one vote, divided equally
+  // among the landmarks in its hits; a landmark gives its share to each keyframe that sees it.
   std::vector<Place> RankPlaces(const Map& map, const LandmarkHits& hits, int count) const;
 
   size_t size() const { return index_.size(); }

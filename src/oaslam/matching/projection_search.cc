@@ -15,7 +15,8 @@ bool Inside(const Box& bounds, const Eigen::Vector2d& px) {
   return px.x() >= bounds.x1 && px.x() <= bounds.x2 && px.y() >= bounds.y1 && px.y() <= bounds.y2;
 }
 
-// Best claims of landmarks on key points; a better claim drives out a worse one.
+// Assigns landmarks to key points: where two landmarks compete for a key point, the closer
+// descriptor wins.
 class Claims {
  public:
   explicit Claims(std::vector<LandmarkId> taken)
@@ -40,7 +41,7 @@ class Claims {
 
  private:
   std::vector<LandmarkId> landmarks_;
-  std::vector<int> distance_;  // negative: not ours to give away
+  std::vector<int> distance_;  // negative: matched beforehand, and kept
 };
 
 }  // namespace

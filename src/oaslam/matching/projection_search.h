@@ -9,25 +9,26 @@
 
 namespace oaslam {
 
-// Best Hamming distances at which two descriptors are taken for the same point.
+// Largest Hamming distances at which two descriptors may show the same point.
 constexpr int kLooseHamming = 100;
 constexpr int kTightHamming = 50;
 
-// Where a camera should see a landmark.
+// The expected image of a landmark in a camera.
 struct ProjectedLandmark {
   LandmarkId id;
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // ideal image
-  int level = 0;                                 // of the pyramid, from its distance
-  double view_cos = 1;  // between the viewing direction and the landmark's mean one
+  int level = 0;                                 // of the pyramid, predicted from the distance
+  // Cosine between the viewing direction and the landmark's mean viewing direction.
+  double view_cos = 1;
 };
 
-// Nothing when behind the camera, outside of `bounds`, out of the landmark's range of distance, or
-// seen from more than 60 degrees off its mean direction.
+// Returns nothing when the landmark is behind the camera, outside of `bounds`, out of its range of
+// distance, or seen from more than 60 degrees off its mean viewing direction.
 std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& landmark,
                                                  const Camera& camera, const Rigid3& cam_from_world,
                                                  const Features& features);
 
-// Matches of key points to landmarks of one image: `landmarks[keypoint]`, invalid where none.
+// The landmark of each key point of one image, invalid where there is none.
 struct LandmarkMatches {
   std::vector<LandmarkId> landmarks;
   int count = 0;
@@ -36,21 +37,23 @@ struct LandmarkMatches {
 struct ProjectionSearchOptions {
   double radius_px = 4;  // at level 0; scaled by the level
   int max_hamming = kLooseHamming;
-  double ratio = 0.8;          // best / second best, where both are on one level; 1 switches it off
-  bool radius_by_view = true;  // 2.5 / 4 of the radius where seen nearly from the mean direction
+  // Best / second-best distance, tested where both are on one level; 1 switches it off.
+  double ratio = 0.8;
+  // Reduce the radius to 2.5 / 4 where the landmark is seen from nearly its mean direction.
+  bool radius_by_view = true;
 };
 
-// Finds each landmark near its projection: free key points (invalid in `taken`) only, each landmark
-// once; of landmarks that compete for a key point the one with the closest descriptor wins. The
-// result contains `taken`.
+// Searches each landmark near its projection among the key points that are free (invalid in
+// `taken`); where landmarks compete for a key point, the closest descriptor wins. The result
+// contains `taken`.
 LandmarkMatches SearchByProjection(const Features& features, const Map& map,
                                    std::span<const ProjectedLandmark> projected,
                                    std::vector<LandmarkId> taken,
                                    const ProjectionSearchOptions& options);
 
-// Follows the landmarks of the frame before into this one, from a predicted pose: search within
-// `radius_px` (scaled by the level of the key point before) around the projection, levels differing
-// by one at most, orientations turning together.
+// Finds the landmarks of the previous frame in this one, given a predicted pose: within `radius_px`
+// of their projections (scaled by the level of the previous key point), with levels that differ by
+// at most one and consistent changes of orientation.
 LandmarkMatches SearchFromLastFrame(const Features& features, const Camera& camera,
                                     const Rigid3& cam_from_world, const Map& map,
                                     const Features& last_features,

@@ -15,21 +15,25 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMinVisibleShare = 0.3;      // of a projection, to be associated at all
-constexpr double kWellInsideShare = 0.8;      // of a projection, to be missed when not detected
-constexpr double kMinMissedSize = 14;         // smaller objects are not missed, detector pixels
-constexpr double kIndependentInterval = 0.2;  // seconds: a detector's errors are others by then
-// A landmark belongs to an object when it was in its boxes a third as often as the most frequent
-// one.
+// Share of a projection that must be inside the image for an object to be associated.
+constexpr double kMinVisibleShare = 0.3;
+// Share that must be inside the image for a missing detection to count.
+constexpr double kWellInsideShare = 0.8;
+// Detector pixels; missing detections of smaller objects do not count.
+constexpr double kMinMissedSize = 14;
+// Seconds after which the errors of a detector are independent.
+constexpr double kIndependentInterval = 0.2;
+// A landmark belongs to an object if it was inside the object's boxes at least a third as often as
+// the most frequent one.
 constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
 struct Candidate {
   ObjectId object_id;
   const Object* object = nullptr;  // in the snapshot
-  std::optional<Box> projection;   // of its ellipsoid, sufficiently inside the image
+  std::optional<Box> projection;   // of its ellipsoid, if enough of it is inside the image
   double share_inside = 0;
-  double depth = 0, radius = 0;       // of its centre, of the sphere of its volume
-  std::vector<LandmarkId> landmarks;  // that belong to it
+  double depth = 0, radius = 0;  // depth of its centre; radius of the sphere of the same volume
+  std::vector<LandmarkId> landmarks;  // landmarks that belong to it
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
@@ -56,8 +60,9 @@ int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>&
   return shared;
 }
 
-// Tracks whose object was merged or dropped go; objects of the map without a track (of a loaded
-// map) get one.
+// Brings the open tracks up to date with the map: removes those whose object was dropped,
+// redirects those whose object was merged, and adds tracks for mapped objects that have
+// none, as in a loaded map.
 void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfig& config,
                      ObjectTracks& tracks) {
   std::vector<ObjectTrack> kept;
@@ -78,7 +83,7 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
     if (object.state == ObjectState::kMapped)
       kept.push_back({id, object.category_id, {}, -1, 0, true});
   });
-  // Of several tracks of one object the one seen last.
+  // Of several tracks of one object, keep the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
     return a.object != b.object ? a.object < b.object : a.last_frame > b.last_frame;
   });
@@ -138,14 +143,15 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
         ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
     if (iou >= config.min_iou_projection) score = std::max(score, iou);
   }
-  // Landmarks are more precise than boxes: they outweigh any overlap.
+  // Landmarks are more precise than boxes: any match by landmarks scores higher than
+  // one by overlap alone.
   const int shared = CountShared(landmarks, candidate.landmarks);
   if (shared >= config.min_shared_points)
     score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());
   return score;
 }
 
-// What the frame shows of the mapped objects that it should show.
+// Judges which mapped objects the frame should show, and whether it shows them in their places.
 class PlaceJudge {
  public:
   PlaceJudge(const TrackedFrame& tracked, const Map& snapshot,
@@ -173,7 +179,8 @@ class PlaceJudge {
   }
   bool IsSeen(size_t j) const { return seen_[j] != 0; }
 
-  // That it is not seen in its place, of an object that is expected.
+  // The evidence of an expected object that is not seen in its place: kAbsent if nothing explains
+  // that, else kNone.
   PlaceEvidence OfAbsence(size_t j) const {
     const Candidate& c = candidates_[j];
     std::vector<Box> nearer = in_unknown_depth_;
@@ -203,11 +210,13 @@ class PlaceJudge {
   const Map& snapshot_;
   const std::vector<Candidate>& candidates_;
   std::vector<char> seen_;
-  std::vector<Box> in_unknown_depth_;  // of what moves, or is not mapped yet: may hide any object
+  // Boxes of objects whose depth is unknown, since they move or are not mapped yet: they may hide
+  // any object.
+  std::vector<Box> in_unknown_depth_;
 };
 
-// Adds the misses, and what each sighting says of its object's place. The first sightings are those
-// of `track_of`.
+// Sets what each sighting says of its object's place, and adds sightings of expected objects that
+// were not detected. The first sightings correspond to `track_of`.
 void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config,
                  const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
                  std::vector<ObjectSighting>& sightings) {
@@ -232,7 +241,7 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
     missed.place = judge.OfAbsence(j);
     sightings.push_back(std::move(missed));
   }
-  // Where most are out of place, it is rather the camera, or the detector, that is wrong.
+  // Where most objects are out of place, the camera pose or the detector is probably wrong.
   const auto in_place =
       std::ranges::count(sightings, PlaceEvidence::kInPlace, &ObjectSighting::place);
   const auto absent = std::ranges::count(sightings, PlaceEvidence::kAbsent, &ObjectSighting::place);

@@ -19,13 +19,13 @@ struct PosedDetections {
 };
 
 struct KnownPoseMap {
-  Map map;  // a keyframe without features per frame
-  double mean_iou =
-      0;  // over mapped objects, of the mean over all of an object's untruncated observations
+  Map map;  // with a keyframe without features for each frame
+  // Mean over the mapped objects of their mean overlap with all their untruncated observations.
+  double mean_iou = 0;
 };
 
-// Maps objects from known poses, which stay as they are. `progress` is called after each frame with
-// their count.
+// Maps objects from images whose poses are known and stay fixed. `progress` is called after each
+// frame with the number of frames so far.
 KnownPoseMap MapObjectsFromKnownPoses(std::span<const PosedDetections> frames, const Camera& camera,
                                       const ObjectsConfig& config,
                                       const ClassRelations& classes = {},

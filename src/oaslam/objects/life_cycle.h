@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// What decides over an object's life.
+// What decides on the next state of an object.
 struct ObjectEvidence {
   bool has_model = false;   // an ellipsoid could be fitted
   double observations = 0;  // in all, as of a video of 30 Hz
@@ -16,19 +16,20 @@ struct ObjectEvidence {
   bool is_forgotten = false;
 };
 
-// Which image it is, and when.
+// The index and time of an image.
 struct ImageTime {
   int frame = 0;
   double timestamp = 0;  // seconds
 };
 
-// Since something was last seen.
+// The time since an object was last seen.
 struct Unseen {
   int images = 0;
   double seconds = 0;
 };
 
-// Whether what was never mapped is dropped: both a time and some images, for a slow video has few.
+// Whether an object that was never mapped is dropped: it takes both a time and a number of images,
+// since a slow video has few images.
 bool IsForgotten(const Unseen& unseen, const ObjectsConfig& config);
 Unseen UnseenSince(const Object& object, const ImageTime& now);
 

@@ -19,14 +19,15 @@ namespace oaslam {
 namespace {
 
 constexpr double kSameSize = 0.5;  // logarithm of the ratio of two sizes
-constexpr double kMinNewer =
-    12;  // observations that show it in another place, as of a video of 30 Hz
-constexpr int kNewestShares[] = {2, 3};  // of its observations: the newest half, the newest third
+// Observations in another place needed to move an object, converted to a video of 30 Hz.
+constexpr double kMinNewer = 12;
+constexpr int kNewestShares[] = {
+    2, 3};  // of its observations: first the newest half is tried, then the newest third
 
 double LogSize(const Object& object) { return std::log(object.ellipsoid.half_axes.prod()) / 3; }
 
-// As how many detections of a video of 30 Hz the observations from `begin` on count; nothing if
-// they are too few to tell a place.
+// The sum of weights of the observations from `begin` on; 0 if they are too few
+// to determine a place.
 double WeightFrom(const Object& object, size_t begin) {
   constexpr size_t kFew = 4;
   if (object.observations.size() < begin + kFew) return 0;
@@ -36,7 +37,7 @@ double WeightFrom(const Object& object, size_t begin) {
   return weight;
 }
 
-// The object as its observations from `begin` on show it; nothing if they agree on no model.
+// The object fitted to its observations from `begin` on; nothing if they do not agree on a model.
 std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
                                 const ObjectsConfig& config) {
   Object object = map.objects.At(id);
@@ -68,7 +69,7 @@ void Move(ObjectId id, Object moved, Map& map) {
   map.objects.MutableAt(id) = std::move(moved);
 }
 
-// Index of the first observation after the last that shows the object in its place.
+// Index of the first observation after the last one that shows the object in its place.
 size_t FirstElsewhere(const Map& map, const Object& object, const ObjectsConfig& config) {
   const std::vector<BoxView> views = ViewsOf(map, object.observations);
   size_t first = views.size();
@@ -83,14 +84,15 @@ size_t FirstElsewhere(const Map& map, const Object& object, const ObjectsConfig&
   return first;
 }
 
-// May be the same thing in another place: first detected after the object was last, and never
-// beside it.
+// Whether `other` may be the same thing in another place: of the same class, and first detected
+// after `object` was last detected.
 bool MaySucceed(const Object& object, const Object& other) {
   return other.category_id == object.category_id && !other.observations.empty() &&
          other.observations.front().frame_index > object.last_seen_frame;
 }
 
-// The mapped object that it has become, or whether one may yet do so.
+// The mapped object that an absent object has become, or whether an unmapped object may still
+// become it.
 struct Succession {
   ObjectId successor;
   bool is_pending = false;
@@ -164,8 +166,9 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
     } else if (succession.is_pending ||
                (is_seen_elsewhere && !IsForgotten(UnseenSince(*object, now), config))) {
       if (object->state == ObjectState::kMapped) {
-        Log(LogLevel::kInfo, fmt::format("{} is no longer in its place: not used until it turns up",
-                                         Described(id, *object)));
+        Log(LogLevel::kInfo,
+            fmt::format("{} is no longer in its place: not used until it is found again",
+                        Described(id, *object)));
         map.objects.MutableAt(id).state = ObjectState::kInitialized;
       }
     } else {

@@ -6,17 +6,18 @@
 
 namespace oaslam {
 
-// Of an object whose observations contradict its model: if the newer ones agree among themselves,
-// it has moved; the older ones are dropped and the model is refitted. False, and nothing changed,
-// where they do not.
+// For an object whose observations contradict its model: if the newer ones agree among themselves,
+// the object has moved; the older ones are dropped and the model is fitted again. Returns false and
+// changes nothing where they do not agree.
 bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map);
 
-// Objects that are proven absent from their place (presence.h). One that was detected elsewhere
-// meanwhile, as this or as a new object of its class and size, lives on there, under its id and
-// name; one that may yet turn out to be waits, unmapped; any other is erased.
+// Handles objects that are proven absent from their places (presence.h). An object that was
+// detected elsewhere meanwhile, under its own id or as a new object of its class and size,
+// continues there with its id and name. Where it is not decided yet whether a new object is the
+// same one, the absent object is kept, unmapped. All others are erased.
 void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map);
 
-// From now on; objects of classes that move are erased.
+// Sets the class relations and erases objects of classes that move.
 void SetClassRelations(ClassRelations classes, Map& map);
 
 }  // namespace oaslam

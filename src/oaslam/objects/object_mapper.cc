@@ -21,12 +21,14 @@
 namespace oaslam {
 namespace {
 
-constexpr int kNeverConsistent =
-    3;  // times objects.min_observations: after so many it will not become an object
-constexpr double kMovedIoU =
-    0.02;  // a change of the overlap without new observations: its keyframes have moved
+// An object whose detections do not agree is dropped after this many
+// times objects.min_observations.
+constexpr int kNeverConsistent = 3;
+// If the overlap changes by more than this without new observations, the object's
+// keyframes have moved.
+constexpr double kMovedIoU = 0.02;
 
-// The running ratio of detections to views, without a counter of views: these are
+// Updates the ratio of detections to views. The number of views is not stored: it is
 // total_observations / rate.
 void CountView(bool detected, Object& object) {
   const double hits = std::max(object.total_observations, 1), views = hits / object.detection_rate;
@@ -34,7 +36,8 @@ void CountView(bool detected, Object& object) {
   object.misses = detected ? 0 : object.misses + 1;
 }
 
-// The object of a sighting that is to be updated; nothing if it was dropped meanwhile.
+// Adds a sighting to its object. Returns the object if it must be refitted; nothing if it was not
+// detected or has been dropped.
 std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
   if (sighting.is_new && !map.objects.Contains(sighting.object) &&
       !map.merged_objects.Contains(sighting.object)) {
@@ -49,7 +52,7 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
     WeighPlace(sighting.place, sighting.interval_s, object);
     CountView(sighting.detected, object);
   } else if (sighting.detected) {
-    object.absence = 0;  // no longer waits: it is tracked
+    object.absence = 0;  // it is detected again
   }
   if (!sighting.detected) return std::nullopt;
   auto& observations = object.observations;
@@ -76,7 +79,8 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
   object.landmark_votes.resize(kept);
 }
 
-// The paper's model takes all boxes for whole.
+// The observations as views, with hidden edges marked; the paper's model treats
+// all boxes as complete.
 std::vector<BoxView> VisibleViews(const Map& map, ObjectId id, const Object& object,
                                   const ObjectsConfig& config) {
   std::vector<BoxView> views = ViewsOf(map, object.observations);
@@ -128,7 +132,8 @@ void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& 
 void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
-    const bool is_waiting = IsProvenAbsent(object.absence);  // moved_objects.h
+    // Such an object is kept until it is found elsewhere (moved_objects.h).
+    const bool is_waiting = IsProvenAbsent(object.absence);
     if (object.state != ObjectState::kMapped && !is_waiting &&
         IsForgotten(UnseenSince(object, now), config))
       Drop(id, "unseen since", map);

@@ -9,10 +9,10 @@
 
 namespace oaslam {
 
-// Brings the map's objects up to date, once per keyframe and after its local bundle adjustment:
-// adds the sightings since the last call (in the order of their frames; their anchors must be
-// resolvable), refits the objects that were seen or whose keyframes have moved, decides over their
-// life (life_cycle.h), and merges duplicates. Sets Map::up where the cameras tell it (upright.h).
+// Updates the objects of the map, once per keyframe and after its local bundle adjustment: adds the
+// sightings since the last call (in the order of their frames; their keyframes must be resolvable),
+// refits the objects that were seen or whose keyframes have moved, decides on their states
+// (life_cycle.h), and merges duplicates. Sets Map::up where the cameras determine it (upright.h).
 void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
                    const ObjectsConfig& config);
 

@@ -16,11 +16,12 @@
 namespace oaslam {
 namespace {
 
-constexpr int kSideBySide = 3;         // images with both, in separate boxes: two objects
-constexpr double kMinMergedIoU = 0.5;  // of the common model
+// With this many images that show both in separate boxes, they are two objects.
+constexpr int kSideBySide = 3;
+constexpr double kMinMergedIoU = 0.5;  // least mean overlap of the common model
 
 int CountShared(const Object& a, const Object& b) {
-  constexpr int kMinVotes = 3;  // more than once by chance
+  constexpr int kMinVotes = 3;  // votes that chance does not explain
   int shared = 0;
   for (size_t i = 0, j = 0; i < a.landmarks.size() && j < b.landmarks.size();) {
     if (a.landmarks[i] == b.landmarks[j])
@@ -42,7 +43,8 @@ bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
          CountShared(a, b) > config.min_shared_points;
 }
 
-// Both ascending by frame.
+// The number of images with separate boxes of both. The observations of both
+// are ascending by frame.
 int CountSideBySide(const Object& a, const Object& b) {
   int count = 0;
   auto j = b.observations.begin();
@@ -74,7 +76,7 @@ struct Joint {
   ViewOverlap overlap;
 };
 
-// The observations of both with the ellipsoid that explains them best; nothing if there is none.
+// Fits one ellipsoid to the observations of both; nothing if that fails.
 std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone,
                           const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);

@@ -9,18 +9,18 @@
 
 namespace oaslam {
 
-// Merges each of `changed` with objects of its class that are the same: their boxes in space
-// overlap, one's centre is in the other, or they share landmarks (paper, section "Objects Fusion");
-// and one ellipsoid explains the observations of both. Two objects that were detected side by side
-// in the same images are never one. The merged observations go to the older object; the other's id
-// stays resolvable.
+// Merges each of `changed` with objects of its class that are the same: their bounding boxes in
+// space overlap, the centre of one is inside the other, or they share landmarks (paper, section
+// "Objects Fusion"); and one ellipsoid explains the observations of both. Objects that were
+// detected side by side in the same images are never merged. The observations go to the object with
+// the lower id; the other id stays resolvable.
 void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config);
 
-// The same for two objects that a user knows to be one: of one class, and with a common ellipsoid
-// at all. False, and nothing changed, otherwise.
+// Merges two objects at a user's request: they must be of one class and have a common ellipsoid.
+// Returns false and changes nothing otherwise.
 bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config);
 
-// A model, and all that follows from it, into the object.
+// Sets the ellipsoid of an object and the values that follow from it.
 struct ObjectModel;
 void AdoptModel(const ObjectModel& model, std::span<const BoxView> views, Object& object);
 

@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-constexpr double kBadIoU = 0.5;  // a model this bad is worth a new start
+constexpr double kBadIoU = 0.5;  // below this overlap the fit starts again from a sphere
 
 EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {
   EllipsoidFitOptions options;
@@ -39,8 +39,8 @@ std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> 
                      o.truncated, o.weight});
     weight += o.weight;
   }
-  // Those of a long video are thinned out: however far apart they are, their errors have the object
-  // in common.
+  // Observations of a long video are thinned out, but their errors remain correlated through the
+  // object, so that together they count no more than kMaxObservations.
   if (weight > kMaxObservations)
     for (BoxView& view : views) view.weight *= kMaxObservations / weight;
   return views;
@@ -67,8 +67,9 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
 }
 
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations) {
-  constexpr double kAnglePerFrame =
-      0.001;  // rad, of a video of 30 Hz: a still camera's observations are worth something, too
+  // The angle that one frame of a 30 Hz video counts for when gaps are compared: observations of a
+  // camera that stands still have some value, too.
+  constexpr double kAnglePerFrame = 0.001;
   if (observations.size() <= kMaxObservations) return;
   std::vector<Eigen::Vector3d> directions;
   for (const ObjectObservation& o : observations) directions.push_back(DirectionInWorld(map, o));

@@ -15,16 +15,16 @@ struct ObjectModel {
   ViewOverlap overlap;
 };
 
-// The observations as views, with the poses that their keyframes have now.
+// The observations as views, at the present poses of their keyframes.
 std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> observations);
 
-// The best ellipsoid: from `current` where given and good, otherwise from a new sphere. Nothing
-// when the observations do not allow one.
+// Fits an ellipsoid: starts from `current` where that is given and the result is good, otherwise
+// from a new sphere. Returns nothing when the observations do not determine one.
 std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxView> views,
                                           const Ellipsoid* current, const ObjectsConfig& config);
 
-// Keeps at most kMaxObservations, spread over the track: goes the one that is nearest to its
-// neighbours in angle and time.
+// Keeps at most kMaxObservations, spread over the track: repeatedly drops the one that is nearest
+// to its neighbours in angle and time.
 constexpr size_t kMaxObservations = 60;
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations);
 

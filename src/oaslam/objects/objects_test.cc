@@ -74,7 +74,8 @@ std::vector<PosedDetections> Film(const std::vector<TrueObject>& objects, int fr
       const double x = rng.Uniform(0, 560), y = rng.Uniform(0, 400);
       frame.detections.push_back({41, 0.6, {x, y, x + 60, y + 60}, 0});
     }
-    frame.detections.push_back({41, 0.4, {300, 20, 360, 80}, 0});  // below the score that is mapped
+    frame.detections.push_back(
+        {41, 0.4, {300, 20, 360, 80}, 0});  // below the least score for mapping
     film.push_back(std::move(frame));
   }
   return film;
@@ -144,7 +145,7 @@ TEST(ObjectMapping, ScaleOfTheMapDoesNotMatter) {
 }
 
 TEST(ObjectMapping, SlowVideoNeedsNoMoreTime) {
-  // Five seconds; each image of a slower video says more.
+  // Five seconds of video: each image of a slower video counts more.
   const auto film = Film(Table(), 150, {}, 8);
   for (const size_t step : {1, 3, 6, 15}) {
     std::vector<PosedDetections> slow;
@@ -184,7 +185,7 @@ TEST(ObjectMapping, SizeAndOrientationOfTheImageDoNotMatter) {
       camera.fx = camera.fy = scale * kCamera.fx;
       camera.cx = scale * (kCamera.cx + 0.5) - 0.5;
       camera.cy = scale * (kCamera.cy + 0.5) - 0.5;
-      // By a quarter to the right: what was left is above.
+      // The world is turned by 90 degrees: what was left is now above.
       if (is_turned) {
         std::swap(camera.width, camera.height);
         camera.cx = camera.width - 1 - (scale * (kCamera.cy + 0.5) - 0.5);
@@ -204,7 +205,7 @@ TEST(ObjectMapping, SizeAndOrientationOfTheImageDoNotMatter) {
       }
       const auto mapped = MappedObjects(MapObjectsFromKnownPoses(other, camera, {}).map);
       ASSERT_EQ(mapped.size(), expected.size()) << scale << is_turned;
-      // Turned, the map has no vertical: the shapes are freer.
+      // The turned map has no vertical, so that the shapes have more freedom.
       for (size_t i = 0; i < mapped.size(); ++i) {
         EXPECT_LT((mapped[i].ellipsoid.center - expected[i].ellipsoid.center).norm(),
                   is_turned ? 0.01 : 1e-4)
@@ -245,7 +246,8 @@ TEST(ObjectMapping, FollowsCorrectedKeyframes) {
               0.01);
 }
 
-// A wide thing in front of a long one: of what is behind the detector sees the part beside it.
+// A wide object stands in front of a long one, so that the detector sees only the part of the long
+// one beside it.
 std::vector<PosedDetections> FilmWithOcclusion(const TrueObject& front, const TrueObject& behind,
                                                bool cut) {
   std::vector<PosedDetections> film =
@@ -280,7 +282,7 @@ TEST(Occlusion, WhatAnotherObjectHidesDoesNotPullAtTheModel) {
   };
   EXPECT_LT(error_of("robust", false), 0.01);
   EXPECT_LT(error_of("robust", true), 0.015);
-  EXPECT_GT(error_of("paper", true), 0.025);  // takes the cut boxes for whole
+  EXPECT_GT(error_of("paper", true), 0.025);  // the paper's model treats cut boxes as complete
 }
 
 TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
@@ -292,7 +294,7 @@ TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
     map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(i)), keyframe);
     if (i == 8) {
       UpdateUp(map);
-      EXPECT_FALSE(map.up);  // hardly turned
+      EXPECT_FALSE(map.up);  // the camera turned too little
     }
   }
   UpdateUp(map);
@@ -318,14 +320,14 @@ Map EmptyMap() {
 }
 
 TEST(Association, CrossingBoxesKeepTheirObjects) {
-  // Two boxes that pass each other: each is nearer to its own last place than to the other's at
-  // every step.
+  // Two boxes pass each other. At every step each is nearer to its own last
+  // place than to the other's.
   const Map map = EmptyMap();
   ObjectTracks tracks;
   ObjectId left, right;
   for (int i = 0; i <= 40; ++i) {
     const Box a{100.0 + 4 * i, 100, 180.0 + 4 * i, 180}, b{260.0 - 4 * i, 120, 340.0 - 4 * i, 220};
-    const bool swapped = i % 2 == 1;  // in any order
+    const bool swapped = i % 2 == 1;  // the order of detections does not matter
     const ObjectDetection da{41, 0.9, a, 0}, db{41, 0.9, b, 0};
     auto result = AssociateObjects(
         FrameWith(i, swapped ? std::vector{db, da} : std::vector{da, db}), map, tracks, {});
@@ -376,14 +378,14 @@ TEST(Association, MapObjectsAreFoundByTheirProjection) {
   const auto miss =
       AssociateObjects(FrameWith(500, {{41, 0.9, {10, 10, 60, 60}, 0}}), map, tracks, {});
   ASSERT_EQ(miss.sightings.size(), 2U);
-  EXPECT_EQ(miss.sightings[0].object, ObjectId(8));  // ids go on after those of the map
+  EXPECT_EQ(miss.sightings[0].object, ObjectId(8));  // new ids follow those of the map
   EXPECT_FALSE(miss.sightings[1].detected);
   EXPECT_EQ(miss.sightings[1].object, ObjectId(7));
 }
 
 TEST(Association, OnlyWhatTheLensShowsIsMissed) {
-  // Barrel distortion: what is above the middle of the image's upper border is within the bounding
-  // rectangle of the ideal image.
+  // With barrel distortion, a place above the middle of the image's upper border can be within the
+  // bounding rectangle of the ideal image.
   Camera camera = kCamera;
   camera.fx = camera.fy = 400;
   camera.distortion = {-0.3, 0.08, 0, 0, 0};
@@ -470,8 +472,9 @@ TEST(Association, FollowsMergedAndDroppedObjects) {
   const auto result = AssociateObjects(
       FrameWith(5, {{41, 0.9, {10, 10, 60, 60}, 0}, {41, 0.9, {200, 10, 260, 60}, 0}}), map, tracks,
       {});
-  EXPECT_EQ(result.sightings[0].object, ObjectId(0));  // now lives under this id
-  EXPECT_EQ(result.sightings[1].object, ObjectId(3));  // object 2 was dropped: a new one
+  EXPECT_EQ(result.sightings[0].object, ObjectId(0));  // the object continues under this id
+  EXPECT_EQ(result.sightings[1].object,
+            ObjectId(3));  // object 2 was dropped: the detection opens a new track
 }
 
 TEST(LifeCycle, WhatWasNeverMappedIsForgottenAfterATimeAndSomeImages) {
@@ -516,7 +519,7 @@ TEST(LifeCycle, TheMeanOverlapOfAMappedObjectIsNotBelowTheBound) {
 
 // ---- merging
 
-// The film's cup 0 as two objects: what was seen before frame `split`, and after.
+// Cup 0 mapped as two objects: from observations before frame `split` and after it.
 Map SplitMap(bool really_two) {
   std::vector<TrueObject> objects = {Table()[0]};
   if (really_two)

@@ -8,8 +8,9 @@
 
 namespace oaslam {
 
-// Marks as truncated which edges of an object's views are hidden by other mapped objects that stand
-// nearer to the camera; its parts, and what it is a part of, hide nothing. `own`: the object's ids.
+// Marks as truncated the edges of an object's views that are hidden by other mapped objects nearer
+// to the camera. Parts of the object, and the whole it is a part of, do not count as hiding it.
+// `own`: the ids of the object.
 void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid,
                      std::vector<BoxView>& views);
 

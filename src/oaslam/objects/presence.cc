@@ -10,13 +10,15 @@ namespace oaslam {
 namespace {
 
 constexpr double kSecondsPerView = 0.5;
-constexpr double kFalseRate = 0.05;  // detections in the place of an object that is gone
-constexpr double kMinRate = 0.1, kMaxRate = 0.8;  // of a detector; that it is better may be luck
-constexpr double kProven = 12;  // nats: e^12 views to the first false alarm, on average
+constexpr double kFalseRate = 0.05;  // rate of detections in the place of an object that is gone
+// Bounds on the detection rate; a higher measured rate may be chance.
+constexpr double kMinRate = 0.1, kMaxRate = 0.8;
+constexpr double kProven = 12;  // nats: on average e^12 views until the first false alarm
 constexpr double kSameSide = 25 * std::numbers::pi / 180, kSameDistance = 1.6;
 constexpr int kMinViewsFromHere = 3;
 
-// Before the misses in a row, which may be due to its absence.
+// The detection rate while the object was there: without the last misses in a row, which its
+// absence may have caused.
 double RateWhileThere(const Object& object) {
   const double hits = std::max(object.total_observations, 1),
                views = hits / object.detection_rate - object.misses;

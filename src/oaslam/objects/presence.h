@@ -6,30 +6,31 @@
 
 namespace oaslam {
 
-// What a frame says of whether a mapped object is where the map has it.
+// Whether a frame shows that a mapped object is in its place.
 enum class PlaceEvidence { kNone, kInPlace, kAbsent };
 
-// Seconds between two images where these say nothing else.
+// The interval between images, in seconds, where time stamps do not tell it.
 constexpr double kVideoInterval = 1.0 / 30;
 
-// The logarithm of how much more likely a frame is if the object is gone than if it is there and
-// detected at its own rate. Misses come in runs: half a second counts as one view, of which the
-// image has the share that lies since the one before.
+// The log-likelihood ratio of a frame: the object is gone, against it is there and detected at its
+// usual rate. Detectors miss an object for several images in a row, so that half a second counts as
+// one view; an image counts for its share of that.
 double AbsenceEvidence(PlaceEvidence evidence, double interval_s, const Object& object);
 
-// Adds a frame to Object::absence, the evidence of the frames since it may have gone; never below 0
-// (Page's cumulative sum, 1954).
+// Adds the evidence of a frame to Object::absence, which never falls below 0 (Page's cumulative
+// sum, 1954).
 void WeighPlace(PlaceEvidence evidence, double interval_s, Object& object);
 
-// Enough evidence to act.
+// Whether the evidence suffices to act on it.
 bool IsProvenAbsent(double absence);
 
-// Whether it was detected from about this side and distance before: what a detector does not know
-// from elsewhere is not missed there.
+// Whether the object was detected from about this side and distance before. A missing detection
+// does not count elsewhere, since the detector may not recognise the object from there.
 bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_world);
 
 // The share of a box that others may hide, at most 1.
 double HiddenShare(const Box& box, std::span<const Box> nearer);
-constexpr double kMaxHiddenShare = 0.3;  // of an object that is expected to be detected
+// Largest hidden share at which an object is expected to be detected.
+constexpr double kMaxHiddenShare = 0.3;
 
 }  // namespace oaslam

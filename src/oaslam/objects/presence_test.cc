@@ -52,7 +52,7 @@ KnownPoseMap MapFilm(int frames, const std::function<Shot(int)>& shoot,
   return MapObjectsFromKnownPoses(film, kCamera, {}, classes);
 }
 
-// There and back in front of the table, 80 degrees in 200 frames.
+// The camera moves forth and back in front of the table, 80 degrees in 200 frames.
 double Angle(int frame) { return 0.007 * (frame % 400 < 200 ? frame % 400 : 400 - frame % 400); }
 
 std::vector<std::pair<ObjectId, Object>> Mapped(const Map& map, int category_id) {
@@ -63,7 +63,7 @@ std::vector<std::pair<ObjectId, Object>> Mapped(const Map& map, int category_id)
   return mapped;
 }
 
-// The lines that are logged meanwhile.
+// Collects the lines that are logged while it exists.
 class Logged {
  public:
   Logged() {
@@ -84,7 +84,7 @@ TEST(Presence, WhatIsTakenAwayIsRemoved) {
     return shot;
   };
   EXPECT_EQ(Mapped(MapFilm(300, film).map, kCup).size(), 1U);
-  EXPECT_EQ(Mapped(MapFilm(330, film).map, kCup).size(), 1U);  // a second says nothing yet
+  EXPECT_EQ(Mapped(MapFilm(330, film).map, kCup).size(), 1U);  // one second is too little evidence
   const Map map = MapFilm(600, film).map;
   EXPECT_EQ(Mapped(map, kCup).size(), 0U);
   for (const int kept : {kBook, kBottle, 62}) EXPECT_EQ(Mapped(map, kept).size(), 1U);
@@ -99,7 +99,7 @@ TEST(Presence, ADetectorThatMissesEveryOtherLosesNothing) {
   bool is_missing = false;
   const auto film = [&](int i) {
     Shot shot{OnCircle(Angle(i)), Table()};
-    if (i >= until) {  // in runs of half a second, as detectors do
+    if (i >= until) {  // misses come in runs of half a second, as with real detectors
       is_missing = rng.Uniform(0, 1) < 0.5;
       until = i + rng.Index(15) + 8;
     }
@@ -119,14 +119,15 @@ TEST(Presence, WhatIsOutOfViewOrSeenFromElsewhereIsNotMissed) {
     if (i < 500)
       shot.cam_from_world = synthetic::LookAt({1.5, 0, 0.7}, {3, 3, 0.5});  // looks away
     else
-      shot.cam_from_world = OnCircle(3 + 0.4 * Angle(i));  // from behind a detector may not know it
+      shot.cam_from_world =
+          OnCircle(3 + 0.4 * Angle(i));  // a detector may not recognise it from behind
     return shot;
   };
   EXPECT_EQ(Mapped(MapFilm(900, front_then_elsewhere).map, kCup).size(), 1U);
 }
 
 TEST(Presence, WhatStandsBehindANearerObjectIsNotMissed) {
-  // The screen is put before the bottle: nobody sees it any more.
+  // The screen is put in front of the bottle and hides it.
   const auto film = [&](int i) {
     Shot shot{OnCircle(0.4 + 0.4 * Angle(i)), Table()};
     if (i < 300) return shot;
@@ -152,7 +153,7 @@ TEST(Presence, WhatAMovingThingHidesIsNotMissed) {
   EXPECT_EQ(Mapped(map, kCup).size(), 1U);
   map.objects.ForEach([](ObjectId, const Object& o) { EXPECT_NE(o.category_id, kPerson); });
   EXPECT_EQ(Mapped(MapFilm(600, film).map, kCup).size(),
-            0U);  // without the word that it moves, and far from it
+            0U);  // far away, and its class not declared as moving
 }
 
 TEST(Presence, WhatIsPutElsewhereUnseenMovesInTheMap) {
@@ -235,7 +236,7 @@ TEST(Presence, IsWeighedByTime) {
   };
   EXPECT_NEAR(seconds(0.1), seconds(1 / 30.0), 0.15);
   EXPECT_NEAR(seconds(1 / 120.0), seconds(1 / 30.0), 0.15);
-  EXPECT_GT(seconds(1), 7);  // an image is one view at most
+  EXPECT_GT(seconds(1), 7);  // an image counts for one view at most
 }
 
 }  // namespace

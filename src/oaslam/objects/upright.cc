@@ -12,19 +12,21 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNewView =
-    15 * kDegree;  // a hand's roll is about the same until the view has changed so far
-constexpr double kLeastRoll = 3 * kDegree;  // what no hand does better than over a few views
-constexpr double kMaxRoll = 20 * kDegree;   // held otherwise, beyond
-constexpr double kMinLevelShare = 0.8;      // of the views, for the rest to be exceptions
+// The roll of a hand-held camera is independent once the view has changed by this much.
+constexpr double kNewView = 15 * kDegree;
+constexpr double kLeastRoll = 3 * kDegree;  // no hand keeps a camera more level over a few views
+constexpr double kMaxRoll = 20 * kDegree;   // a view with more roll is not held level
+constexpr double kMinLevelShare = 0.8;      // least share of views that must be held level
 constexpr double kMaxSigma = 6 * kDegree;
-constexpr double kMinRatio = 8;              // of the variance by turning to that by rolling
-constexpr double kWideTurn = 150 * kDegree;  // that the level axes cover: no wrist turns so far
-// The optical axis against the horizon, in the median: steeper, a narrow turn may as well be a
-// roll.
+// Least ratio of the variance of the axes by turning to that by rolling.
+constexpr double kMinRatio = 8;
+// Angle covered by the level axes: a turn this wide is not made by the wrist.
+constexpr double kWideTurn = 150 * kDegree;
+// Bounds on the median angle between optical axis and horizon: for a steeper camera a narrow turn
+// may be a roll.
 constexpr double kMaxPitch = 50 * kDegree, kMaxPitchOfWideTurn = 75 * kDegree;
-constexpr double kMinDownPitch =
-    10 * kDegree;  // in the median, to tell which side of a turned image is up
+// Least median downward pitch that decides which side of a turned image is up.
+constexpr double kMinDownPitch = 10 * kDegree;
 
 struct LevelFit {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  // sign not yet known
@@ -71,17 +73,18 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// Of what is normally distributed; robust.
+// Robust standard deviation of the rolls (median absolute deviation).
 double SpreadOf(std::span<const Eigen::Vector3d> axes, const Eigen::Vector3d& up) {
   std::vector<double> rolls;
   for (const Eigen::Vector3d& axis : axes) rolls.push_back(std::abs(axis.dot(up)));
   return 1.4826 * Median(std::move(rolls));
 }
 
-// Axes that should be level, by iteratively reweighted least squares with Cauchy's kernel.
+// Fits the direction to which the axes are orthogonal, by iteratively reweighted least squares with
+// Cauchy's kernel.
 LevelFit FitLevel(std::span<const Eigen::Vector3d> axes) {
   constexpr int kIterations = 10;
-  constexpr double kKernel = 2.385;  // of the spread: 95 % efficient
+  constexpr double kKernel = 2.385;  // times the standard deviation: 95 % efficiency
   LevelFit fit;
   fit.up = RoughNormal(axes);
   for (int iteration = 0; iteration < kIterations; ++iteration) {
@@ -141,8 +144,8 @@ std::vector<double> Sines(std::span<const Eigen::Matrix3d> cameras, int row,
   return sines;
 }
 
-// Up, if the axes `row` of the cameras are level and tell it, and what they cover of the circle
-// about it.
+// The vertical, if the axes `row` of the cameras are level and determine it, and the angle they
+// cover around it.
 struct LevelAxes {
   std::optional<Upright> upright;
   double coverage = 0;
@@ -159,7 +162,8 @@ LevelAxes FromLevelAxes(std::span<const Eigen::Matrix3d> cameras, int row) {
   for (double& sine : forward) sine = std::abs(sine);
   if (Median(forward) > std::sin(fit.coverage < kWideTurn ? kMaxPitch : kMaxPitchOfWideTurn))
     return {};
-  // Of an image that is turned only the habit to look down tells which side is up.
+  // For an image that is turned by 90 degrees, only the fact that people look down tells which side
+  // is up.
   const bool is_turned = row == 1;
   if (is_turned && (fit.coverage < kWideTurn || std::abs(down) < std::sin(kMinDownPitch)))
     return {};
@@ -179,9 +183,11 @@ std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras) {
 std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
   constexpr size_t kMinViews = 3;
   constexpr int kIterations = 10;
-  constexpr double kSteadyLength = 0.03;  // relative: what a hand's own motion adds to gravity
-  constexpr double kLeastSpread = 1 * kDegree;  // of a good sensor in a hand, and its mounting
-  constexpr double kMaxSpread = 25 * kDegree;   // beyond, these are not directions of one vertical
+  // Relative change of length that the motion of a hand adds to gravity.
+  constexpr double kSteadyLength = 0.03;
+  constexpr double kLeastSpread = 1 * kDegree;  // error of a good sensor and its mounting
+  // A larger spread means that there is no common vertical.
+  constexpr double kMaxSpread = 25 * kDegree;
   if (views.size() < kMinViews) return std::nullopt;
   std::vector<double> lengths;
   for (const GravityView& view : views) lengths.push_back(view.gravity_in_cam.norm());
@@ -212,7 +218,7 @@ std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
 }
 
 void UpdateUp(Map& map) {
-  constexpr size_t kEnough = 200;  // keyframes that are looked at, evenly
+  constexpr size_t kEnough = 200;  // keyframes used, evenly spaced
   constexpr int kEnoughMeasured = 20;
   const size_t stride = map.keyframes.size() / kEnough + 1;
   std::vector<Eigen::Matrix3d> cameras;
@@ -232,8 +238,8 @@ void UpdateUp(Map& map) {
     }
   if (map.up_keyframes > 0) return;
   const auto upright = UprightOf(cameras);
-  map.up = upright ? std::optional(upright->up)
-                   : std::nullopt;  // none again where later views contradict it
+  // Map::up is reset where later views contradict it.
+  map.up = upright ? std::optional(upright->up) : std::nullopt;
 }
 
 }  // namespace oaslam

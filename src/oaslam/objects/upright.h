@@ -11,7 +11,7 @@ namespace oaslam {
 // The vertical of the world.
 struct Upright {
   Eigen::Vector3d up;    // against gravity, unit length
-  double sigma_rad = 0;  // of its tilt, 1 sigma
+  double sigma_rad = 0;  // of the tilt, 1 sigma
 };
 
 // Up as the rotations of hand-held cameras (cam_from_world, in the order of time) tell it. People
@@ -24,20 +24,20 @@ struct Upright {
 // optical axis, which may be rolling as well as looking down.
 std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras);
 
-// What a sensor says of gravity from a camera.
+// Gravity measured in a camera's frame.
 struct GravityView {
   Eigen::Matrix3d cam_from_world;
   Eigen::Vector3d gravity_in_cam;  // any length, not zero
 };
 
-// Up as the gravity of several views tells it, three at least. Views whose length differs from the
-// others' were shaken, and count less; so do those that disagree in direction. Nothing where they
-// do not agree at all.
+// Estimates the vertical from the measured gravity of at least three views. Views whose length
+// differs from the median were shaken and count less, as do those whose direction disagrees.
+// Returns nothing where they do not agree.
 std::optional<Upright> UprightFromGravity(std::span<const GravityView> views);
 
-// Brings Map::up up to date: from the keyframes with measured gravity, else as its keyframes were
-// held. A vertical that was measured before, in the file of a loaded map, stays until as many
-// keyframes (20 suffice) tell it anew.
+// Updates Map::up: from the keyframes with measured gravity, else from how the camera was held. A
+// vertical that was measured before, as in a loaded map, is kept until as many keyframes (20
+// suffice) measure it again.
 void UpdateUp(Map& map);
 
 }  // namespace oaslam

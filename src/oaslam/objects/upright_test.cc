@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// How a camera is held: degrees, against a world whose z axis is up. Yaw to the left, pitch
+// The orientation of a camera, in degrees, in a world whose z axis is up: yaw to the left, pitch
 // downwards, roll clockwise.
 struct Held {
   double yaw = 0, pitch = 0, roll = 0;
@@ -41,12 +41,12 @@ double ErrorDeg(const Upright& upright) {
   return std::acos(std::clamp(upright.up.z(), -1.0, 1.0)) / kDegree;
 }
 
-// A hand's unrest, degrees.
+// How much the hand shakes, degrees.
 double Unrest(double t) { return 1.5 * std::sin(2.1 * t) + 1.5 * std::sin(3.7 * t + 1); }
 
 TEST(Upright, ACameraThatRollsTellsNothing) {
-  // It looks 17 degrees down and rolls by 15 to 20: its x axes vary in one plane only, as if it
-  // turned about its optical axis.
+  // The camera looks 17 degrees down and rolls by 15 to 20 degrees: its x axes vary in one plane
+  // only, as if it turned about its optical axis.
   for (const double amplitude : {15.0, 17.0, 20.0})
     for (const double sway : {0.0, 3.0, 8.0})
       for (const double pitch : {0.0, 17.0, 30.0}) {
@@ -70,7 +70,7 @@ TEST(Upright, IsToldByATurn) {
     ASSERT_TRUE(upright) << pitch;
     EXPECT_LT(ErrorDeg(*upright), 1.5) << pitch;
     EXPECT_LT(upright->sigma_rad, 6 * kDegree);
-    EXPECT_FALSE(UprightOf(std::span(cameras).first(9))) << pitch;  // hardly turned
+    EXPECT_FALSE(UprightOf(std::span(cameras).first(9))) << pitch;  // turned too little
   }
 }
 
@@ -148,7 +148,7 @@ TEST(Gravity, IsTheMeanOfTheViews) {
 }
 
 TEST(Gravity, ShakesAreOutvoted) {
-  // A third of the views is shaken, always to the same side.
+  // A third of the views is shaken, always towards the same side.
   const auto upright = UprightFromGravity(Measured(
       30, [](int i) { return i % 3 == 0 ? Eigen::Vector3d(6, 0, 0) : Eigen::Vector3d(0, 0, 0); }));
   ASSERT_TRUE(upright);
@@ -181,8 +181,8 @@ Map MapOf(const std::vector<Eigen::Matrix3d>& cameras) {
 }
 
 TEST(Gravity, GoesBeforeTheGuess) {
-  // The camera turns about an axis that is tilted by 30 degrees: the guess is wrong, and cannot
-  // know.
+  // The camera turns about an axis that is tilted by 30 degrees: the estimate is wrong, and nothing
+  // in the views shows it.
   const Eigen::Matrix3d tilt =
       Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitX()).toRotationMatrix();
   std::vector<Eigen::Matrix3d> cameras = Film(20, [](double t) {

@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kRefined = 12;  // guesses
+constexpr size_t kRefined = 12;  // the number of best guesses that are refined
 constexpr size_t kReturned = 5;
 constexpr size_t kFewGuesses = 5;
 // Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
@@ -38,7 +38,7 @@ bool AreElsewhere(const Refined& a, const Refined& b) {
                       kElsewherePerDepth * a.depth, kElsewhereAngle);
 }
 
-// Best first on input; sets the margins.
+// Selects distinct poses from `refined`, which is sorted best first, and computes their margins.
 std::vector<ObjectPoseCandidate> DistinctCandidates(std::vector<Refined>& refined) {
   std::vector<Refined> distinct;
   for (const Refined& r : refined) {

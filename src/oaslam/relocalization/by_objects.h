@@ -22,28 +22,30 @@ namespace oaslam {
 struct ObjectPoseCandidate {
   Rigid3 cam_from_world;
   double score = 0;
-  double margin = 0;                              // score less that of the best pose elsewhere
+  double margin = 0;                              // score minus that of the best distinct pose
   double llr = 0;                                 // log-likelihood ratio of the matched boxes
   std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
   double sigma_position = 0;                      // map units, 1 sigma
-  bool accepted = false;                          // the evidence suffices to stand behind the pose
+  bool accepted = false;                          // the evidence suffices to report the pose
 
-  // That another pose explains the boxes much worse says more than how well this one does.
+  // The margin counts more than the score: that every other pose explains the boxes much worse is
+  // stronger evidence than that this one explains them well.
   double Evidence() const { return score / 2 + margin; }
 };
 
-// Poses of a camera from its detected objects alone, in the map's frame: up to five distinct ones,
-// best first; only the first can be accepted. Empty without hypotheses. `gravity_in_cam`: the
-// direction of gravity in the camera's frame (any length) where a sensor gives it, used if the map
-// knows its up. `rng` thins triplets where there are too many.
+// Estimates the pose of a camera in the map from its detected objects alone. Returns up to five
+// distinct poses, best first, of which only the first can be accepted; none where there are no
+// hypotheses. `gravity_in_cam`: direction of gravity in the camera's frame (any length) where a
+// sensor gives it; used if the map knows its vertical. `rng` selects triplets of objects where
+// there are too many.
 std::vector<ObjectPoseCandidate> RelocalizeByObjects(
     std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
     const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam,
     Rng& rng);
 
-// The pose that points and objects agree on best. `by_points`: a success. From the unusual side
-// where objects had to lead the way, the errors of neighbouring points are alike, so that all of
-// them together count as one: their covariance is taken times their number.
+// Refines a pose by points together with the detected objects. `by_points` must be a success.
+// Points of a view from an unusual side have correlated errors, so that all of them count as one:
+// their covariance is multiplied by their number.
 ObjectPoseCandidate RefineByPointsAndObjects(std::span<const ObjectDetection> detections,
                                              const Camera& camera, const Map& map,
                                              const RelocalizationConfig& config,

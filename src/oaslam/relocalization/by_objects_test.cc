@@ -25,7 +25,7 @@ Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double 
   return {rolled, -rolled * eye};
 }
 
-// Objects of few classes strewn over a desk of 1.6 m x 1.2 m, mapped from one side.
+// Objects of few classes scattered over a desk of 1.6 m x 1.2 m, mapped from one side.
 Map Desk(uint64_t seed, int objects = 14) {
   Rng rng(seed);
   Map map;
@@ -52,7 +52,7 @@ Map Desk(uint64_t seed, int objects = 14) {
   return map;
 }
 
-// The same objects, their places exchanged.
+// The same objects with their places exchanged.
 Map Permuted(const Map& map, uint64_t seed) {
   Rng rng(seed);
   Map permuted = map;
@@ -84,7 +84,7 @@ Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15, double roll 
     if (cut.Area() < 0.3 * box->Area()) return;
     query.detections.push_back({object.category_id, 0.8, cut, TruncatedEdges(kCamera, cut)});
   });
-  query.detections.push_back({rng.Index(6), 0.5, {50, 50, 110, 130}, 0});  // a false one
+  query.detections.push_back({rng.Index(6), 0.5, {50, 50, 110, 130}, 0});  // a false detection
   return query;
 }
 

@@ -16,7 +16,8 @@ namespace {
 
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;
-constexpr double kRatio = 0.85;  // of the nearest to the second nearest descriptor in a place
+// Largest ratio of the nearest to the second-nearest descriptor distance in a place.
+constexpr double kRatio = 0.85;
 constexpr int kLocalKeyframes = 15;
 
 struct Match {
@@ -25,7 +26,7 @@ struct Match {
   int distance = 0;
 };
 
-// The angle of a landmark's key point in the first keyframe of the place that sees it.
+// The orientation of the landmark's key point in the first keyframe of the place that sees it.
 float AngleIn(const Map& map, const Place& place, const Landmark& landmark) {
   for (const KeyframeId id : place.keyframes)
     for (const Observation& o : landmark.observations)
@@ -33,7 +34,8 @@ float AngleIn(const Map& map, const Place& place, const Landmark& landmark) {
   return 0;
 }
 
-// The closest match of each landmark, those that turn together, most certain first.
+// Keeps the closest match of each landmark, drops matches of inconsistent orientation, and sorts by
+// descriptor distance.
 std::vector<Match> Filter(const Map& map, const Features& features, const Place& place,
                           std::vector<Match> matches) {
   std::ranges::sort(matches, {},
@@ -92,11 +94,13 @@ Map WithCameraOf(const Map& map, const Frame& frame, const Camera& camera) {
   return changed;
 }
 
-// The focal length with which most of the matches agree on a pose; nothing where none does.
+// Estimates pose and focal length: the focal length for which most matches agree on a pose; nothing
+// where none does.
 std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
                                             const std::vector<Match>& matches, int iterations,
                                             Rng& rng) {
-  // From wide to tele, so close that the pose of the nearest one finds most of its inliers.
+  // Focal lengths from wide to long, so dense that the one nearest to the true one finds most of
+  // its inliers.
   constexpr double kShortest = 0.45, kLongest = 2.8, kStep = 1.2;  // of the longer side
   const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
   const double longer = std::max(camera.width, camera.height);
@@ -171,7 +175,7 @@ FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
   result.report.cam_from_world = refined.cam_from_world;
   result.report.covariance = refined.covariance;
   result.report.sigma_position = std::sqrt(refined.covariance.topLeftCorner<3, 3>().trace());
-  // A focal length that is open leaves the distance to the scene as open.
+  // Where the focal length is uncertain, so is the distance to the scene.
   constexpr double kMaxRelativeSigma = 0.06;
   Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers,
         result.report, kMaxRelativeSigma);
@@ -200,7 +204,8 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
     FocalRelocalization found;
     found.camera = rough->camera;
     found.report.cam_from_world = rough->cam_from_world;
-    // What is found with the rough focal length makes it better, and the search wider.
+    // The points found with the rough focal length improve it, and with the improved one more
+    // points are found.
     for (int round = 0; round < 2; ++round) {
       const Map with = WithCameraOf(map, frame, found.camera);
       found.report = SearchAround(frame, with, landmarks, found.report.cam_from_world);

@@ -10,9 +10,9 @@
 
 namespace oaslam {
 
-// Finds a frame in the map by its points alone: places of similar appearance, pose from their
-// landmarks (P3P in RANSAC), then a guided search for the other landmarks around, which has to
-// confirm it.
+// Relocalizes a frame by its points: finds places of similar appearance, estimates the
+// pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
+// other landmarks around.
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                         const RelocalizationConfig& config,
                                         const TrackingConfig& tracking, Rng& rng);
@@ -20,24 +20,24 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
 struct FocalRelocalization {
   RelocalizationReport report;
   Camera camera;              // with the focal length that was found
-  double relative_sigma = 0;  // of it
+  double relative_sigma = 0;  // of the focal length
 };
 
-// The same for an image whose focal length is not known: that of its camera in the map, which has
-// no distortion, does not matter. Places are tried with focal lengths over the whole range of
-// lenses, and that with the most points is refined along with the pose.
+// Relocalizes a frame whose focal length is not known. Its camera in the map must have no
+// distortion; its focal length is ignored. Focal lengths over the whole range of lenses are tried,
+// and the one with the most points is refined together with the pose.
 FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
                                                const PlaceIndex& index,
                                                const RelocalizationConfig& config,
                                                const TrackingConfig& tracking, Rng& rng);
 
-// A pose that was found, with its focal length as far as the points tell it: `frame` as before.
+// Refines a relocalized pose together with the focal length of the frame's camera.
 FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
                                 const RelocalizationReport& found, const TrackingConfig& tracking);
 
-// Confirms and refines a pose that comes from elsewhere, such as objects: landmarks are searched
-// around their projection, `search_radius_px` at first (how far the guess may be off in the image),
-// then closer.
+// Confirms and refines a pose from another source, such as objects: landmarks are searched
+// around their projections, within `search_radius_px` at first (the error of the guess in
+// the image), then closer.
 RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
                                     const Rigid3& cam_from_world_guess, double search_radius_px,
                                     const RelocalizationConfig& config,

@@ -88,7 +88,7 @@ TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
   EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng).success);
 }
 
-// The world through another lens: the map's camera is not that of the image.
+// The world seen through another lens: the image's camera is not the map's.
 TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
   Fixture f;
   for (const double focal : {380.0, 520.0, 700.0}) {

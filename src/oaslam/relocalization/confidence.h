@@ -12,7 +12,7 @@ namespace oaslam {
 double ConfidenceOf(const ObjectPoseCandidate& best);
 double ConfidenceOfPoints(int inliers);
 
-// Of a pose that points and objects found each by themselves.
+// The confidence of a pose that points and objects found independently.
 double ConfidenceOfBoth(double by_points, double by_objects);
 
 }  // namespace oaslam

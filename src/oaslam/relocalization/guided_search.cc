@@ -10,9 +10,10 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMinShare =
-    0.4;  // of the landmarks found that must agree with the pose where these are few
-constexpr double kChanceFactor = 4;  // so many times what chance would give, and some more
+// Where few landmarks are found, at least this share of them must agree with the pose.
+constexpr double kMinShare = 0.4;
+// Inliers must exceed this factor times the number expected by chance, plus a constant.
+constexpr double kChanceFactor = 4;
 
 struct Round {
   double radius_px;
@@ -21,8 +22,8 @@ struct Round {
 };
 constexpr Round kRounds[] = {{12, 80, 0.9}, {6, 80, 0.95}};
 
-// How many landmarks a wrong pose would seem to see: the same search where the projections are
-// moved far away within the image.
+// The number of inliers that a wrong pose would get: the same search with the projections shifted
+// far within the image.
 double ChanceInliers(const Features& features, const Map& map,
                      std::vector<ProjectedLandmark> projected, const Round& round) {
   constexpr double kShifts[][2] = {{0.31, 0.43}, {0.57, 0.23}};
@@ -36,8 +37,7 @@ double ChanceInliers(const Features& features, const Map& map,
     const auto matches =
         SearchByProjection(features, map, moved, std::vector<LandmarkId>(features.keypoints.size()),
                            {round.radius_px, round.max_hamming, round.ratio, false});
-    // Only a part of what falls into the search window would also be an inlier: a circle within a
-    // square.
+    // Only part of the matches in the square search window would be inliers, which lie in a circle.
     const double inlier_area = M_PI * kChi2TwoDof / (4 * round.radius_px * round.radius_px);
     sum += matches.count * std::min(1.0, inlier_area);
   }

@@ -12,22 +12,23 @@
 
 namespace oaslam {
 
-// All that the camera could see of these landmarks from this pose.
+// Projects the landmarks that the camera could see from this pose.
 std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map,
                                                 std::span<const LandmarkId> landmarks,
                                                 const Frame& frame, const Rigid3& cam_from_world);
 
-// Refines a pose that is right to a few pixels by searching the landmarks around their projection,
-// in narrowing rounds. The report's evidence is filled in; success and why_not are left to Judge.
+// Refines a pose that is correct to a few pixels: searches the landmarks around their
+// projections with decreasing radius. Fills in the evidence of the report; success and
+// why_not are set by Judge.
 RelocalizationReport SearchAround(const Frame& frame, const Map& map,
                                   std::span<const LandmarkId> landmarks,
                                   const Rigid3& cam_from_world);
 
-// Decides whether the evidence suffices: `enough_inliers`, or at least `few_inliers` that are most
-// of what was found, many more than chance would give, and determine the pose well: its position to
-// `max_relative_sigma` of the points' median distance, if all were off by one pixel together: seen
-// from an unusual side, matches err alike, and more of them in the same corner of the image do not
-// help.
+// Decides whether the evidence suffices. It takes `enough_inliers`; or at least `few_inliers` that
+// are most of the matches. The inliers must be many more than expected by chance. They must also
+// determine the position to `max_relative_sigma` of their median distance even if all were off by
+// one pixel in common: matches seen from an unusual side have correlated errors, and more of them
+// in one corner of the image do not help.
 void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report,
            double max_relative_sigma = 0.03);
 

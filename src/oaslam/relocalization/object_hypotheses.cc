@@ -15,20 +15,23 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kDepthFactor = 1.7;     // how well its size tells an object's depth
-constexpr double kTruncatedFactor = 3;   // a truncated box may be of a much nearer object
-constexpr size_t kAnchors = 3;           // detections that hypotheses start from
-constexpr size_t kMaxTriplets = 1500;    // of an anchor
-constexpr size_t kTripletBudget = 2500;  // of all anchors of a large map
-constexpr double kLeastCompany = 0.9;  // of an anchor in a large map: as many detections fit to it,
-                                       // of those that fit to the best
+// The depth estimated from the size of a box is right within this factor.
+constexpr double kDepthFactor = 1.7;
+// The same for a truncated box: the object may be much nearer.
+constexpr double kTruncatedFactor = 3;
+constexpr size_t kAnchors = 3;           // number of detections that hypotheses start from
+constexpr size_t kMaxTriplets = 1500;    // at most, from one start
+constexpr size_t kTripletBudget = 2500;  // at most, from all starts, in a large map
+// In a large map a start is used only if it is compatible with nearly as many detections as the
+// best one: at least this share.
+constexpr double kLeastCompany = 0.9;
 constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
 constexpr int kYaws = 36;
-constexpr size_t kSmallMap = 40;  // objects: all are scored
-constexpr double kScopeDepths =
-    1.2;  // in larger maps: those within this many (greatest) depths of the anchor
+constexpr size_t kSmallMap = 40;  // in maps with at most this many objects, all are scored
+// In larger maps objects are scored within this many times the greatest depth of the start.
+constexpr double kScopeDepths = 1.2;
 
-// A detection taken as an object.
+// A hypothesis that a detection shows an object, with the depth that its size suggests.
 struct Node {
   int detection = 0, object = 0;
   double depth = 0, min_depth = 0, max_depth = 0;
@@ -42,7 +45,8 @@ Node MakeNode(const ObjectScene& scene, int detection, int object) {
           depth * kDepthFactor};
 }
 
-// Whether some depths within the bounds of both put them as far apart as they are.
+// Whether both can be true: some depths within the bounds of both put the objects at their distance
+// in the map.
 bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   if (a.detection == b.detection || a.object == b.object) return false;
   const Eigen::Vector3d &p = scene.detections[a.detection].ray,
@@ -63,7 +67,8 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   return between >= nearest && between <= farthest;
 }
 
-// Detections whose class has the fewest objects, whole ones first.
+// The detections to start from: untruncated ones first, then those whose class
+// has the fewest objects.
 std::vector<int> AnchorDetections(const ObjectScene& scene) {
   std::vector<int> order(scene.detections.size());
   std::iota(order.begin(), order.end(), 0);
@@ -86,7 +91,8 @@ std::vector<int> ScopeOf(const ObjectScene& scene, const Node& anchor) {
   return scope;
 }
 
-// Predicted over measured size of a pair that a pose was made from.
+// The ratio of predicted to measured size of one of the boxes from which a pose was made; 0 behind
+// the camera.
 double SizeRatio(const ObjectScene& scene, const Node& node, const Rigid3& pose,
                  const Eigen::Matrix3d& rotation) {
   const SceneObject& object = scene.objects[node.object];
@@ -103,7 +109,7 @@ bool HasPlausibleSize(const ObjectScene& scene, const Node& node, const Rigid3& 
          ratio < (scene.detections[node.detection].truncated ? 2 * kTruncatedFactor : 2.0);
 }
 
-// The angles of the vertical to try.
+// The directions of the vertical in the camera to try.
 std::vector<Eigen::Vector3d> UpDirections(const ObjectScene& scene) {
   if (!scene.up) return {};
   if (scene.up_in_cam) return {*scene.up_in_cam};
@@ -116,7 +122,7 @@ std::vector<Eigen::Vector3d> UpDirections(const ObjectScene& scene) {
   return ups;
 }
 
-// Grows the list of guesses by poses from groups of nodes.
+// Makes guesses of the pose from pairs and triplets of nodes.
 class GroupGuesser {
  public:
   GroupGuesser(const ObjectScene& scene) : scene_(scene), ups_(UpDirections(scene)) {
@@ -140,18 +146,19 @@ class GroupGuesser {
   }
 
  private:
-  // A node that hypotheses start from, with those that they may go on to.
+  // A node that hypotheses start from, and the nodes that are compatible with it.
   struct Start {
     Node anchor;
     std::vector<Node> neighbors;
-    int company = 0;  // detections among them
+    int company = 0;  // number of distinct detections among the neighbors
   };
 
   std::vector<Start> FindStarts() const {
     const std::vector<int> anchors = AnchorDetections(scene_);
     std::vector<Start> starts;
     for (size_t i = 0; i < anchors.size(); ++i) {
-      const std::span<const int> done = std::span(anchors).first(i);  // had their turn
+      // Detections that were used as starts already are left out.
+      const std::span<const int> done = std::span(anchors).first(i);
       for (const Node& anchor : nodes_) {
         if (anchor.detection != anchors[i]) continue;
         Start& start = starts.emplace_back(Start{anchor, {}, 0});
@@ -169,7 +176,8 @@ class GroupGuesser {
     return starts;
   }
 
-  // An object that few detections fit to is not the one that was seen.
+  // Drops starts that are compatible with few detections: the detection probably
+  // shows another object.
   static void KeepInCompany(std::vector<Start>& starts) {
     int most = 0;
     for (const Start& start : starts) most = std::max(most, start.company);
@@ -253,7 +261,8 @@ std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
                                      2 * std::numbers::pi * yaw / kYaws, *scene.up));
           const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
           pose.translation = node.depth * detection.ray - rotation * center;
-          // The outline from this side instead of the sphere's.
+          // The depth is corrected: it came from a sphere, but the object's outline from this side
+          // has another size.
           const double ratio = SizeRatio(scene, node, pose, rotation);
           if (!(ratio > 0.3 && ratio < 3)) continue;
           pose.translation = ratio * node.depth * detection.ray - rotation * center;

@@ -10,10 +10,11 @@ namespace oaslam {
 struct PoseGuess {
   Rigid3 cam_from_world;
   double score = 0;  // ObjectScene::ScorePose
-  double depth = 0;  // of the object it came from: the scale at which poses differ
+  double depth = 0;  // of the object it came from: poses are compared relative to it
 };
 
-// The camera's centre further away than `distance`, or its rotation by more than `angle_rad`.
+// Whether the camera centres are farther apart than `distance` or the rotations differ by
+// more than `angle_rad`.
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
 // Guesses from pairs and triplets of detections of compatible sizes. Each holds one of the three
@@ -21,11 +22,11 @@ bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angl
 // cube of the map.
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
-// Guesses from one detection, over a grid of how the camera may be turned. Empty unless the map
-// knows its up.
+// Guesses from single detections, over a grid of camera orientations. Empty unless the map knows
+// its vertical.
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene);
 
-// The best `count` guesses that differ.
+// The best `count` guesses that differ from each other.
 std::vector<PoseGuess> SelectDistinct(std::vector<PoseGuess> guesses, size_t count);
 
 }  // namespace oaslam

@@ -16,13 +16,15 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kCauchy = 0.8;
 constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
-constexpr double kMissedShare = 0.8,
-                 kMissedSizePx = 14;  // an object this visible should have been detected
-constexpr double kHiddenShare = 0.3;  // behind what moves it need not be
+// An object of which at least this share is in the image, and of this size in
+// detector pixels, should have been detected.
+constexpr double kMissedShare = 0.8, kMissedSizePx = 14;
+// An object of which more than this share is behind something that moves is not expected.
+constexpr double kHiddenShare = 0.3;
 constexpr int kRounds = 3, kIterationsPerRound = 4;  // matches are renewed each round
 
-// A detection, its object, and the inverse sigmas of the edges as of the pose where they were
-// matched.
+// A detection matched with an object, and the inverse standard deviations of the edges at the pose
+// where they were matched.
 struct Match {
   int detection = 0, object = 0;
   double score = 0;
@@ -35,7 +37,7 @@ struct Matching {
   double llr = 0, penalty = 0;
 };
 
-// An object that the image shows a part of, from a pose.
+// An object that is at least partly in the image for a given pose.
 struct InView {
   int object = 0;
   EllipsoidView view;
@@ -68,7 +70,8 @@ bool IsBehindMoving(const ObjectScene& scene, const Box& box) {
       scene.moving, [&](const Box& moving) { return ShareInside(box, moving) > kHiddenShare; });
 }
 
-// A detector sees wholes from afar and parts from near: either shows that the thing is there.
+// An object is not expected where a part of it, or the whole it is a part of, is matched: detectors
+// see wholes from afar and parts from near.
 void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& matches,
                           std::vector<unsigned char>& is_expected) {
   if (scene.classes.whole_of.empty()) return;
@@ -86,8 +89,9 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(detections, objects);
   const std::vector<InView> in_view = FindInView(scene, pose);
   std::vector<Eigen::Vector4d> variances(objects);
-  std::vector<unsigned char> hidden(
-      objects, 0);  // spares the pose, but is no evidence for it: the score counts all edges
+  // Hidden edges count one-sided in the refinement of the pose; the score, which is evidence for
+  // the pose, counts all edges.
+  std::vector<unsigned char> hidden(objects, 0);
   std::vector<unsigned char> is_expected(objects, 0);
   for (const InView& seen : in_view) {
     const int o = seen.object;
@@ -112,7 +116,7 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
         {d, o, scores(d, o), truncated, (variances[o].array() + sigma * sigma).rsqrt()});
     result.llr += scores(d, o);
   }
-  // Where the detector gives few boxes for all that is in view, each missing one says less.
+  // Where the detector gives few boxes for the objects in view, each missing detection counts less.
   const double in_sight = static_cast<double>(std::ranges::count(is_expected, 1));
   const double recall = std::min((static_cast<double>(detections) + 1) / (in_sight + 1), 1.0);
   for (const Match& match : result.matches) is_expected[match.object] = 0;
@@ -128,8 +132,8 @@ struct PoseEquations {
   double cost = 0;
 };
 
-// The vertical as a sensor sees it, or the horizon as level as the mapping cameras held it. du = w
-// x u under a turn w of the camera.
+// Adds a prior on the vertical: the direction measured by a sensor, or a horizon as level as in the
+// mapping images. Under a small rotation w of the camera the vertical u changes by w x u.
 void AddUprightPrior(const ObjectScene& scene, const Rigid3& pose, PoseEquations& equations) {
   if (!scene.up) return;
   const Eigen::Vector3d u = pose.rotation * *scene.up;
@@ -159,7 +163,7 @@ void AddPrior(const PosePrior& prior, const Rigid3& pose, PoseEquations& equatio
   equations.cost += change.dot(prior.information * change);
 }
 
-// What a pose is refined on.
+// What a pose is refined with, besides the matches.
 struct Evidence {
   const ObjectScene& scene;
   const std::optional<PosePrior>& prior;
@@ -171,7 +175,7 @@ PoseEquations Linearize(const Evidence& evidence, const std::vector<Match>& matc
   PoseEquations equations;
   AddUprightPrior(scene, pose, equations);
   if (evidence.prior) AddPrior(*evidence.prior, pose, equations);
-  constexpr double kBehindCost = 100;  // beyond any box
+  constexpr double kBehindCost = 100;  // more than a box in front of the camera can cost
   for (const Match& match : matches) {
     const SceneDetection& detection = scene.detections[match.detection];
     const auto view = ViewEllipsoid(scene.objects[match.object].ellipsoid, pose);
@@ -221,7 +225,8 @@ Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& match
   return pose;
 }
 
-// Of the camera's centre: it moves by -R^T of the translation's change.
+// The standard deviation of the camera's centre, which moves by -R^T times the
+// change of the translation.
 double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches,
                      const Rigid3& pose) {
   Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;

@@ -8,11 +8,11 @@
 
 namespace oaslam {
 
-// What is known of a pose besides its objects.
+// Prior knowledge of a pose from other sources than objects.
 struct PosePrior {
   Rigid3 cam_from_world;
-  Eigen::Matrix<double, 6, 6> information;  // inverse covariance of (translation, rotation [rad])
-                                            // of a small motion applied after it
+  // Inverse covariance of a small motion (translation, rotation [rad]) applied after the pose.
+  Eigen::Matrix<double, 6, 6> information;
 };
 
 // Refines a pose on the edges of the boxes it explains, each weighted by the detector's and its

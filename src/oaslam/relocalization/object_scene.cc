@@ -53,9 +53,9 @@ CameraHabit HabitOf(const Map& map, const Eigen::Vector3d& up) {
   return habit;
 }
 
-// False where the object's image is certainly beside all boxes of its class: of the points of a
-// ball of radius a about c, the coordinate x / z differs from that of c by at most a (1 + |c_x /
-// c_z|) / (c_z - a).
+// Returns false only where the object's projection cannot overlap any box of its class. For a point
+// of a ball of radius a around c, the coordinate x / z differs from that of c by at most a (1 +
+// |c_x / c_z|) / (c_z - a).
 bool MayOverlap(const SceneObject& object, const Eigen::Vector3d& center,
                 const ObjectScene& scene) {
   const double near = center.z() - object.reach;
@@ -152,7 +152,7 @@ bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {
   if (!up) return true;
   const Eigen::Vector3d u = cam_from_world * *up;
   if (up_in_cam) return u.dot(*up_in_cam) > kCosMaxTilt;
-  // Looking straight up or down has no roll.
+  // Roll is not defined when the camera looks straight up or down.
   if (std::abs(u.z()) > kSteep) return true;
   return u.x() * std::sin(habit.mean_roll) - u.y() * std::cos(habit.mean_roll) >
          kCosMaxRoll * std::hypot(u.x(), u.y());

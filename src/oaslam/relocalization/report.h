@@ -14,19 +14,19 @@ struct PoseHypothesis {
   double score = 0;  // higher is better; comparable within one image
 };
 
-// Where a frame is in the map by its points, and what speaks for it.
+// The pose of a frame found by points, and its evidence.
 struct RelocalizationReport {
   bool success = false;
   std::string why_not;
   Rigid3 cam_from_world;
-  std::vector<LandmarkId> landmarks;  // per key point, inliers only; invalid elsewhere
+  std::vector<LandmarkId> landmarks;  // by key point: inliers; invalid elsewhere
   int inliers = 0;
-  int expected = 0;           // landmarks that the pose puts into view
+  int expected = 0;           // landmarks expected in the image at this pose
   double inlier_share = 0;    // of the landmarks that were found near their projection
-  double chance_inliers = 0;  // that a wrong pose would have got by the same search
+  double chance_inliers = 0;  // inliers that the same search would give for a wrong pose
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // as PoseReport's
   double sigma_position = 0;                                                     // map units
-  KeyframeId keyframe;                     // the place that led to it; invalid for a verification
+  KeyframeId keyframe;                     // the place that was matched; invalid for VerifyByPoints
   std::vector<PoseHypothesis> hypotheses;  // by number of inliers, best first; also without success
 };
 

@@ -8,13 +8,14 @@
 
 namespace oaslam {
 
-// What a map file holds.
+// The content of a map file.
 struct SavedMap {
   Map map;
   std::vector<FramePose> trajectory;
-  ClassNames class_names;       // of the categories of its objects, at least
-  std::vector<Piece> pieces{};  // that could not be joined with the map, largest first; no two, nor
-                                // the map, share an id
+  ClassNames class_names;  // at least those of the categories of its objects
+  // Pieces that could not be joined with the map, largest first; no two of them, nor the map, share
+  // an id.
+  std::vector<Piece> pieces{};
 };
 
 // One SQLite file, written beside `path` and renamed, so that a crash leaves the old one whole
@@ -23,13 +24,13 @@ struct SavedMap {
 // concerned is left out, with a warning. Throws InputError.
 void SaveMap(const std::string& path, const SavedMap& saved);
 
-// Verifies application id, version, integrity, content checksum and the map's invariants. Throws
-// InputError.
+// Loads a map file after verifying application id, version, integrity, content checksum and the
+// map's invariants. Throws InputError.
 SavedMap LoadMap(const std::string& path);
-// Makes one of the pieces the map, and the map a piece: 0 is the map itself, others are counted
-// from 1 on. `path` is named where there is none.
+// Exchanges the map with one of the pieces: 0 is the map itself, the others are counted from 1.
+// Throws InputError naming `path` where there is no such piece.
 void LeadWithPiece(const std::string& path, int piece, SavedMap& saved);
-// One piece alone.
+// Loads a map file, with the chosen piece as the map and without the others.
 SavedMap LoadPiece(const std::string& path, int piece);
 
 }  // namespace oaslam

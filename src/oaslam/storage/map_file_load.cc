@@ -205,7 +205,7 @@ void ReadLandmarks(Database& database, Checksum& checksum, Map& map) {
     Landmark* landmark = map.landmarks.Mutable(id);
     Keyframe* keyframe = map.keyframes.Mutable(keyframe_id);
     if (!landmark || !keyframe || keypoint >= keyframe->landmarks.size())
-      observations.Refuse("of something that is not there");
+      observations.Refuse("of a keyframe or landmark that does not exist");
     landmark->observations.push_back({keyframe_id, keypoint});
     keyframe->landmarks[keypoint] = id;
   }

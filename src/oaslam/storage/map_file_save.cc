@@ -40,7 +40,7 @@ const char* NameOf(ObjectState state) {
 
 void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
   RowWriter meta(database, checksum, "meta", 2);
-  // In the order of the keys, as they are read.
+  // In the order of the keys, in which they are read.
   meta.Write("map_version", static_cast<int64_t>(map.version));
   if (!map.classes.movable.empty())
     meta.Write("movable", fmt::format("{}", fmt::join(map.classes.movable, " ")));
@@ -156,7 +156,7 @@ void WriteTrajectory(Database& database, Checksum& checksum, const SavedMap& sav
 
 void WriteContent(const SavedMap& saved, Database& database);
 
-// Each is a map file of its own.
+// Each piece is stored as a map file of its own.
 void WritePieces(Database& database, Checksum& checksum, const std::vector<Piece>& pieces) {
   RowWriter rows(database, checksum, "pieces", 2);
   int number = 0;
@@ -169,7 +169,7 @@ void WritePieces(Database& database, Checksum& checksum, const std::vector<Piece
 }
 
 void WriteContent(const SavedMap& saved, Database& database) {
-  // The file is synced and renamed when whole, so it needs no journal of its own.
+  // The file is synced and renamed when complete, so that it needs no journal.
   database.Execute(
       fmt::format("PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA application_id={}; "
                   "PRAGMA user_version={};",

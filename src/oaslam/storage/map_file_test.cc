@@ -94,7 +94,7 @@ TEST(MapFile, ReadsTheStoredFileOfEachEarlierFormat) {
   }
 }
 
-// With all ids far behind those of MakeMap.
+// A map whose ids are all much larger than those of MakeMap.
 Piece PieceOf(const SavedMap& saved, uint32_t first_id) {
   Piece piece;
   piece.map.cameras = saved.map.cameras;
@@ -306,8 +306,8 @@ TEST(MapFile, RefusesChangedContent) {
   }
 }
 
-// Any flipped byte is refused, or sits where it changes nothing (free space, the file's change
-// counter).
+// Any flipped byte is detected, or is at a place where it changes nothing (free space, the file's
+// change counter).
 TEST(MapFile, FlippedBytesNeverChangeTheMap) {
   const TempFolder folder;
   SaveMap(folder / "a.map", MakeMap());

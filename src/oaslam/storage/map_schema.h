@@ -5,10 +5,11 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-constexpr int32_t kMapFormatVersion = 5;  // PRAGMA user_version; 1 had no names of objects, 2 no
-                                          // anchors, 3 no up_keyframes, 4 no pieces
+// PRAGMA user_version. Version 1 had no names of objects, 2 no anchors, 3 no up_keyframes, 4 no
+// pieces.
+constexpr int32_t kMapFormatVersion = 5;
 
-// Documented in docs/formats.md, which must change with it. Poses are quaternion x y z w and
+// Documented in docs/formats.md: change both together. Poses are quaternion x y z w and
 // translation; blobs are little-endian.
 constexpr const char* kMapSchema = R"sql(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;

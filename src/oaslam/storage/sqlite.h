@@ -24,7 +24,7 @@ class Checksum {
   std::string Hex() const;
 
  private:
-  // The shift carries the high bits down, which multiplication alone never does.
+  // The shift moves the high bits down, which multiplication alone does not.
   static uint64_t Mix(uint64_t v) {
     v *= 0x100000001b3ULL;
     return v ^ (v >> 32);
@@ -32,16 +32,17 @@ class Checksum {
   uint64_t state_ = 0xcbf29ce484222325ULL;
 };
 
-// An open SQLite database; what SQLite refuses is an InputError that names the path.
+// An open SQLite database; errors of SQLite become an InputError that names the path.
 class Database {
  public:
   enum class Access { kReadOnly, kCreate };
   Database(std::string path, Access access);
-  // In memory, empty or with the content of a file. `name` stands for the path.
+  // A database in memory, empty or with the content of a file. `name` is used as
+  // the path in messages.
   explicit Database(std::string name);
   Database(std::string name, std::span<const std::byte> content);
 
-  // As they would be in a file.
+  // The bytes that a file would contain.
   std::vector<std::byte> Content() const;
   void Execute(const std::string& sql);
   int64_t QueryInteger(const std::string& sql);

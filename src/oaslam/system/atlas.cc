@@ -17,7 +17,7 @@
 namespace oaslam {
 namespace {
 
-// Of the same cameras and classes.
+// An empty map with the same cameras and class relations.
 Map EmptyLike(const Map& map, uint32_t first_landmark) {
   Map empty;
   empty.cameras = map.cameras;
@@ -44,8 +44,8 @@ bool IsLost(const Tracker::Outcome& outcome) {
   return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
 }
 
-// world_from_piece, by frames that have a pose in both, and by looking for keyframes of the piece
-// in the other map. Nothing where they do not tell.
+// world_from_piece, by frames that have a pose in both maps and by relocalizing keyframes of the
+// piece in the other map. Returns nothing where these do not determine it.
 std::optional<Similarity> Locate(const Piece& piece, const Map& world,
                                  const std::vector<FramePose>& trajectory, RelocalizationMode mode,
                                  const SlamConfig& config, Relocalizer& relocalizer) {
@@ -92,8 +92,8 @@ void Atlas::BeginMain(Map map, bool is_loaded) {
 
 Tracker::Outcome Atlas::Process(const Frame& frame) {
   newest_frame_ = frame.index;
-  // The main piece may make objects while its camera is lost, and anything in the frame after it
-  // has been found for good.
+  // Ids must stay unique across both pieces: the main one may make objects while its camera is
+  // lost, and keyframes and landmarks, too, once the camera is found.
   if (resumption_ && lost_since_)
     main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
   if (resumption_ && !lost_since_) main_->SkipIds(resumption_->session().next_ids(), frame.index);
@@ -113,14 +113,17 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   return outcome;
 }
 
-// Once it has been lost for a while, and was not found just now, it is looked for less often.
+// Whether to look for the camera in the main piece. After a failed attempt the next one waits,
+// while a new piece is being made.
 bool Atlas::MayLook(const Frame& frame) const {
   constexpr double kSeconds = 0.09;
   if (!resumption_ || !last_vain_look_) return true;
   return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
-// While points do not show where the camera is, a map of its own goes on from there.
+// Decides, after a frame was processed in the main piece, on the piece that is made while the
+// camera is lost: it is begun, continued, joined with the main one, promoted or ended. Returns the
+// outcome to report.
 Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing || !mapping_) return outcome;
   const bool is_lost = IsLost(outcome);
@@ -128,8 +131,8 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
     lost_since_.reset();
   else if (!lost_since_)
     lost_since_ = frame.timestamp;
-  // Found by points in the main map: while it makes no keyframes there, the new one may still be
-  // joined.
+  // The camera is found by points for good. While it is on probation (`outcome.anchor` is set) it
+  // makes no keyframes in the main map and the new piece may still be joined.
   if (!is_lost && !outcome.anchor) EndResumption(frame.index);
   if (outcome.is_keyframe) LookInWaiting(frame, *main_);
   const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < Resumption::kPatience;
@@ -154,7 +157,7 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
   return now.cam_from_world ? now : outcome;
 }
 
-// In the place of one that is lost, too, if there is one.
+// Ends the piece that is being made, if there is one, and begins a new one.
 void Atlas::BeginResumption(int frame_index) {
   EndResumption(frame_index);
   Settle(*main_, frame_index);
@@ -171,11 +174,11 @@ void Atlas::EndResumption(int frame_index) {
   main_->SkipIds(free_ids_, frame_index);
 }
 
-// False where it is not yet known how the maps lie to each other.
+// Joins the new piece with the main one; false where the transformation is not known yet.
 bool Atlas::JoinResumption(int frame_index) {
   if (!resumption_->Locate()) return false;
   Session& found = resumption_->session();
-  const std::shared_ptr<const Map> map = found.Newest();  // what was still queued may have moved it
+  const std::shared_ptr<const Map> map = found.Newest();  // queued commands may have moved the map
   const std::optional<Similarity> world_from_new = resumption_->Locate();
   if (!world_from_new) return false;
   if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map,
@@ -190,7 +193,7 @@ bool Atlas::JoinResumption(int frame_index) {
   return true;
 }
 
-// The piece made while lost is the larger one by now: it takes the main one's place.
+// The piece made while the camera was lost is now larger than the main one and replaces it.
 void Atlas::PromoteResumption() {
   Park(*main_);
   main_ = resumption_->TakeSession();
@@ -198,7 +201,7 @@ void Atlas::PromoteResumption() {
   main_number_ = ++last_number_;
 }
 
-// Waits for all that is to be done, also in the background.
+// Waits for all queued commands and for the bundle adjustment in the background.
 void Atlas::Settle(Session& session, int frame_index) {
   MapCommand settle;
   settle.frame_index = frame_index;
@@ -206,11 +209,11 @@ void Atlas::Settle(Session& session, int frame_index) {
   session.SubmitAndWait(std::move(settle));
 }
 
-// What a session has made waits from now on.
+// Moves the map and the trajectory of a session to the waiting pieces.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
-  rest.settle = config_.runner.mode !=
-                "live";  // there the camera does not wait for a global bundle adjustment
+  // In live mode the camera does not wait for a global bundle adjustment.
+  rest.settle = config_.runner.mode != "live";
   session.SubmitAndWait(std::move(rest));
   if (!failure_) failure_ = session.failure();
   const std::shared_ptr<const Map> map = session.snapshot();
@@ -221,7 +224,8 @@ void Atlas::Park(Session& session) {
   waiting_.push_back({{*map, session.tracker().trajectory()}, Relocalizer(config_), {}, number});
 }
 
-// Looks for a keyframe of a session in the pieces that wait, in one of them at a time.
+// Looks for a keyframe of a session in one of the waiting pieces, by turns, and joins that piece
+// once its place is known.
 void Atlas::LookInWaiting(const Frame& frame, Session& session) {
   if (waiting_.empty()) return;
   const auto waiting =
@@ -236,7 +240,7 @@ void Atlas::LookInWaiting(const Frame& frame, Session& session) {
     return waiting->link.Locate(*session.snapshot(), session.tracker().trajectory());
   };
   if (!locate()) return;
-  Settle(session, frame.index);  // what is still to be done may move the map
+  Settle(session, frame.index);  // queued work may still move the map
   const auto piece_from_world = locate();
   if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session))
     waiting_.erase(waiting);
@@ -258,8 +262,9 @@ bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame
   return true;
 }
 
-// Joins what can be joined by the keyframes of the pieces, with the main one and with each other.
-// Pairs that were tried as they are now are passed over.
+// Relocalizes keyframes of the waiting pieces in the main piece and in each other, and joins
+// the pieces where this tells their place. Pairs that have not changed since they were
+// compared are skipped.
 void Atlas::LocateWaiting() {
   const auto is_new = [&](const Waiting& piece, int other, uint64_t version) {
     return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;
@@ -301,7 +306,7 @@ void Atlas::LocateWaiting() {
   }
 }
 
-// Poses are asked for in its frame.
+// Whether the user needs poses in the frame of the main piece: it was loaded, or has anchors.
 bool Atlas::MustStayMain() const {
   const Map& map = *main_->snapshot();
   return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty();

@@ -18,25 +18,27 @@
 
 namespace oaslam {
 
-// All pieces of map of a run: the one in whose frame poses are told; the one that a lost camera
-// makes meanwhile; and those that wait until they are known to lie in one of these. Pieces are
-// joined, in any number, as soon as frames are found in both, by points, objects or both; none is
-// thrown away.
-// - The camera is followed in the main piece: there is no other one in the making.
-// - It is lost there for a moment (Resumption::kPatience): another piece is begun, while each frame
-// is still looked for in the main one.
-// - It is found there by objects, or by points on probation: both go on, until it is known how they
-// lie to each other, and they are joined.
-// - It is found there for good, or lost in the new one, too: the new one waits. Where the new one
-// has grown larger, the main one waits.
+// All pieces of map of a run. There is the main piece, in whose frame poses are reported; while the
+// camera is lost there, a new piece that is being made; and pieces that wait until their place in
+// one of the others is known. Pieces are joined as soon as enough frames have a pose in both, by
+// points or objects; none is thrown away.
+// - While the camera is tracked in the main piece, no other piece is being made.
+// - Once it has been lost there for longer than Resumption::kPatience, a new piece is begun, while
+// each frame is still looked for in the main one.
+// - While frames are found in the main piece by objects only, or by points on probation, both go on
+// until the transformation between them is known; then they are joined.
+// - Once the camera is found in the main piece for good, or is lost in the new piece, too, the new
+// piece waits. Where the new piece has become larger than the main one, it takes its place and the
+// main one waits.
 class Atlas {
  public:
-  // `is_loaded`: the camera is looked for in `map`. No two of the pieces share an id.
+  // `is_loaded`: the camera is looked for in `map`, and no initial map is made. No two of the
+  // pieces share an id.
   Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
 
   // Tracks the next frame.
   Tracker::Outcome Process(const Frame& frame);
-  // Of a frame that was processed before.
+  // Detections of a frame that was processed before.
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
                                                 const std::vector<ObjectDetection>& detections);
   // Joins what can be joined, looks back into gaps (but where the runner is live), and waits for
@@ -57,7 +59,7 @@ class Atlas {
   }
   Session& main() { return *main_; }
   const Session& main() const { return *main_; }
-  // Of the main piece: poses are told in its frame. Another one has another number.
+  // The number of the main piece, in whose frame poses are reported. Each piece has its own number.
   int main_number() const { return main_number_; }
   // All but the main piece.
   std::vector<Piece> Others() const;
@@ -66,7 +68,7 @@ class Atlas {
   struct Waiting {
     Piece piece;
     Relocalizer relocalizer;
-    PieceLink link;  // of frames that were followed in a session, to this piece
+    PieceLink link;  // poses in this piece of frames that a session tracks
     int number = 0;
   };
 
@@ -92,16 +94,18 @@ class Atlas {
   bool mapping_ = true;
   bool is_loaded_ = false;
   std::unique_ptr<Session> main_;
-  std::optional<Resumption> resumption_;  // while lost
-  std::optional<double> lost_since_;      // seconds
-  std::optional<double> last_vain_look_;  // seconds; of a lost camera in the main piece
+  std::optional<Resumption> resumption_;  // while the camera is lost
+  std::optional<double> lost_since_;      // time stamp, seconds
+  // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
+  std::optional<double> last_vain_look_;
   std::list<Waiting> waiting_;
-  NextIds free_ids_;  // behind those of all that wait
-  size_t turn_ = 0;   // whose of those that wait
+  NextIds free_ids_;  // larger than all ids of the waiting pieces
+  size_t turn_ = 0;   // counts which waiting piece the next keyframe is looked for in
   PassedFrames passed_;
   int newest_frame_ = 0;
   int main_number_ = 0, last_number_ = 0;
-  std::set<std::tuple<int, size_t, int, uint64_t>> tried_;  // pairs of pieces that were not joined
+  // Pairs of pieces, with their sizes or versions, that were compared.
+  std::set<std::tuple<int, size_t, int, uint64_t>> tried_;
   bool is_shut_down_ = false;
   std::exception_ptr failure_;  // of a session that has ended
 };

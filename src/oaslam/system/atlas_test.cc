@@ -15,11 +15,10 @@ using testing::SizeIs;
 
 Rigid3 TruePose(int frame) { return synthetic::PoseOnArc({}, -20 + 0.4 * frame); }
 
-// What of the synthetic world a camera sees.
+// Which part of the synthetic world a camera sees.
 enum class Scene { kLeft, kRight, kAll, kFew, kNothing };
 
-// Two scenes in one place, without a point in common: as if each were hidden while the other is
-// seen.
+// Two scenes in one place that share no point, as if each were hidden while the other is seen.
 class AtlasTest : public testing::Test {
  protected:
   AtlasTest() {
@@ -82,7 +81,7 @@ class AtlasTest : public testing::Test {
     return frames;
   }
 
-  // The left scene on the way there, the right one on the way back.
+  // The camera sees the left scene on its way forth and the right one on its way back.
   std::unique_ptr<Atlas> WalkPastBoth() {
     auto atlas = std::make_unique<Atlas>(SlamConfig(), map_, false, std::vector<Piece>());
     Walk(*atlas, 0, 70, 0, Scene::kLeft);
@@ -171,7 +170,7 @@ TEST_F(AtlasTest, RunsRepeatExactly) {
   EXPECT_EQ(centers[0], centers[1]);
 }
 
-// Too few points to be found by, but enough to be followed from where the camera was found.
+// There are too few points to relocalize by, but enough to track from a known pose.
 TEST_F(AtlasTest, AGapIsFollowedFromItsEnds) {
   Atlas atlas(SlamConfig(), map_, false, {});
   Walk(atlas, 0, 90, 0, Scene::kAll);
@@ -213,8 +212,7 @@ TEST(PassedFrames, KeepsWhatWasLostAndSomeBesideIt) {
   EXPECT_LT(kept.size(), 240U);
 }
 
-// Two pieces that one camera went through: the second lies where it belongs, or is laid too far
-// away.
+// One camera went through two pieces; the second one is placed correctly, or too far away.
 TEST(PieceLink, ACameraDoesNotJumpBetweenPieces) {
   synthetic::World world = synthetic::MakeWorld({});
   const Map map = synthetic::MakeMap(world, {}).map;

@@ -11,11 +11,11 @@
 
 namespace oaslam {
 
-// A global bundle adjustment of a copy of the map, on a thread of its own. Its end is stopped and
-// waited for with the object's.
+// A global bundle adjustment of a copy of the map, on a thread of its own. The destructor stops it
+// and waits for its thread.
 class BackgroundBundle {
  public:
-  // `frame_index`: now.
+  // `frame_index`: the current frame.
   BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index);
   BackgroundBundle(const BackgroundBundle&) = delete;
   BackgroundBundle& operator=(const BackgroundBundle&) = delete;
@@ -35,7 +35,7 @@ class BackgroundBundle {
 
   int begun_at_;
   std::unique_ptr<Work> work_;
-  std::jthread thread_;  // last: it ends before what it works on
+  std::jthread thread_;  // last member: destroyed, and so joined, before `work_`
 };
 
 }  // namespace oaslam

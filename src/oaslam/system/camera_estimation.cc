@@ -17,17 +17,20 @@
 namespace oaslam {
 namespace {
 
-// Images with more pixels are scaled down: the focal length comes out as well, in a fraction of the
-// time and of the memory.
+// Images with more pixels are scaled down: the focal length is estimated as accurately, with less
+// time and memory.
 constexpr double kMaxPixels = 640 * 480;
-// Kept at a time, and their rate: enough to walk once about a table.
+// The number of images kept and their highest rate: enough for one walk around a table.
 constexpr size_t kMaxImages = 600;
 constexpr double kMaxRateHz = 32;
-// Of the longer side, degrees: phones, then narrower and wider lenses.
+// Fields of view to begin with, degrees of the longer side: that of phones, then
+// narrower and wider lenses.
 constexpr double kUsualFov[] = {65, 50, 85, 105};
-// A first answer, by relative standard deviation, and one that need not become better.
+// Relative standard deviations of the focal length: at kRoughSigma a first pass ends, at kFineSigma
+// the final one.
 constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
-// Of a rolling shutter: phones take 10 to 30 ms, from the top row or from the bottom row.
+// Prior standard deviation of the readout time of a rolling shutter: phones take 10 to 30 ms, from
+// the top or the bottom row.
 constexpr double kReadoutSigmaS = 0.02;
 
 cv::Mat Grey(const cv::Mat& image) {
@@ -117,7 +120,8 @@ class CameraEstimator::Impl {
       const Pass pass = Map(start, kRoughSigma);
       Keep(pass);
       if (pass.calibration.success && Settle(pass)) break;
-      // What one map of many views leaves open another leaves open, too.
+      // Where one map of many views does not determine the camera, a map from another guess does
+      // not either.
       constexpr int kManyKeyframes = 20, kEnoughMaps = 2;
       undetermined += pass.calibration.keyframes >= kManyKeyframes;
       if (undetermined >= kEnoughMaps) break;
@@ -154,10 +158,12 @@ class CameraEstimator::Impl {
     return starts;
   }
 
-  // Maps the images until the camera is known to `enough`, or to their end.
+  // Maps the images until the relative standard deviation of the focal length is below `enough`, or
+  // to the last image.
   Pass Map(const Camera& camera, double enough) const {
     constexpr size_t kFirstCheck = 8;
-    constexpr double kNextCheck = 1.35;  // times as many keyframes
+    // The calibration is tried again at this many times the keyframes.
+    constexpr double kNextCheck = 1.35;
     Slam slam(config_, camera);
     CalibrationPrior prior;
     prior.camera = Expected();
@@ -197,17 +203,18 @@ class CameraEstimator::Impl {
     return pass;
   }
 
-  // Maps anew with what was found until that stays. False where it is lost again.
+  // Maps the images again with the camera found, until the camera changes no more. Returns false
+  // where such a map does not determine the camera.
   bool Settle(const Pass& rough) {
     constexpr int kRounds = 4;
-    constexpr double kStays = 0.01;  // what the map of the whole walk will mend
+    constexpr double kStays = 0.01;  // relative; the final map of all images corrects what is left
     Pass before = rough;
     for (int round = 0; round < kRounds; ++round) {
       Pass pass = Map(before.calibration.camera, kFineSigma);
       if (!pass.calibration.success) return false;
       const double change = Change(pass.calibration.camera, before.calibration.camera);
       const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
-      // What another map moves is not known any better.
+      // The standard deviation is no smaller than the change between two maps.
       pass.calibration.focal_sigma_px =
           std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
       best_ = before = pass;
@@ -249,8 +256,8 @@ class CameraEstimator::Impl {
   cv::Size original_, size_;
   std::vector<cv::Mat> images_;
   std::vector<double> times_;
-  std::optional<Pass> best_;     // of the images there are
-  std::optional<Camera> found_;  // from images before
+  std::optional<Pass> best_;     // from the present images
+  std::optional<Camera> found_;  // from earlier images
 };
 
 CameraEstimator::CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options)

@@ -7,11 +7,12 @@
 #include "oaslam/system/tracker.h"
 #include "oaslam/util/median.h"
 
-// From frame to frame: where the camera should be, where it is found, and what is remembered of it.
+// Tracking from frame to frame: the predicted pose, the search for the actual one, and the state
+// kept for the next frame.
 namespace oaslam {
 namespace {
 
-// A motion for a part, or a multiple, of the time that it took.
+// Scales a motion to a fraction or multiple of its duration.
 Rigid3 Fraction(const Rigid3& motion, double share) {
   if (std::abs(share - 1) < 1e-3) return motion;
   const Eigen::AngleAxisd turn(motion.rotation);
@@ -19,8 +20,8 @@ Rigid3 Fraction(const Rigid3& motion, double share) {
           share * motion.translation};
 }
 
-// How far, in pixels of the lowest level, landmarks were from where a prediction put them, in the
-// median.
+// The median distance between the landmarks in the image and their projections by the predicted
+// pose, in pixels of the lowest level.
 double PredictionError(const Frame& frame, const Map& map, const TrackReport& tracked,
                        const Rigid3& predicted) {
   const Camera& camera = map.cameras[frame.camera];
@@ -35,15 +36,17 @@ double PredictionError(const Frame& frame, const Map& map, const TrackReport& tr
   return errors.empty() ? 0 : Median(std::move(errors)) / frame.features->pyramid.working_pixel();
 }
 constexpr double kProbation = 0.5;    // seconds
-constexpr double kMotionWindow = 15;  // pixels of the lowest level, at least
+constexpr double kMotionWindow = 15;  // smallest search radius, pixels of the lowest level
 constexpr double kErrorsSearched = 4;
-constexpr int kThin = 200;  // landmarks: with fewer in view the matches of all key points with the
-                            // last image are worth their time
-constexpr int kSettleAfter = 150;  // frames: what they saw costs some 5 KB each
+// With fewer landmarks than this in view, all key points are matched with the last image as well.
+constexpr int kThin = 200;
+// Poses are refined after this many frames; until then the matches of a frame are
+// kept, about 5 KB each.
+constexpr int kSettleAfter = 150;
 
 }  // namespace
 
-// A pose found anew has to prove itself before it may be followed on thin evidence.
+// During its probation a relocalized pose needs as many inliers as a relocalization does.
 TrackDemands Tracker::Demands(const Frame& frame) const {
   TrackDemands demands;
   demands.inliers = config_.tracking.min_inliers;
@@ -53,12 +56,13 @@ TrackDemands Tracker::Demands(const Frame& frame) const {
   return demands;
 }
 
-// A few landmarks in one corner of the image do not tell a turn from a step aside, and then the
-// map's scale is lost. Where they have been few and close together all along, as on a thing on a
-// plain table, they are what there is.
+// The least spread of landmarks in the image that a pose needs. With a few landmarks in one corner
+// of the image, a rotation cannot be told from a sideways motion, and the scale of the map drifts.
+// Where landmarks have been few and close together for seconds, as on an object on a plain table,
+// less spread is demanded.
 double Tracker::LeastSpread() const {
   constexpr double kShare = 0.1;
-  constexpr double kEnough = 0.36;  // as of a hundred landmarks in a fifth of the image's width
+  constexpr double kEnough = 0.36;  // e.g. a hundred landmarks in a fifth of the image's width
   return takes_thin_evidence_ ? 0 : std::min(kShare * usual_spread_, kEnough);
 }
 
@@ -73,7 +77,7 @@ Rigid3 Tracker::Predict(const Rigid3& last_pose, double timestamp) const {
   return Fraction(motion_->cam_from_before, steps) * last_pose;
 }
 
-// As a keyframe the last frame has landmarks by now that it did not have when it came.
+// The last frame if it has become a keyframe: the mapper has added landmarks to it since.
 const Keyframe* Tracker::LastAsKeyframe(const Map& map) const {
   return last_->frame.index == newest_keyframe_frame_ ? map.keyframes.Find(newest_keyframe_)
                                                       : nullptr;

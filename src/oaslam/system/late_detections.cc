@@ -1,4 +1,5 @@
-// What a detector that is slower than the camera finds, in frames that have passed.
+// Detections that arrive after their frame was processed, as from a detector that is slower than
+// the camera.
 
 #include <algorithm>
 #include <utility>
@@ -27,10 +28,10 @@ std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index,
   return outcome;
 }
 
-// Searches a frame that has passed for the pose of a camera that is lost since.
+// Looks in an earlier frame for the pose of a camera that has been lost since.
 Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   if (relocalized_frame_ && frame.index <= *relocalized_frame_)
-    return {};  // filled in from there, where it could be
+    return {};  // such frames were tracked backwards from the relocalization where possible
   const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
   Outcome outcome;
   if (found.evidence == PoseEvidence::kNone) return outcome;
@@ -45,7 +46,7 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   }
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return outcome;
-  relocalized_frame_ = newest_frame_;  // probation begins now
+  relocalized_frame_ = newest_frame_;  // the probation lasts from the newest frame on
   relocalized_time_ = newest_.timestamp;
   std::erase_if(missed_, [&](const Missed& missed) { return missed.frame.index >= frame.index; });
   backfill_ = Backfill{frame.features, tracked, frame.index, false};

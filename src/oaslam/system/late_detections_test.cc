@@ -10,7 +10,7 @@
 namespace oaslam {
 namespace {
 
-// Ellipsoids on the scene of the synthetic world, each of a class of its own.
+// Ellipsoids on the surface of the synthetic world, each of its own class.
 std::vector<Ellipsoid> Things() {
   std::vector<Ellipsoid> things;
   for (int i = 0; i < 8; ++i)
@@ -42,8 +42,8 @@ class LateDetections : public testing::Test {
     return config;
   }
 
-  // Frames up to `count`, whose detections come `lag` frames later, of every `stride`th frame; lag
-  // 0: with the frame.
+  // Processes frames up to `count`. Every `stride`th frame gets detections, `lag` frames late; with
+  // `lag` 0 they come with the frame.
   void Walk(Session& session, int count, int lag, int stride, int first_blind = kBlind) {
     Rng rng(7);
     for (int i = 0; i < count; ++i) {
@@ -118,7 +118,7 @@ TEST_F(LateDetections, CountForTheFrameTheyAreOfOrNotAtAll) {
 TEST_F(LateDetections, CountForTheLast120FramesOnly) {
   constexpr int kFrames = 160;
   Session session(Config(), NewMap(world_.camera), {}, false);
-  Walk(session, kFrames, kFrames, 1, kFrames);  // none comes on the way
+  Walk(session, kFrames, kFrames, 1, kFrames);  // no detections arrive meanwhile
   EXPECT_EQ(states_[kFrames - 121], TrackingState::kTracking);
   EXPECT_FALSE(session.AddDetections(kFrames - 121, Detect(kFrames - 121)));
   EXPECT_TRUE(session.AddDetections(kFrames - 120, Detect(kFrames - 120)));
@@ -131,8 +131,8 @@ TEST_F(LateDetections, FindALostCameraByObjects) {
   const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3));
   ASSERT_TRUE(found);
   ASSERT_TRUE(found->anchor);
-  // How far it has come since a frame that was tracked, in units of the way from frame 40 to there:
-  // free of the map's unit.
+  // The distance from a tracked frame, in units of the distance from frame 40 to that frame, so
+  // that it does not depend on the map's unit.
   const auto center = [&](int frame) {
     for (const FramePose& pose : session.tracker().trajectory())
       if (pose.frame_index == frame)

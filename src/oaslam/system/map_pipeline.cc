@@ -96,7 +96,7 @@ std::shared_ptr<const Map> MapPipeline::SnapshotFor(int frame_index) {
     const std::scoped_lock lock(mutex_);
     const int newest_frame = frame_index - (mode_ == RunnerMode::kLockstep ? lag_ : 1);
     while (!submitted_.empty() && submitted_.front().first <= newest_frame) {
-      // Live: what is not ready is not waited for, unless it was asked for.
+      // Live: the tracker does not wait for a command unless that was submitted with `wait`.
       if (mode_ != RunnerMode::kLive || submitted_.front().second <= applied_count_)
         required_ = std::max(required_, submitted_.front().second);
       else

@@ -31,8 +31,8 @@ class MapPipeline {
 
   static constexpr size_t kMaxQueued = 8;
 
-  // Hands a command over; waits where kMaxQueued commands wait already. With `wait` it is in every
-  // snapshot from now on, whatever the mode.
+  // Submits a command; blocks while kMaxQueued commands are queued. With `wait`, every snapshot
+  // from now on contains the command, in any mode.
   void Submit(MapCommand command, bool wait);
 
   // The snapshot for the tracker of a frame.
@@ -48,12 +48,13 @@ class MapPipeline {
 
   size_t QueueLength();
 
-  // Ends the thread, with nothing lost: from now on the mapper works inside the calls. Idempotent.
+  // Ends the thread and applies the commands that are still queued; later calls run the mapper on
+  // the caller's thread. Idempotent.
   void Shutdown();
 
  private:
   struct Published {
-    uint64_t sequence = 0;  // number of commands it holds
+    uint64_t sequence = 0;  // number of commands that the map contains
     std::shared_ptr<const Map> map;
   };
 
@@ -64,14 +65,14 @@ class MapPipeline {
 
   RunnerMode mode_;
   int lag_;
-  Mapper mapper_;  // of the mapping thread while there is one
+  Mapper mapper_;  // used by the mapping thread only, while that runs
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<MapCommand> queue_;
-  std::deque<Published>
-      published_;  // ascending; the oldest the tracker may still ask for comes first
-  std::deque<std::pair<int, uint64_t>>
-      submitted_;  // frame and sequence of commands not yet behind the lag
+  // Ascending; the first is the oldest that the tracker may still ask for.
+  std::deque<Published> published_;
+  // Frame and sequence number of the commands that are newer than the lag.
+  std::deque<std::pair<int, uint64_t>> submitted_;
   uint64_t submitted_count_ = 0, applied_count_ = 0, required_ = 0;
   std::exception_ptr failure_;
   std::jthread thread_;

@@ -90,7 +90,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 }
 
 void Mapper::Finish() {
-  background_bundle_.reset();  // the last one does its work
+  background_bundle_.reset();  // the global bundle adjustment below replaces it
   constexpr int kIterations = 20;
   if (map_.keyframes.size() <= 2) return;
   ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);

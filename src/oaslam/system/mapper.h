@@ -14,26 +14,30 @@
 
 namespace oaslam {
 
-// A map to be added to the one there is (JoinPiece).
+// A piece of map to be joined with the mapper's map (JoinPiece).
 struct JoiningMap {
   std::shared_ptr<const Map> map;
   Similarity world_from_map;
 };
 
-// What the tracker asks of the mapper after a frame.
+// The changes that the tracker requests of the mapper after a frame.
 struct MapCommand {
   int frame_index = 0;
-  uint32_t first_landmark = 0;  // landmarks made from now on have this id or a higher one
-  bool settle = false;          // wait for what runs in the background: the map must not move later
+  // New landmarks get this id or a higher one.
+  uint32_t first_landmark = 0;
+  // Wait for the bundle adjustment in the background and apply it, so that
+  // nothing moves the map later.
+  bool settle = false;
   std::optional<ClassRelations> classes;
-  std::optional<std::map<std::string, Anchor>> anchors;  // from now on, all of them
+  // Replaces all anchors.
+  std::optional<std::map<std::string, Anchor>> anchors;
   std::optional<InitialMap> initial;
-  std::shared_ptr<const Map>
-      successor;  // goes on with this map, which was made from the one there is
+  // Replaces the map by this one, which was made from it.
+  std::shared_ptr<const Map> successor;
   std::optional<JoiningMap> joining;
   std::optional<KeyframeInsertion> keyframe;
   std::vector<LandmarkUse> uses;
-  std::vector<ObjectSighting> sightings;  // since the command before, in order of frames
+  std::vector<ObjectSighting> sightings;  // since the previous command, in order of frames
 };
 
 // The one writer of the map.
@@ -47,7 +51,7 @@ class Mapper {
   // A last optimisation over everything.
   void Finish();
 
-  // The map as it is now; shares what does not change later.
+  // A snapshot of the map as it is now; it shares unchanged memory with later ones.
   std::shared_ptr<const Map> Publish();
 
  private:

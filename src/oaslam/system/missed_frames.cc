@@ -6,15 +6,16 @@
 
 #include "oaslam/system/tracker.h"
 
-// Poses of frames that had none when they came: before there was a map, while the camera was lost,
-// and in gaps that are looked at once a video is over.
+// Gives poses to frames that had none when they came: frames before the initial map, frames in
+// which the camera was lost, and gaps that are followed once more after the end of a video.
 namespace oaslam {
 namespace {
 
-constexpr double kWindow =
-    30;  // pixels of the lowest level: of a neighbour in time only the pose is known
+// The search radius in pixels of the lowest level. It is wide because there is no motion model
+// here: the prediction is the pose of the neighbour in time.
+constexpr double kWindow = 30;
 
-// From a neighbour in time to the local map.
+// Tracks a frame from its neighbour in time, then in the local map.
 TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features,
                                const std::vector<LandmarkId>& landmarks,
                                const Rigid3& cam_from_world, const TrackDemands& demands) {
@@ -27,13 +28,13 @@ TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Feature
 
 void Tracker::Miss(const Frame& frame, bool has_pose) {
   constexpr size_t kMaxMissed = 30;  // frames, with their features
-  if (backfill_) EndBackfill();      // lost again: the camera's return has not proved itself
+  if (backfill_) EndBackfill();      // lost again: the relocalized pose was not proven
   missed_.push_back({frame, has_pose});
   if (missed_.size() > kMaxMissed) missed_.pop_front();
 }
 
-// Frames that passed before there was a map get their poses now: from the first keyframe on to the
-// second, and back to where it is out of sight.
+// Tracks the frames that came before the initial map: forward from the first keyframe to the
+// second, and backward from the first until tracking fails.
 void Tracker::FillInBeforeMap(const Map& map) {
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
@@ -64,7 +65,7 @@ void Tracker::FillInBeforeMap(const Map& map) {
   fill_in(std::ranges::subrange(std::make_reverse_iterator(from_first), frames.rend()));
 }
 
-// Follows the camera back in time, from where it was found to the frames that were lost before, at
+// Tracks lost frames backwards in time from where the camera was relocalized, at
 // most `count` of them.
 void Tracker::FillInMissed(const Map& map, int count) {
   for (; backfill_ && count > 0; --count) {

@@ -7,7 +7,7 @@ namespace oaslam {
 
 void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Map& map,
                       const ObjectsConfig& config) {
-  // Images that are no video are as good as its images.
+  // Single images, whose time stamps do not ascend, each count as much as an image of a video.
   const bool follows = last_time_ && frame.timestamp > *last_time_;
   const double interval = follows ? frame.timestamp - *last_time_ : kVideoInterval;
   last_time_ = frame.timestamp;

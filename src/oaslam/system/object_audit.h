@@ -11,10 +11,11 @@
 
 namespace oaslam {
 
-// Whether the objects of a map that is only read are still where it has them.
+// Counts, while a map is only read, which of its mapped objects the images show in their places and
+// which are missing there.
 class ObjectAudit {
  public:
-  // A frame whose pose was found.
+  // Adds the detections of a frame whose pose in the map is known.
   void Add(const Frame& frame, const Rigid3& cam_from_world, const Map& map,
            const ObjectsConfig& config);
   std::vector<ObjectPresence> Report() const;
@@ -22,7 +23,8 @@ class ObjectAudit {
  private:
   struct Audited {
     int category_id = 0, expected = 0, seen = 0;
-    double absence = 0;  // evidence of all frames: here none is newer than the others
+    // Summed evidence that the object is gone (AbsenceEvidence), over all frames alike.
+    double absence = 0;
   };
   std::map<ObjectId, Audited> audited_;
   std::optional<double> last_time_;

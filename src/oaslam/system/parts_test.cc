@@ -22,7 +22,7 @@ constexpr int kHead = 100, kStatue = 101, kBase = 102, kArm = 103;
 const ClassRelations kClasses{{{kHead, kStatue}, {kBase, kStatue}, {kArm, kStatue}}, {}};
 const Camera kCamera = synthetic::World().camera;
 
-// Five statues in a row that is not quite straight; each with its parts, an arm to one side.
+// Five statues in a row that is not quite straight, each with parts such as an arm on one side.
 std::vector<TrueObject> Statues(bool wholes, bool parts) {
   std::vector<TrueObject> objects;
   for (int i = 0; i < 5; ++i) {
@@ -47,7 +47,7 @@ Rigid3 Near(Rng& rng) {
       {x, 0, rng.Uniform(0.22, 0.3)});
 }
 
-// From 2 m away, an arc of 70 degrees.
+// Maps the statues by a camera that moves along an arc of 70 degrees, about 2 m away.
 Map MapStatues(const std::vector<TrueObject>& objects, const ClassRelations& classes) {
   Rng rng(1);
   std::vector<PosedDetections> film;
@@ -71,7 +71,7 @@ struct Found {
   int accepted = 0, right = 0;
 };
 
-// Near cameras, of `queries`.
+// Relocalizes `queries` images taken from near by.
 Found LocalizeNear(const Map& map, const std::vector<TrueObject>& seen, int queries) {
   Rng rng(4);
   Found found;

@@ -5,8 +5,9 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMaxKept = 1200, kMaxRecent = 150;  // some 50 KB each
-constexpr int kBeside = 30;  // frames that may tell how two pieces lie to each other
+constexpr size_t kMaxKept = 1200, kMaxRecent = 150;  // frames of about 50 KB
+// Frames kept on either side of a gap: they may have poses in two pieces and link them.
+constexpr int kBeside = 30;
 
 }  // namespace
 

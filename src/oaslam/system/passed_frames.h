@@ -8,13 +8,13 @@
 
 namespace oaslam {
 
-// Remembers with their features the frames in which the camera was not followed by points, some
-// before and behind them, and the newest ones, to look there again once the map is complete.
+// Keeps frames with their features for a second attempt at tracking once the map is complete: those
+// that were not tracked by points, some before and after each such gap, and the newest frames.
 class PassedFrames {
  public:
-  // The next frame, in order.
+  // Adds the next frame.
   void Add(const Frame& frame, bool is_tracked);
-  // In order; what was forgotten leaves holes.
+  // All frames kept, in order.
   std::vector<Frame> All() const;
   void Clear();
 
@@ -24,7 +24,7 @@ class PassedFrames {
     bool is_tracked = false;
   };
   std::deque<Passed> kept_, recent_;
-  std::optional<int> last_lost_;  // of those kept
+  std::optional<int> last_lost_;  // the newest frame not tracked, among those older than `recent_`
 };
 
 }  // namespace oaslam

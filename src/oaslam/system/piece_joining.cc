@@ -14,8 +14,8 @@
 namespace oaslam {
 namespace {
 
-// Keyframes of the other piece go to where they meet those of the map, whose first one stays where
-// it is.
+// Closes up to kMaxTies loops between keyframes of the other piece and of the map. The first
+// keyframe of the map stays fixed. Returns whether any loop was closed.
 bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& of_other,
          const SlamConfig& config, Rng& rng, Map& map) {
   constexpr int kMaxTies = 3;

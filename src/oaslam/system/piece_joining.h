@@ -7,9 +7,9 @@
 
 namespace oaslam {
 
-// Adds all of another piece to a map, none of whose ids are taken there (JoinMap), and makes one of
-// what both show: objects, and landmarks where both saw a place. A global bundle adjustment should
-// follow; returns whether landmarks tie the pieces for it.
+// Adds another piece to a map (JoinMap; the two share no ids), merges objects that both contain,
+// and closes loops between keyframes of both where they see the same place. A global bundle
+// adjustment should follow where this returns true: then landmarks are shared between the pieces.
 bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
                Rng& rng, Map& map);
 

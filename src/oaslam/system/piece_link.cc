@@ -11,12 +11,13 @@ namespace oaslam {
 namespace {
 
 constexpr int kMinWeight = 20;
-constexpr double kMinShare = 0.6;        // of the anchors that must agree
-constexpr double kTrackedSigma = 0.005;  // of the depth: what is left of bending where points are
-                                         // seen from about where they were mapped
+constexpr double kMinShare = 0.6;  // of the frames that must agree
+// Standard deviation of a tracked position as a share of the depth: drift that remains where
+// landmarks are seen from near the places they were mapped from.
+constexpr double kTrackedSigma = 0.005;
 constexpr double kMaxScaleSigma = 0.06;  // relative
 
-// A pose by points says more than one by objects.
+// A pose by points is more accurate than one by objects.
 int WeightOf(bool by_points, bool of_keyframe) {
   return of_keyframe ? (by_points ? 5 : 2) : (by_points ? 2 : 1);
 }
@@ -33,7 +34,7 @@ struct Passed {
   int frame_index = 0;
   double time = 0;
   Rigid3 cam_from_world;
-  double depth = 0;  // median, of what its keyframe sees
+  double depth = 0;  // median depth of the reference keyframe's landmarks
   bool is_other = false;
 };
 
@@ -134,12 +135,14 @@ bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const M
                    kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
   const auto is_step = [](const Step& step) {
     return step.seconds > 0 && step.seconds <= kMaxSeconds;
-  };                                   // else of two videos, or after a long time
-  constexpr double kTolerance = 0.03;  // of the depth, and rad: how well pieces fit to each other
+  };
+  // The tolerance for the fit of the pieces, as a share of the depth and in rad.
+  constexpr double kTolerance = 0.03;
   std::vector<Passed> way;
   Append(map, trajectory, Similarity(), false, way);
   Append(other, other_trajectory, world_from_other, true, way);
-  // Where both have a frame that of this map counts, which comes first.
+  // Of frames that both pieces have, the pose in `map` is kept: the sort is
+  // stable and it comes first.
   std::ranges::stable_sort(way, {}, &Passed::frame_index);
   const auto doubled = std::ranges::unique(way, {}, &Passed::frame_index);
   way.erase(doubled.begin(), doubled.end());

@@ -11,38 +11,40 @@
 
 namespace oaslam {
 
-// Where a camera is in a map: by objects, whether or not the pose is good enough to be shown, or by
-// points.
+// The pose of a frame in a map, by points or by objects. A pose by objects may be too uncertain to
+// be shown to the user.
 struct PoseAnchor {
   Rigid3 cam_from_world;
-  double sigma = 0;  // of its position, map units
+  double sigma = 0;  // standard deviation of the position, map units
   bool by_points = false;
 };
 
-// Nothing where the frame was not found.
+// The pose of a relocalized frame; nothing where it was not found.
 std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map);
 
-// How one piece of map lies to another, by the frames that have a pose in both. Enough of them that
-// agree tell it much better than any single one (paper, section "Application to AR": resuming
-// SLAM).
+// Collects frames that have a pose in two pieces of map, and estimates the similarity between the
+// pieces from them. Many frames that agree determine it much better than any single one (paper,
+// section "Application to AR": resuming SLAM).
 class PieceLink {
  public:
-  // Of a frame of a video, in the other piece.
+  // Adds the pose of a frame in the other piece.
   void Add(int frame_index, const PoseAnchor& in_other) {
     anchors_.insert_or_assign(frame_index, Anchor{in_other, false});
   }
-  // Of a keyframe: it shows more that is new than the next frame of a video.
+  // Adds the pose of a keyframe. It counts more: keyframes share less of their view than successive
+  // frames of a video, and their errors are less alike.
   void AddKeyframe(int frame_index, const PoseAnchor& in_other) {
     anchors_.insert_or_assign(frame_index, Anchor{in_other, true});
   }
 
-  // Of frames that were followed by points in both.
+  // Adds the frames that were tracked by points in both pieces.
   void AddCommon(const Map& other, std::span<const FramePose> in_other,
                  std::span<const FramePose> in_this);
 
-  // Whether it may be, if so many keyframes more are found.
+  // Whether there would be enough evidence for Locate if `keyframes` more keyframes were found.
   bool CanLocate(size_t keyframes) const;
-  // other_from_this, once it is well determined. `map` and `trajectory`: of this piece.
+  // other_from_this, or nothing while it is not well determined. `map` and `trajectory` are those
+  // of this piece.
   std::optional<Similarity> Locate(const Map& map, std::span<const FramePose> trajectory) const;
 
  private:
@@ -53,9 +55,10 @@ class PieceLink {
   std::map<int, Anchor> anchors_;  // by frame
 };
 
-// Whether a camera that went through both pieces moved as a camera does: where frames of one come
-// shortly after frames of the other, it is neither much faster nor turns much faster than within
-// them. A piece that is bent, or of a wrong scale, fits at one end only.
+// Whether the camera moves plausibly between two pieces that `world_from_other` brings together:
+// where frames of one piece come shortly after frames of the other, it may be neither much faster
+// nor turn much faster than within the pieces. This rejects similarities that fit at one end only
+// because a piece is bent or has a wrong scale.
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other);
 

@@ -25,9 +25,9 @@ struct WalkResult {
   std::vector<TrackingState> states;
 };
 
-// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; blind in
-// [blind_from, blind_to), and seeing little up to dim_to. A slow camera leaves the mapper all the
-// time it needs.
+// A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; it sees
+// nothing in [blind_from, blind_to) and little up to dim_to. With a slow camera the mapper has
+// all the time it needs.
 WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1,
                 bool slow_camera = false, int dim_to = -1) {
   synthetic::World world = synthetic::MakeWorld({});
@@ -78,8 +78,8 @@ double AbsoluteError(const WalkResult& run) {
           .mean());
 }
 
-// What a display is told of a frame is what the tracker made of it; a forced relocalization finds
-// the camera where it was.
+// Slam::View shows what the tracker made of a frame, and after a forced relocalization the camera
+// is found where it was.
 TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
   const synthetic::World world = synthetic::MakeWorld({});
   SlamConfig config;

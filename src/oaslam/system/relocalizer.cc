@@ -12,7 +12,7 @@
 namespace oaslam {
 namespace {
 
-// Of the position, by the mean distance to the objects that stand for it.
+// The standard deviation of the position divided by the mean distance to the matched objects.
 double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
   double distance = 0;
   for (const auto& [detection, object] : candidate.matched)
@@ -22,7 +22,8 @@ double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
              : 1;
 }
 
-// How far, in pixels, a pose from objects may be off at the depth of the scene.
+// The search radius for landmarks about a pose from objects: the pixels by which its error moves
+// the image at the objects' depth.
 double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
   constexpr double kSigmas = 3, kMin = 1.0 / 35, kMax = 4.0 / 35;  // rad: 1.6 and 6.5 degrees
   const Camera& camera = map.cameras[frame.camera];
@@ -30,8 +31,8 @@ double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidat
          std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
 }
 
-// Few points, all in one corner of the image, can agree on a pose that is far off; boxes all over
-// the image cannot.
+// Whether two poses agree. A few points in one corner of the image can agree on a pose that is far
+// off; boxes that are spread over the image cannot.
 bool Agree(const RelocalizationReport& by_points, const ObjectPoseCandidate& by_objects) {
   constexpr double kMaxSigmas = 4;
   const double distance =

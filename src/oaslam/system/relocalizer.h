@@ -15,17 +15,17 @@
 
 namespace oaslam {
 
-// Where a frame is in the map, and what stands for it.
+// The pose of a frame in the map, with its evidence.
 struct Relocalization {
   PoseEvidence evidence = PoseEvidence::kNone;
   Rigid3 cam_from_world;              // valid unless evidence is kNone
-  std::vector<LandmarkId> landmarks;  // per key point, where points stand for the pose
+  std::vector<LandmarkId> landmarks;  // by key point; empty where objects alone support the pose
   int inliers = 0;
   int matched_objects = 0;
   double sigma_position = 0;  // map units
-  double relative_sigma =
-      0;                  // of an object-only pose: sigma_position over the distance to its objects
-  double confidence = 0;  // [0, 1], of the best hypothesis, also where evidence is kNone
+  // For a pose by objects alone: sigma_position divided by the mean distance to its objects.
+  double relative_sigma = 0;
+  double confidence = 0;                       // [0, 1], of the best hypothesis, accepted or not
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
   std::vector<PoseHypothesis> candidates;  // best first; where a pose is accepted, it is the first
   std::string why_not;                     // where evidence is kNone
@@ -34,13 +34,13 @@ struct Relocalization {
 // The same for a frame whose camera is not known.
 struct UnknownCameraRelocalization {
   Relocalization found;
-  Camera camera;  // a camera of the map, or one with the focal length that the points ask for
-  double relative_sigma = 0;  // of that focal length; 0 where it is a camera of the map
+  Camera camera;  // a camera of the map, or one whose focal length was estimated from the points
+  double relative_sigma = 0;  // of an estimated focal length; 0 for a camera of the map
 };
 
-// Finds frames in a map, each by itself (paper, section "Relocalization using Objects"): by points;
-// where these fail, by objects, whose pose guides the search for points; and by objects alone as a
-// last resort, if their evidence is strong.
+// Finds frames in a map, independently of each other (paper, section "Relocalization using
+// Objects"): by points; where these fail, by objects, whose pose guides the search for points; and
+// by objects alone as a last resort, if their evidence is strong.
 class Relocalizer {
  public:
   explicit Relocalizer(const SlamConfig& config) : config_(config) {}
@@ -50,9 +50,11 @@ class Relocalizer {
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
-  // Of a frame in its original image, whose camera in the map is without distortion and of its
-  // size, else arbitrary: first as if one of the map's cameras had taken it; where points
-  // contradict that, or find nothing, with a focal length of its own.
+  // Finds a frame whose camera is not known. `raw` holds key points and boxes of the original
+  // image, and its camera in `map` gives the image's size and has no distortion; the focal length
+  // of that camera is not used. First each camera of the map that fits the image's size is tried;
+  // where the points contradict it, or nothing is found, the focal length is estimated together
+  // with the pose.
   UnknownCameraRelocalization FindWithUnknownCamera(
       const Frame& raw, const Map& map, RelocalizationMode mode,
       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);

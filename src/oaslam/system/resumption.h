@@ -12,28 +12,29 @@
 
 namespace oaslam {
 
-// What a lost camera does meanwhile: it makes a map of its own, whose frames are related by points,
-// while each is also looked for in the old map, mostly by objects. Once enough of them are found
-// there and agree, the new map's place in the old one is known much better than any single frame
-// (paper, section "Application to AR": resuming SLAM).
+// While the camera is lost in the old map, a new map is begun and the camera is tracked in it by
+// points. Each frame is also looked for in the old map, mostly by objects. Once enough frames are
+// found there and agree, the transformation between the maps is known much better than the pose of
+// any single frame (paper, section "Application to AR": resuming SLAM).
 class Resumption {
  public:
-  // `empty`: a map without content, of the old one's cameras and classes.
+  // `empty`: a map without content, with the cameras and class relations of the old one.
   Resumption(const SlamConfig& config, Map empty, const NextIds& ids)
       : session_(std::make_unique<Session>(config, std::move(empty), ids, false)) {}
 
   // `in_old`: the frame's pose in the old map, where it was found.
   Tracker::Outcome Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
-  // Of a frame that was processed before.
+  // Detections of a frame that was processed before, and its pose in the old
+  // map where they gave one.
   void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
                      const std::optional<PoseAnchor>& in_old);
   bool IsInitializing() const { return session_->tracker().IsInitializing(); }
 
-  // The new map lost its camera, too, for good.
+  // Whether the camera has been lost in the new map, too, for longer than kPatience.
   bool IsLost(double now) const { return lost_since_ && now - *lost_since_ >= kPatience; }
-  static constexpr double kPatience = 0.33;  // seconds: most losses are short
+  static constexpr double kPatience = 0.33;  // seconds; most losses are shorter
 
-  // old_from_new, once it is well determined and the camera is followed in the new map.
+  // old_from_new, once it is well determined and while the camera is tracked in the new map.
   std::optional<Similarity> Locate() const;
 
   Session& session() { return *session_; }
@@ -41,7 +42,7 @@ class Resumption {
 
  private:
   std::unique_ptr<Session> session_;
-  std::optional<double> lost_since_;  // seconds
+  std::optional<double> lost_since_;  // time stamp, seconds
   PieceLink to_old_;
 };
 

@@ -51,8 +51,8 @@ void Session::SkipIds(const NextIds& ids, int frame_index) {
   SubmitAndWait(std::move(command));
 }
 
-// Follows the camera from frame `first`, which has a pose, until it is lost or has come to `last`.
-// Returns how many frames were followed.
+// Tracks the frames after `first`, which has a pose, up to `last` exclusively or until tracking
+// fails. Returns how many frames were tracked.
 int Session::Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence) {
   if (!tracker_.TakeUp(*way[first], *snapshot_, on_thin_evidence)) return 0;
   int found = 0;
@@ -64,7 +64,7 @@ int Session::Extend(const Way& way, size_t first, size_t last, bool on_thin_evid
   return found;
 }
 
-// Whether a frame that has a pose, followed from the one just followed, has it still.
+// Whether a frame that has a pose gets the same pose when it is tracked from the last frame.
 bool Session::AgreesWith(const Frame& frame) const {
   constexpr double kMaxDistance = 0.1, kMaxAngle = 0.05;  // of the depth; rad
   Tracker tracker = tracker_;
@@ -77,9 +77,10 @@ bool Session::AgreesWith(const Frame& frame) const {
          known->rotation.angularDistance(followed->cam_from_world->rotation) < kMaxAngle;
 }
 
-// From each frame with a pose to those after it that have none, each time in a copy of the map:
-// where the way comes to a frame with a pose, and does not agree with it, it went wrong. With
-// `is_confirmed` on thin evidence: the way must come to such a frame, or be confirmed.
+// Tracks the frames of each gap, from the frame with a pose in front of it, in a copy of the
+// session. The result is dropped where it reaches the end of the gap and disagrees with the pose
+// known there. With `is_confirmed` less evidence is accepted for each frame, and the result must
+// either reach the end of the gap and agree, or be confirmed.
 int Session::FollowAlong(const Way& way, const Confirmation* is_confirmed) {
   int found = 0;
   const auto is_tracked = [&](const Frame* frame) { return tracker_.HasTracked(frame->index); };

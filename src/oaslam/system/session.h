@@ -12,21 +12,21 @@
 
 namespace oaslam {
 
-// A map in the making, and the tracker that makes it.
+// A map that is being made, and the tracker that makes it.
 class Session {
  public:
   Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded);
 
-  // Tracks the next frame and hands the mapper what follows from it.
+  // Tracks the next frame and submits the command that results to the mapper.
   Tracker::Outcome Process(const Frame& frame);
-  // A frame in which a lost camera is not looked for.
+  // Takes note of a frame without looking for the lost camera in it.
   Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame); }
-  // Of a frame that was processed before.
+  // Detections of a frame that was processed before (Tracker::AddDetections).
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
                                                 const std::vector<ObjectDetection>& detections) {
     return tracker_.AddDetections(frame_index, detections, *snapshot_);
   }
-  // Submits, and takes the map that holds it.
+  // Submits a command, waits until the mapper has applied it, and takes the resulting map.
   void SubmitAndWait(MapCommand command);
   // Adds what is seen of another piece; returns after the mapper has done it. False where mapping
   // has ended before.
@@ -34,10 +34,10 @@ class Session {
   // Whether something else speaks for a way that was followed, by the map and the trajectory that
   // it made.
   using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
-  // Follows the camera once more, and maps, where it was not followed when these frames came, from
-  // both sides: first with as much evidence as ever, then with less, if the way agrees with what is
-  // known at its end or is confirmed. `frames` in order, perhaps with holes. Returns how many got a
-  // pose.
+  // Tracks frames once more that have no pose, with mapping, from both ends of each gap: first with
+  // the usual evidence, then with less, in which case the result must agree with the known pose at
+  // the other end of the gap or be confirmed. `frames` are in order and may have gaps. Returns how
+  // many frames got a pose.
   int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
   // Hands over what is left, and waits for the last optimisation; without mapping there is none.
   void Finish();
@@ -47,14 +47,13 @@ class Session {
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
-  const std::shared_ptr<const Map>& snapshot() const {
-    return snapshot_;
-  }  // as the tracker saw it last
-  // Ids from here on are free.
+  // The map that the tracker saw last.
+  const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }
+  // The first free ids.
   NextIds next_ids();
-  // To be free of ids that other pieces took meanwhile.
+  // Makes new ids begin at `ids`, so that they differ from those that other pieces use.
   void SkipIds(const NextIds& ids, int frame_index);
-  // With all that was submitted.
+  // Waits for all commands submitted and returns the map that contains them.
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
 
  private:

@@ -56,7 +56,8 @@ std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detectio
   return ideal;
 }
 
-// One more than the largest index.
+// The number of frames that the saved map and its trajectories refer to: one more than the largest
+// frame index.
 int FramesOf(const SavedMap& saved) {
   int last = -1;
   const auto count = [&](const Map& map, const std::vector<FramePose>& trajectory) {
@@ -201,8 +202,9 @@ class Slam::Impl {
     return boxes;
   }
 
-  // About `count` key points outside of the boxes. What stands before a thing that moves is not
-  // told apart from it: it is rather held.
+  // Extracts about `count` key points outside of `moving`, the boxes of objects that can move. All
+  // key points inside a box are dropped, also those of a static thing that stands in front of the
+  // object: a box cannot tell them apart.
   Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
     if (moving.empty()) return extractor_.Extract(grey, count);
     const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
@@ -223,7 +225,7 @@ class Slam::Impl {
   bool is_mapping_ = true, is_shut_down_ = false;
   bool has_told_failure_ = false;  // why mapping has ended
   ObjectAudit audit_;
-  int first_index_ = 0, next_index_ = 0;  // those of the frames of a loaded map come before
+  int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
   std::optional<double> last_timestamp_;
 };
 
@@ -269,7 +271,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
                                       const std::optional<Eigen::Vector3d>& gravity_in_cam,
                                       double ms_features) {
-  // Each image for itself: the same answer whatever came before.
+  // A fresh random generator for each image: the answer does not depend on the images before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
   const Relocalization found =
@@ -382,8 +384,8 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
 
-// Of the newest map: one that the tracker saw before may be of another scale by what is still
-// queued.
+// These functions edit the newest map, not the tracker's snapshot: commands that are still queued
+// may change the scale of the map.
 AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
   const std::shared_ptr<const Map> map = impl_->session().Newest();
   std::map<std::string, Anchor> anchors = map->anchors;

@@ -13,7 +13,8 @@
 namespace oaslam {
 namespace {
 
-// A bound that holds where points are seen from about where they were mapped.
+// The standard deviation of a tracked position, as a share of the depth. It is meant as an upper
+// bound where landmarks are seen from near the places they were mapped from.
 double PositionSigma(const Map& map, const TrackReport& tracked) {
   return 0.005 * map.MedianDepth(tracked.reference);
 }
@@ -89,7 +90,7 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
       Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   outcome.depth = tracked.depth;
   ObserveObjects(frame, map, tracked, outcome);
-  constexpr int kBackfillPerFrame = 2;  // a share of each frame's time, not a pause
+  constexpr int kBackfillPerFrame = 2;  // spread over frames, so that no single frame takes long
   if (backfill_ && !IsOnProbation(frame)) {
     backfill_->proven = true;
     FillInMissed(map, kBackfillPerFrame);
@@ -173,7 +174,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 
-// From a pose found by points to the local map.
+// Confirms a pose that was found by points in the local map.
 TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
                                 const Relocalization& found) const {
   constexpr double kWiderSearch = 2;
@@ -208,7 +209,8 @@ bool Tracker::CouldHaveGone(const Frame& frame, const Map& map, const TrackRepor
          IsContinuous(map, {first, poses.end()}, map, {&here, 1}, Similarity());
 }
 
-// A pose for this frame only: tracking needs points to go on from.
+// Reports a pose by objects for this frame only. Tracking does not continue from it, since that
+// takes points.
 Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
                                          const Relocalization& found) {
   const Rigid3& cam_from_world = found.cam_from_world;
@@ -304,7 +306,7 @@ Tracker::Outcome Tracker::Present(const Map& map) const {
 
 void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
                            Outcome& outcome) {
-  if (IsOnProbation(frame)) return;  // on probation the map is only read
+  if (IsOnProbation(frame)) return;  // until the relocalized pose is proven the map is not changed
   const KeyframeEvidence evidence{
       .seconds_since_keyframe = std::abs(frame.timestamp - newest_keyframe_time_),
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) ||
@@ -358,7 +360,7 @@ void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackRepo
   outcome.ms_objects = watch.WallMs();
 }
 
-// Returns how many mapped objects were seen.
+// Associates the detections with objects; returns how many mapped objects were seen.
 int Tracker::Associate(const TrackedFrame& seen, const Map& map) {
   ObjectAssociation association =
       AssociateObjects(seen, map, std::move(object_tracks_), config_.objects);

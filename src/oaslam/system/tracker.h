@@ -19,7 +19,7 @@
 
 namespace oaslam {
 
-// Ids that no piece of map has yet, nor any after them.
+// For each kind, the first id of those that no piece of map uses: it and all larger ids are free.
 struct NextIds {
   uint32_t keyframe = 0, landmark = 0, object = 0;
 };
@@ -31,23 +31,30 @@ class Tracker {
     TrackingState state = TrackingState::kLost;
     std::optional<Rigid3> cam_from_world;
     int matched = 0, inliers = 0;
-    int objects = 0;        // mapped objects seen
+    // Number of mapped objects seen.
+    int objects = 0;
     double confidence = 0;  // [0, 1], of the pose
-    double depth = 0;       // median, of the landmarks that stand for it
+    double depth = 0;       // median depth of the landmarks that support the pose, map units
     double ms_objects = 0;
-    std::optional<PoseAnchor> anchor;  // of a lost camera, or one that has just come back
+    // The pose in this map of a camera that is lost or has just been found again. Frames with a
+    // pose in two pieces of map tell how the pieces lie to each other (PieceLink).
+    std::optional<PoseAnchor> anchor;
     std::optional<MapCommand> command;
-    bool map_required = false;  // AdoptInitialMap must follow, with the map that holds the command
-    bool is_urgent = false;     // the next frame needs the map that holds the command
+    // `command` holds an initial map: the caller must hand it to the mapper and then call
+    // AdoptInitialMap with the map that results.
+    bool map_required = false;
+    bool is_urgent = false;  // the next frame must see a map that contains the command
     bool is_keyframe = false;
-    bool gives_up = false;  // lost, in a map too small to look for the camera there: a tracker of
-                            // another one goes on
+    // The camera is lost and the map is too small to find it again there: a new tracker should
+    // begin with an empty map.
+    bool gives_up = false;
 
     static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched,
                            int inliers);
   };
 
-  // `map_is_loaded`: it begins lost in a map that is there already.
+  // `map_is_loaded`: the tracker begins as lost in a map that exists already, and does not
+  // initialise one.
   Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loaded);
 
   void SetRelocalizationMode(RelocalizationMode mode) { relocalization_mode_ = mode; }
@@ -55,64 +62,69 @@ class Tracker {
   void SetMapping(bool enabled) { mapping_ = enabled; }
 
   Outcome Track(const Frame& frame, const Map& map);
-  // A frame in which a lost camera is not looked for.
+  // Takes note of a frame without looking for the lost camera in it.
   Outcome PassOver(const Frame& frame);
-  // Takes over a map that Track asked for; back to initialising where the mapper refused it.
+  // Takes over the initial map that Track asked for. Where the mapper refused it, the tracker goes
+  // on initialising.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
 
-  // Detections of a frame that was tracked while they were still to come: they count at the pose it
-  // has by now. Of a frame in which the camera was lost, and still is, they are searched for its
-  // pose, and tracking goes on from there. Frames ascend; nothing where the frame is too old.
+  // Detections of a frame that was given without them (Frame::detections_follow). A frame with a
+  // pose: the detections are associated with objects at the pose it has by now. A frame in which
+  // the camera was lost and since which it still is: the frame is relocalized by them, and tracking
+  // goes on from there. Frames ascend. Returns nothing where the frame is too old.
   std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections,
                                        const Map& map);
 
-  // Goes on as another tracker, whose map was joined with this one's, `scale` times as large as it
-  // was; the poses of its frames join this trajectory.
+  // Continues with the state of another tracker, whose map was joined with this one's and scaled by
+  // `scale`; the poses of its frames are added to this trajectory.
   void GoOnAs(Tracker other, double scale);
-  // Frames of a piece that was joined with the map: those that have no pose by points here take
-  // theirs.
+  // Takes over the poses of a piece that was joined with the map and scaled by `scale`, for frames
+  // that have no pose by points here.
   void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }
-  // All but that of landmarks, which the mapper counts.
+  // The mapper knows the next id of landmarks; here it is 0.
   NextIds next_ids() const { return {next_keyframe_, 0, object_tracks_.next_object}; }
   void SkipIds(const NextIds& ids);
 
-  // To look back, once a video is over: takes up a frame that has a pose by points, and goes on
-  // from there in either direction of time. Keyframes are made as ever; objects are not observed.
-  // On thin evidence: few landmarks, close together, are enough.
+  // For following frames once more after the end of a video (Session::LookBack). TakeUp continues
+  // from a frame that has a pose by points; Extend then follows frame after frame, forward or
+  // backward in time. Keyframes are made as usual; objects are not observed. `on_thin_evidence`: a
+  // few landmarks that lie close together in the image are enough. TakeUp returns false where the
+  // frame has no such pose or it cannot be confirmed.
   bool TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence);
-  // Nothing where the frame cannot be followed.
+  // Returns nothing where the frame cannot be followed.
   std::optional<Outcome> Extend(const Frame& frame, const Map& map);
   // Whether a frame has a pose by points.
   bool HasTracked(int frame_index) const;
-  // Of a frame that has a pose.
+  // cam_from_world of a frame, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
-  // What another tracker found that was copied from this one to look back.
+  // Takes over the results of a copy of this tracker that followed frames once more.
   void Learn(Tracker other);
 
-  // Of the newest frame, all but the map.
+  // What a viewer shows of the newest frame; the caller adds the map.
   FrameView View() const;
-  // Gives up the pose it follows, if it follows one.
+  // Makes the tracker lose its pose, if it has one: the next frame is relocalized.
   void ForceRelocalization();
 
-  // The newest frame, as tracked.
+  // The outcome of the newest frame, computed again with `map`; lost where the
+  // frame is not tracked.
   Outcome Present(const Map& map) const;
 
   bool IsInitializing() const { return phase_ == Phase::kInitializing; }
   // While it is initialising: why there is no map yet.
   const std::string& why_no_map() const { return initializer_.why_not(); }
   bool IsMapping() const { return mapping_; }
-  // What was seen since the last command, for the mapper.
+  // Removes and returns the observations of landmarks and objects since the last command.
   MapCommand TakeRest();
   // Poses of all frames so far, relative to keyframes of the map or retired from it.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
-  // Refines what is left to refine of the trajectory on the finished map.
+  // Refines the poses of frames that are not refined yet, against the finished map.
   void SettleTrajectory(const Map& map);
 
  private:
   void Take(const Frame& frame);
   enum class Phase { kInitializing, kTracking, kLost };
 
-  // Of a pose, relative to a keyframe of the map.
+  // cam_from_reference of a pose.
   static Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
     return cam_from_world * map.keyframes.At(reference).cam_from_world.Inverse();
   }
@@ -125,10 +137,11 @@ class Tracker {
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                    TrackingState state);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
-  bool IsOnProbation(const Frame& frame) const;  // found by points a moment ago
+  bool IsOnProbation(const Frame& frame)
+      const;  // shortly after a relocalization by points, which must still prove itself
   TrackDemands Demands(const Frame& frame) const;
   double LeastSpread() const;
-  // From the last frame to this one, by the surest way that works.
+  // Finds the pose of a frame that follows the last one: tries the most reliable method first.
   TrackReport Follow(const Frame& frame, const Map& map);
   const Keyframe* LastAsKeyframe(const Map& map) const;
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
@@ -154,29 +167,31 @@ class Tracker {
     Rigid3 cam_from_reference;
   };
 
-  // Of the camera between the last two frames.
+  // The motion of the camera between the last two frames.
   struct Motion {
     Rigid3 cam_from_before;
     double seconds = 0;
-    double error =
-        0;  // how far from where it led to landmarks were found, median; pixels of the lowest level
+    // Median distance between where the motion model predicted landmarks in the last frame and
+    // where they were found; pixels of the lowest level.
+    double error = 0;
   };
 
   struct Missed {
     Frame frame;
     bool has_pose = false;  // by objects
   };
-  // A frame whose detections are still to come.
+  // A frame whose detections have not arrived yet.
   struct Undetected {
     TrackedFrame tracked;
     bool has_pose = false;  // by points
   };
-  // Where the way back in time has come to.
+  // After a relocalization the lost frames before it are tracked backwards in time: the last frame
+  // that was reached.
   struct Backfill {
     std::shared_ptr<const Features> features;
     TrackReport after;
     int index = 0;
-    bool proven = false;  // the camera's return has proved itself
+    bool proven = false;  // the relocalized pose has passed its probation
   };
 
   SlamConfig config_;
@@ -188,19 +203,19 @@ class Tracker {
   bool map_is_loaded_;
   bool mapping_ = true;
   uint32_t next_keyframe_;
-  Frame newest_;                                      // also without a pose
+  Frame newest_;                                      // with or without a pose
   std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
-  std::vector<Frame> before_map_;     // frames that came before there was one, in order
-  std::deque<Missed> missed_;         // the newest frames without points to track
-  std::optional<Backfill> backfill_;  // since the camera was found
+  std::vector<Frame> before_map_;     // frames before the initial map, in order
+  std::deque<Missed> missed_;         // the newest frames that were not tracked by points
+  std::optional<Backfill> backfill_;  // after a relocalization by points
   std::optional<Motion> motion_;
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
   double newest_keyframe_time_ = 0;
   int newest_keyframe_inliers_ = 0;
   int newest_frame_ = 0;
-  std::optional<int> relocalized_frame_;  // the newest when the camera was last found
+  std::optional<int> relocalized_frame_;  // the newest frame at the last relocalization by points
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
   bool is_pose_doubted_ = false;  // by the user: the last pose tells nothing of the next

@@ -13,7 +13,7 @@
 namespace oaslam {
 namespace {
 
-// The camera for images of another size, where these show the same.
+// The camera scaled to another image size; nothing where the aspect ratio differs.
 std::optional<Camera> ForSize(const Camera& camera, int width, int height) {
   constexpr double kSameShape = 0.01;
   const double scale = static_cast<double>(width) / camera.width;
@@ -28,7 +28,7 @@ std::optional<Camera> ForSize(const Camera& camera, int width, int height) {
   return scaled;
 }
 
-// Those that took the keyframes, newest first, for images of this size.
+// The cameras of the keyframes, newest first, scaled to the size of the image.
 std::vector<Camera> CamerasOfMap(const Map& map, const Camera& of_image) {
   std::set<int> used;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) { used.insert(k.camera); });
@@ -40,7 +40,8 @@ std::vector<Camera> CamerasOfMap(const Map& map, const Camera& of_image) {
   return cameras;
 }
 
-// A frame of the original image, as a camera has it that the map gets as its last.
+// A frame converted to the ideal image of a candidate camera, and a copy of the map with that
+// camera as its last.
 struct Seen {
   Map map;
   Frame frame;
@@ -56,8 +57,8 @@ Seen SeenBy(const Camera& camera, const Frame& raw, const Map& map) {
   return seen;
 }
 
-// How far the points ask for another focal length: not at all, perhaps, or for certain. Their
-// errors go together, far from as independent as their covariance has it.
+// Whether the points contradict the focal length of a camera. The bound is many sigmas wide, since
+// errors of points are correlated and the covariance is too small.
 enum class Contradiction { kNone, kPossible, kCertain };
 
 Contradiction ContradictionOf(const FocalRelocalization& refined, const Camera& camera) {

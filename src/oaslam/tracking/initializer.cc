@@ -11,16 +11,18 @@
 namespace oaslam {
 namespace {
 
-// Of the focal length: how far key points may go between two images, some eleven degrees of
-// turning.
+// The farthest that key points may move between two images, as a share of the focal length: a
+// rotation of about eleven degrees.
 constexpr double kWindow = 0.2;
 constexpr double kRatio = 0.9;
 constexpr size_t kMaxReferences = 4;
-constexpr double kLostShare =
-    0.7;  // a new reference once the newest keeps less than this of its matches
-constexpr size_t kMaxRecent = 150;      // frames, some 50 KB each
-constexpr double kBetweenTries = 0.05;  // seconds: parallax takes its time
-constexpr double kStillPixels = 3;      // of the lowest level: less motion than this is none
+// A new reference begins once the newest one keeps less than this share of its first matches.
+constexpr double kLostShare = 0.7;
+constexpr size_t kMaxRecent = 150;  // frames of about 50 KB
+// Seconds between two attempts with a reference, since parallax grows slowly.
+constexpr double kBetweenTries = 0.05;
+// Pixels of the lowest level; with less median motion the camera counts as still.
+constexpr double kStillPixels = 3;
 
 }  // namespace
 

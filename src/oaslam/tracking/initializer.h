@@ -13,34 +13,35 @@
 
 namespace oaslam {
 
-// Finds two frames that show the scene from far enough apart to make a map of it. Follows the key
-// points of a few frames at a time, each begun where the one before had lost a part of its own: the
-// view of a fast camera is soon another one, that of a slow one needs long for parallax.
+// Finds two frames with enough parallax to make an initial map from. The key points of up to
+// four reference frames are tracked at a time; a new reference begins when the newest has lost
+// a share of its matches. A fast camera soon needs a new reference, a slow one an old
+// reference for its parallax.
 class Initializer {
  public:
   explicit Initializer(const TrackingConfig& config) : config_(config) {}
 
-  // Feeds the next frame; a map (without keyframe ids) once one can be trusted.
+  // Processes the next frame. Returns the initial map, without keyframe ids, once one is reliable.
   std::optional<InitialMap> Process(const Frame& frame, const Camera& camera, Rng& rng);
   void Reset();
-  // The frames that came before the second of the map just made, the last few seconds of them, in
-  // order: to be tracked in it afterwards.
+  // Removes and returns the frames of the last seconds before the second frame of the initial map,
+  // in order, so that they can be tracked in the map afterwards.
   std::vector<Frame> TakeRecent();
-  // Why there is no map yet, for a user: "the camera has not moved", "too few corners", "only
-  // turned".
+  // Why there is no map yet, as text for the user: "the camera has not moved", "too few corners",
+  // "only turned".
   const std::string& why_not() const { return why_not_; }
 
  private:
   // A frame that may become the first of the map, and where its key points were last found.
   struct Reference {
     Frame frame;
-    std::vector<Eigen::Vector2d> last_seen;  // per key point
+    std::vector<Eigen::Vector2d> last_seen;  // by key point
     int matches = 0;                         // with the newest frame
-    int first_matches = 0;                   // with the frame after it
-    std::optional<double> last_try{};        // time of the newest frame that was too near for a map
+    int first_matches = 0;             // the largest number so far, usually with the next frame
+    std::optional<double> last_try{};  // time stamp of the last attempt that failed
   };
 
-  // Matches of the two views that a map needs: fewer where the image has few corners.
+  // The number of matches that two views need for a map: fewer where the image has few corners.
   int NeededMatches(const Frame& frame) const;
   KeypointPairs Follow(Reference& reference, const Frame& frame, const Camera& camera) const;
   std::optional<InitialMap> Try(const Reference& reference, const Frame& frame,

@@ -9,9 +9,10 @@ namespace oaslam {
 
 // The part of the map around a frame.
 struct LocalMap {
-  std::vector<KeyframeId>
-      keyframes;  // those sharing most landmarks with the frame first, then neighbours of these
-  std::vector<LandmarkId> landmarks;  // seen by them, each once, in the order of the keyframes
+  // First those that share landmarks with the frame, most shared first; then
+  // covisible keyframes of these.
+  std::vector<KeyframeId> keyframes;
+  std::vector<LandmarkId> landmarks;  // all landmarks of these keyframes, each once
 };
 
 LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, int max_keyframes);

@@ -111,7 +111,7 @@ TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Feature
 
 TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from,
                                const std::vector<LandmarkId>& seen, Rng& rng) {
-  constexpr double kRatio = 0.85;  // geometry verifies
+  constexpr double kRatio = 0.85;  // loose, since RANSAC rejects wrong matches
   const LandmarkMatches matches = MatchSeenLandmarks(*frame.features, map, from, seen, kRatio);
   if (matches.count < kMinFirstInliers) return {};
   const AbsolutePoseReport rough = EstimateAbsolutePose(
@@ -156,8 +156,8 @@ TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport&
 
 namespace {
 
-// Key points of the image before found in this one, around where they should be if all were at this
-// depth.
+// Matches key points with the previous image. They are searched around where they would be if all
+// were at the depth `depth`.
 KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before,
                            const Rigid3& cam_from_before, double depth, double radius) {
   constexpr double kRatio = 0.9;
@@ -185,15 +185,17 @@ EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Featur
 TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
                                 const Rigid3& before_from_world, const TrackReport& tracked,
                                 const TrackDemands& demands) {
-  constexpr double kRadius =
-      40;  // pixels of the lowest level: what the depth of a point may move it between two images
+  // Search radius in pixels of the lowest level: how far a point's actual depth may move it between
+  // two images.
+  constexpr double kRadius = 40;
   const Camera& camera = map.cameras[frame.camera];
   if (!(tracked.depth > 0)) return tracked;
   const Rigid3 cam_from_before = tracked.cam_from_world * before_from_world.Inverse();
   std::vector<EpipolarMatch> matches;
   for (const auto& pair :
        MatchAtDepth(frame, camera, before, cam_from_before, tracked.depth, kRadius))
-    if (!tracked.landmarks[pair.second].IsValid())  // a landmark says more
+    if (!tracked.landmarks[pair.second]
+             .IsValid())  // a landmark constrains the pose better than such a match
       matches.push_back(ToMatch(camera, before, *frame.features, pair));
   const Matched matched = Observe(frame, map, tracked.landmarks);
   const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations,

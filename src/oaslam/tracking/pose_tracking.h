@@ -10,35 +10,41 @@
 
 namespace oaslam {
 
-// A pose with the landmarks that stand for it.
+// The pose of a frame with the landmarks that support it.
 struct TrackReport {
   bool success = false;
   Rigid3 cam_from_world;
-  std::vector<LandmarkId> landmarks;  // per key point: inliers only
-  int matched = 0, inliers = 0;       // key points with a landmark before, and after, refinement
-  double depth = 0;                   // median, of the inliers
-  double spread = 0;  // sum over the inliers of the squared distance from their centre, along the
-                      // axis where it is least; image sides
-  double relative_sigma =
-      0;                 // standard deviation of the position over the median depth of the points
-  KeyframeId reference;  // keyframe that shares most landmarks; invalid on failure
-  std::vector<LandmarkId> visible;  // landmarks that the frame should show (TrackLocalMap)
+  std::vector<LandmarkId> landmarks;  // by key point: inliers only
+  int matched = 0,
+      inliers = 0;   // matches before refinement, and those that agree with the refined pose
+  double depth = 0;  // median, of the inliers
+  // How much the inliers spread over the image: the sum of squared distances from their mean, in
+  // units of the image sides, along the direction in which it is smallest. Few or crowded points
+  // give a small value.
+  double spread = 0;
+  // Standard deviation of the position divided by the median depth of the points.
+  double relative_sigma = 0;
+  KeyframeId reference;             // keyframe that shares most landmarks; invalid on failure
+  std::vector<LandmarkId> visible;  // landmarks expected in the frame (TrackLocalMap)
 };
 
-// From the frame before and a predicted pose. Landmarks are searched within `radius` of where they
-// should be, in pixels of the lowest pyramid level, larger on the others.
+// Tracks a frame from the previous frame and a predicted pose. Each landmark is searched
+// within `radius` of its projection, in pixels of the lowest pyramid level; the radius
+// grows with the level.
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
                                const std::vector<LandmarkId>& last_landmarks,
                                const Rigid3& predicted_cam_from_world, double radius);
 
-// From another image whose landmarks are known, by descriptors alone: P3P in RANSAC. However far
-// the camera has moved since.
+// Tracks a frame from another image whose landmarks are known, by matching descriptors over the
+// whole image and P3P in RANSAC. It needs no prediction, so the camera may have moved far.
 TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from,
                                const std::vector<LandmarkId>& seen, Rng& rng);
 
-// What a pose needs to be followed.
+// What a pose needs so that tracking may continue from it.
 struct TrackDemands {
-  int inliers = 30;  // enough of them, wherever they are; fewer must be most of what was found
+  // With this many inliers no share of the matches is demanded; with fewer, down to least_inliers,
+  // more than half of the matches must be inliers.
+  int inliers = 30;
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
   double spread = 0;             // at least (TrackReport)
@@ -46,13 +52,13 @@ struct TrackDemands {
   double radius_scale = 1;       // widens the search, after a relocalization
 };
 
-// Takes a first pose and its matches, looks for all landmarks of the keyframes around, and refines
-// the pose on all of them. Succeeds where it meets the demands.
+// Starts from a rough pose and its matches, searches for all landmarks of the surrounding
+// keyframes, and refines the pose on all of them. Succeeds where the result meets the demands.
 TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
                           const TrackDemands& demands);
 
-// Corrects a pose that stands on few landmarks, or on those of one corner of the image, by the
-// matches of all key points with the image before (RefinePoseByMatches); landmarks that no longer
+// Refines a pose that few landmarks support, or landmarks in one corner of the image only, with the
+// matches of all key points in the previous image (RefinePoseByMatches). Landmarks that no longer
 // agree are dropped.
 TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
                                 const Rigid3& before_from_world, const TrackReport& tracked,

@@ -165,7 +165,7 @@ TEST(PoseTracking, MatchesOfAllKeyPointsHoldAPoseOnFewLandmarks) {
   TrackReport tracked = TrackFromLastFrame(s.frame, s.mapped.map, *last.features, last.landmarks,
                                            synthetic::PoseOnArc({}, 2.5), 15);
   ASSERT_TRUE(tracked.success);
-  int kept = 0;  // the landmarks of the left quarter of the image
+  int kept = 0;  // keep only the landmarks of the left quarter of the image
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
     if (s.frame.features->keypoints[i].px.x() > 200) tracked.landmarks[i] = LandmarkId();
     kept += tracked.landmarks[i].IsValid();

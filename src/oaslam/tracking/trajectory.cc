@@ -47,8 +47,9 @@ void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
 
 void Trajectory::Settle(const Map& map, int frame_index) {
   constexpr int kMinInliers = 20;
-  constexpr double kMinShare =
-      0.7;  // of what the frame saw; else the landmarks are no longer what they were
+  // The share of a frame's landmarks that must be inliers; with fewer, the landmarks themselves
+  // have changed.
+  constexpr double kMinShare = 0.7;
   for (; !unsettled_.empty() && unsettled_.front().frame_index < frame_index;
        unsettled_.pop_front()) {
     const Unsettled& u = unsettled_.front();

@@ -7,25 +7,25 @@
 
 namespace oaslam {
 
-// The poses of the frames so far, in order of the frames, each relative to a keyframe that carries
-// it through later optimisation. A frame remembers for a while which landmarks it saw, and is
-// refined once the map around it has settled.
+// The poses of the frames so far, ordered by frame. Each is relative to a keyframe, so that it
+// moves with it in later optimisations. The landmarks that a frame saw are kept for a while, so
+// that its pose can be refined once the map around it has settled.
 class Trajectory {
  public:
-  // `landmarks`: per key point of `frame`, invalid where none; what stands for the pose. May be
-  // empty. Replaces a pose that the frame had.
+  // Adds a pose, or replaces the one the frame had. `landmarks`: the inliers by key point of
+  // `frame`, invalid where there is none; may be empty.
   void Add(const FramePose& pose, const Frame& frame, const std::vector<LandmarkId>& landmarks);
-  // A frame became a keyframe: its pose is the keyframe's.
+  // Marks a frame as a keyframe: its pose is the keyframe's from now on.
   void MakeKeyframe(int frame_index, KeyframeId id);
-  // Refines the frames that came before `frame_index` on the landmarks they saw, where these are
-  // now.
+  // Refines the poses of frames before `frame_index` against the landmarks they saw, at the
+  // landmarks' present positions.
   void Settle(const Map& map, int frame_index);
-  // Takes the poses of another trajectory, whose keyframes joined this one's map `scale` times as
-  // large, instead of its own for the same frames.
+  // Adds the poses of another trajectory whose keyframes were joined with this map, scaled by
+  // `scale`. They replace own poses of the same frames.
   void Join(Trajectory other, double scale);
-  // Takes the poses of a piece that joined this one's map (AdoptPoses).
+  // Adds the poses of a piece that was joined with this map (AdoptPoses).
   void Adopt(const std::vector<FramePose>& poses, double scale);
-  // Nothing where the frame has none.
+  // Returns null where the frame has no pose.
   const FramePose* PoseOf(int frame_index) const;
   void Clear();
 

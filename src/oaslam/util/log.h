@@ -7,7 +7,7 @@ namespace oaslam {
 
 enum class LogLevel { kDebug, kInfo, kWarning };
 
-// Where messages of the library go; without a sink they are dropped. The command installs one.
+// Receives the messages of the library; without a sink they are dropped. The command installs one.
 using LogSink = std::function<void(LogLevel, const std::string&)>;
 void SetLogSink(LogSink sink);
 void Log(LogLevel level, const std::string& message);

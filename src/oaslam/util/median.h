@@ -5,7 +5,7 @@
 
 namespace oaslam {
 
-// The upper median of values that are not none.
+// The upper median; `values` must not be empty.
 inline double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);

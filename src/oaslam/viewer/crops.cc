@@ -18,7 +18,8 @@ void Crops::Add(ObjectId object, int frame, const cv::Mat& picture, double scale
   const auto place = std::ranges::upper_bound(crops, frame, {}, &Crop::frame);
   crops.insert(place, {frame, EncodeJpeg(cut, kQuality)});
   if (crops.size() <= kMaxCrops) return;
-  // Whose neighbours in time are closest together is missed least; the first and the last stay.
+  // Drops the picture whose neighbours in time are closest together; the first
+  // and the last are kept.
   size_t least = 1;
   for (size_t i = 2; i + 1 < crops.size(); ++i)
     if (crops[i + 1].frame - crops[i - 1].frame < crops[least + 1].frame - crops[least - 1].frame)

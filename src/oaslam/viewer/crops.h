@@ -19,7 +19,7 @@ class Crops {
   static constexpr size_t kMaxCrops = 8;
   static constexpr int kMinFramesBetween = 15;
 
-  // `picture`: ideal image, `scale` of its pixels a pixel of the camera.
+  // `picture`: the ideal image, scaled by `scale` relative to the camera's pixels.
   void Add(ObjectId object, int frame, const cv::Mat& picture, double scale, const Box& box);
   void Clear() { crops_.clear(); }
 

@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// The frame as header.frame, with its key points and its picture (JPEG, may be empty) as arrays.
+// Adds a frame: header.frame, its key points and its picture (JPEG, may be empty) as arrays.
 // Coordinates are pixels of the ideal image: boxes are areas, centres of ellipses and key points
 // are pixel coordinates.
 void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<const uint8_t> jpeg,

@@ -20,8 +20,7 @@ struct FrameNote {
   double ms_total = 0;
 };
 
-// One image and what the tracker made of it, as a run hands it to its viewers: shared content and a
-// few numbers.
+// An image and its tracking result, as a run hands it to its viewers; large content is shared.
 struct FrameRecord {
   FrameNote note;
   std::optional<Rigid3> world_from_cam;
@@ -29,9 +28,10 @@ struct FrameRecord {
   double confidence = 0;  // [0, 1], that the pose is right
   double ms_features = 0, ms_track = 0, ms_objects = 0;
   FrameView view;
-  cv::Mat image;           // 8-bit, as the camera gave it; not written later
-  std::string image_path;  // of a file that may show it in colour; may be empty
-  Orientation image_orientation = Orientation::kStored;  // as which that file is read
+  cv::Mat image;           // 8-bit, as given by the camera; must not be modified later
+  std::string image_path;  // file that may contain the image in colour; may be empty
+  // The orientation in which that file is read.
+  Orientation image_orientation = Orientation::kStored;
 };
 
 }  // namespace oaslam

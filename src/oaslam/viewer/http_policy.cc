@@ -14,7 +14,7 @@ std::string Lower(std::string_view text) {
   return lower;
 }
 
-// Without the port; of "[::1]:80" what is inside the brackets. Empty where it is neither.
+// The host without the port; for "[::1]:80" the part inside the brackets. Empty for malformed text.
 std::string NameOfHost(std::string_view host) {
   const bool bracketed = host.starts_with('[');
   const size_t end = bracketed ? host.find(']') : host.find(':');

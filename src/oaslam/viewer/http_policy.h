@@ -5,13 +5,13 @@
 
 namespace oaslam {
 
-// Whether a request with this Host header may be answered: the host is an address, "localhost", or
-// the name of this machine. A foreign name that was made to point here (DNS rebinding) is none of
-// these.
+// Whether a request with this Host header may be answered: the host must be an address,
+// "localhost", or the name of this machine. This rejects foreign names that were made to point here
+// (DNS rebinding).
 bool IsAllowedHost(std::string_view host, const std::string& machine_name);
 
-// Whether a page of this origin may open a connection: it came from the very host the request
-// names. No origin: not a page.
+// Whether a page of this origin may open a connection: it must come from the host that the request
+// names. Requests without origin do not come from a page and are allowed.
 bool IsAllowedOrigin(std::string_view origin, std::string_view host);
 
 }  // namespace oaslam

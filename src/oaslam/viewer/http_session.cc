@@ -22,17 +22,17 @@ using Response = http::response<http::string_body>;
 using FileResponse = http::response<http::file_body>;
 
 constexpr auto kTimeout = std::chrono::seconds(10);
-constexpr auto kFileTimeout = std::chrono::seconds(120);  // of some tens of megabytes
+constexpr auto kFileTimeout = std::chrono::seconds(120);  // for files of some tens of megabytes
 constexpr std::string_view kModels = "/models/";
 
-// The page is its own: it loads nothing, and nothing may frame it.
+// The page is self-contained: it may load nothing from elsewhere, and no other page may frame it.
 constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: "
     "data:; connect-src "
     "'self' blob: data:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'";
 
-// Adds one to a count for as long as it is held.
+// Increments a counter as long as the returned token exists.
 std::shared_ptr<void> Counted(int& count, std::shared_ptr<ServerState> server) {
   ++count;
   return {&count, [server = std::move(server)](int* counter) { --*counter; }};
@@ -84,12 +84,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       return Answer(Text(http::status::not_found, "not found\n", request.version(), keep));
     Response response = Text(http::status::ok, std::string(ViewerPage()), request.version(), keep);
     response.set(http::field::content_type, "text/html; charset=utf-8");
-    if (request.method() == http::verb::head) response.body().clear();  // its length stays
+    if (request.method() == http::verb::head)
+      response.body().clear();  // the content length stays in the header
     Answer(std::move(response));
   }
 
-  // A file of virtual content, or of what it refers to; one of the user's goes from the disk,
-  // however large it is.
+  // Answers with a file of a model of virtual content, or one that it refers to. A user's file is
+  // streamed from the disk, however large it is.
   void AnswerModel(const std::string& path, const http::request<http::empty_body>& request) {
     const auto not_found = [&] {
       Answer(Text(http::status::not_found, "not found\n", request.version(), request.keep_alive()));
@@ -107,7 +108,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     http::file_body::value_type file;
     beast::error_code error;
     file.open(found->path.c_str(), beast::file_mode::scan, error);
-    if (error) return not_found();  // it went away
+    if (error) return not_found();  // it was deleted meanwhile
     if (is_head) {
       Response response = Text(http::status::ok, "", request.version(), request.keep_alive());
       response.set(http::field::content_type, found->content_type);
@@ -164,7 +165,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
-// What the other side sends is read before the end, or the answer would be lost with it.
+// Answers that there are too many connections. It reads what the client sends before it closes,
+// since otherwise the client could lose the answer.
 class Refusal : public std::enable_shared_from_this<Refusal> {
  public:
   Refusal(tcp::socket socket, std::shared_ptr<ServerState> server)

@@ -7,10 +7,10 @@
 
 namespace oaslam {
 
-// Serves requests on a connection until it becomes a viewer's WebSocket or ends.
+// Serves requests on a connection until that becomes a viewer's WebSocket or ends.
 void ServeHttp(boost::asio::ip::tcp::socket socket, std::shared_ptr<ServerState> server);
 
-// Tells one too many that there are too many.
+// Answers that there are too many connections, and closes this one.
 void RefuseConnection(boost::asio::ip::tcp::socket socket, std::shared_ptr<ServerState> server);
 
 }  // namespace oaslam

@@ -10,22 +10,22 @@
 
 namespace oaslam {
 
-// The colour in which each landmark was first seen. The map itself has none.
+// The colour of each landmark when it was first seen. The map itself stores no colours.
 class LandmarkColors {
  public:
-  // `picture`: ideal image, BGR, `scale` of its pixels a pixel of the camera; `landmarks`: per key
-  // point.
+  // `picture`: the ideal image, BGR, scaled by `scale` relative to the camera's pixels;
+  // `landmarks`: by key point.
   void Add(const cv::Mat& picture, double scale, const Features& features,
            const std::vector<LandmarkId>& landmarks);
   void Clear();
 
   size_t size() const { return ids_.size(); }
-  // Adds those behind the first `known`.
+  // Adds all colours after the first `known` to a message.
   void AddDelta(size_t known, MessageBuilder& message) const;
 
  private:
   std::vector<bool> has_color_;  // by id
-  std::vector<uint32_t> ids_;    // in the order of their first sight
+  std::vector<uint32_t> ids_;    // in the order in which they were first seen
   std::vector<uint8_t> rgb_;
 };
 

@@ -45,9 +45,8 @@ void AddKeyframes(const Map* before, const Map& now, MessageBuilder& message) {
   message.Add("keyframe_ids", ids);
   message.Add("keyframe_frames", frames);
   message.Add("keyframe_poses", poses);
-  message.Add(
-      "keyframe_degrees",
-      degrees);  // of the covisibility graph: so many pairs (keyframe, shared landmarks) for each
+  // Degrees in the covisibility graph: the number of pairs (keyframe, shared landmarks) for each.
+  message.Add("keyframe_degrees", degrees);
   message.Add("keyframe_edges", edges);
   message.Add("keyframes_gone", gone);
 }
@@ -83,7 +82,7 @@ json DescribeAnchors(const Map& map) {
   return list;
 }
 
-// All of them where one has changed: they are few.
+// Adds all anchors where one has changed, since they are few.
 void AddAnchors(const Map* before, const Map& now, MessageBuilder& message) {
   json anchors = DescribeAnchors(now);
   if (anchors != (before ? DescribeAnchors(*before) : json::array()))
@@ -125,7 +124,7 @@ void AddMapDelta(const Map* before, const Map& now, const ClassNames& names,
   AddObjects(before, now, names, message);
   AddAnchors(before, now, message);
   json& map = message.header["map"];
-  map["landmarks"] = now.landmarks.size();  // in all: the page checks itself against these
+  map["landmarks"] = now.landmarks.size();  // total numbers, with which the page checks itself
   map["keyframes"] = now.keyframes.size();
   map["loops"] = now.loops_closed;
   map["metric"] = now.is_metric;

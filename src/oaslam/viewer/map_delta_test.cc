@@ -16,7 +16,7 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// What a page holds after a sequence of messages.
+// The state of a page after a sequence of messages.
 struct Page {
   json anchors = json::array();
   std::map<uint32_t, Eigen::Vector3f> landmarks;
@@ -127,7 +127,8 @@ TEST(MapDelta, AnchorsAreToldWhenTheyChange) {
   EXPECT_THAT(page.anchors, IsEmpty());
 }
 
-// What makes a map of 50 k landmarks smooth: cost follows the change, not the map.
+// The cost follows the size of the change and not that of the map, which keeps maps of 50 k
+// landmarks fast.
 TEST(MapDelta, HoldsOnlyWhatChanged) {
   Rng rng(3);
   Map map;
@@ -136,7 +137,7 @@ TEST(MapDelta, HoldsOnlyWhatChanged) {
     map.AddLandmark({rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1)}, KeyframeId(0));
   const auto before = std::make_shared<const Map>(map);
   map.landmarks.MutableAt(LandmarkId(777)).position.y() += 1;
-  map.landmarks.MutableAt(LandmarkId(40000)).found += 1;  // nothing to see
+  map.landmarks.MutableAt(LandmarkId(40000)).found += 1;  // a change that is not shown
   map.AddLandmark({0, 0, 1}, KeyframeId(0));
   Page page;
   page.Take(before.get(), map);
@@ -154,7 +155,8 @@ TEST(Path, MovesWithItsKeyframes) {
   Path path;
   path.Add({0, 0, ids[0], {}, TrackingState::kTracking}, map);
   path.Add({1, 0.1, ids[1], {}, TrackingState::kTracking}, map);
-  path.Add({2, 0.2, KeyframeId(5000), {}, TrackingState::kTracking}, map);  // of a keyframe to come
+  path.Add({2, 0.2, KeyframeId(5000), {}, TrackingState::kTracking},
+           map);  // relative to a keyframe that does not exist yet
   const auto delta = [&](uint64_t version) {
     MessageBuilder builder("update");
     path.AddDelta(version, builder);

@@ -16,7 +16,7 @@ void MessageBuilder::AddArray(const std::string& name, const char* type,
 
 std::string MessageBuilder::Finish() && {
   if (!arrays_.empty()) header["arrays"] = std::move(arrays_);
-  // A name in a foreign encoding must not end the program.
+  // Text that is not valid UTF-8 must not end the program.
   std::string text = header.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const auto length = static_cast<uint32_t>(text.size());

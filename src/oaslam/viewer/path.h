@@ -8,14 +8,14 @@
 
 namespace oaslam {
 
-// The poses of the frames, each carried by its keyframe: they move with the map, and only those
-// that moved are sent again.
+// The poses of the frames, relative to keyframes: they move with the map, and only changed ones are
+// sent again.
 class Path {
  public:
-  // The keyframe that carries it may come with a later map.
+  // The keyframe of the pose may be missing until a later map.
   void Add(const FramePose& pose, const Map& map);
   void Replace(const std::vector<FramePose>& poses, const Map& map);
-  // Takes the poses from this map.
+  // Updates all poses from this map.
   void Update(const Map& map);
   void Clear();
 
@@ -28,12 +28,12 @@ class Path {
  private:
   struct Point {
     std::array<float, 7> world_from_cam{};
-    uint64_t changed = 0;  // version; 0: its keyframe has not come yet
+    uint64_t changed = 0;  // version of the last change; 0: its keyframe is not in the map yet
   };
   std::vector<FramePose> poses_;
   std::vector<Point> points_;  // parallel
   uint64_t version_ = 1;
-  uint64_t begun_ = 1;  // version at which all before was forgotten
+  uint64_t begun_ = 1;  // version at the last Clear
 };
 
 }  // namespace oaslam

@@ -9,12 +9,12 @@
 
 namespace oaslam {
 
-// Turns images into what the page shows: ideal ones, no larger than need be.
+// Converts images to pictures for the page: ideal images of limited size.
 class PictureMaker {
  public:
   static constexpr int kMaxSide = 640;  // pixels
 
-  // Ideal image of the camera, BGR; `ScaleOf` of its pixels are one of the camera's.
+  // The ideal image of the camera, BGR, scaled by `ScaleOf` relative to the camera's pixels.
   cv::Mat Make(const Camera& camera, const cv::Mat& image) { return maker_.Make(camera, image); }
   static double ScaleOf(const Camera& camera) {
     return IdealPictureMaker(kMaxSide).ScaleOf(camera);
@@ -26,8 +26,8 @@ class PictureMaker {
 
 std::vector<uint8_t> EncodeJpeg(const cv::Mat& picture, int quality);
 
-// The part of a picture in a box of the ideal image with a margin around it, at most `max_side`
-// pixels; empty where there is none.
+// Cuts out a box of the ideal image with a margin around it, at most `max_side` pixels large; empty
+// where nothing is left.
 cv::Mat CutOut(const cv::Mat& picture, double scale, const Box& box, int max_side);
 
 }  // namespace oaslam

@@ -48,7 +48,7 @@ void AddObject(const json& entry, SavedMap& saved) {
     object.covariance.diagonal() = VectorOf<7>(entry, "covariance_diag");
   const ObjectId id(entry.at("id").get<uint32_t>());
   if (!id.IsValid() || id.value > 10'000'000 || saved.map.objects.Contains(id))
-    throw std::invalid_argument("\"id\" is absurd, or there twice");
+    throw std::invalid_argument("\"id\" is out of range or used twice");
   saved.map.objects.Insert(id, object);
   saved.class_names[object.category_id] =
       entry.value("category", NameOf(saved.class_names, object.category_id));
@@ -64,7 +64,7 @@ void AddObjects(const std::string& path, SavedMap& saved) {
     }
 }
 
-// The line of frames.csv with this time.
+// The line of frames.csv with this time stamp, or null.
 const FrameNote* NoteAt(const std::vector<FrameNote>& notes, double timestamp) {
   constexpr double kSameTime = 1e-4;  // seconds; files have six digits
   const auto note =
@@ -72,7 +72,7 @@ const FrameNote* NoteAt(const std::vector<FrameNote>& notes, double timestamp) {
   return note != notes.end() && note->timestamp < timestamp + kSameTime ? &*note : nullptr;
 }
 
-// Without what they saw.
+// Adds keyframes that have a pose only.
 void AddKeyframes(const std::vector<StampedPose>& poses, const std::vector<FrameNote>& notes,
                   Map& map) {
   for (uint32_t i = 0; i < poses.size(); ++i) {
@@ -85,7 +85,7 @@ void AddKeyframes(const std::vector<StampedPose>& poses, const std::vector<Frame
   }
 }
 
-// All hang on one keyframe: nothing moves any more.
+// Makes all poses relative to one keyframe, since nothing moves any more.
 void SetTrajectory(const std::vector<StampedPose>& poses, const std::vector<FrameNote>& notes,
                    SavedMap& saved) {
   if (poses.empty()) return;
@@ -105,7 +105,7 @@ std::optional<TrackingState> StateOf(std::string_view word) {
   using enum TrackingState;
   for (const TrackingState state : {kInitializing, kTracking, kRelocalized, kObjects, kLost})
     if (word == ToString(state)) return state;
-  // Of localize.
+  // The words that localize writes.
   if (word == "points" || word == "points+objects") return kRelocalized;
   if (word == "failed") return kLost;
   return std::nullopt;
@@ -184,10 +184,11 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
   SavedRun run;
   if (const std::string notes = in_folder("frames.csv"); !notes.empty())
     run.notes = LoadNotes(notes);
-  // The map counts the images that were processed, a file those of the source.
+  // The map counts the images that were processed, frames.csv those of the source.
   for (size_t i = 0; i < run.notes.size(); ++i) run.notes[i].frame = static_cast<int>(i);
   std::ranges::stable_sort(run.notes, {}, &FrameNote::timestamp);
-  const std::string poses = in_folder("poses.txt");  // of localize: found in the map, no part of it
+  // Written by localize: poses in the map that are not part of it.
+  const std::string poses = in_folder("poses.txt");
   const std::string trajectory = poses.empty() ? in_folder("trajectory.txt") : poses;
   run.map_file = file;
   if (!file.empty()) {

@@ -12,12 +12,13 @@ namespace oaslam {
 struct SavedRun {
   SavedMap saved;
   std::vector<FrameNote> notes;  // of frames.csv where there is one, else of the trajectory
-  std::string map_file;          // empty: only what text files tell: objects, keyframes, trajectory
+  // Empty where there are only text files: objects, keyframes, trajectory.
+  std::string map_file;
 };
 
-// A map file, or a folder that `oaslam run`, `localize` or `map-objects` wrote: its map file where
-// one lies in it or is given, else its text files. `piece`: of the map (LeadWithPiece). Throws
-// InputError.
+// Loads a map file, or a folder written by `oaslam run`, `localize` or `map-objects`: its map
+// file if there is one or it is given, else its text files. `piece`: of the map
+// (LeadWithPiece). Throws InputError.
 SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int piece = 0);
 
 }  // namespace oaslam

@@ -27,12 +27,11 @@ void Scene::Add(FrameRecord record) {
   frame_ = std::move(record);
   picture_ = cv::Mat();
   jpeg_.clear();
-  constexpr uint64_t kUnwatchedStep = 8;  // frames; where a viewer asks, each is taken
+  constexpr uint64_t kUnwatchedStep = 8;  // frames between pictures without viewers
   if (++frame_count_ % kUnwatchedStep == 1) TakePicture();
 }
 
-// What the newest frame's image shows is kept as far as it is needed later; the image itself is let
-// go.
+// Makes the picture, landmark colours and object crops of the newest frame, and releases its image.
 void Scene::TakePicture() {
   const FrameView& view = frame_->view;
   const cv::Mat grey = std::exchange(frame_->image, {});
@@ -76,7 +75,7 @@ void Scene::NoteState(const FrameRecord& record) {
   if (now == TrackingState::kLost)
     AddEvent(frame, "lost", record.view.relocalization ? record.view.relocalization->why_not : "");
   if (now == TrackingState::kInitializing && before) {
-    AddEvent(frame, "reset", "starting anew");
+    AddEvent(frame, "reset", "a new map is started");
     path_.Clear();
   }
   if (now == TrackingState::kTracking && before == TrackingState::kInitializing)
@@ -134,7 +133,7 @@ void Scene::AddEvent(int frame, const std::string& kind, const std::string& text
 
 void Scene::AddPicture(int frame_index, const cv::Mat& image) {
   constexpr int kQuality = 75;
-  constexpr size_t kMaxPictures = 1000;  // some 30 KB each
+  constexpr size_t kMaxPictures = 1000;  // about 30 KB each
   if (!map_) return;
   map_->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
     if (keyframe.frame_index != frame_index) return;

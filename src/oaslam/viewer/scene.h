@@ -16,7 +16,7 @@
 
 namespace oaslam {
 
-// What a run, or a saved one, is doing.
+// The status of a run, or of a saved one.
 struct SceneStatus {
   bool live = false;  // images are coming
   bool paused = false;
@@ -26,40 +26,40 @@ struct SceneStatus {
   bool operator==(const SceneStatus&) const = default;
 };
 
-// How far one viewer has followed: it is told what came since, however much that is, in one
-// message. Nothing queues up for a slow one.
+// What one viewer has received. It gets everything new since then in one message, so that nothing
+// queues up for a slow viewer.
 struct SceneCursor {
   std::shared_ptr<const Map> map;
   uint64_t generation = 0, path = 0, frame = 0, status = 0, groundtruth = 0;
   size_t colors = 0, events = 0, notes = 0;
 };
 
-// All that there is to see, on the server's thread alone.
+// Everything that viewers show. Used on the server's thread only.
 class Scene {
  public:
   explicit Scene(ClassNames names) : names_(std::move(names)) {}
 
-  // An image; without a map in its view only its note counts.
+  // Adds an image with its result; without a map in its view, only its note is kept.
   void Add(FrameRecord record);
   // The map with the trajectory of its frames, as loaded or as finished.
   void SetMap(std::shared_ptr<const Map> map, const std::vector<FramePose>& trajectory);
-  // The same map, edited.
+  // Replaces the map by an edited one.
   void UpdateMap(std::shared_ptr<const Map> map);
   void SetNotes(std::vector<FrameNote> notes);
   void SetGroundtruth(std::vector<float> positions);  // x y z each, in the map's frame
   void SetStatus(const SceneStatus& status);
-  // `frame` below 0: of none.
+  // `frame` below 0: the event belongs to no frame.
   void AddEvent(int frame, const std::string& kind, const std::string& text);
   // The image of a frame of a saved map.
   void AddPicture(int frame_index, const cv::Mat& image);
-  // Forgets all, but what happened.
+  // Removes everything but the events.
   void Clear();
 
-  // What is new since; nothing if nothing is.
+  // The message with everything new since `cursor`; nothing if there is nothing new.
   std::optional<std::string> News(SceneCursor& cursor);
   // Everything about one object; nothing if it is not in the map.
   std::optional<std::string> DescribeObject(ObjectId id) const;
-  // A keyframe as a frame; nothing if it is not in the map.
+  // The content of a keyframe as of a frame; nothing if it is not in the map.
   std::optional<std::string> DescribeKeyframe(KeyframeId id) const;
 
   const Map* map() const { return map_.get(); }
@@ -72,7 +72,7 @@ class Scene {
   void AddNotes(SceneCursor& cursor, MessageBuilder& message) const;
 
   ClassNames names_;
-  uint64_t generation_ = 0;  // times that all was forgotten
+  uint64_t generation_ = 0;  // number of times that everything was removed
   std::shared_ptr<const Map> map_;
   Path path_;
   LandmarkColors colors_;
@@ -80,7 +80,7 @@ class Scene {
   PictureMaker picture_maker_;
   std::map<int, std::vector<uint8_t>> pictures_;  // JPEG, by frame; of a saved map
   std::optional<FrameRecord> frame_;              // the newest with a view
-  cv::Mat picture_;                               // of it, until a viewer asks for it
+  cv::Mat picture_;                               // picture of `frame_`
   std::vector<uint8_t> jpeg_;
   uint64_t frame_count_ = 0;
   std::vector<FrameNote> notes_;

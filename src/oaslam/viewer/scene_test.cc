@@ -128,7 +128,7 @@ TEST(Scene, AnObjectHasItsHistoryAndCrops) {
   EXPECT_THAT(detail.header["observations"], SizeIs(1));
   EXPECT_THAT(detail.header["covariance"], SizeIs(49));
   const json& crops = detail.header["crops"];
-  ASSERT_THAT(crops, SizeIs(Crops::kMaxCrops));  // though nobody watched
+  ASSERT_THAT(crops, SizeIs(Crops::kMaxCrops));  // without any viewer
   EXPECT_EQ(crops.front()["frame"], 0);
   EXPECT_GT(crops.back()["frame"], 350);
   size_t bytes = 0;
@@ -165,7 +165,7 @@ TEST(Scene, AKeyframeIsAFrame) {
   EXPECT_EQ(scene.DescribeKeyframe(KeyframeId(1)), std::nullopt);
 }
 
-// A point of the scene is where the tracker says, also behind a lens that distorts.
+// A point of the scene is drawn where the tracker sees it, also with a lens that distorts.
 TEST(PictureMaker, UndistortsAsTheTrackerDoes) {
   Camera camera{.width = 640,
                 .height = 480,

@@ -35,7 +35,7 @@ Server::Server(boost::asio::io_context& io, const std::string& address, int port
 void Server::Accept() {
   acceptor_.async_accept([this](boost::system::error_code error, tcp::socket socket) {
     if (error == boost::asio::error::operation_aborted || !acceptor_.is_open()) return;
-    if (error) {  // no descriptor left: those that there are end some time
+    if (error) {  // no file descriptor is left: try again once other connections have ended
       retry_.expires_after(std::chrono::milliseconds(100));
       retry_.async_wait([this](boost::system::error_code stopped) {
         if (!stopped) Accept();

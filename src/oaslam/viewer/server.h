@@ -10,20 +10,20 @@
 
 namespace oaslam {
 
-// Accepts connections and answers them: the page at /, its WebSocket at /ws. All on the thread of
-// its io_context.
+// Accepts connections and answers them: the page at /, its WebSocket at /ws. It runs on the thread
+// of its io_context.
 class Server {
  public:
-  // Listens at once. Port 0: any that is free. Throws InputError where the address is none of this
-  // machine's, or the port is in use.
+  // Listens at once. Port 0: any that is free. Throws InputError where the address does not belong
+  // to this machine or the port is in use.
   Server(boost::asio::io_context& io, const std::string& address, int port,
          std::shared_ptr<ServerState> state);
 
   int port() const { return acceptor_.local_endpoint().port(); }
   void Start() { Accept(); }
-  // Tells every viewer that can take it what is new.
+  // Sends the news to every viewer that is ready for it.
   void Broadcast();
-  // Whether all have taken all.
+  // Whether all viewers have acknowledged everything sent.
   bool AllHaveFollowed() const;
   void Close();
 

@@ -40,7 +40,7 @@ tcp::socket ConnectTo(asio::io_context& io, const Viewer& viewer) {
   return socket;
 }
 
-// The whole answer to some bytes, read to the end of the connection.
+// The whole answer to some bytes, read until the connection ends.
 std::string AnswerTo(const Viewer& viewer, const std::string& bytes) {
   asio::io_context io;
   tcp::socket socket = ConnectTo(io, viewer);
@@ -73,14 +73,14 @@ class Client {
     socket_.read(buffer);
     return DecodedMessage(beast::buffers_to_string(buffer.data()));
   }
-  // A server that has closed meanwhile is found out by reading.
+  // That the server has closed meanwhile is only noticed by reading.
   void Send(const std::string& text) {
     boost::system::error_code ignored;
     socket_.text(true);
     socket_.write(asio::buffer(text), ignored);
   }
   void Acknowledge() { Send(R"({"type":"ack"})"); }
-  // The next message of a type; all are acknowledged.
+  // The next message of a type; all messages are acknowledged.
   DecodedMessage ReadUntil(const std::string& type) {
     for (;;) {
       DecodedMessage message = Read();
@@ -317,8 +317,8 @@ TEST(Viewer, ServesModelsAndNothingElse) {
               HasSubstr("403 Forbidden"));
 }
 
-// One that stops reading holds a message or two, keeps nobody waiting, and is told the newest when
-// it goes on.
+// A viewer that stops reading holds up a message or two but no other viewer, and gets the newest
+// state when it goes on.
 TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
   Viewer viewer(ViewerOptions{});
   const auto map = SomeMap(3000);
@@ -343,7 +343,7 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
     return notes.back();
   };
   EXPECT_EQ(last_frame(page), 299U);
-  int messages = 0;  // that were under way to the other
+  int messages = 0;  // that were being sent to the other viewer
   stalled.ReadUntil("hello");
   for (size_t notes = 0; notes < 300; ++messages)
     notes += stalled.ReadUntil("update").Array<uint32_t>("note_frames").size();

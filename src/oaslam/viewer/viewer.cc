@@ -28,7 +28,7 @@ constexpr auto kFarewell = std::chrono::seconds(5);  // for what is still under 
 constexpr size_t kMaxCommands = 64;                  // that wait
 constexpr int kNoFrame = -1;
 
-// Tracking comes first where they share a processor.
+// Tracking has priority where both share a processor.
 void LowerPriority() {
 #ifdef __linux__
   constexpr int kNice = 15;
@@ -60,8 +60,8 @@ class Viewer::Impl {
       while (!io_.stopped()) {
         try {
           io_.run();
-        } catch (const std::exception&
-                     error) {  // of one connection: without memory for it, the run goes on
+          // An error of one connection, such as a lack of memory, does not end the run.
+        } catch (const std::exception& error) {
           Log(LogLevel::kWarning, std::string("viewer: ") + error.what());
         }
       }
@@ -73,8 +73,8 @@ class Viewer::Impl {
   void Show(FrameRecord record) {
     {
       const std::scoped_lock lock(mutex_);
-      if (!mail_.empty()) {  // only the newest is drawn; of the others what the timeline and the
-                             // trajectory need
+      // Only the newest frame is drawn; the others keep what the timeline and the trajectory need.
+      if (!mail_.empty()) {
         FrameRecord& last = mail_.back();
         last.image.release();
         last.view.map.reset();
@@ -97,7 +97,7 @@ class Viewer::Impl {
     });
   }
 
-  // The same, and waits while as many wait as are allowed.
+  // The same, but blocks while too many edits are queued.
   void EditBounded(std::function<void(Scene&)> edit) {
     constexpr int kMaxWaiting = 4;
     {
@@ -195,7 +195,7 @@ class Viewer::Impl {
     if (!farewell_) return;
     if (!server_.AllHaveFollowed() && Clock::now() < *farewell_) return ScheduleTick();
     server_.Close();
-    // Closing handshakes are not waited for.
+    // The closing handshakes get a moment, but are not waited for.
     tick_.expires_after(kInterval);
     tick_.async_wait([this](boost::system::error_code) { io_.stop(); });
   }

@@ -16,20 +16,22 @@ namespace oaslam {
 
 struct ViewerOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                                            // 0: any that is free
-  bool accepts_commands = false, accepts_anchors = false;  // of pages on this machine
-  std::shared_ptr<const ModelLibrary> models{};  // virtual content that may be placed; none without
+  int port = 0;  // 0: any that is free
+  bool accepts_commands = false,
+       accepts_anchors = false;  // whether pages on this machine may send them
+  // Virtual content that may be placed; null: none.
+  std::shared_ptr<const ModelLibrary> models{};
   ClassNames names{};
-  // Ground truth in the map's frame, from the trajectory so far; empty: none. Called on the
-  // viewer's thread.
+  // Returns the ground truth in the map's frame, given the trajectory so far; empty: none. Called
+  // on the viewer's thread.
   std::function<std::vector<StampedPose>(const std::vector<StampedPose>&)> align_groundtruth{};
 };
 
-// Shows a map in any number of browsers, on a thread of its own. What is handed to it is shared,
-// not copied; the caller never waits for a viewer.
+// Shows a map in any number of browsers, on a thread of its own. Large content is shared and not
+// copied; the caller does not wait for viewers (but see ShowPicture).
 class Viewer {
  public:
-  // Listens from now on. Throws InputError (Server).
+  // Starts to listen.
   explicit Viewer(ViewerOptions options);
   ~Viewer();
   Viewer(const Viewer&) = delete;
@@ -39,20 +41,20 @@ class Viewer {
 
   void Show(FrameRecord record);
   void ShowMap(std::shared_ptr<const Map> map, std::vector<FramePose> trajectory);
-  // The same map, edited.
+  // Replaces the map by an edited one.
   void UpdateMap(std::shared_ptr<const Map> map);
   void ShowNotes(std::vector<FrameNote> notes);
-  void ShowPicture(int frame_index, cv::Mat image);  // waits while many are waiting
+  void ShowPicture(int frame_index, cv::Mat image);  // blocks while many pictures are queued
   void ShowStatus(const SceneStatus& status);
   void ShowEvent(int frame, const std::string& kind, const std::string& text);
-  // After a reset: all that was shown is no longer so.
+  // Removes everything that is shown, as after a reset.
   void Clear();
 
   // Those since the last call; waits for one, but no longer than `wait_ms`. At most 64 are kept:
   // that more were asked for is an event, which pages show.
   std::vector<ViewerCommand> TakeCommands(int wait_ms = 0);
 
-  // Gives viewers a moment to take what there is, and ends. Idempotent.
+  // Gives viewers a moment to receive everything, and ends. Idempotent.
   void Shutdown();
 
  private:

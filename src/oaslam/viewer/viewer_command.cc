@@ -18,7 +18,7 @@ bool IsA(const json& value) {
     return value.is_number_unsigned() && value.get<uint64_t>() < UINT32_MAX;
 }
 
-// What a message may hold under a key; `is_ours` turns false where it is of another kind.
+// Reads an optional value of a message; sets `is_ours` to false where it has the wrong type.
 template <typename T>
 std::optional<T> Take(const json& message, const char* key, bool& is_ours) {
   const auto found = message.find(key);

@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// What a viewer asks of a run, or of the map that is shown.
+// A request of a viewer to a run or to the map that is shown.
 struct ViewerCommand {
   enum class Kind {
     kPause,
@@ -23,14 +23,14 @@ struct ViewerCommand {
   Kind kind = Kind::kStep;
   bool on = false;      // of kPause and kMapping
   AnchorRequest place;  // of kPlaceAnchor
-  std::string anchor;   // of the others: its name
+  std::string anchor;   // of the other commands on anchors: the name
   AnchorEdit edit;
 
   bool IsOfAnchors() const { return kind >= Kind::kPlaceAnchor; }
 };
 
-// Of a message of type "command", "place" or "anchor" (docs/viewer.md); nothing where it is not
-// what a page of ours sends.
+// Parses a message of type "command", "place" or "anchor" (docs/viewer.md); nothing where it is not
+// a message that our page sends.
 std::optional<ViewerCommand> ParseCommand(const nlohmann::json& message);
 
 }  // namespace oaslam

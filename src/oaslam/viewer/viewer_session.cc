@@ -11,7 +11,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using nlohmann::json;
 
-constexpr int kMaxUnacknowledged = 2;  // one under way, one being drawn
+constexpr int kMaxUnacknowledged = 2;  // one being sent, one being drawn
 
 std::optional<uint32_t> IdOf(const json& message) {
   const auto id = message.find("id");
@@ -31,7 +31,7 @@ ViewerSession::ViewerSession(beast::tcp_stream stream, std::shared_ptr<ServerSta
 ViewerSession::~ViewerSession() { server_->viewers.erase(this); }
 
 void ViewerSession::Run(Request request) {
-  constexpr size_t kMaxMessage = 4096;  // bytes; a page sends some fifty
+  constexpr size_t kMaxMessage = 4096;  // bytes; our page sends about fifty
   request_ = std::move(request);
   boost::system::error_code error;
   const auto peer = beast::get_lowest_layer(socket_).socket().remote_endpoint(error);
@@ -97,7 +97,8 @@ bool ViewerSession::Take(const std::string& text) {
   return true;
 }
 
-// A command of one who may not is no offence: the page may be older than the run.
+// A command without permission is ignored and is no error, since the page may
+// be older than the run.
 bool ViewerSession::TakeCommand(const json& message) {
   const std::optional<ViewerCommand> command = ParseCommand(message);
   if (!command) return false;
@@ -115,7 +116,7 @@ std::optional<std::string> ViewerSession::Answer() {
 
 void ViewerSession::SendNews() {
   if (!is_open_ || is_writing_ || unacknowledged_ >= kMaxUnacknowledged) return;
-  // In turn: who asks much is still told what is new.
+  // News and answers alternate, so that a viewer with many questions still receives news.
   const bool is_turn_of_news = std::exchange(was_answer_, false);
   std::optional<std::string> message =
       is_turn_of_news ? server_->scene->News(cursor_) : std::nullopt;

@@ -18,23 +18,24 @@ namespace oaslam {
 
 class ViewerSession;
 
-// What the connections of one server share; on its thread alone.
+// State that the connections of one server share. Used on its thread only.
 struct ServerState {
   static constexpr int kMaxConnections = 64;
-  static constexpr int kMaxRefusals = 512;  // connections that are being told so
+  static constexpr int kMaxRefusals = 512;  // connections that are being refused
 
   Scene* scene = nullptr;
   std::string machine_name;
-  bool accepts_commands = false, accepts_anchors = false;  // of pages on this machine
-  std::shared_ptr<const ModelLibrary> models;              // may be none
+  bool accepts_commands = false,
+       accepts_anchors = false;                // whether pages on this machine may send them
+  std::shared_ptr<const ModelLibrary> models;  // may be null
   std::function<void(const ViewerCommand&)> on_command;
   std::set<ViewerSession*> viewers;
   int connections = 0, refusals = 0;
 };
 
-// One open page. It is told what is new when it has taken what it was told before, so that a slow
-// one, or one that stops reading, holds a message or two and no more; what came meanwhile comes as
-// one.
+// The connection to one open page. The next message is sent when the page has acknowledged the one
+// before, so that a page that is slow, or stops reading, holds up only a message or two; what
+// happened meanwhile comes in one message.
 class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
@@ -51,7 +52,7 @@ class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
 
  private:
   void Read();
-  // False: not what a page of ours sends.
+  // Handles a message; false where it is not one that our page sends.
   bool Take(const std::string& text);
   bool TakeCommand(const nlohmann::json& message);
   std::string Hello() const;
@@ -68,7 +69,7 @@ class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
   bool is_open_ = false, is_writing_ = false, may_command_ = false, may_place_ = false,
        was_answer_ = false;
   int unacknowledged_ = 0;
-  std::optional<ObjectId> asked_object_;  // newest question of its kind
+  std::optional<ObjectId> asked_object_;  // newest question of each kind
   std::optional<KeyframeId> asked_keyframe_;
 };
 
