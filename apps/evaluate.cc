@@ -104,7 +104,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
                   100 * report.position.rmse, report.pairs));
 }
 
-// What takes the frame of the map that `map_trajectory` was tracked in to that of the ground truth.
+// The alignment of the map in whose frame `map_trajectory` is, to the frame of the ground truth.
 Alignment AlignMap(const EvaluateOptions& o, const std::string& map_trajectory) {
   const std::string& groundtruth = o.map_groundtruth.empty() ? o.groundtruth : o.map_groundtruth;
   const TrajectoryReport report = EvaluateTrajectory(

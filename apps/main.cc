@@ -46,7 +46,8 @@ int main(int argc, char** argv) {
   oaslam::apps::AddViewCommand(app);
   if (argc < 2) {
     fmt::print("{}", app.help());
-    return 1;  // a script that meant to run something learns that it did not
+    // A script that forgot the command gets an error.
+    return 1;
   }
   try {
     app.parse(argc, argv);

@@ -149,8 +149,8 @@ std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& 
   return estimate;
 }
 
-// What is left to do on the whole map: to undo the readout of the camera's rows, and to estimate a
-// camera that was not given. Where it throws, the map stays as it is.
+// The last steps on the whole map: corrects for a rolling shutter, and estimates a camera that was
+// not given. If it throws, the map is unchanged.
 std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const SlamConfig& config,
                                              const std::optional<CameraEstimate>& first,
                                              SavedMap& saved) {
@@ -216,7 +216,8 @@ int Run(const RunOptions& options) {
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
-  std::exception_ptr failure;  // the first one; it is told once all that there is has been saved
+  // The first error; it is reported after all results have been saved.
+  std::exception_ptr failure;
   const auto attempt = [&](const auto& step) {
     try {
       step();

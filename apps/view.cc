@@ -82,14 +82,14 @@ class EndSignal {
   sigset_t signals_{};
 };
 
-// The map file whose anchors are edited. What else is in it stays, whatever is shown besides.
+// The map file whose anchors are edited. All its other content is kept.
 class AnchorFile {
  public:
   AnchorFile(std::string path, int piece) : path_(std::move(path)), piece_(piece) {}
 
-  // Writes other anchors into the file, as a whole: it has one checksum, and no half of it is ever
-  // on the disk. It is read for the first edit alone. Throws InputError where it does not hold the
-  // map that is shown: something else has written it.
+  // Writes the anchors into the file, which is replaced as a whole, since it has one checksum. The
+  // file is read for the first edit only. Throws InputError if the file no longer contains the map
+  // that is shown, since another program has written it.
   void Save(const Map& shown, const Anchors& anchors) {
     if (!saved_ || StampOfFile() != stamp_) Load();
     if (saved_->map.version != shown.version || saved_->map.anchors != shown.anchors)
@@ -122,7 +122,7 @@ class AnchorFile {
 
   std::string path_;
   int piece_;
-  std::optional<SavedMap> saved_;  // led by the piece
+  std::optional<SavedMap> saved_;  // with the chosen piece as the map
   Stamp stamp_;
 };
 
@@ -136,7 +136,8 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
              : fmt::format("there is no anchor \"{}\"", command.anchor);
 }
 
-// Does what viewers ask for, until it is stopped: what was asked for meanwhile is written once.
+// Carries out commands of viewers until it is stopped; commands that come
+// together are written at once.
 void Obey(AnchorFile file, Map map, Viewer& viewer, const std::stop_token& stop) {
   constexpr int kWaitMs = 100, kNoFrame = -1;
   while (!stop.stop_requested()) {

@@ -1,6 +1,6 @@
-// Whether the work of a frame grows with the map: a camera that walks along a wall, with maps of
-// 50, 300 and 1000 keyframes; and a camera that is looked for by its objects, with 1, 5 and 15
-// desks of 14 objects each.
+// Measures whether the cost of a frame grows with the map: a camera moves along a wall, with maps
+// of 50, 300 and 1000 keyframes; and a camera is relocalized by objects, with 1, 5 and 15 desks of
+// 14 objects each.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -114,8 +114,8 @@ void FindThePlace(benchmark::State& state) {
 }
 BENCHMARK(FindThePlace)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-// Objects of six classes strewn over desks 4 apart, each desk another arrangement; what is seen is
-// the first.
+// Objects of six classes on desks that are 4 apart, arranged differently on each desk; the query
+// shows the first desk.
 std::vector<synthetic::TrueObject> Desks(int64_t count) {
   std::vector<synthetic::TrueObject> objects;
   for (int64_t desk = 0; desk < count; ++desk) {

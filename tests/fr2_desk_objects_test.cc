@@ -1,6 +1,6 @@
 // The paper's real detections of TUM fr2/desk, with the poses of an RGB-D SLAM system: the first
-// 700 frames are mapped, later ones are found in that map by their objects. The bounds lie below
-// the figures of docs/results.md, which are of all frames.
+// 700 frames are mapped, later ones are found in that map by their objects. The bounds are below
+// the numbers in docs/results.md, which are those of all frames.
 
 #include <gtest/gtest.h>
 

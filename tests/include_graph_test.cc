@@ -118,7 +118,7 @@ std::vector<std::string> Violations(const Rooms& rooms, const std::vector<Source
   return found;
 }
 
-// Types that the public headers name and none of them defines: an application could not use them.
+// Types that the public headers name but do not define: an application could not use them.
 std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
   static const std::regex type(R"(^(?:struct|class|enum class) (\w+)[^;{]*([;{]))");
   std::set<std::string> named, defined;

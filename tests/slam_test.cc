@@ -103,7 +103,7 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   EXPECT_THAT(second.Anchors(), IsEmpty());
 }
 
-// A map of the desk on a file, for tests of what is done with it.
+// Tests with a map file of the desk.
 class SlamWithMap : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -120,7 +120,7 @@ class SlamWithMap : public testing::Test {
   static const Clip& clip() { return shared_->clip; }
   static std::string Path() { return shared_->folder / "desk.map"; }
   static std::string Path(const std::string& name) { return shared_->folder / name; }
-  // With its detections, or without those of a category.
+  // An image with its detections, without those of the category `except`.
   static ImageInput WithDetections(size_t i, int except = -1) {
     return shared_->WithDetections(i, except);
   }
@@ -171,7 +171,7 @@ TEST_F(SlamWithMap, ResetForgetsTheMapAndKeepsTheSettings) {
   EXPECT_THAT(slam.Trajectory(), IsEmpty());
   EXPECT_EQ(SlamAccess::Export(slam).class_names, (ClassNames{{1, "mine"}}));
   EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
-  // Time and frames begin anew, with a map as of a new Slam.
+  // Time stamps and frame numbers begin anew, and the map is that of a new Slam.
   Slam fresh = MakeSlam();
   fresh.SetClassRelations(kRelations);
   for (size_t i = 0; i < 40; ++i) {
@@ -183,7 +183,7 @@ TEST_F(SlamWithMap, ResetForgetsTheMapAndKeepsTheSettings) {
   slam.Finish();
   fresh.Finish();
   ExpectSameMap(slam.Snapshot(), fresh.Snapshot());
-  // By objects alone an image without detections is not found.
+  // An image without detections is not found by objects alone.
   slam.Reset();
   slam.Load(Path());
   EXPECT_EQ(slam.Process(WithoutDetections(30)).state, TrackingState::kLost);
@@ -208,12 +208,12 @@ TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
   for (size_t i = 20; i < 40; ++i) slam.Process(WithDetections(i));
   const size_t found = slam.Trajectory().size();
   EXPECT_EQ(found, 20U);
-  // A file that cannot be read leaves everything as it is.
+  // If a file cannot be read, nothing changes.
   const std::string nothing = Path("nothing.map");
   EXPECT_THAT(InputErrorOf([&] { slam.Load(nothing); }), HasSubstr("nothing.map"));
   EXPECT_EQ(slam.Trajectory().size(), found);
   EXPECT_EQ(slam.Process(WithDetections(40)).state, TrackingState::kTracking);
-  // Its time is another, its frames are counted anew, and its classes are those of the file.
+  // Time stamps and frame numbers begin anew, and the classes are those of the file.
   slam.SetClassNames({});
   slam.SetClassRelations({});
   slam.Load(Path());
@@ -225,7 +225,7 @@ TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
   EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
 }
 
-// Two files may hold maps of the same version.
+// Two files may contain maps of the same version.
 TEST_F(SlamWithMap, ImagesAreLookedForInTheMapOfNow) {
   SavedMap desk = LoadMap(Path()), empty;
   empty.map.cameras = desk.map.cameras;
@@ -281,7 +281,8 @@ TEST_F(SlamWithMap, TellsWhatHasGone) {
 
   const uint32_t gone = best->id;
   const int category = best->category_id;
-  slam.Load(Path());  // what was counted in the map before does not count
+  // Counts of the map before do not count.
+  slam.Load(Path());
   EXPECT_THAT(slam.Presence(), IsEmpty());
   for (size_t i = 0; i < 120; ++i) slam.Process(WithDetections(i, category));
   presence = slam.Presence();

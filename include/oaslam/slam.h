@@ -20,20 +20,21 @@ namespace oaslam {
 struct ImageInput {
   cv::Mat image;         // 8-bit, one channel or BGR, of the camera's size
   double timestamp = 0;  // seconds, ascending
-  // Of an object detector, in pixels of this image; may be empty. Their class, score and box count;
-  // an ellipse is not used.
+  // From an object detector, in pixels of this image; may be empty. Class, score and box are used;
+  // an ellipse is not.
   std::vector<Detection> detections;
-  bool detections_follow = false;  // a slower detector gives them later, by AddDetections
-  // Gravity in the camera's frame (OpenCV axes) where a sensor gives it, of any length. Of an
-  // accelerometer give the length too: it tells how much the hand shook. Where keyframes have it,
-  // the map's vertical comes from them.
+  // The detections will be given later, by AddDetections.
+  bool detections_follow = false;
+  // Gravity in the camera's frame (OpenCV axes) where a sensor measures it, of any length. For an
+  // accelerometer give the measured length: it shows how much the hand shook. Where keyframes have
+  // gravity, the map's vertical is computed from it.
   std::optional<Eigen::Vector3d> gravity_in_cam{};
 };
 
 // The tracking result of one image. Poses are camera-to-world, OpenCV axes (x right, y down, z
 // forward), in the frame and unit of the map.
 struct TrackingResult {
-  int frame = 0;  // counted from 0 on since the start, Load or Reset
+  int frame = 0;  // counted from 0 since the start, Load or Reset
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
@@ -64,14 +65,14 @@ struct RelocalizationResult {
   double sigma_position = 0;  // map units, 1 sigma
   struct Candidate {
     Rigid3 world_from_cam;
-    // Higher is better; comparable within one image. From points the number of those that agree,
-    // from objects the statistic S (docs/objects.md).
+    // Higher is better; comparable within one image. By points: the number of points that agree; by
+    // objects: the statistic S (docs/objects.md).
     double score = 0;
   };
-  // Best hypotheses first. The accepted pose leads, with a score that is at least the others'.
+  // The best hypotheses. An accepted pose is the first, and no other has a higher score.
   std::vector<Candidate> candidates;
   std::string why_not;           // where no pose was found
-  std::optional<Camera> camera;  // where it was not known
+  std::optional<Camera> camera;  // the camera that was found, where it was unknown
   double focal_sigma_px = 0;     // of that camera; 0 where it is one of the map's
   double ms_features = 0, ms = 0;
 };
@@ -99,13 +100,12 @@ struct MapSnapshot {
   std::vector<Object> objects;
 };
 
-// Monocular SLAM with points and objects. Not thread-safe: one thread calls; mapping runs on a
-// thread of its own (runner.mode). Throws InputError for a configuration, image, detection or map
-// file that cannot be used, and has changed nothing then.
-// Where mapping fails (memory runs out) it ends, and the map stays as it was before. Process, and
-// what else would change the map, then throw std::runtime_error; Finish does so only where no other
-// call has. All the rest goes on: Save gives the map up to there. Load and Reset begin
-// anew.
+// Monocular SLAM with points and objects. Not thread-safe: it must be used by one thread at a time.
+// Mapping runs on a thread of its own (runner.mode). Throws InputError, and changes nothing, for a
+// configuration, image, detection or map file that cannot be used. If mapping fails (memory runs
+// out), it ends, and the map stays as it was before. Process, and other functions that change the
+// map, then throw std::runtime_error; Finish does so only if no other call has. All other functions
+// still work: Export and Save give the map so far. Load and Reset begin anew.
 class Slam {
  public:
   Slam(const SlamConfig& config, const Camera& camera);
@@ -143,17 +143,18 @@ class Slam {
   // Which evidence Process uses to find the camera again after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);
 
-  // Localization only, in a map from Load, before or after this call: Process follows the camera in
-  // the map, and Process and Finish leave the map as it is. On by default.
+  // Switches mapping on or off. Without mapping, Process tracks the camera in a map from Load
+  // (before or after this call), and neither Process nor Finish changes the map. On by default.
   void SetMapping(bool enabled);
 
-  // Names of the detector's categories, saved with the map; COCO's without. Load replaces them by
-  // those of the file.
+  // Names of the detector's categories, saved with the map; by default those of COCO. Load replaces
+  // them by those of the file.
   void SetClassNames(std::map<int, std::string> names);
 
-  // Which classes move, and which are parts of which; saved with the map. Nothing that moves is
-  // mapped or followed: objects of these classes leave the map, and key points in their boxes are
-  // not used (where detections come with the image). Load replaces them by those of the file.
+  // Which classes move, and which are parts of others; saved with the map. Objects of classes that
+  // move are neither mapped nor tracked: they are removed from the map, and key points in their
+  // boxes are not used (where detections come with the image). Load replaces the relations by those
+  // of the file.
   void SetClassRelations(const ClassRelations& relations);
 
   // What was seen of the map's objects while the map was only read (without mapping, or by
@@ -166,8 +167,8 @@ class Slam {
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
   // with loops, and with the object it stands on.
   std::vector<AnchorPose> Anchors() const;
-  // An edit waits until all that was seen is in the map: a snapshot from before may have another
-  // scale. With runner.mode live these are eight keyframes at most.
+  // An edit waits until everything seen is in the map, since a snapshot from before may have
+  // another scale. In live mode these are at most eight keyframes.
   AnchorReport PlaceAnchor(const AnchorRequest& request);
   // Returns why the anchor cannot be changed, or an empty text.
   std::string EditAnchor(const std::string& name, const AnchorEdit& edit);
@@ -191,22 +192,21 @@ class Slam {
   int MainPiece() const;
   // Writes the map with the trajectory so far.
   void Save(const std::string& path) const;
-  // Replaces the map; the next image is relocalized in it, and may have any time stamp. The file's
-  // camera may differ from this one. `piece`: which one of a map in several (0: the largest); the
-  // others are joined with it once images link them. The settings stay (SetMapping,
-  // SetRelocalizationMode). Where it throws, nothing has changed.
+  // Replaces the map by that of a file; the next image is relocalized in it and may have any time
+  // stamp. The file's camera may differ from this one. `piece`: selects the piece of a map with
+  // several (0: the largest); the others are joined with it once images link them. The settings
+  // stay (SetMapping, SetRelocalizationMode). If it throws, nothing has changed.
   void Load(const std::string& path, int piece = 0);
 
-  // Forgets the map and all images: the next one begins a new map, and may have any time stamp. The
-  // settings stay (SetMapping, SetRelocalizationMode), as do class names and relations.
+  // Forgets the map and all images: the next image begins a new map and may have any time stamp.
+  // The settings (SetMapping, SetRelocalizationMode), class names and relations stay.
   void Reset();
-  // Ends the mapping thread for good; nothing is lost, later calls map on the caller's thread.
-  // Idempotent.
-  // Also done by the destructor.
+  // Ends the mapping thread without losing queued work; later calls map on the caller's thread.
+  // Idempotent. Also done by the destructor.
   void Shutdown();
 
  private:
-  friend class SlamAccess;  // of the programs that are made with the library
+  friend class SlamAccess;  // for the programs in this repository
   class Impl;
   std::unique_ptr<Impl> impl_;
 };

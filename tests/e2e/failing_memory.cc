@@ -1,6 +1,6 @@
-// Loaded before a program (LD_PRELOAD): counts what operator new is asked for on all threads but
-// the first, and writes the number to the file OASLAM_ALLOCATIONS_TOLD when the program ends. Once
-// they have had as many as OASLAM_ALLOCATIONS says, it fails there ever after.
+// Loaded before a program (LD_PRELOAD). Counts the calls of operator new on all threads except the
+// first, and writes the number to the file OASLAM_ALLOCATIONS_TOLD when the program ends. After
+// OASLAM_ALLOCATIONS calls, all further ones fail.
 
 #include <sys/syscall.h>
 #include <unistd.h>

@@ -130,8 +130,8 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
     if (by != late.observations.end()) late.position = motions.at(by->keyframe) * late.position;
   }
   BundleCorrection of_points = correction;
-  // Objects seen since were fitted again to more boxes than this correction knew. All of them are
-  // left to the caller, who fits those again whose keyframes have moved.
+  // Objects that were seen since have been fitted to more boxes than this correction knew. The
+  // caller fits all objects again whose keyframes have moved.
   of_points.objects.clear();
   ApplyCorrection(of_points, map);
   for (const LandmarkId id : map.landmarks.Ids())

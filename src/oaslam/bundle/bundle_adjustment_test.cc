@@ -57,14 +57,14 @@ TEST(BundleAdjustment, GlobalRecoversADisturbedWorld) {
   EXPECT_LT(after.points, 0.3 * before.points);
 }
 
-// More keyframes than the dense solver takes: points alone, by Ceres.
+// More keyframes than the dense solver accepts, so that Ceres solves the problem, with points only.
 TEST(BundleAdjustment, GlobalOfManyKeyframesRecoversADisturbedWorldAndFindsOutliers) {
   const synthetic::World world =
       synthetic::MakeWorld(WorldOptions{.points = 250, .cameras = 70, .arc_deg = 120});
   MapOptions options{.position_noise = 0.05, .translation_noise = 0.03, .rotation_noise_rad = 0.01};
   options.view.noise_px = 0.3;
   auto [map, landmarks] = synthetic::MakeMap(world, options);
-  // One landmark's key point in a view becomes one of clutter.
+  // The key point of one landmark in one view is wrong.
   const KeyframeId seen_wrongly(30);
   const std::vector<LandmarkId>& seen = map.keyframes.At(seen_wrongly).landmarks;
   const LandmarkId wrong = *std::ranges::find_if(seen, [](LandmarkId id) { return id.IsValid(); });

@@ -97,8 +97,8 @@ TEST(SchurSolver, TheKernelHoldsOutliersBack) {
   EXPECT_LT(PoseError(robust, 6), 0.4 * PoseError(plain, 6));
 }
 
-// Every other camera has another lens, and key points are of different levels: what the solver
-// could mistake where all are alike.
+// Cameras alternate between two lenses and key points between levels, so that an exchange of either
+// would be noticed.
 void MakeUneven(Problem& p) {
   static const Camera kOther{
       .width = 640, .height = 480, .fx = 430, .fy = 455, .cx = 300, .cy = 251};
@@ -161,7 +161,7 @@ TEST(SchurSolver, EndsWhereCeresEnds) {
     for (size_t i = 0; i < p.state.points.size(); ++i)
       EXPECT_LT((p.state.points[i] - expected.points[i]).norm(), 1e-4)
           << huber_chi2 << " point " << i;
-    // Far enough from the truth that the agreement is not that of two exact answers.
+    // Far enough from the truth, so that the two do not agree merely because both are exact.
     EXPECT_GT(PoseError(p, 6), 1e-3);
   }
 }

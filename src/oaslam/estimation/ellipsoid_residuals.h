@@ -20,8 +20,8 @@ struct NormalEquations {
 Eigen::Vector4d EdgeResidual(const Box& predicted, const Box& detected, unsigned char truncated);
 
 // Six smooth numbers whose squares sum to W2^2 of the inscribed ellipse of the box and the
-// projected one: mean difference, and vec(S1^-1/2 M^1/2 - S1^1/2) with M = S1^1/2 S2 S1^1/2, so
-// that W2^2, which the paper minimises, is a sum of squares as Gauss-Newton methods need it.
+// projected one: mean difference, and vec(S1^-1/2 M^1/2 - S1^1/2) with M = S1^1/2 S2 S1^1/2. The
+// paper minimises W2^2; Gauss-Newton methods need it as such a sum of squares.
 using WassersteinVector = Eigen::Matrix<double, 6, 1>;
 struct WassersteinResidual {
   WassersteinVector value;

@@ -10,12 +10,11 @@
 
 namespace oaslam {
 
-// How much more likely a detected box is as the sight of a given object than as one of something
-// else: the logarithm
-//   L = ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ],  s_e^2 = (2 u +
-//   0.06 size)^2 + model variance_e
-// of a Laplace density of its edges against a uniform one of its place and size, at least 0 (what
-// it is used for: docs/objects.md, "From ellipsoids to a pose"). u, the detector's pixel
+// The log-likelihood ratio that a detected box shows a given object rather than something else:
+//   L = max(0, ln(W H (250 u)^2) - sum over the edges [ ln(2 s_e) + min(|r_e| / s_e, 6) ]),
+//   s_e^2 = (2 u + 0.06 size)^2 + model variance_e.
+// It compares a Laplace density of the edges with a uniform density of place and size;
+// docs/objects.md ("From ellipsoids to a pose") describes its use. u, the size of a detector pixel
 // (DetectorPixel), makes it independent of the image's resolution.
 class ObjectScore {
  public:

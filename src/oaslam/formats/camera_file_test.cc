@@ -192,7 +192,7 @@ TEST(CameraFile, AMatrixWithoutItsDataIsNamed) {
   }
 }
 
-// Of each kind a file that is good.
+// A valid file of each kind.
 std::vector<std::string> GoodFiles() {
   return {kRos,
           "width: 848\nheight: 800\ndistortion_model: equidistant\n"
@@ -207,7 +207,7 @@ std::vector<std::string> GoodFiles() {
           "1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"};
 }
 
-// Reads it, or refuses it with a message that names the file.
+// Expects that the text is read, or refused with a message that names the file.
 void ExpectReadOrNamed(const TempFolder& folder, const std::string& text) {
   try {
     LoadCamera(folder.Write("damaged.yaml", text), {640, 480});

@@ -34,7 +34,7 @@ struct Place {
   [[noreturn]] void Refuse(const std::string& problem) const {
     throw InputError(fmt::format("{}: {}: {}", path, entry, problem));
   }
-  // Where there is a problem with the value of this key.
+  // Throws if there is a problem with the value of this key.
   void RefuseIf(const std::string& problem, const char* key) const {
     if (!problem.empty()) Refuse(fmt::format("{}: {}", key, problem));
   }

@@ -15,7 +15,7 @@ YAML::Node LoadYamlMapping(const std::string& path);
 std::string Show(const YAML::Node& node);
 
 // A finite number within [min, max]; throws InputError naming path, key, value and bound. Here and
-// below the node may be of a key that is not there.
+// below the node may be that of a missing key.
 double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key,
                   double min, double max);
 int YamlInteger(const YAML::Node& node, const std::string& path, const std::string& key, int min,

@@ -26,9 +26,9 @@ double MaxLensAngle(const Camera& camera);
 // The inverse of Undistort.
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& ideal);
 
-// A box of the original image, in the ideal one: each edge goes where its midpoint goes, near which
-// the outline of most objects touches it. Boxes are areas, so an edge at x lies at pixel coordinate
-// x - 0.5; this holds before and after.
+// Converts a box of the original image to the ideal one: each edge is moved with its midpoint, near
+// which the outline of most objects touches it. Boxes are areas, so an edge at x lies at pixel
+// coordinate x - 0.5; this holds before and after.
 Box UndistortBox(const Camera& camera, const Box& box);
 
 // The bounding box of all pixels of the camera in the ideal image.

@@ -21,7 +21,7 @@ std::string ProblemOfCategory(int64_t category_id) {
 }
 
 std::string ProblemOfScore(double score) {
-  constexpr double kRounding = 1e-6;  // of a detector that computes with 32 bits
+  constexpr double kRounding = 1e-6;  // rounding error of a detector that computes with 32 bits
   if (score >= 0 && score <= 1 + kRounding) return "";
   return fmt::format("{}, allowed: 0 to 1", score);
 }

@@ -10,8 +10,8 @@ namespace oaslam {
 
 constexpr int kMaxCategory = 1'000'000;
 
-// The checks for whoever takes detections in, be it from a file or from an application. Each says
-// what is wrong with one part of a detection, with its value and its bound; empty where nothing is.
+// Checks of detections, from files and from applications. Each describes the problem of one part of
+// a detection, with its value and bound; empty if there is none.
 std::string ProblemOfCategory(int64_t category_id);
 std::string ProblemOfScore(double score);
 std::string ProblemOfBox(const Box& box);

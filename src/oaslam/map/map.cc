@@ -14,7 +14,7 @@ std::optional<Map::Carried> Map::ResolveKeyframe(KeyframeId id) const {
   Carried carried{id, {}};
   for (size_t links = 0; !keyframes.Contains(carried.by); ++links) {
     const RetiredKeyframe* link = retired.Find(carried.by);
-    if (!link || links == retired.size()) return std::nullopt;  // leads nowhere, or in a circle
+    if (!link || links == retired.size()) return std::nullopt;  // the chain ends or is a cycle
     carried = {link->parent, carried.cam_from_carrier * link->cam_from_parent};
   }
   return carried;

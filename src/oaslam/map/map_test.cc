@@ -168,7 +168,7 @@ TEST(Map, AConsistentMapIsRepairedToItself) {
   EXPECT_EQ(repaired.objects.At(ObjectId(0)).landmarks.size(), 2U);
 }
 
-// Each break costs what it concerns, and no more.
+// A violated invariant costs only the elements concerned.
 TEST(Map, WhatIsBrokenIsLeftOut) {
   const auto expect_repair = [](const char* name, const std::function<void(Map&)>& damage,
                                 size_t keyframes, size_t landmarks) {

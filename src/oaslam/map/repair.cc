@@ -69,7 +69,8 @@ void RepairCovisibility(Map& map) {
                   [&](const Covisible& c) { return !knows(c.keyframe, id); });
 }
 
-// Landmarks with their votes in ascending order; none where it is not known which vote is whose.
+// Sorts the landmarks with their votes; removes all if their numbers differ, since it is unknown
+// which vote belongs to which.
 void RepairVotes(Object& object) {
   if (object.landmarks.size() != object.landmark_votes.size()) {
     object.landmarks.clear();

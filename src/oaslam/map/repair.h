@@ -4,13 +4,13 @@
 
 namespace oaslam {
 
-// The map without what breaks its invariants (Map::CheckInvariants): observations that only one
-// side knows, landmarks with fewer than two, keyframes and objects without a place, and what hangs
-// on them. A consistent map comes back as it is. For the last resort: better a map with holes than
-// none.
+// The map without the elements that violate its invariants (Map::CheckInvariants): observations
+// that only one side knows, landmarks with fewer than two, keyframes and objects without a valid
+// pose, and everything that refers to these. A consistent map is returned unchanged. This is a last
+// resort: a map with gaps is better than none.
 Map Repaired(const Map& map);
 
-// Whether a pose is one at all.
+// Whether all numbers of a pose are finite.
 bool IsFinite(const Rigid3& pose);
 
 }  // namespace oaslam

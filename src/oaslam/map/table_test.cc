@@ -70,7 +70,7 @@ TEST(Table, IteratesInOrderOfIds) {
   EXPECT_EQ(table.Ids(), (std::vector{LandmarkId(2), LandmarkId(77), LandmarkId(300)}));
 }
 
-// A defect of the program ends what is being done, not the program.
+// A defect of the program ends the present operation, not the program.
 TEST(Table, WhatIsNotThereIsSaidByAnException) {
   Table<LandmarkId, int> table;
   table.Insert(LandmarkId(1), 1);

@@ -39,9 +39,10 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId keyframe, const Mappi
 // merges duplicates.
 void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
-// Retires covisible keyframes nearly all of whose landmarks are seen, as finely, by three others.
-// Never the map's first, which fixes its frame, nor `keyframe` and the one inserted before it, to
-// which the tracker may still refer. Returns how many.
+// Retires covisible keyframes whose landmarks nearly all are seen by three other keyframes at
+// the same scale or finer. Keeps the first keyframe of the map, which fixes its frame, and
+// `keyframe` and the one inserted before it, to which the tracker may still refer. Returns
+// how many were retired.
 int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
 }  // namespace oaslam

@@ -88,7 +88,7 @@ TEST(Culling, ALandmarkNobodyFindsGoesAndOneThatIsFoundStays) {
   ASSERT_EQ(recent.size(), 3U);
   CountLandmarkUse(std::vector<LandmarkUse>{{recent[0], 20, 2}, {recent[1], 20, 15}}, s.map);
   const size_t before = s.map.landmarks.size();
-  // After its trial of three keyframes a landmark is watched no longer.
+  // After three keyframes a landmark is no longer tested.
   EXPECT_THAT(CullRecentLandmarks(recent, KeyframeId(9), s.map), IsEmpty());
   EXPECT_FALSE(s.map.landmarks.Contains(recent[0]));
   EXPECT_TRUE(s.map.landmarks.Contains(recent[1]));

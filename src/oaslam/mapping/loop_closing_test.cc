@@ -15,8 +15,8 @@ using testing::IsEmpty;
 constexpr uint32_t kHalf = 18;
 const synthetic::WorldOptions kLongWay{.cameras = 60, .arc_deg = 360};
 
-// The keyframes of the way back, those from kHalf on, get landmarks of their own: twins in the same
-// place.
+// The keyframes of the way back, from kHalf on, get landmarks of their own: duplicates
+// at the same positions.
 void SplitByDirection(Map& map, uint32_t half = kHalf) {
   for (const LandmarkId id : map.landmarks.Ids()) {
     std::vector<Observation> back;
@@ -30,8 +30,8 @@ void SplitByDirection(Map& map, uint32_t half = kHalf) {
   }
 }
 
-// Out along the arc and back again, where the way back has drifted away and made landmarks of its
-// own.
+// The camera moves along the arc and back. On the way back the map has drifted and contains
+// landmarks of its own.
 struct Drifted {
   synthetic::World world;
   uint32_t half;
@@ -118,8 +118,8 @@ TEST(LoopClosing, ContentMovesAndGrowsWithItsKeyframe) {
   EXPECT_NEAR(anchor.offset.z(), 1.2, 1e-9);
 }
 
-// Cuts each landmark into one of its own for every six keyframes, none of both ways: tracks as
-// short as those of a camera that moves on.
+// Splits each landmark into several, one for every six keyframes and direction, so that tracks are
+// as short as those of a camera that moves on.
 void CutIntoTracks(Map& map) {
   constexpr uint32_t kLength = 6;
   for (const LandmarkId id : map.landmarks.Ids()) {
@@ -137,9 +137,8 @@ void CutIntoTracks(Map& map) {
   }
 }
 
-// Out along the arc and back again, where everything grows on the way, as it does where the scale
-// of a single camera drifts: each keyframe's surroundings have a scale of their own, and each step
-// of the camera is as long as the scale there makes it.
+// The camera moves along the arc and back, while the scale drifts: the surroundings of each
+// keyframe have a scale of their own, and each step of the camera has the scale of its place.
 struct Grown {
   std::vector<Rigid3> truth;
   std::vector<double> true_depth;  // median, of each keyframe's landmarks
@@ -182,7 +181,7 @@ struct Grown {
     return std::sqrt(sum / static_cast<double>(truth.size()));
   }
 
-  // Of all keyframes, how far the scale of one's surroundings is off: |ln|.
+  // The largest scale error of the surroundings of a keyframe: |ln of the ratio|.
   double WorstScale() const {
     double worst = 0;
     for (uint32_t k = 0; k < truth.size(); ++k)
@@ -233,7 +232,7 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
   }
 }
 
-// Too far away to be looked for by place: found by its looks.
+// The other end is too far away to be a candidate by position: it is found by appearance.
 TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   constexpr double kDrift = 8.5;
   Drifted d(kDrift, kLongWay);

@@ -277,7 +277,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
 
   std::vector<ObjectSighting> sightings;
   for (const ObjectDetection& detection : frame.detections) {
-    // Where the lens model is not one to one, the ideal image may have nothing left of a box.
+    // Where the lens model is not one to one, a box may be empty in the ideal image.
     if (!(detection.score > config.min_score) || !(detection.box.Area() > 0) ||
         snapshot.classes.IsMovable(detection.category_id))
       continue;

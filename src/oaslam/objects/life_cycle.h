@@ -11,7 +11,7 @@ namespace oaslam {
 // What decides on the next state of an object.
 struct ObjectEvidence {
   bool has_model = false;   // an ellipsoid could be fitted
-  double observations = 0;  // in all, as of a video of 30 Hz
+  double observations = 0;  // total number, converted to a video of 30 Hz
   ViewOverlap overlap;      // of the ellipsoid with its observations, by objects.min_accept_iou
   bool is_forgotten = false;
 };
@@ -33,19 +33,19 @@ struct Unseen {
 bool IsForgotten(const Unseen& unseen, const ObjectsConfig& config);
 Unseen UnseenSince(const Object& object, const ImageTime& now);
 
-// Whether the observations agree well enough with their ellipsoid for an object of the map: the
-// share objects.min_accept_share of them overlaps by objects.min_accept_iou, and so does their
-// mean. The mean is of whole boxes, where there are any: a box that the image's border cuts agrees
-// with almost any ellipsoid that reaches beyond the border.
+// Whether the observations agree with the ellipsoid well enough for an object of the map: the share
+// objects.min_accept_share of them overlaps it by objects.min_accept_iou, and so does their mean.
+// The mean is over boxes that the image border does not cut, where there are any, since cut boxes
+// agree with almost any ellipsoid that reaches beyond the border.
 bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config);
-// Whether so many of them disagree that the ellipsoid is wrong: a share well below the one that
-// admits an object, so that objects do not flicker.
+// Whether so many of them disagree that the ellipsoid is wrong. The share is well below that for
+// acceptance, so that an object does not alternate between the states.
 bool IsContradicted(const ViewOverlap& overlap, const ObjectsConfig& config);
 
-// Tentative -> Initialized with a first model -> Mapped when seen often enough and in agreement ->
-// back to Initialized when the observations contradict the model, or their mean overlap is no
-// longer objects.min_accept_iou. Dropped (nothing) when unseen
-// for too long without ever having been mapped.
+// The next state: tentative -> initialized with a first model -> mapped after enough agreeing
+// observations -> back to initialized when most observations contradict the model, or their mean
+// overlap is below objects.min_accept_iou. Nothing (dropped) for an object that was never mapped
+// and is unseen for too long.
 std::optional<ObjectState> NextState(ObjectState state, const ObjectEvidence& evidence,
                                      const ObjectsConfig& config);
 

@@ -140,7 +140,7 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   }
 }
 
-// Objects whose ellipsoid no longer fits their boxes as it did, since their keyframes have moved.
+// Objects whose ellipsoids no longer fit their boxes as before, since their keyframes have moved.
 std::set<ObjectId> MovedObjects(const Map& map, const ObjectsConfig& config) {
   std::set<ObjectId> moved;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
@@ -149,7 +149,7 @@ std::set<ObjectId> MovedObjects(const Map& map, const ObjectsConfig& config) {
   return moved;
 }
 
-// Of a loaded map, whose time was another.
+// Objects of a loaded map have no time of the present run: they count as seen now.
 void BeginTime(const ImageTime& now, Map& map) {
   for (const ObjectId id : map.objects.Ids())
     if (!map.objects.At(id).last_seen_time)
@@ -175,7 +175,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
 void RefitMovedObjects(const ObjectsConfig& config, Map& map) {
   UpdateUp(map);
   const std::set<ObjectId> moved = MovedObjects(map, config);
-  const ImageTime no_time_passed;  // nothing has been unseen for long
+  const ImageTime no_time_passed;  // no object counts as unseen
   for (const ObjectId id : moved) Refit(id, no_time_passed, config, map);
   MergeDuplicates(map, moved, config);
 }

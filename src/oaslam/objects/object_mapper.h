@@ -16,9 +16,9 @@ namespace oaslam {
 void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
                    const ObjectsConfig& config);
 
-// After all keyframes were moved (a global bundle adjustment): fits the objects again whose
-// ellipsoids no longer agree with their boxes as they did, merges those that are now the same, and
-// sets Map::up. No time passes: nothing is dropped for not being seen.
+// To be called after all keyframes have moved (global bundle adjustment): fits objects again whose
+// ellipsoids no longer fit their boxes as before, merges objects that are now the same, and sets
+// Map::up. No time passes, so that no object is dropped for not being seen.
 void RefitMovedObjects(const ObjectsConfig& config, Map& map);
 
 }  // namespace oaslam

@@ -503,7 +503,8 @@ TEST(LifeCycle, Transitions) {
 }
 
 TEST(LifeCycle, TheMeanOverlapOfAMappedObjectIsNotBelowTheBound) {
-  // Most boxes are cut by the image's border and agree with anything; the few whole ones do not.
+  // Most boxes are cut by the image border and agree with any ellipsoid; the
+  // few others do not agree.
   const ObjectsConfig config;
   const ViewOverlap bad{config.min_accept_iou - 0.02, 0.92};
   const ViewOverlap good{config.min_accept_iou + 0.02, 0.92};

@@ -14,14 +14,14 @@ struct Upright {
   double sigma_rad = 0;  // of the tilt, 1 sigma
 };
 
-// Up as the rotations of hand-held cameras (cam_from_world, in the order of time) tell it. People
-// hold cameras level, so that the images' x axes lie in the horizontal plane and up is the
-// direction orthogonal to all of them; the mean of the images' y axes is not, for people look down
-// at things. Robust against single views held otherwise. How far it is off: docs/results.md. A
-// phone whose video is turned by 90 degrees holds its y axes level instead; that is believed only
-// after about half a turn, for a camera that nods looks the same before. Nothing where the motion
-// does not tell: too little of a turn for how much the camera rolls, or a turn about its own
-// optical axis, which may be rolling as well as looking down.
+// Estimates the vertical from the rotations of a hand-held camera (cam_from_world, in the order of
+// time). People hold cameras level, so that the x axes of the images are horizontal and up is the
+// direction orthogonal to all of them. (The mean of the images' y axes is not the vertical, since
+// people look down at things.) Robust against single views that are held otherwise; docs/results.md
+// has its errors. Where a phone's video is turned by 90 degrees, the y axes are level instead; that
+// is accepted only after about half a turn, since before that a camera that nods looks the same.
+// Returns nothing where the motion does not determine the vertical: the camera turned too little
+// for how much it rolled, or turned about its own optical axis.
 std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras);
 
 // Gravity measured in a camera's frame.

@@ -13,10 +13,11 @@ namespace {
 constexpr size_t kRefined = 12;  // the number of best guesses that are refined
 constexpr size_t kReturned = 5;
 constexpr size_t kFewGuesses = 5;
-// Another pose, for the margin and the list: 15 cm at 1.5 m, or 8 deg.
+// Poses that differ by more than this are distinct, for the margin and the list: 15 cm at 1.5 m, or
+// 8 degrees.
 constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
-// A known vertical leaves wrong poses less freedom: less evidence, of three objects, suffices
-// (tools/acceptance --scan).
+// Where the vertical is measured, wrong poses have less freedom, and this share of the evidence
+// suffices, with one object less (tools/acceptance --scan).
 constexpr double kGravityShare = 15.0 / 17;  // of relocalization.accept_evidence
 
 struct Refined {
@@ -71,9 +72,9 @@ std::vector<ObjectPoseCandidate> RelocalizeByObjects(
   std::vector<Refined> refined;
   const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
   Refine(scene, guesses, refined);
-  // One object says little, but guesses from one reach where those from groups do not. They are
-  // many, and most of them lead nowhere: they are left out where a guess from a group scores so
-  // high that it will be accepted unless a pose elsewhere scores half as much.
+  // Guesses from single objects find poses that groups do not, but they are many and mostly wrong.
+  // They are omitted if a guess from a group already has a score that will be accepted, unless a
+  // pose elsewhere has half that score.
   if (guesses.size() < kFewGuesses || refined.empty() ||
       refined.front().candidate.score < enough_evidence)
     Refine(scene, GuessFromSingles(scene), refined);

@@ -16,9 +16,9 @@
 
 namespace oaslam {
 
-// A pose that detected objects speak for. `score` is the statistic S of docs/objects.md ("From
-// ellipsoids to a pose"): llr * matched / detections of mapped classes - penalty for objects that
-// should have been detected.
+// A pose that is supported by detected objects. `score` is the statistic S of docs/objects.md
+// ("From ellipsoids to a pose"): llr * matched / detections of mapped classes, less a penalty for
+// objects that should have been detected and were not.
 struct ObjectPoseCandidate {
   Rigid3 cam_from_world;
   double score = 0;

@@ -15,10 +15,11 @@ namespace oaslam {
 namespace {
 
 constexpr size_t kReturned = 5;
-// The paper names no least overlap of a detection and its object; the authors' program has this.
+// The paper does not state a least overlap of a detection and its object; this is the value in the
+// authors' program.
 constexpr double kMinIoU = 0.2;
-// The paper does not say how far off a pose may be. What uses poses here needs a sigma: a share of
-// the distance to the objects.
+// The paper gives no uncertainty of a pose, but the callers need a sigma: it is a share of the
+// distance to the objects.
 constexpr double kSigmaPerDistance = 0.05;
 
 // A detection and an object of its class: indices into the lists of an ObjectScene.
@@ -32,10 +33,10 @@ struct Overlap {
   std::vector<Pair> pairs;
 };
 
-// Detections and objects one to one, the largest overlaps first. The paper's cost sums 1 - IoU.
-// Counted over all detections, with an IoU of 0 where one has no object, it is least where the sum
-// of the IoU is largest; counted over associated pairs alone, it would be least where a pose
-// explains nothing.
+// Assigns detections and objects one to one, the largest overlaps first. The paper's cost is a sum
+// of 1 - IoU. If the sum is over all detections, with an IoU of 0 for those without an object, it
+// is least where the sum of the IoU is largest. A sum over associated pairs only would be least for
+// a pose that explains nothing.
 Overlap OverlapOf(const ObjectScene& scene, const Rigid3& cam_from_world) {
   std::vector<std::tuple<double, int, int>> overlaps;  // -IoU, detection, object
   for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o) {
@@ -63,7 +64,8 @@ bool CanBeTogether(const Pair& a, const Pair& b) {
   return a.detection != b.detection && a.object != b.object;
 }
 
-// Of choices of three detections with an object for each, without regard to one object taken twice.
+// The number of choices of three detections with an object for each, including those that use an
+// object twice.
 double CountTriplets(const ObjectScene& scene) {
   double singles = 0, pairs = 0, triplets = 0;
   for (const SceneDetection& detection : scene.detections) {
@@ -96,7 +98,7 @@ std::vector<Triplet> DrawTriplets(const ObjectScene& scene, Rng& rng) {
   std::vector<Pair> pairs;
   for (int d = 0; d < static_cast<int>(scene.detections.size()); ++d)
     for (const int o : scene.detections[d].objects) pairs.push_back({d, o});
-  constexpr int kMaxDraws = 10 * kMaxPaperTriplets;  // few may be possible
+  constexpr int kMaxDraws = 10 * kMaxPaperTriplets;  // since few may be valid
   const auto draw = [&] { return pairs[rng.Index(static_cast<int>(pairs.size()))]; };
   std::vector<Triplet> triplets;
   for (int i = 0; i < kMaxDraws && triplets.size() < kMaxPaperTriplets; ++i) {
@@ -111,7 +113,7 @@ std::vector<Triplet> TripletsOf(const ObjectScene& scene, Rng& rng) {
   return CountTriplets(scene) <= kMaxPaperTriplets ? AllTriplets(scene) : DrawTriplets(scene, rng);
 }
 
-// Nothing where the centres have no pose.
+// Nothing if no pose fits the centres.
 std::optional<PoseGuess> BestPose(const ObjectScene& scene, const Triplet& triplet) {
   std::array<Eigen::Vector3d, 3> rays, points;
   for (size_t i = 0; i < triplet.size(); ++i) {

@@ -22,7 +22,7 @@ Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
   return {Eigen::Quaterniond(rotation), -rotation * eye};
 }
 
-// Balls, which look the same from all sides, strewn over a desk of 1.6 m x 1.2 m.
+// Balls, which look the same from all sides, on a desk of 1.6 m x 1.2 m.
 Map Desk(int objects, int classes) {
   Rng rng(4);
   Map map;
@@ -77,7 +77,7 @@ TEST(RelocalizeByObjectsAsInPaper, ScoreIsTheSumOfOverlaps) {
   std::vector<ObjectDetection> detections = Photograph(map, PoseAround(3));
   for (size_t i = 0; i < detections.size(); ++i)
     detections[i].box.x2 += 3.0 * static_cast<double>(i % 3);
-  detections.push_back({1, 0.8, {20, 20, 90, 60}, 0});  // of nothing
+  detections.push_back({1, 0.8, {20, 20, 90, 60}, 0});  // shows no mapped object
   Rng rng(1);
   const auto found = RelocalizeByObjectsAsInPaper(detections, kCamera, map, {}, rng);
   ASSERT_GT(found.size(), 1u);

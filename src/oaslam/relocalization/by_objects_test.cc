@@ -68,7 +68,7 @@ struct Query {
   std::vector<ObjectDetection> detections;
 };
 
-// `roll`: how the camera is turned about its optical axis, but for what a hand shakes.
+// `roll`: the rotation of the camera about its optical axis, besides the trembling of the hand.
 Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15, double roll = 0) {
   Query query;
   const double angle = rng.Uniform(0, 2 * std::numbers::pi), distance = rng.Uniform(1.2, 2.2);
@@ -174,7 +174,7 @@ TEST(RelocalizeByObjects, KnowsHowSureItIs) {
     EXPECT_FALSE(candidate.accepted);
 }
 
-// As docs/objects.md says. The mapping cameras are level here.
+// See docs/objects.md. The mapping cameras are level here.
 TEST(RelocalizeByObjects, ACameraThatIsRolledFurtherThanPeopleDoTakesGravity) {
   constexpr double kDegree = std::numbers::pi / 180;
   const Map map = Desk(1);
@@ -188,7 +188,8 @@ TEST(RelocalizeByObjects, ACameraThatIsRolledFurtherThanPeopleDoTakesGravity) {
   EXPECT_GE(Measure(map, without_vertical, false, 20, 90 * kDegree).found, 0.8);
 }
 
-// What suffices is one setting: a pose that it does not accept does not end the search either.
+// The evidence that suffices is a setting; a pose that does not reach it must not
+// end the search either.
 TEST(RelocalizeByObjects, TheSearchGoesOnUntilItsEvidenceSuffices) {
   const Map map = Desk(2);
   RelocalizationConfig strict;
@@ -230,8 +231,8 @@ TEST(RelocalizeByObjects, WorksWithoutAKnownVertical) {
   EXPECT_GE(Measure(map, map, false, 20).found, 0.8);
 }
 
-// 210 objects of 6 classes over a hall: fifteen desks, of which one is seen. How long that takes is
-// measured by benchmarks/growth_benchmark.cc.
+// 210 objects of 6 classes in a hall: fifteen desks, of which the query shows one.
+// benchmarks/growth_benchmark.cc measures the time.
 TEST(RelocalizeByObjects, OfManyDesksTheOneInViewIsFound) {
   Map map = Desk(5);
   const auto ids = map.objects.Ids();

@@ -9,8 +9,8 @@ double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
 }  // namespace
 
-// An object that a wrong pose happens to match brings some score, too: what counts is what the
-// matched objects bring beyond that.
+// An object that a wrong pose matches by chance adds about 4 to the score: only the score beyond
+// that counts.
 double ConfidenceOf(const ObjectPoseCandidate& best) {
   constexpr double kByChance = 3.6, kOfMargin = 0.3;
   const double beyond_chance =

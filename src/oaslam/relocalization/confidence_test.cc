@@ -20,7 +20,7 @@ TEST(Confidence, GrowsWithTheScoreAndWithTheMargin) {
   EXPECT_LT(Confidence(10, 0, 3), 0.1);
 }
 
-// Eight objects that fit badly are less than four that fit well.
+// Eight objects that fit badly are weaker evidence than four that fit well.
 TEST(Confidence, IsLessWhereMoreObjectsMakeUpTheSameScore) {
   EXPECT_LT(Confidence(38, 18, 8), 0.6);
   EXPECT_GT(Confidence(38, 18, 4), 0.9);

@@ -17,9 +17,9 @@ struct PoseGuess {
 // more than `angle_rad`.
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
-// Guesses from pairs and triplets of detections of compatible sizes. Each holds one of the three
-// detections whose classes have the fewest objects, so that their number does not grow with the
-// cube of the map.
+// Guesses from pairs (with a known vertical) and triplets of detections whose sizes are compatible
+// with the distances between their objects. Each contains one of the three detections whose classes
+// have the fewest objects, so that their number does not grow with the cube of the map.
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
 // Guesses from single detections, over a grid of camera orientations. Empty unless the map knows

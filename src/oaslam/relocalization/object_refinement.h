@@ -15,9 +15,9 @@ struct PosePrior {
   Eigen::Matrix<double, 6, 6> information;
 };
 
-// Refines a pose on the edges of the boxes it explains, each weighted by the detector's and its
-// object's uncertainty, and evaluates it (docs/objects.md, "From ellipsoids to a pose"). `margin`
-// and `accepted` are left to the caller, who knows the other poses.
+// Refines a pose with the edges of the boxes it explains, each weighted by the uncertainty of
+// detector and object, and computes its score (docs/objects.md, "From ellipsoids to a pose").
+// `margin` and `accepted` are set by the caller, who knows the other poses.
 ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
                                      const std::optional<PosePrior>& prior = std::nullopt);
 

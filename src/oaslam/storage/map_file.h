@@ -18,10 +18,10 @@ struct SavedMap {
   std::vector<Piece> pieces{};
 };
 
-// One SQLite file, written beside `path` and renamed, so that a crash leaves the old one whole
-// (docs/formats.md has the schema). Equal maps give equal content: save(load(save(m))) is
-// byte-equal. Of a map that breaks its invariants, which takes a defect of this library, what is
-// concerned is left out, with a warning. Throws InputError.
+// Writes one SQLite file under another name and renames it to `path`, so that a crash leaves the
+// old one intact (docs/formats.md has the schema). Equal maps give equal content:
+// save(load(save(m))) is byte-equal. If a map violates its invariants, which only a defect of this
+// library can cause, the elements concerned are left out, with a warning. Throws InputError.
 void SaveMap(const std::string& path, const SavedMap& saved);
 
 // Loads a map file after verifying application id, version, integrity, content checksum and the

@@ -48,7 +48,7 @@ TEST(MapFile, KeepsWhatIsKnownOfTheClasses) {
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "circle.map"); }), HasSubstr("part of itself"));
 }
 
-// Written by the program as it was when it had that format: tests/data/README.md.
+// A file that an earlier version of the program wrote in that format (tests/data/README.md).
 std::string FileOfFormat(int format) {
   return fmt::format("{}/tests/data/map_format_{}.map", OASLAM_SOURCE_DIR, format);
 }

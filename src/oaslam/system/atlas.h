@@ -41,12 +41,12 @@ class Atlas {
   // Detections of a frame that was processed before.
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
                                                 const std::vector<ObjectDetection>& detections);
-  // Joins what can be joined, looks back into gaps (but where the runner is live), and waits for
-  // the last optimisation. Without mapping the map stays as it is.
+  // Joins the pieces that can be joined, tracks frames without a pose once more (not in live mode),
+  // and waits for the last optimisation. Without mapping the map does not change.
   void Finish();
   void Shutdown();
-  // What has ended the mapping of the main piece or of another one (MapPipeline); null while it
-  // goes on. Pieces stay as they are from then on, and none is lost.
+  // The exception that ended the mapping of any piece (MapPipeline); null while mapping goes on.
+  // From then on no piece changes, and none is lost.
   std::exception_ptr failure();
 
   void SetRelocalizationMode(RelocalizationMode mode);
@@ -107,7 +107,7 @@ class Atlas {
   // Pairs of pieces, with their sizes or versions, that were compared.
   std::set<std::tuple<int, size_t, int, uint64_t>> tried_;
   bool is_shut_down_ = false;
-  std::exception_ptr failure_;  // of a session that has ended
+  std::exception_ptr failure_;  // exception of a session that has ended
 };
 
 }  // namespace oaslam

@@ -22,7 +22,8 @@ class BackgroundBundle {
 
   int begun_at() const { return begun_at_; }
   bool IsReady() const { return work_->is_ready; }
-  // Into the map as it has become meanwhile. Throws what the work has thrown.
+  // Waits for the result and applies it to the map, which may have changed since. Rethrows an
+  // exception of the bundle adjustment.
   void WaitAndApply(int min_shared_landmarks, Map& map);
 
  private:

@@ -182,7 +182,7 @@ class CameraEstimator::Impl {
       slam.Process({images_[i], times_[i], {}, false});
       ++pass.images;
       const size_t keyframes = SlamAccess::View(slam).map->keyframes.size();
-      if (keyframes < kFirstCheck) next_check = kFirstCheck;  // begun anew
+      if (keyframes < kFirstCheck) next_check = kFirstCheck;  // the map was begun anew
       if (keyframes < next_check) continue;
       next_check = static_cast<size_t>(std::ceil(kNextCheck * static_cast<double>(keyframes)));
       check();

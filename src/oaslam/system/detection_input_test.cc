@@ -1,4 +1,4 @@
-// What an application hands to Slam as detections is checked as files of detections are.
+// Detections that an application gives to Slam are checked as those of files are.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TEST(DetectionInput, EveryWayInChecksTheBoxes) {
     EXPECT_THAT(InputErrorOf([&] { slam.Process(Image(1, bad)); }), is_named);
     ImageInput follows = Image(1);
     follows.detections_follow = true;
-    const int frame = slam.Process(follows).frame;  // what was refused has left no trace
+    const int frame = slam.Process(follows).frame;  // the refused input had no effect
     EXPECT_EQ(frame, 0);
     EXPECT_THAT(InputErrorOf([&] { slam.AddDetections(frame, bad); }), is_named);
     EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(Image(2, bad), RelocalizationMode::kObjects); }),

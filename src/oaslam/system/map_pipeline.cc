@@ -35,7 +35,7 @@ void MapPipeline::Submit(MapCommand command, bool wait) {
   changed_.notify_all();
 }
 
-// Without the lock while the mapper works.
+// The lock is not held while the mapper works.
 void MapPipeline::Apply(const MapCommand& command) {
   try {
     mapper_.Apply(command);
@@ -48,7 +48,7 @@ void MapPipeline::Apply(const MapCommand& command) {
   }
 }
 
-// The newest map there is becomes the answer to all that is waited for, now and later.
+// From now on every waiting call gets the newest map.
 void MapPipeline::Fail(std::exception_ptr failure) {
   {
     const std::scoped_lock lock(mutex_);
@@ -124,7 +124,7 @@ size_t MapPipeline::QueueLength() {
 
 std::shared_ptr<const Map> MapPipeline::Finish() {
   Newest();
-  // The mapper rests: nothing is queued, and only this thread submits.
+  // The mapping thread is idle: nothing is queued, and only this thread submits.
   if (!failure()) {
     try {
       mapper_.Finish();

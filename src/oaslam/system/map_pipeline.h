@@ -15,15 +15,14 @@ namespace oaslam {
 
 enum class RunnerMode { kSequential, kLockstep, kLive };
 
-// Takes map commands from the tracker to the mapper, and snapshots back.
-// Sequential: the mapper works inside Submit. Lockstep: on its own thread, and the tracker of frame
-// k gets exactly the snapshot that holds the commands of the frames up to k - lag, so that results
-// are the same on every run. Live: on its own thread, newest snapshot; the tracker asks for no
-// keyframe while the last one is not yet in the map, which keeps the queue short, and it is bounded
-// all the same.
-// An exception while the mapper works (memory has run out, an invariant is broken) ends the
-// mapping, not the program: the map stays for good as it was before the command that failed, and
-// what is submitted is dropped. Nobody who waits for a command is kept waiting.
+// Carries map commands from the tracker to the mapper, and snapshots of the map back. Sequential:
+// the mapper works inside Submit. Lockstep: the mapper has its own thread, and the tracker of frame
+// k gets exactly the snapshot that contains the commands of frames up to k - lag, so that results
+// are the same on every run. Live: the mapper has its own thread and the tracker gets the newest
+// snapshot; the tracker makes no keyframe while the last one is not in the map yet, which keeps the
+// queue short, and the queue is bounded in any case. An exception while the mapper works (memory
+// runs out, an invariant is violated) ends the mapping, not the program: the map stays as it was
+// before the command that failed, later commands are dropped, and no call waits any longer.
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);

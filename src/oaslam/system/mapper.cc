@@ -75,10 +75,11 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   background_bundle_.emplace(map_, config_.bundle, frame_index);
 }
 
-// Live: once it is ready. Else at a fixed time, so that results are the same on every run. Returns
-// whether it has moved the map.
+// Applies the background bundle adjustment: in live mode as soon as it is ready, else a fixed
+// number of frames after its start, so that results are the same on every run. Returns whether it
+// has moved the map.
 bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
-  constexpr int kFrames = 30;  // that it may take
+  constexpr int kFrames = 30;  // the mapper waits for it where it takes longer
   if (!background_bundle_) return false;
   const bool is_due = config_.runner.mode == "live"
                           ? background_bundle_->IsReady()

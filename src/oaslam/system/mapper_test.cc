@@ -11,8 +11,8 @@ namespace {
 constexpr uint32_t kFirstDrifted = 4;
 const Eigen::Vector3d kDrift(0.2, 0.1, 0);  // world units
 
-// A map whose landmarks are where they belong. Its first keyframes are so, too; the others lie
-// aside, as before a loop is closed.
+// A map with correct landmarks. Its first keyframes are correct, too; the others are displaced, as
+// before a loop is closed.
 Map DriftedMap(const synthetic::World& world) {
   Map map = synthetic::MakeMap(world, {}).map;
   for (const KeyframeId id : map.keyframes.Ids())
@@ -23,7 +23,7 @@ Map DriftedMap(const synthetic::World& world) {
   return map;
 }
 
-// What a detector says of the object in the images of the drifted keyframes.
+// The detections of the object in the images of the displaced keyframes.
 MapCommand SightingsOf(const synthetic::World& world, const synthetic::TrueObject& object) {
   Rng rng(3);
   MapCommand command;
@@ -44,14 +44,15 @@ MapCommand SightingsOf(const synthetic::World& world, const synthetic::TrueObjec
   return command;
 }
 
-// Mean overlap of an ellipsoid with the boxes of the only object of a map, from its keyframes.
+// Mean overlap of an ellipsoid, seen from the keyframes, with the boxes of the
+// only object of a map.
 double OverlapIn(const Map& map, const Ellipsoid& ellipsoid) {
   const Object& object = map.objects.At(ObjectId(0));
   return MeasureOverlap(ellipsoid, ViewsOf(map, object.observations), 0).mean_iou;
 }
 
-// The last bundle adjustment brings the keyframes back; the object has to come along, although no
-// image shows it again.
+// The last bundle adjustment moves the keyframes back; the object must follow, although no image
+// shows it again.
 TEST(Mapper, TheLastOptimisationTakesObjectsAlong) {
   const synthetic::World world = synthetic::MakeWorld({.cameras = 24});
   const synthetic::TrueObject object = synthetic::Upright(5, {0.2, -0.1, 0.1}, {0.3, 0.2, 0.25});

@@ -1,4 +1,5 @@
-// Memory runs out while the mapper works: in this program operator new fails when a test says so.
+// Memory runs out while the mapper works: in this program operator new fails
+// when a test asks for it.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,8 +17,8 @@
 
 namespace {
 
-// Allocations until they fail, all of them from then on, on any thread but the one that counts as
-// the caller's. Below zero: never.
+// The number of allocations before all further ones fail, on every thread except the caller's.
+// Below zero: they never fail.
 std::atomic<int64_t> g_left = -1;
 std::atomic<std::thread::id> g_spared;
 
@@ -89,8 +90,8 @@ void ExpectBadAlloc(const std::exception_ptr& failure) {
   EXPECT_THROW(std::rethrow_exception(failure), std::bad_alloc);
 }
 
-// At whatever moment it happens: the map is whole and as large as it was, nobody waits for ever,
-// and the poses up to there are known.
+// Whenever it happens, the map is consistent and as large as before, no call waits for ever, and
+// the poses so far are known.
 TEST(MappingFailure, TheMapUpToThereIsKept) {
   const synthetic::World world = synthetic::MakeWorld({});
   for (const std::string mode : {"lockstep", "live"})
@@ -137,7 +138,7 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
     pipeline.Submit(nothing, true);
     EXPECT_EQ(pipeline.Newest()->version, 2U);
     EXPECT_FALSE(pipeline.failure());
-    MapCommand broken;  // an invariant: no two pieces share an id
+    MapCommand broken;  // violates an invariant: no two pieces share an id
     broken.joining = JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()};
     pipeline.Submit(broken, true);
     EXPECT_EQ(pipeline.Newest()->version, 2U) << mode;

@@ -173,7 +173,8 @@ TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
   }
 }
 
-// What is followed depends on the load of the machine; what there is has to be right.
+// Which frames are tracked depends on the load of the machine; the map must be
+// consistent in any case.
 TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
   const WalkResult run = Walk("live", 120);
   EXPECT_GE(run.map->keyframes.size(), 2U);

@@ -58,12 +58,12 @@ bool IsSamePose(const Rigid3& a, const Rigid3& b) {
   return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
-// Of a frame that was found neither by points nor by objects.
+// The reason for a frame that was found neither by points nor by objects.
 std::string WhyNeither(const std::string& points, const std::string& objects) {
   return "by points: " + points + "; by objects: " + objects;
 }
 
-// Whether two tables are copies of one, without a change since. Compares pages, not landmarks.
+// Whether two tables are unchanged copies of one. Compares pages, not landmarks.
 bool AreSame(const Table<LandmarkId, Landmark>& a, const Table<LandmarkId, Landmark>& b) {
   bool are_same = true;
   a.ForEachDifference(b, [&](LandmarkId, const Landmark*, const Landmark*) { are_same = false; });
@@ -72,8 +72,8 @@ bool AreSame(const Table<LandmarkId, Landmark>& a, const Table<LandmarkId, Landm
 
 }  // namespace
 
-// The accepted pose comes first, and none has a higher score. It is one of the candidates, or what
-// the refinement of one has come to.
+// Puts the accepted pose in front of the candidates; no other has a higher score. It is one of the
+// candidates, or the refinement of one.
 void Relocalizer::LeadWithAccepted(Relocalization& found) {
   if (found.evidence == PoseEvidence::kNone) return;
   const double best = found.candidates.empty() ? 0 : found.candidates.front().score;
@@ -83,8 +83,8 @@ void Relocalizer::LeadWithAccepted(Relocalization& found) {
   found.candidates.insert(found.candidates.begin(), {found.cam_from_world, best});
 }
 
-// The index is kept for as long as the map has the landmarks it was made of. Their number and the
-// map's version do not tell: another map may have the same.
+// The index is kept while the map has the landmarks from which it was made. Their number and the
+// map's version are not enough to tell this, since another map may have the same.
 const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
   if (!indexed_ || !AreSame(indexed_->landmarks, map.landmarks))
     indexed_ = IndexedLandmarks{map.landmarks, PlaceIndex(map)};

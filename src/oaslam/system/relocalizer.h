@@ -27,8 +27,8 @@ struct Relocalization {
   double relative_sigma = 0;
   double confidence = 0;                       // [0, 1], of the best hypothesis, accepted or not
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
-  std::vector<PoseHypothesis> candidates;  // best first; where a pose is accepted, it is the first
-  std::string why_not;                     // where evidence is kNone
+  std::vector<PoseHypothesis> candidates;      // best first; an accepted pose is the first
+  std::string why_not;                         // where evidence is kNone
 };
 
 // The same for a frame whose camera is not known.
@@ -61,14 +61,14 @@ class Relocalizer {
 
  private:
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
-  // A pose on few points, which its objects make better. (Not in the paper, which refines on
-  // points.)
+  // Refines a pose that few points support by the objects it shows. (This is not in the paper,
+  // which refines with points.)
   Relocalization JoinObjects(const Frame& frame, const Map& map,
                              const RelocalizationReport& by_points, PoseEvidence evidence) const;
   std::vector<ObjectPoseCandidate> CandidatesByObjects(
       const Frame& frame, const Map& map, const std::optional<Eigen::Vector3d>& gravity_in_cam,
       Rng& rng) const;
-  // The paper's poses say nothing of how sure they are: 0.
+  // 0 for poses by the paper's method, which have no confidence.
   double ConfidenceIn(const ObjectPoseCandidate& candidate) const;
   bool IsAsInPaper() const { return config_.relocalization.objects == "paper"; }
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
@@ -76,7 +76,7 @@ class Relocalizer {
   const PlaceIndex& IndexOf(const Map& map);
   static void LeadWithAccepted(Relocalization& found);
 
-  // An index of places and the landmarks that it was made of.
+  // An index of places, and the landmarks from which it was made.
   struct IndexedLandmarks {
     Table<LandmarkId, Landmark> landmarks;
     PlaceIndex index;

@@ -26,7 +26,7 @@ Relocalization FindByPoints(Relocalizer& relocalizer, const Frame& frame, const 
   return relocalizer.Find(frame, map, RelocalizationMode::kPoints, std::nullopt, rng);
 }
 
-// Objects of different classes on a table, as mapped.
+// A map with objects of different classes on a table.
 Map MappedTable() {
   Rng rng(4);
   Map map;
@@ -64,7 +64,7 @@ Frame FrameOfObjects(const Map& map, const Rigid3& cam_from_world, uint64_t seed
   return frame;
 }
 
-// A map of another place has the same version, as those of two files may.
+// A map of another place may have the same version, for example if the two are from files.
 TEST(Relocalizer, IsNotMisledByAnotherMapOfTheSameVersion) {
   const synthetic::World here = synthetic::MakeWorld({.seed = 1}),
                          there = synthetic::MakeWorld({.seed = 2});
@@ -136,7 +136,7 @@ TEST(Relocalizer, SaysWhyNotOfAnUnknownCamera) {
       HasSubstr("detections"));
 }
 
-// What is told of the accepted pose is comparable with the other candidates.
+// The score of the accepted pose is comparable with those of the other candidates.
 TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
   const synthetic::World world = synthetic::MakeWorld({});
   const Map map = synthetic::MakeMap(world, {}).map;

@@ -28,21 +28,22 @@ class Session {
   }
   // Submits a command, waits until the mapper has applied it, and takes the resulting map.
   void SubmitAndWait(MapCommand command);
-  // Adds what is seen of another piece; returns after the mapper has done it. False where mapping
+  // Adds another piece to the map and waits until the mapper has done so. Returns false if mapping
   // has ended before.
   bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
-  // Whether something else speaks for a way that was followed, by the map and the trajectory that
-  // it made.
+  // Decides whether independent evidence supports frames that were tracked on thin evidence; it is
+  // given the map and trajectory that contain them.
   using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
   // Tracks frames once more that have no pose, with mapping, from both ends of each gap: first with
   // the usual evidence, then with less, in which case the result must agree with the known pose at
   // the other end of the gap or be confirmed. `frames` are in order and may have gaps. Returns how
   // many frames got a pose.
   int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
-  // Hands over what is left, and waits for the last optimisation; without mapping there is none.
+  // Submits the remaining observations and waits for the last optimisation, which is omitted
+  // without mapping.
   void Finish();
   void Shutdown() { pipeline_.Shutdown(); }
-  // What has ended the mapping (MapPipeline); null while it goes on.
+  // The exception that ended the mapping (MapPipeline); null while mapping goes on.
   std::exception_ptr failure() { return failure_ ? failure_ : pipeline_.failure(); }
 
   Tracker& tracker() { return tracker_; }
@@ -66,7 +67,8 @@ class Session {
   MapPipeline pipeline_;
   Tracker tracker_;
   std::shared_ptr<const Map> snapshot_;
-  std::exception_ptr failure_;  // of a copy of the map that was mapped to look back
+  // Exception while mapping in a copy of the map (LookBack).
+  std::exception_ptr failure_;
 };
 
 }  // namespace oaslam

@@ -100,7 +100,7 @@ RelocalizationResult ResultOf(const Relocalization& found) {
   return result;
 }
 
-// The error as the caller of Slam gets it.
+// The exception that Slam throws to its caller.
 std::runtime_error MappingError(const std::exception_ptr& failure) {
   std::string what = "unknown error";
   try {
@@ -127,8 +127,8 @@ class Slam::Impl {
     Begin(std::move(map), false);
   }
 
-  // With another map, in which the time begins anew; the settings stay. Throws before anything is
-  // changed.
+  // Begins with another map, for which time stamps begin anew; the settings stay. Throws before
+  // anything is changed.
   void Begin(Map map, bool is_loaded, std::vector<Piece> others = {}) {
     const auto known = std::ranges::find(map.cameras, camera_);
     const auto camera_index = static_cast<int>(known - map.cameras.begin());
@@ -153,7 +153,7 @@ class Slam::Impl {
     first_index_ = next_index_ = 0;
   }
 
-  // What would change the map of a Slam whose mapping has ended throws.
+  // Throws if mapping has ended, for functions that would change the map.
   void ExpectMapping() {
     const std::exception_ptr failure = atlas_->failure();
     if (!failure) return;
@@ -223,7 +223,8 @@ class Slam::Impl {
   ClassNames class_names_ = CocoClassNames();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true, is_shut_down_ = false;
-  bool has_told_failure_ = false;  // why mapping has ended
+  // Whether the reason why mapping has ended was thrown already.
+  bool has_told_failure_ = false;
   ObjectAudit audit_;
   int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
   std::optional<double> last_timestamp_;

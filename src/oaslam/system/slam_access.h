@@ -6,11 +6,11 @@
 
 namespace oaslam {
 
-// What the programs of this repository see of Slam beyond its public face: values of types that
-// the rooms share, and whose headers are not installed.
+// Access to Slam for the programs of this repository, beyond its public interface: values of types
+// that the rooms share and whose headers are not installed.
 class SlamAccess {
  public:
-  // What was made of the newest image, for display; shares what it can.
+  // The state at the newest image, for display; large content is shared.
   static FrameView View(const Slam& slam);
   // The map with the trajectory so far.
   static SavedMap Export(const Slam& slam);

@@ -205,8 +205,7 @@ bool Tracker::CouldHaveGone(const Frame& frame, const Map& map, const TrackRepor
   const FramePose here{frame.index, frame.timestamp, tracked.reference,
                        RelativeTo(map, tracked.reference, tracked.cam_from_world),
                        TrackingState::kRelocalized};
-  return is_pose_doubted_ ||
-         IsContinuous(map, {first, poses.end()}, map, {&here, 1}, Similarity());
+  return is_pose_doubted_ || IsContinuous(map, {first, poses.end()}, map, {&here, 1}, Similarity());
 }
 
 // Reports a pose by objects for this frame only. Tracking does not continue from it, since that

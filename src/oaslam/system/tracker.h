@@ -218,7 +218,7 @@ class Tracker {
   std::optional<int> relocalized_frame_;  // the newest frame at the last relocalization by points
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
-  bool is_pose_doubted_ = false;  // by the user: the last pose tells nothing of the next
+  bool is_pose_doubted_ = false;   // by the user: the last pose tells nothing of the next
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   ObjectTracks object_tracks_;

@@ -23,9 +23,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr auto kInterval = std::chrono::milliseconds(40);  // between two updates of a viewer
 constexpr auto kAlignInterval =
-    std::chrono::seconds(1);                         // between two alignments of the ground truth
-constexpr auto kFarewell = std::chrono::seconds(5);  // for what is still under way at the end
-constexpr size_t kMaxCommands = 64;                  // that wait
+    std::chrono::seconds(1);  // between two alignments of the ground truth
+constexpr auto kFarewell =
+    std::chrono::seconds(5);         // How long viewers may take to receive the last messages
+constexpr size_t kMaxCommands = 64;  // that wait
 constexpr int kNoFrame = -1;
 
 // Tracking has priority where both share a processor.
@@ -149,8 +150,8 @@ class Viewer::Impl {
   }
 
  private:
-  // Takes what a page asks for, and says where it cannot: the run may be held up, while a page goes
-  // on asking.
+  // Queues a command of a page, or reports that the queue is full: a run may be blocked while a
+  // page goes on sending commands.
   void Receive(const ViewerCommand& command) {
     if (!Queue(command)) {
       scene_.AddEvent(kNoFrame, "refused",
@@ -162,7 +163,7 @@ class Viewer::Impl {
     changed_.notify_all();
   }
 
-  // False where the queue is full, the first time that it is.
+  // Returns false the first time that the queue is full.
   bool Queue(const ViewerCommand& command) {
     const std::scoped_lock lock(mutex_);
     if (commands_.size() >= kMaxCommands) return std::exchange(has_refused_, true);

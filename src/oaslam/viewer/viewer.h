@@ -50,8 +50,8 @@ class Viewer {
   // Removes everything that is shown, as after a reset.
   void Clear();
 
-  // Those since the last call; waits for one, but no longer than `wait_ms`. At most 64 are kept:
-  // that more were asked for is an event, which pages show.
+  // The commands since the last call; waits up to `wait_ms` for one. At most 64 are kept; pages get
+  // an event if more were sent.
   std::vector<ViewerCommand> TakeCommands(int wait_ms = 0);
 
   // Gives viewers a moment to receive everything, and ends. Idempotent.
