@@ -60,7 +60,7 @@ Placement OnObject(const Map& map, ObjectId id, const AnchorRequest& request) {
   const Eigen::Vector3d top = up / in_axes.norm();  // from the center
   const Rigid3 world_from_anchor(StandUp(up, request.origin - e.center), e.center + top);
   std::optional<Anchor> anchor =
-      CarriedBy(map, object->observations.back().anchor, world_from_anchor);
+      CarriedBy(map, object->observations.back().reference, world_from_anchor);
   if (!anchor) return {std::nullopt, fmt::format("object {} has no keyframe", id.value)};
   anchor->object = *now;
   anchor->offset = map.ResolvePose(anchor->keyframe)->rotation * top;

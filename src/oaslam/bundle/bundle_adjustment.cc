@@ -4,6 +4,7 @@
 #include <map>
 
 #include "oaslam/bundle/bundle_problem.h"
+#include "oaslam/map/landmark_sets.h"
 
 namespace oaslam {
 namespace {
@@ -12,17 +13,6 @@ namespace {
 // used; more of them hardly add constraints.
 constexpr size_t kMaxFixedKeyframes = 40;
 constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
-
-std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  std::vector<LandmarkId> seen;
-  for (const KeyframeId id : keyframes)
-    for (const LandmarkId landmark : map.keyframes.At(id).landmarks)
-      if (landmark.IsValid()) seen.push_back(landmark);
-  std::ranges::sort(seen);
-  const auto [first, last] = std::ranges::unique(seen);
-  seen.erase(first, last);
-  return seen;
-}
 
 std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<LandmarkId>& landmarks,
                                            const std::vector<KeyframeId>& except) {
@@ -44,7 +34,7 @@ void SelectObjects(const Map& map, const std::string& how, BundleSelection& sele
   if (how == "none") return;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     const auto is_free = [&](const ObjectObservation& o) {
-      const auto carried = map.ResolveKeyframe(o.anchor);
+      const auto carried = map.ResolveKeyframe(o.reference);
       return carried && std::ranges::binary_search(selection.free_keyframes, carried->by);
     };
     if (object.state == ObjectState::kMapped && std::ranges::any_of(object.observations, is_free))

@@ -208,18 +208,18 @@ class BundleProblem {
       state.cameras.push_back(&map_.cameras[keyframe.camera]);
     }
     state.points = points_;
-    std::vector<PointSight> sights;
-    sights.reserve(observations_.size());
+    std::vector<PointMeasurement> measurements;
+    measurements.reserve(observations_.size());
     for (const Seen& seen : observations_) {
       if (!seen.is_active) continue;
       const int fixed = static_cast<int>(
           poses_.size() + (std::ranges::lower_bound(selection_.fixed_keyframes, seen.keyframe) -
                            selection_.fixed_keyframes.begin()));
-      sights.push_back(
+      measurements.push_back(
           {seen.pose >= 0 ? seen.pose : fixed, seen.point, seen.px, 1 / seen.sigma_px});
     }
     const SchurReport report = MinimizeReprojection(
-        sights, static_cast<int>(poses_.size()),
+        measurements, static_cast<int>(poses_.size()),
         {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state);
     iterations_ += report.iterations;
     if (!report.success) return false;
@@ -246,12 +246,12 @@ class BundleProblem {
           &shape_priors_.emplace_back(ellipsoids_[index], map_.up.has_value()), nullptr, shape);
     }
     for (const ObjectObservation& o : map_.objects.At(selection_.objects[index]).observations) {
-      const auto carried = map_.ResolveKeyframe(o.anchor);
+      const auto carried = map_.ResolveKeyframe(o.reference);
       const int pose = IndexOfFree(carried->by);
       if (pose < 0 && !shape) continue;
       const BoxMeasurement measured{&map_.cameras[o.camera],
-                                    o.cam_from_anchor * carried->cam_from_carrier, o.box, o.score,
-                                    o.truncated};
+                                    o.cam_from_reference * carried->cam_from_carrier, o.box,
+                                    o.score, o.truncated};
       const auto fixed_pose =
           pose < 0 ? std::optional(map_.keyframes.At(carried->by).cam_from_world) : std::nullopt;
       std::vector<double*> blocks;

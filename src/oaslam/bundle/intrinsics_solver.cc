@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/bundle/schur_minimization.h"
+#include "oaslam/geometry/pose_step.h"
+
 namespace oaslam {
 namespace {
 
@@ -54,17 +57,17 @@ SharedStep Difference(const IntrinsicsState& state, const IntrinsicsPrior& prior
 
 class Solver {
  public:
-  Solver(std::span<const RolledSight> sights, const IntrinsicsPrior& prior, double huber_chi2,
-         const IntrinsicsState& state)
-      : sights_(sights),
+  Solver(std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
+         double huber_chi2, const IntrinsicsState& state)
+      : measurements_(measurements),
         prior_(prior),
         prior_information_(PriorInformation(prior)),
         huber_chi2_(huber_chi2),
-        cross_(sights.size()),
+        cross_(measurements.size()),
         by_pose_(state.poses.size()),
         points_(state.points.size()) {
     first_.assign(state.points.size() + 1, 0);
-    for (const RolledSight& s : sights) ++first_[s.point + 1];
+    for (const RollingMeasurement& s : measurements) ++first_[s.point + 1];
     for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     is_left_out_.resize(state.points.size());
     for (size_t p = 0; p < state.points.size(); ++p) is_left_out_[p] = IsBehind(state, p);
@@ -73,7 +76,7 @@ class Solver {
   double Cost(const IntrinsicsState& state) const {
     const SharedStep off = Difference(state, prior_);
     double cost = off.cwiseAbs2().dot(prior_information_);
-    for (const RolledSight& s : sights_) {
+    for (const RollingMeasurement& s : measurements_) {
       if (is_left_out_[s.point]) continue;
       const Eigen::Vector3d p = state.poses[s.pose] * state.points[s.point];
       double chi2 = kBehindChi2;
@@ -111,17 +114,12 @@ class Solver {
       const PointBlock& b = points_[point];
       Eigen::Vector3d back = -b.gradient - b.by_intrinsics.transpose() * of_camera;
       for (int i = first_[point]; i < first_[point + 1]; ++i)
-        if (sights_[i].pose > 0)
-          back -= cross_[i].transpose() * step.segment<6>(RowOf(sights_[i].pose));
+        if (measurements_[i].pose > 0)
+          back -= cross_[i].transpose() * step.segment<6>(RowOf(measurements_[i].pose));
       state.points[point] += b.inverse * back;
     }
     for (size_t k = 1; k < state.poses.size(); ++k) {
-      const Vector6 d = step.segment<6>(RowOf(static_cast<int>(k)));
-      const double angle = d.tail<3>().norm();
-      Rigid3 motion;
-      if (angle > 0) motion.rotation = Eigen::AngleAxisd(angle, d.tail<3>() / angle);
-      motion.translation = d.head<3>();
-      state.poses[k] = motion * state.poses[k];
+      state.poses[k] = Moved(state.poses[k], step.segment<6>(RowOf(static_cast<int>(k))));
     }
     state.camera = Changed(state.camera, of_camera.head<kIntrinsics>());
     state.readout_s += of_camera[kIntrinsics];
@@ -157,7 +155,7 @@ class Solver {
 
   bool IsBehind(const IntrinsicsState& state, size_t point) const {
     for (int i = first_[point]; i < first_[point + 1]; ++i)
-      if ((state.poses[sights_[i].pose] * state.points[point]).z() < kMinDepth) return true;
+      if ((state.poses[measurements_[i].pose] * state.points[point]).z() < kMinDepth) return true;
     return false;
   }
 
@@ -173,7 +171,7 @@ class Solver {
       return;
     }
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const RolledSight& s = sights_[i];
+      const RollingMeasurement& s = measurements_[i];
       const Eigen::Vector3d p =
           rotations[s.pose] * state.points[point] + state.poses[s.pose].translation;
       const PixelDerivatives d = PixelWithDerivatives(state.camera, p);
@@ -236,27 +234,27 @@ class Solver {
     system.block<kShared, kShared>(at, at).noalias() -= of_camera * b.by_intrinsics.transpose();
     right.tail<kShared>().noalias() += of_camera * b.gradient;
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const int pose = sights_[i].pose;
+      const int pose = measurements_[i].pose;
       if (pose == 0) continue;
       const Matrix63 scaled = cross_[i] * b.inverse;
       right.segment<6>(RowOf(pose)).noalias() += scaled * b.gradient;
       system.block<kShared, 6>(at, RowOf(pose)).noalias() -= of_camera * cross_[i].transpose();
       for (int j = first_[point]; j < first_[point + 1]; ++j) {
-        const int other = sights_[j].pose;
+        const int other = measurements_[j].pose;
         if (other > 0 && other <= pose)
           system.block<6, 6>(RowOf(pose), RowOf(other)).noalias() -= scaled * cross_[j].transpose();
       }
     }
   }
 
-  std::span<const RolledSight> sights_;
+  std::span<const RollingMeasurement> measurements_;
   IntrinsicsPrior prior_;
   SharedStep prior_information_;
   double huber_chi2_;
-  std::vector<int> first_;  // index of the first sight of each point
+  std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
-  std::vector<Matrix63> cross_;  // by sight: pose by point
+  std::vector<Matrix63> cross_;  // by measurement: pose by point
   std::vector<PoseBlock> by_pose_;
   std::vector<PointBlock> points_;
   MatrixShared intrinsics_hessian_;
@@ -265,44 +263,19 @@ class Solver {
 
 }  // namespace
 
-SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights,
+SchurReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> measurements,
                                    const IntrinsicsPrior& prior, const SchurOptions& options,
                                    IntrinsicsState& state) {
-  constexpr double kMaxDamping = 1e6;
-  SchurReport report;
-  if (sights.empty() || state.poses.size() < 2) return report;
-  Solver solver(sights, prior, options.huber_chi2, state);
-  double cost = solver.Cost(state), damping = 1e-4;
-  bool is_new = true, was_solved = false;
-  while (report.iterations < options.max_iterations && damping < kMaxDamping) {
-    if (options.stop.stop_requested()) return report;
-    if (is_new) solver.Linearize(state);
-    ++report.iterations;
-    IntrinsicsState moved = state;
-    const bool solved = solver.Step(damping, moved);
-    was_solved = was_solved || solved;
-    const double new_cost = solved ? solver.Cost(moved) : cost;
-    is_new = solved && new_cost < cost;
-    if (!is_new) {
-      damping *= 10;
-      continue;
-    }
-    const double decrease = cost - new_cost;
-    state = std::move(moved);
-    damping = std::max(damping / 5, 1e-9);
-    const bool is_done = decrease < options.tolerance * cost;
-    cost = new_cost;
-    if (is_done) break;
-  }
-  report.success = was_solved && std::isfinite(cost);
-  return report;
+  if (measurements.empty() || state.poses.size() < 2) return {};
+  Solver solver(measurements, prior, options.huber_chi2, state);
+  return MinimizeBySchur(solver, options, state);
 }
 
-Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(std::span<const RolledSight> sights,
-                                                                const IntrinsicsPrior& prior,
-                                                                const IntrinsicsState& state) {
-  if (sights.empty() || state.poses.size() < 2) return MatrixShared::Zero();
-  Solver solver(sights, prior, 0, state);
+Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(
+    std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
+    const IntrinsicsState& state) {
+  if (measurements.empty() || state.poses.size() < 2) return MatrixShared::Zero();
+  Solver solver(measurements, prior, 0, state);
   solver.Linearize(state);
   return solver.Information();
 }

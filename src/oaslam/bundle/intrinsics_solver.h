@@ -17,7 +17,7 @@ inline constexpr int kShared = kIntrinsics + 1;
 using SharedStep = Eigen::Matrix<double, kShared, 1>;
 
 // A point seen by a camera that may move while it reads out the image.
-struct RolledSight : PointSight {
+struct RollingMeasurement : PointMeasurement {
   // Displacement of the point in pixels for each second of readout time.
   Eigen::Vector2d by_readout = Eigen::Vector2d::Zero();
 };
@@ -38,18 +38,18 @@ struct IntrinsicsPrior {
   SharedStep sigma = SharedStep::Zero();
 };
 
-// Minimises the reprojection errors of `sights`, sorted by point, in the original (distorted)
+// Minimises the reprojection errors of `measurements`, sorted by point, in the original (distorted)
 // image, over the intrinsics, all poses but the first, and all points: Levenberg-Marquardt on the
-// Schur complement of the points, like MinimizeReprojection. PointSight::px is a pixel of the
+// Schur complement of the points, like MinimizeReprojection. PointMeasurement::px is a pixel of the
 // original image.
-SchurReport MinimizeWithIntrinsics(std::span<const RolledSight> sights,
+SchurReport MinimizeWithIntrinsics(std::span<const RollingMeasurement> measurements,
                                    const IntrinsicsPrior& prior, const SchurOptions& options,
                                    IntrinsicsState& state);
 
-// The information matrix (inverse covariance) of the shared parameters, given sights of unit
+// The information matrix (inverse covariance) of the shared parameters, given measurements of unit
 // variance and the prior, with unknown poses and points: the Schur complement of these.
-Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(std::span<const RolledSight> sights,
-                                                                const IntrinsicsPrior& prior,
-                                                                const IntrinsicsState& state);
+Eigen::Matrix<double, kShared, kShared> InformationOnIntrinsics(
+    std::span<const RollingMeasurement> measurements, const IntrinsicsPrior& prior,
+    const IntrinsicsState& state);
 
 }  // namespace oaslam

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/bundle/schur_minimization.h"
+#include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -38,11 +40,14 @@ struct Cam {
 
 class Solver {
  public:
-  Solver(std::span<const PointSight> sights, int free_poses, const SchurOptions& options,
-         const CamerasAndPoints& state)
-      : sights_(sights), free_poses_(free_poses), options_(options), cross_(sights.size()) {
+  Solver(std::span<const PointMeasurement> measurements, int free_poses,
+         const SchurOptions& options, const CamerasAndPoints& state)
+      : measurements_(measurements),
+        free_poses_(free_poses),
+        options_(options),
+        cross_(measurements.size()) {
     first_.assign(state.points.size() + 1, 0);
-    for (const PointSight& s : sights) ++first_[s.point + 1];
+    for (const PointMeasurement& s : measurements) ++first_[s.point + 1];
     for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
     pose_hessians_.resize(free_poses);
     pose_gradients_.resize(free_poses);
@@ -58,7 +63,7 @@ class Solver {
   double Cost(const CamerasAndPoints& state) const {
     const std::vector<Cam> cams = CamsOf(state);
     double cost = 0;
-    for (const PointSight& s : sights_) {
+    for (const PointMeasurement& s : measurements_) {
       if (is_left_out_[s.point]) continue;
       const Eigen::Vector3d p =
           cams[s.pose].rotation * state.points[s.point] + cams[s.pose].translation;
@@ -82,7 +87,7 @@ class Solver {
         continue;
       }
       for (int i = first_[point]; i < first_[point + 1]; ++i) {
-        const PointSight& s = sights_[i];
+        const PointMeasurement& s = measurements_[i];
         const Cam& cam = cams[s.pose];
         const Eigen::Vector3d p = cam.rotation * state.points[point] + cam.translation;
         const Eigen::Vector2d residual = ResidualOf(s, p, *state.cameras[s.pose]);
@@ -129,17 +134,12 @@ class Solver {
     for (size_t point = 0; point < point_hessians_.size(); ++point) {
       Eigen::Vector3d back = -point_gradients_[point];
       for (int i = first_[point]; i < first_[point + 1]; ++i)
-        if (sights_[i].pose < free_poses_)
-          back.noalias() -= cross_[i].transpose() * step.segment<6>(6 * sights_[i].pose);
+        if (measurements_[i].pose < free_poses_)
+          back.noalias() -= cross_[i].transpose() * step.segment<6>(6 * measurements_[i].pose);
       state.points[point] += point_inverses_[point] * back;
     }
     for (int k = 0; k < free_poses_; ++k) {
-      const Vector6 d = step.segment<6>(6 * k);
-      const double angle = d.tail<3>().norm();
-      Rigid3 motion;
-      if (angle > 0) motion.rotation = Eigen::AngleAxisd(angle, d.tail<3>() / angle);
-      motion.translation = d.head<3>();
-      state.poses[k] = motion * state.poses[k];
+      state.poses[k] = Moved(state.poses[k], step.segment<6>(6 * k));
     }
     return true;
   }
@@ -153,14 +153,15 @@ class Solver {
     return cams;
   }
 
-  static Eigen::Vector2d ResidualOf(const PointSight& s, const Eigen::Vector3d& p,
+  static Eigen::Vector2d ResidualOf(const PointMeasurement& s, const Eigen::Vector3d& p,
                                     const Camera& camera) {
     const double inverse_z = 1 / p.z();
     return s.inverse_sigma * Eigen::Vector2d(camera.fx * p.x() * inverse_z + camera.cx - s.px.x(),
                                              camera.fy * p.y() * inverse_z + camera.cy - s.px.y());
   }
 
-  static Matrix23 Derivative(const PointSight& s, const Eigen::Vector3d& p, const Camera& camera) {
+  static Matrix23 Derivative(const PointMeasurement& s, const Eigen::Vector3d& p,
+                             const Camera& camera) {
     const double inverse_z = 1 / p.z(), fx = s.inverse_sigma * camera.fx * inverse_z,
                  fy = s.inverse_sigma * camera.fy * inverse_z;
     Matrix23 d;
@@ -170,7 +171,7 @@ class Solver {
 
   bool IsBehind(size_t point, const Eigen::Vector3d& x, const std::vector<Cam>& cams) const {
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const Cam& cam = cams[sights_[i].pose];
+      const Cam& cam = cams[measurements_[i].pose];
       if (cam.rotation.row(2).dot(x) + cam.translation.z() < kMinDepth) return true;
     }
     return false;
@@ -192,24 +193,24 @@ class Solver {
     const Eigen::Matrix3d inverse = hessian.inverse();
     point_inverses_[point] = inverse;
     for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const int row = sights_[i].pose;
+      const int row = measurements_[i].pose;
       if (row >= free_poses_) continue;
       const Matrix63 scaled = cross_[i] * inverse;
       right.segment<6>(6 * row).noalias() += scaled * point_gradients_[point];
       for (int j = first_[point]; j < first_[point + 1]; ++j)
-        if (sights_[j].pose <= row)
-          system.block<6, 6>(6 * row, 6 * sights_[j].pose).noalias() -=
+        if (measurements_[j].pose <= row)
+          system.block<6, 6>(6 * row, 6 * measurements_[j].pose).noalias() -=
               scaled * cross_[j].transpose();
     }
   }
 
-  std::span<const PointSight> sights_;
+  std::span<const PointMeasurement> measurements_;
   int free_poses_;
   SchurOptions options_;
-  std::vector<int> first_;  // index of the first sight of each point
+  std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
-  std::vector<Matrix63> cross_;  // by sight: pose by point
+  std::vector<Matrix63> cross_;  // by measurement: pose by point
   std::vector<Matrix66> pose_hessians_;
   std::vector<Vector6> pose_gradients_;
   std::vector<Eigen::Matrix3d> point_hessians_, point_inverses_;
@@ -218,37 +219,12 @@ class Solver {
 
 }  // namespace
 
-SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_poses,
+SchurReport MinimizeReprojection(std::span<const PointMeasurement> measurements, int free_poses,
                                  const SchurOptions& options, CamerasAndPoints& state) {
-  constexpr double kMaxDamping = 1e6;
   OASLAM_CHECK(free_poses <= static_cast<int>(state.poses.size()));
-  SchurReport report;
-  if (sights.empty() || free_poses == 0) return report;
-  Solver solver(sights, free_poses, options, state);
-  double cost = solver.Cost(state), damping = 1e-4;
-  bool is_new = true, was_solved = false;
-  while (report.iterations < options.max_iterations && damping < kMaxDamping) {
-    if (options.stop.stop_requested()) return report;
-    if (is_new) solver.Linearize(state);
-    ++report.iterations;
-    CamerasAndPoints moved = state;
-    const bool solved = solver.Step(damping, moved);
-    was_solved = was_solved || solved;
-    const double new_cost = solved ? solver.Cost(moved) : cost;
-    is_new = solved && new_cost < cost;
-    if (!is_new) {
-      damping *= 10;
-      continue;
-    }
-    const double decrease = cost - new_cost;
-    state = std::move(moved);
-    damping = std::max(damping / 5, 1e-9);
-    const bool is_done = decrease < options.tolerance * cost;
-    cost = new_cost;
-    if (is_done) break;
-  }
-  report.success = was_solved && std::isfinite(cost);
-  return report;
+  if (measurements.empty() || free_poses == 0) return {};
+  Solver solver(measurements, free_poses, options, state);
+  return MinimizeBySchur(solver, options, state);
 }
 
 }  // namespace oaslam

@@ -11,7 +11,7 @@
 namespace oaslam {
 
 // A point seen by a camera.
-struct PointSight {
+struct PointMeasurement {
   int pose = 0, point = 0;
   Eigen::Vector2d px;  // ideal image
   double inverse_sigma = 1;
@@ -39,11 +39,11 @@ struct SchurReport {
   int iterations = 0;
 };
 
-// Minimises the reprojection errors of `sights`, sorted by point, over the first `free_poses` poses
-// and all points: Levenberg-Marquardt on the Schur complement of the points, a dense system of the
-// poses (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000). It is meant for windows of
-// some dozens of cameras, and is faster there than a general solver.
-SchurReport MinimizeReprojection(std::span<const PointSight> sights, int free_poses,
+// Minimises the reprojection errors of `measurements`, sorted by point, over the first `free_poses`
+// poses and all points: Levenberg-Marquardt on the Schur complement of the points, a dense system
+// of the poses (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000). It is meant for
+// windows of some dozens of cameras, and is faster there than a general solver.
+SchurReport MinimizeReprojection(std::span<const PointMeasurement> measurements, int free_poses,
                                  const SchurOptions& options, CamerasAndPoints& state);
 
 }  // namespace oaslam

@@ -15,7 +15,7 @@ namespace {
 struct Problem {
   synthetic::World world;
   CamerasAndPoints truth, state;
-  std::vector<PointSight> sights;
+  std::vector<PointMeasurement> measurements;
 };
 
 // The first `free` of eight cameras and all points are disturbed from the true solution.
@@ -34,7 +34,7 @@ Problem MakeProblem(int free, double noise_px, double wrong_share = 0) {
                            Eigen::Vector2d(rng.Gaussian(noise_px), rng.Gaussian(noise_px));
       if (rng.Uniform(0, 1) < wrong_share)
         px += Eigen::Vector2d(rng.Uniform(-80, 80), rng.Uniform(-80, 80));
-      p.sights.push_back({k, i, px, 1});
+      p.measurements.push_back({k, i, px, 1});
     }
   }
   p.state = p.truth;
@@ -55,7 +55,7 @@ double PoseError(const Problem& p, int free) {
 
 double SumOfSquares(const Problem& p) {
   double sum = 0;
-  for (const PointSight& s : p.sights)
+  for (const PointMeasurement& s : p.measurements)
     sum += (ProjectIdeal(p.world.camera, p.state.poses[s.pose] * p.state.points[s.point]) - s.px)
                .squaredNorm();
   return sum;
@@ -64,7 +64,7 @@ double SumOfSquares(const Problem& p) {
 TEST(SchurSolver, FindsTheTruthOfExactSights) {
   Problem p = MakeProblem(6, 0);
   const SchurReport report =
-      MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state);
+      MinimizeReprojection(p.measurements, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state);
   EXPECT_TRUE(report.success);
   EXPECT_LT(SumOfSquares(p), 1e-6);
   EXPECT_LT(PoseError(p, 6), 1e-5);
@@ -74,8 +74,9 @@ TEST(SchurSolver, FindsTheTruthOfExactSights) {
 
 TEST(SchurSolver, EndsAtAMinimum) {
   Problem p = MakeProblem(6, 1);
-  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 50, .tolerance = 1e-12}, p.state)
-                  .success);
+  ASSERT_TRUE(
+      MinimizeReprojection(p.measurements, 6, {.max_iterations = 50, .tolerance = 1e-12}, p.state)
+          .success);
   const double best = SumOfSquares(p);
   Rng rng(9);
   for (int i = 0; i < 20; ++i) {
@@ -90,8 +91,9 @@ TEST(SchurSolver, EndsAtAMinimum) {
 
 TEST(SchurSolver, TheKernelHoldsOutliersBack) {
   Problem plain = MakeProblem(6, 0.5, 0.05), robust = plain;
-  MinimizeReprojection(plain.sights, 6, {.max_iterations = 30, .tolerance = 1e-6}, plain.state);
-  MinimizeReprojection(robust.sights, 6,
+  MinimizeReprojection(plain.measurements, 6, {.max_iterations = 30, .tolerance = 1e-6},
+                       plain.state);
+  MinimizeReprojection(robust.measurements, 6,
                        {.max_iterations = 30, .tolerance = 1e-6, .huber_chi2 = 5.991},
                        robust.state);
   EXPECT_LT(PoseError(robust, 6), 0.4 * PoseError(plain, 6));
@@ -105,7 +107,7 @@ void MakeUneven(Problem& p) {
   Rng rng(17);
   for (size_t k = 1; k < p.truth.cameras.size(); k += 2)
     p.truth.cameras[k] = p.state.cameras[k] = &kOther;
-  for (PointSight& s : p.sights) {
+  for (PointMeasurement& s : p.measurements) {
     const double sigma = std::pow(1.2, rng.Index(6));
     s.inverse_sigma = 1 / sigma;
     s.px = ProjectIdeal(*p.truth.cameras[s.pose], p.truth.poses[s.pose] * p.truth.points[s.point]) +
@@ -121,7 +123,7 @@ CamerasAndPoints SolvedByCeres(const Problem& p, int free, double huber_chi2) {
   std::vector<Eigen::Vector3d> points = p.state.points;
   ceres::Problem problem;
   for (PoseBlock& pose : poses) problem.AddParameterBlock(pose.data(), 7, new PoseManifold);
-  for (const PointSight& s : p.sights)
+  for (const PointMeasurement& s : p.measurements)
     problem.AddResidualBlock(
         new ReprojectionCost(*p.state.cameras[s.pose], s.px, 1 / s.inverse_sigma),
         huber_chi2 > 0 ? new ceres::HuberLoss(std::sqrt(huber_chi2)) : nullptr,
@@ -148,7 +150,7 @@ TEST(SchurSolver, EndsWhereCeresEnds) {
     MakeUneven(p);
     const CamerasAndPoints expected = SolvedByCeres(p, 6, huber_chi2);
     ASSERT_TRUE(MinimizeReprojection(
-                    p.sights, 6,
+                    p.measurements, 6,
                     {.max_iterations = 200, .tolerance = 1e-14, .huber_chi2 = huber_chi2}, p.state)
                     .success);
     for (size_t k = 0; k < p.state.poses.size(); ++k) {
@@ -168,10 +170,11 @@ TEST(SchurSolver, EndsWhereCeresEnds) {
 
 TEST(SchurSolver, ACameraThatSeesNothingStaysAndDoesNoHarm) {
   Problem p = MakeProblem(6, 0);
-  std::erase_if(p.sights, [](const PointSight& s) { return s.pose == 2; });
+  std::erase_if(p.measurements, [](const PointMeasurement& s) { return s.pose == 2; });
   const Rigid3 blind = p.state.poses[2];
-  ASSERT_TRUE(MinimizeReprojection(p.sights, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state)
-                  .success);
+  ASSERT_TRUE(
+      MinimizeReprojection(p.measurements, 6, {.max_iterations = 30, .tolerance = 1e-9}, p.state)
+          .success);
   EXPECT_LT((p.state.poses[2].translation - blind.translation).norm(), 1e-9);
   EXPECT_LT((p.state.poses[4].OriginInSource() - p.truth.poses[4].OriginInSource()).norm(), 1e-4);
 }
@@ -180,17 +183,18 @@ TEST(SchurSolver, NothingToDoAndAskedToStop) {
   Problem p = MakeProblem(6, 1);
   const CamerasAndPoints before = p.state;
   EXPECT_FALSE(MinimizeReprojection({}, 6, {}, p.state).success);
-  EXPECT_FALSE(MinimizeReprojection(p.sights, 0, {}, p.state).success);
+  EXPECT_FALSE(MinimizeReprojection(p.measurements, 0, {}, p.state).success);
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_FALSE(MinimizeReprojection(p.sights, 6, {.stop = stop.get_token()}, p.state).success);
+  EXPECT_FALSE(
+      MinimizeReprojection(p.measurements, 6, {.stop = stop.get_token()}, p.state).success);
   EXPECT_EQ(p.state.points, before.points);
 }
 
 TEST(SchurSolver, APointBehindItsCamerasDoesNoHarm) {
   Problem p = MakeProblem(6, 0.3);
   p.state.points[7] = p.state.poses[0].Inverse() * Eigen::Vector3d(0, 0, -1);
-  ASSERT_TRUE(MinimizeReprojection(p.sights, 6,
+  ASSERT_TRUE(MinimizeReprojection(p.measurements, 6,
                                    {.max_iterations = 20, .tolerance = 1e-6, .huber_chi2 = 5.991},
                                    p.state)
                   .success);

@@ -34,7 +34,7 @@ constexpr double kMinTurnRad = 5 * std::numbers::pi / 180;
 constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // relative to the longer side of the image
 
 struct Problem {
-  std::vector<RolledSight> sights;  // ordered by point
+  std::vector<RollingMeasurement> measurements;  // ordered by point
   IntrinsicsState state;
   std::vector<KeyframeId> keyframes;  // by pose
   std::vector<LandmarkId> landmarks;  // by point
@@ -71,7 +71,7 @@ Problem Collect(const Map& map, int camera, std::span<const FramePose> trajector
   for (const KeyframeId id : problem.keyframes)
     problem.state.poses.push_back(map.keyframes.At(id).cam_from_world);
   map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    const size_t before = problem.sights.size();
+    const size_t before = problem.measurements.size();
     const int point = static_cast<int>(problem.landmarks.size());
     for (const Observation& o : landmark.observations) {
       const auto place = std::ranges::lower_bound(problem.keyframes, o.keyframe);
@@ -79,13 +79,14 @@ Problem Collect(const Map& map, int camera, std::span<const FramePose> trajector
       const Features& features = *map.keyframes.At(o.keyframe).features;
       const Keypoint& k = features.keypoints[o.keypoint];
       const Eigen::Vector2d raw = Distort(problem.state.camera, k.px.cast<double>());
-      const PointSight sight{static_cast<int>(place - problem.keyframes.begin()), point, raw,
-                             1.0 / features.pyramid.scale[k.octave]};
-      problem.sights.push_back({sight, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe),
-                                                 motion, landmark.position, raw)});
+      const PointMeasurement measurement{static_cast<int>(place - problem.keyframes.begin()), point,
+                                         raw, 1.0 / features.pyramid.scale[k.octave]};
+      problem.measurements.push_back(
+          {measurement, ByReadout(problem.state.camera, map.keyframes.At(o.keyframe), motion,
+                                  landmark.position, raw)});
     }
-    if (problem.sights.size() - before < 2) {
-      problem.sights.resize(before);
+    if (problem.measurements.size() - before < 2) {
+      problem.measurements.resize(before);
       return;
     }
     problem.landmarks.push_back(id);
@@ -103,21 +104,24 @@ IntrinsicsPrior PriorOf(const Camera& camera, const CalibrationPrior& prior) {
   return p;
 }
 
-std::optional<Eigen::Vector2d> ResidualOf(const IntrinsicsState& state, const RolledSight& s) {
+std::optional<Eigen::Vector2d> ResidualOf(const IntrinsicsState& state,
+                                          const RollingMeasurement& s) {
   const Eigen::Vector3d p = state.poses[s.pose] * state.points[s.point];
   if (p.z() <= 0) return std::nullopt;
   return s.inverse_sigma * (PixelOf(state.camera, p) + state.readout_s * s.by_readout - s.px);
 }
 
-// The sights that agree with the state; points with fewer than two such sights are dropped.
-std::vector<RolledSight> InliersOf(const Problem& problem) {
-  std::vector<RolledSight> inliers;
-  for (size_t i = 0; i < problem.sights.size();) {
+// The measurements that agree with the state; points with fewer than two such measurements are
+// dropped.
+std::vector<RollingMeasurement> InliersOf(const Problem& problem) {
+  std::vector<RollingMeasurement> inliers;
+  for (size_t i = 0; i < problem.measurements.size();) {
     const size_t before = inliers.size();
-    const int point = problem.sights[i].point;
-    for (; i < problem.sights.size() && problem.sights[i].point == point; ++i) {
-      const auto residual = ResidualOf(problem.state, problem.sights[i]);
-      if (residual && residual->squaredNorm() <= kChi2TwoDof) inliers.push_back(problem.sights[i]);
+    const int point = problem.measurements[i].point;
+    for (; i < problem.measurements.size() && problem.measurements[i].point == point; ++i) {
+      const auto residual = ResidualOf(problem.state, problem.measurements[i]);
+      if (residual && residual->squaredNorm() <= kChi2TwoDof)
+        inliers.push_back(problem.measurements[i]);
     }
     if (inliers.size() - before < 2) inliers.resize(before);
   }
@@ -131,7 +135,7 @@ struct Noise {
   double variance = 1, design_effect = 1;
 };
 
-Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights) {
+Noise NoiseOf(const IntrinsicsState& state, std::span<const RollingMeasurement> measurements) {
   constexpr int kCells = 8;  // along the longer side
   const double cell =
       std::max(state.camera.width, state.camera.height) / static_cast<double>(kCells);
@@ -139,7 +143,7 @@ Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights)
   double sum = 0;
   std::vector<char> is_seen(state.points.size());
   int points = 0;
-  for (const RolledSight& s : sights) {
+  for (const RollingMeasurement& s : measurements) {
     const auto residual = ResidualOf(state, s);
     if (!residual) continue;
     sum += residual->squaredNorm();
@@ -154,21 +158,24 @@ Noise NoiseOf(const IntrinsicsState& state, std::span<const RolledSight> sights)
   }
   double together = 0;
   for (const auto& [key, entry] : cells) together += entry.first.squaredNorm();
-  const double freedom = 2.0 * static_cast<double>(sights.size()) - 3.0 * points -
+  const double freedom = 2.0 * static_cast<double>(measurements.size()) - 3.0 * points -
                          6.0 * static_cast<double>(state.poses.size());
   return {sum / std::max(freedom, 1.0), sum > 0 ? std::max(1.0, together / sum) : 1};
 }
 
-double ShareWithParallax(const IntrinsicsState& state, std::span<const RolledSight> sights) {
+double ShareWithParallax(const IntrinsicsState& state,
+                         std::span<const RollingMeasurement> measurements) {
   std::vector<Eigen::Vector3d> centers;
   for (const Rigid3& pose : state.poses) centers.push_back(pose.OriginInSource());
   int points = 0, with = 0;
-  for (size_t i = 0; i < sights.size();) {
-    const int point = sights[i].point;
-    const Eigen::Vector3d first = (state.points[point] - centers[sights[i].pose]).normalized();
+  for (size_t i = 0; i < measurements.size();) {
+    const int point = measurements[i].point;
+    const Eigen::Vector3d first =
+        (state.points[point] - centers[measurements[i].pose]).normalized();
     double widest = 0;
-    for (; i < sights.size() && sights[i].point == point; ++i) {
-      const Eigen::Vector3d ray = (state.points[point] - centers[sights[i].pose]).normalized();
+    for (; i < measurements.size() && measurements[i].point == point; ++i) {
+      const Eigen::Vector3d ray =
+          (state.points[point] - centers[measurements[i].pose]).normalized();
       widest = std::max(widest, first.cross(ray).norm());
     }
     ++points;
@@ -185,7 +192,7 @@ double LargestTurn(const IntrinsicsState& state) {
 }
 
 std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state,
-                   std::span<const RolledSight> inliers) {
+                   std::span<const RollingMeasurement> inliers) {
   const double focal = found.camera.fx / std::max(found.camera.width, found.camera.height);
   if (ShareWithParallax(state, inliers) < kMinParallaxShare)
     return "the camera only turned: it has to move sideways, too";
@@ -215,8 +222,8 @@ bool Solve(Problem& problem, const CalibrationPrior& prior) {
   held.camera.cy = problem.state.camera.cy;
   held.sigma[1] = held.sigma[2] = 0;
   const SchurOptions robust{kIterations, kTolerance, kChi2TwoDof, {}};
-  return MinimizeWithIntrinsics(problem.sights, held, robust, problem.state).success &&
-         MinimizeWithIntrinsics(problem.sights, known, robust, problem.state).success;
+  return MinimizeWithIntrinsics(problem.measurements, held, robust, problem.state).success &&
+         MinimizeWithIntrinsics(problem.measurements, known, robust, problem.state).success;
 }
 
 // The part of a problem with the keyframes [from, to).
@@ -227,18 +234,19 @@ Problem PartOf(const Problem& whole, int from, int to) {
   const auto ids = whole.keyframes.begin();
   part.keyframes.assign(ids + from, ids + to);
   part.state.poses.assign(whole.state.poses.begin() + from, whole.state.poses.begin() + to);
-  for (size_t i = 0; i < whole.sights.size();) {
-    const size_t before = part.sights.size();
-    const int point = whole.sights[i].point, new_point = static_cast<int>(part.landmarks.size());
-    for (; i < whole.sights.size() && whole.sights[i].point == point; ++i) {
-      RolledSight s = whole.sights[i];
+  for (size_t i = 0; i < whole.measurements.size();) {
+    const size_t before = part.measurements.size();
+    const int point = whole.measurements[i].point,
+              new_point = static_cast<int>(part.landmarks.size());
+    for (; i < whole.measurements.size() && whole.measurements[i].point == point; ++i) {
+      RollingMeasurement s = whole.measurements[i];
       if (s.pose < from || s.pose >= to) continue;
       s.pose -= from;
       s.point = new_point;
-      part.sights.push_back(s);
+      part.measurements.push_back(s);
     }
-    if (part.sights.size() - before < 2) {
-      part.sights.resize(before);
+    if (part.measurements.size() - before < 2) {
+      part.measurements.resize(before);
       continue;
     }
     part.landmarks.push_back(whole.landmarks[point]);
@@ -249,7 +257,7 @@ Problem PartOf(const Problem& whole, int from, int to) {
 
 // The standard deviation of log(focal length) of a solved problem, from its own residuals; infinite
 // where it is not determined.
-double StatisticalSigma(const IntrinsicsState& state, std::span<const RolledSight> inliers,
+double StatisticalSigma(const IntrinsicsState& state, std::span<const RollingMeasurement> inliers,
                         const IntrinsicsPrior& known) {
   const Noise noise = NoiseOf(state, inliers);
   const double variance = noise.variance * noise.design_effect *
@@ -270,9 +278,9 @@ double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
   for (int part = 0; part < parts; ++part) {
     Problem p = PartOf(whole, part * count / parts, (part + 1) * count / parts);
     if (p.landmarks.size() < kMinPoints ||
-        !MinimizeWithIntrinsics(p.sights, known, {20, 1e-4, 0, {}}, p.state).success)
+        !MinimizeWithIntrinsics(p.measurements, known, {20, 1e-4, 0, {}}, p.state).success)
       continue;
-    const double sigma = StatisticalSigma(p.state, p.sights, known);
+    const double sigma = StatisticalSigma(p.state, p.measurements, known);
     if (!std::isfinite(sigma)) continue;
     const double off = std::log(p.state.camera.fx / whole.state.camera.fx) / sigma;
     sum += off * off;
@@ -287,7 +295,7 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
   SelfCalibration found;
   found.camera = problem.state.camera;
   found.keyframes = static_cast<int>(problem.keyframes.size());
-  found.observations = static_cast<int>(problem.sights.size());
+  found.observations = static_cast<int>(problem.measurements.size());
   if (found.keyframes < kMinKeyframes || problem.landmarks.size() < kMinPoints) {
     found.why_not = fmt::format("too little was mapped: {} keyframes, {} landmarks seen twice",
                                 found.keyframes, problem.landmarks.size());
@@ -298,7 +306,7 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
     found.why_not = "bundle adjustment with a free focal length finds no solution";
     return found;
   }
-  std::vector<RolledSight> inliers = InliersOf(problem);
+  std::vector<RollingMeasurement> inliers = InliersOf(problem);
   if (!MinimizeWithIntrinsics(inliers, known, {20, 1e-6, 0, {}}, problem.state).success) {
     found.why_not = "bundle adjustment with a free focal length finds no solution";
     return found;
@@ -315,7 +323,7 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
         (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
     if (with_parts) {
       Problem kept = problem;
-      kept.sights = inliers;
+      kept.measurements = inliers;
       found.parts_ratio = BirgeRatio(kept, known);
     }
     found.focal_sigma_px = sigma[0] * found.camera.fx * found.parts_ratio;

@@ -1,16 +1,16 @@
 #include "oaslam/estimation/focal_refinement.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "oaslam/estimation/levenberg_marquardt.h"
 #include "oaslam/geometry/camera_derivatives.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
 namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
-using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr double kMinDepth = 1e-6;
 constexpr int kMinInliers = 8;
@@ -20,21 +20,15 @@ struct State {
   Rigid3 pose;
 };
 
-struct NormalEquations {
-  Matrix7 hessian = Matrix7::Zero();
-  Vector7 gradient = Vector7::Zero();
-  double cost = 0;
-};
-
 double Chi2(const State& state, const PointObservation& o) {
   const Eigen::Vector3d p = state.pose * o.point;
   if (p.z() < kMinDepth) return std::numeric_limits<double>::infinity();
   return (ProjectIdeal(state.camera, p) - o.px).squaredNorm() * o.inverse_variance;
 }
 
-NormalEquations Linearize(const State& state, std::span<const PointObservation> observations,
-                          const std::vector<uint8_t>& use, bool robust) {
-  NormalEquations n;
+NormalEquations<7> Linearize(const State& state, std::span<const PointObservation> observations,
+                             const std::vector<uint8_t>& use, bool robust) {
+  NormalEquations<7> n;
   for (size_t i = 0; i < observations.size(); ++i) {
     if (!use[i]) continue;
     const PointObservation& o = observations[i];
@@ -66,45 +60,13 @@ NormalEquations Linearize(const State& state, std::span<const PointObservation> 
   return n;
 }
 
-State Moved(const State& state, const Vector7& step) {
-  const Eigen::Vector3d w = step.segment<3>(3);
-  const double angle = w.norm();
-  const Eigen::Quaterniond turn = angle < 1e-12
-                                      ? Eigen::Quaterniond::Identity()
-                                      : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+// Nothing where the step changes the focal length by more than is linear.
+std::optional<State> MovedState(const State& state, const Vector7& step) {
+  constexpr double kMaxFocalStep = 0.5;  // of its logarithm
+  if (std::abs(step[6]) > kMaxFocalStep) return std::nullopt;
   IntrinsicsStep of_camera = IntrinsicsStep::Zero();
   of_camera[0] = step[6];
-  return {Changed(state.camera, of_camera), Rigid3(turn, step.head<3>()) * state.pose};
-}
-
-NormalEquations Minimize(std::span<const PointObservation> observations,
-                         const std::vector<uint8_t>& use, bool robust, State& state) {
-  constexpr int kIterations = 20;
-  NormalEquations here = Linearize(state, observations, use, robust);
-  double damping = 1e-4;
-  for (int i = 0; i < kIterations && damping < 1e6; ++i) {
-    Matrix7 damped = here.hessian;
-    damped.diagonal() *= 1 + damping;
-    damped.diagonal().array() += 1e-12;
-    const Vector7 step = damped.ldlt().solve(-here.gradient);
-    if (!step.allFinite()) break;
-    if (std::abs(step[6]) > 0.5) {
-      damping = std::max(damping * 10, 1e-3);
-      continue;
-    }
-    const State moved = Moved(state, step);
-    const NormalEquations there = Linearize(moved, observations, use, robust);
-    if (there.cost > here.cost) {
-      damping = std::max(damping * 100, 1e-3);
-      continue;
-    }
-    const bool converged = here.cost - there.cost < 1e-5 * here.cost;
-    state = moved;
-    here = there;
-    damping *= 0.1;
-    if (converged) break;
-  }
-  return here;
+  return State{Changed(state.camera, of_camera), Moved(state.pose, step.head<6>())};
 }
 
 }  // namespace
@@ -116,9 +78,13 @@ FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_f
   State state{camera, initial_cam_from_world};
   report.inlier.assign(observations.size(), 1);
   report.inliers = static_cast<int>(observations.size());
-  NormalEquations end;
+  NormalEquations<7> end;
   for (int round = 0; round < kRounds && report.inliers >= kMinInliers; ++round) {
-    end = Minimize(observations, report.inlier, round < kRounds - 1, state);
+    const bool robust = round < kRounds - 1;
+    end = MinimizeLevenbergMarquardt<7>(
+        {.raise = 100, .least_raised = 1e-3, .tolerance = 1e-5}, state,
+        [&](const State& s) { return Linearize(s, observations, report.inlier, robust); },
+        MovedState);
     report.inliers = 0;
     report.chi2 = 0;
     for (size_t i = 0; i < observations.size(); ++i) {
@@ -130,13 +96,11 @@ FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_f
   }
   report.camera = state.camera;
   report.cam_from_world = state.pose;
-  const Eigen::LDLT<Matrix7> factor(end.hessian);
-  report.success = report.inliers >= kMinInliers && factor.info() == Eigen::Success &&
-                   factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
+  const auto covariance = CovarianceOf(end);
+  report.success = report.inliers >= kMinInliers && covariance;
   if (!report.success) return report;
-  const Matrix7 covariance = factor.solve(Matrix7::Identity());
-  report.relative_sigma = std::sqrt(std::max(0.0, covariance(6, 6)));
-  report.covariance = covariance.topLeftCorner<6, 6>();
+  report.relative_sigma = std::sqrt(std::max(0.0, (*covariance)(6, 6)));
+  report.covariance = covariance->topLeftCorner<6, 6>();
   return report;
 }
 

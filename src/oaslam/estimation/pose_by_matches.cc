@@ -1,36 +1,19 @@
 #include "oaslam/estimation/pose_by_matches.h"
 
-#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 #include <vector>
 
+#include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 
 namespace oaslam {
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-struct NormalEquations {
-  Matrix6d hessian = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-  double cost = 0;
-};
-
-Rigid3 Moved(const Rigid3& pose, const Vector6d& step) {
-  const Eigen::Vector3d w = step.tail<3>();
-  const double angle = w.norm();
-  const Eigen::Quaterniond rotation = angle < 1e-12
-                                          ? Eigen::Quaterniond::Identity()
-                                          : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
-  return Rigid3(rotation, step.head<3>()) * pose;
-}
-
 void AddLandmarks(const Camera& camera, const Rigid3& pose,
                   std::span<const PointObservation> landmarks, const std::vector<uint8_t>& use,
-                  NormalEquations& n) {
+                  NormalEquations<6>& n) {
   const Eigen::Matrix3d r = pose.rotation.toRotationMatrix();
   const double threshold = std::sqrt(kChi2TwoDof);
   for (size_t i = 0; i < landmarks.size(); ++i) {
@@ -58,7 +41,7 @@ void AddLandmarks(const Camera& camera, const Rigid3& pose,
 }
 
 void AddMatches(const Camera& camera, const Rigid3& relative,
-                std::span<const EpipolarMatch> matches, NormalEquations& n) {
+                std::span<const EpipolarMatch> matches, NormalEquations<6>& n) {
   constexpr double kKernel2 = 4;  // full weight well within two sigma
   if (relative.translation.norm() < 1e-9) return;
   const Eigen::Matrix3d r = relative.rotation.toRotationMatrix(),
@@ -77,7 +60,7 @@ void AddMatches(const Camera& camera, const Rigid3& relative,
     if (!(variance > 1e-24)) continue;
     const double inverse_norm = 1 / std::sqrt(variance), inverse_sigma = inverse_norm / m.sigma_px;
     const double residual = m.ray.dot(ex) * inverse_sigma;
-    Vector6d j;
+    PoseVector j;
     for (int k = 0; k < 6; ++k) {
       const Eigen::Vector3d dx = derivative[k] * m.ray_before,
                             dy = derivative[k].transpose() * m.ray;
@@ -104,35 +87,18 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial,
   PoseReport report;
   report.cam_from_world = initial;
   report.inlier.assign(landmarks.size(), 1);
-  NormalEquations here;
+  NormalEquations<6> end;
   const auto linearize = [&](const Rigid3& pose) {
-    NormalEquations n;
+    NormalEquations<6> n;
     AddLandmarks(camera, pose, landmarks, report.inlier, n);
     AddMatches(camera, pose * world_from_before, matches, n);
     return n;
   };
   for (int round = 0; round < kRounds; ++round) {
-    here = linearize(report.cam_from_world);
-    double damping = 1e-4;
-    for (int i = 0; i < kIterations; ++i) {
-      Matrix6d damped = here.hessian;
-      damped.diagonal() *= 1 + damping;
-      damped.diagonal().array() += 1e-12;
-      const Vector6d step = damped.ldlt().solve(-here.gradient);
-      if (!step.allFinite()) break;
-      const Rigid3 moved = Moved(report.cam_from_world, step);
-      const NormalEquations there = linearize(moved);
-      if (there.cost > here.cost) {
-        damping *= 10;
-        if (damping > 1e6) break;
-        continue;
-      }
-      const bool converged = here.cost - there.cost < 1e-4 * here.cost;
-      report.cam_from_world = moved;
-      here = there;
-      damping *= 0.1;
-      if (converged) break;
-    }
+    end = MinimizeLevenbergMarquardt<6>({.max_iterations = kIterations}, report.cam_from_world,
+                                        linearize, [](const Rigid3& pose, const PoseVector& step) {
+                                          return std::optional(Moved(pose, step));
+                                        });
     report.inliers = 0;
     for (size_t i = 0; i < landmarks.size(); ++i) {
       const PointObservation& o = landmarks[i];
@@ -144,10 +110,9 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial,
     }
     if (report.inliers < kMinInliers) return report;
   }
-  const Eigen::LDLT<Matrix6d> factor(here.hessian);
-  report.success = factor.info() == Eigen::Success &&
-                   factor.vectorD().minCoeff() > 1e-12 * factor.vectorD().maxCoeff();
-  if (report.success) report.covariance = factor.solve(Matrix6d::Identity());
+  const auto covariance = CovarianceOf(end);
+  report.success = covariance.has_value();
+  if (covariance) report.covariance = *covariance;
   return report;
 }
 

@@ -113,8 +113,8 @@ double Reached(std::vector<double> values, int count) {
 }
 
 // Why the best candidate is not reliable; empty if it is.
-std::string Doubt(const TwoViewReport& report, const std::vector<Candidate>& ranked, int matches,
-                  const TwoViewOptions& options) {
+std::string WhyNot(const TwoViewReport& report, const std::vector<Candidate>& ranked, int matches,
+                   const TwoViewOptions& options) {
   const Structure& best = ranked.front().structure;
   if (best.inliers < options.min_inlier_share * matches)
     return fmt::format("{} of {} matches agree with the motion", best.inliers, matches);
@@ -187,7 +187,7 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
   report.rival = ranked.size() > 1 && best.structure.score > 0
                      ? ranked[1].structure.score / best.structure.score
                      : 0;
-  report.why_not = Doubt(report, ranked, matches.size(), options);
+  report.why_not = WhyNot(report, ranked, matches.size(), options);
   report.success = report.why_not.empty();
   report.points = best.structure.points;
   return report;

@@ -53,23 +53,23 @@ Eigen::Matrix3d NearestEssential(const Eigen::Matrix3d& m) {
   return svd.matrixU() * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.matrixV().transpose();
 }
 
-double Credit(double chi2, double bound) { return chi2 < bound ? kChi2TwoDof - chi2 : 0; }
+double ClippedScore(double chi2, double bound) { return chi2 < bound ? kChi2TwoDof - chi2 : 0; }
 
-double EssentialCredit(const RayMatches& m, const Eigen::Matrix3d& e, int i,
-                       double inverse_sigma2) {
+double EssentialScore(const RayMatches& m, const Eigen::Matrix3d& e, int i, double inverse_sigma2) {
   const Eigen::Vector3d in_second = e * m.first[i], in_first = e.transpose() * m.second[i];
   const double algebraic = m.second[i].dot(in_second),
                squared = algebraic * algebraic * inverse_sigma2;
-  return Credit(squared * m.focal_second * m.focal_second / in_second.head<2>().squaredNorm(),
-                kChi2OneDof) +
-         Credit(squared * m.focal_first * m.focal_first / in_first.head<2>().squaredNorm(),
-                kChi2OneDof);
+  return ClippedScore(squared * m.focal_second * m.focal_second / in_second.head<2>().squaredNorm(),
+                      kChi2OneDof) +
+         ClippedScore(squared * m.focal_first * m.focal_first / in_first.head<2>().squaredNorm(),
+                      kChi2OneDof);
 }
 
-double TransferCredit(const Eigen::Matrix3d& h, const Eigen::Vector3d& x, const Eigen::Vector3d& y,
-                      double weight) {
+double TransferScore(const Eigen::Matrix3d& h, const Eigen::Vector3d& x, const Eigen::Vector3d& y,
+                     double weight) {
   const Eigen::Vector3d moved = h * x;
-  return Credit((moved.head<2>() / moved.z() - y.head<2>()).squaredNorm() * weight, kChi2TwoDof);
+  return ClippedScore((moved.head<2>() / moved.z() - y.head<2>()).squaredNorm() * weight,
+                      kChi2TwoDof);
 }
 
 template <int kCount>
@@ -84,15 +84,15 @@ std::array<int, kCount> Sample(int n, Rng& rng) {
   return sample;
 }
 
-// RANSAC with a local optimisation of the best model on its inliers. credit(model, i): what match i
+// RANSAC with a local optimisation of the best model on its inliers. make_score(model)(i): what match i
 // adds to the score; rows(i): its equations.
 template <int kSample, typename SampleRows, typename Repair, typename Score, typename Rows>
 TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleRows&& sample_rows,
-                    Repair&& repair, Score&& make_credit, Rows&& rows) {
+                    Repair&& repair, Score&& make_score, Rows&& rows) {
   const auto score = [&](const Eigen::Matrix3d& model) {
-    const auto credit = make_credit(model);
+    const auto score_of = make_score(model);
     double sum = 0;
-    for (int i = 0; i < matches.size(); ++i) sum += credit(i);
+    for (int i = 0; i < matches.size(); ++i) sum += score_of(i);
     return sum;
   };
   TwoViewModel best;
@@ -103,10 +103,10 @@ TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleR
     if (const double s = score(model); s > best.score) best = {model, s};
   }
   for (int polish = 0; polish < 4 && best.score > 0; ++polish) {
-    const auto credit = make_credit(best.matrix);
+    const auto score_of = make_score(best.matrix);
     Matrix9d normal = Matrix9d::Zero();
     for (int i = 0; i < matches.size(); ++i)
-      if (credit(i) > 0) normal += rows(i).transpose() * rows(i);
+      if (score_of(i) > 0) normal += rows(i).transpose() * rows(i);
     const Eigen::Matrix3d model = repair(FromRowMajor(LeastSquaresNullVector(normal)));
     const double s = score(model);
     if (!(s > best.score)) break;
@@ -118,13 +118,13 @@ TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleR
 }  // namespace
 
 TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng) {
-  const auto make_credit = [&](const Eigen::Matrix3d& h) {
+  const auto make_score = [&](const Eigen::Matrix3d& h) {
     const Eigen::Matrix3d inverse = h.inverse();
     return [&matches, h, inverse](int i) {
-      return TransferCredit(h, matches.first[i], matches.second[i],
-                            std::pow(matches.focal_second / matches.sigma[i], 2)) +
-             TransferCredit(inverse, matches.second[i], matches.first[i],
-                            std::pow(matches.focal_first / matches.sigma[i], 2));
+      return TransferScore(h, matches.first[i], matches.second[i],
+                           std::pow(matches.focal_second / matches.sigma[i], 2)) +
+             TransferScore(inverse, matches.second[i], matches.first[i],
+                           std::pow(matches.focal_first / matches.sigma[i], 2));
     };
   };
   const auto rows = [&](int i) { return HomographyRows(matches.first[i], matches.second[i]); };
@@ -134,14 +134,14 @@ TwoViewModel FitHomography(const RayMatches& matches, int iterations, Rng& rng) 
     return all;
   };
   return Ransac<4>(
-      matches, iterations, rng, sample_rows, [](const Eigen::Matrix3d& h) { return h; },
-      make_credit, rows);
+      matches, iterations, rng, sample_rows, [](const Eigen::Matrix3d& h) { return h; }, make_score,
+      rows);
 }
 
 TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng) {
-  const auto make_credit = [&](const Eigen::Matrix3d& e) {
+  const auto make_score = [&](const Eigen::Matrix3d& e) {
     return [&matches, e](int i) {
-      return EssentialCredit(matches, e, i, 1 / (matches.sigma[i] * matches.sigma[i]));
+      return EssentialScore(matches, e, i, 1 / (matches.sigma[i] * matches.sigma[i]));
     };
   };
   const auto rows = [&](int i) { return EssentialRow(matches.first[i], matches.second[i]); };
@@ -150,7 +150,7 @@ TwoViewModel FitEssential(const RayMatches& matches, int iterations, Rng& rng) {
     for (int k = 0; k < 8; ++k) all.row(k) = rows(sample[k]);
     return all;
   };
-  return Ransac<8>(matches, iterations, rng, sample_rows, NearestEssential, make_credit, rows);
+  return Ransac<8>(matches, iterations, rng, sample_rows, NearestEssential, make_score, rows);
 }
 
 std::vector<Rigid3> MotionsOfEssential(

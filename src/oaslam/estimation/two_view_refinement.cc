@@ -1,18 +1,18 @@
 #include "oaslam/estimation/two_view_refinement.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <numbers>
 
+#include "oaslam/estimation/levenberg_marquardt.h"
+#include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 
 namespace oaslam {
 namespace {
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;
-using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
 // Two directions orthogonal to t and to each other.
 Eigen::Matrix<double, 3, 2> Tangents(const Eigen::Vector3d& t) {
@@ -22,23 +22,13 @@ Eigen::Matrix<double, 3, 2> Tangents(const Eigen::Vector3d& t) {
   return basis;
 }
 
-Rigid3 Moved(const Rigid3& motion, const Vector5d& step) {
-  const Eigen::Vector3d w = step.tail<3>(),
-                        t = motion.translation + Tangents(motion.translation) * step.head<2>();
-  const double angle = w.norm();
-  const Eigen::Quaterniond turn = angle < 1e-12
-                                      ? Eigen::Quaterniond::Identity()
-                                      : Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
-  return {(turn * motion.rotation).normalized(), t.normalized()};
+// A unit translation moves on the sphere.
+std::optional<Rigid3> MovedMotion(const Rigid3& motion, const Vector5d& step) {
+  const Eigen::Vector3d t = motion.translation + Tangents(motion.translation) * step.head<2>();
+  return Rigid3((RotationOf(step.tail<3>()) * motion.rotation).normalized(), t.normalized());
 }
 
-struct NormalEquations {
-  Matrix5d hessian = Matrix5d::Zero();
-  Vector5d gradient = Vector5d::Zero();
-  double cost = 0;
-};
-
-NormalEquations Linearize(const RayMatches& m, const Rigid3& motion) {
+NormalEquations<5> Linearize(const RayMatches& m, const Rigid3& motion) {
   const Eigen::Matrix3d r = motion.rotation.toRotationMatrix(), t_hat = Skew(motion.translation),
                         e = t_hat * r;
   const Eigen::Matrix<double, 3, 2> tangents = Tangents(motion.translation);
@@ -49,7 +39,7 @@ NormalEquations Linearize(const RayMatches& m, const Rigid3& motion) {
   const double w_first = 1 / (m.focal_first * m.focal_first),
                w_second = 1 / (m.focal_second * m.focal_second);
   constexpr double kernel2 = 4;  // Cauchy: full weight well within two sigma
-  NormalEquations n;
+  NormalEquations<5> n;
   for (int i = 0; i < m.size(); ++i) {
     const Eigen::Vector3d &x = m.first[i], &y = m.second[i];
     const Eigen::Vector3d ex = e * x, ey = e.transpose() * y;
@@ -89,28 +79,11 @@ double SquaredSampson(const RayMatches& m, const Eigen::Matrix3d& essential, int
 
 RefinedMotion RefineMotion(const RayMatches& matches, const Rigid3& start) {
   RefinedMotion result{start, 0};
-  NormalEquations here = Linearize(matches, start);
-  double damping = 1e-4;
-  for (int i = 0; i < 20; ++i) {
-    Matrix5d damped = here.hessian;
-    damped.diagonal() *= 1 + damping;
-    damped.diagonal().array() += 1e-12;
-    const Vector5d step = damped.ldlt().solve(-here.gradient);
-    if (!step.allFinite()) break;
-    const Rigid3 moved = Moved(result.second_from_first, step);
-    const NormalEquations there = Linearize(matches, moved);
-    if (there.cost > here.cost) {
-      damping *= 10;
-      if (damping > 1e6) break;
-      continue;
-    }
-    const bool converged = here.cost - there.cost < 1e-5 * here.cost;
-    result.second_from_first = moved;
-    here = there;
-    damping *= 0.1;
-    if (converged) break;
-  }
-  const Matrix5d covariance = here.hessian.ldlt().solve(Matrix5d::Identity());
+  const NormalEquations<5> end = MinimizeLevenbergMarquardt<5>(
+      {.tolerance = 1e-5}, result.second_from_first,
+      [&](const Rigid3& motion) { return Linearize(matches, motion); }, MovedMotion);
+  const Eigen::Matrix<double, 5, 5> covariance =
+      end.hessian.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
   const Eigen::Matrix2d direction = covariance.topLeftCorner<2, 2>();
   const double variance =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(direction).eigenvalues()(1);

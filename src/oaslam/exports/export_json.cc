@@ -88,11 +88,11 @@ Json LandmarkJson(LandmarkId id, const Landmark& landmark) {
 Json ObjectJson(ObjectId id, const Object& object, const SavedMap& saved) {
   Json boxes = Json::array();
   for (const ObjectObservation& o : object.observations) {
-    const auto anchor = saved.map.ResolvePose(o.anchor);
-    if (!anchor) continue;
+    const auto reference = saved.map.ResolvePose(o.reference);
+    if (!reference) continue;
     boxes.push_back({{"frame_index", o.frame_index},
                      {"camera", o.camera},
-                     {"world_from_cam", Pose((o.cam_from_anchor * *anchor).Inverse())},
+                     {"world_from_cam", Pose((o.cam_from_reference * *reference).Inverse())},
                      {"box", {o.box.x1, o.box.y1, o.box.x2, o.box.y2}},
                      {"score", o.score},
                      {"truncated", Edges(o.truncated)}});

@@ -71,22 +71,8 @@ Ellipsoid Moved(const Ellipsoid& ellipsoid, const ShapeVector& change) {
   moved.center = ellipsoid.center + change.head<3>();
   moved.half_axes = ellipsoid.half_axes.array() * change.segment<3>(3).array().exp();
   const Eigen::Vector3d turn(change[7], change[8], change[6]);
-  const double angle = turn.norm();
-  moved.rotation = ellipsoid.rotation;
-  if (angle > 0)
-    moved.rotation =
-        (ellipsoid.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)))
-            .normalized();
+  moved.rotation = (ellipsoid.rotation * RotationOf(turn)).normalized();
   return moved;
-}
-
-Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change) {
-  const Eigen::Vector3d turn = change.tail<3>();
-  const double angle = turn.norm();
-  Rigid3 delta;
-  if (angle > 0) delta.rotation = Eigen::AngleAxisd(angle, turn / angle);
-  delta.translation = change.head<3>();
-  return delta * cam_from_world;
 }
 
 std::optional<EllipsoidView> ViewEllipsoid(const Ellipsoid& ellipsoid,

@@ -5,6 +5,7 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {
 
@@ -15,12 +16,6 @@ constexpr int kShapeParameters = 9;
 using ShapeVector = Eigen::Matrix<double, kShapeParameters, 1>;
 
 Ellipsoid Moved(const Ellipsoid& ellipsoid, const ShapeVector& change);
-
-// Parameters of a pose cam_from_world: translation then rotation [rad] of the camera frame, exp(w)
-// * pose + t.
-using PoseVector = Eigen::Matrix<double, 6, 1>;
-
-Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& change);
 
 // An ellipsoid seen from a pose, with the values that its outline and its derivatives need.
 struct EllipsoidView {

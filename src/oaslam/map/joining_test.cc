@@ -66,7 +66,7 @@ TEST(JoinMap, WhatCamerasSeeStaysTheSame) {
   const auto box_in = [&](const Map& m) {
     const ObjectObservation& o = m.objects.At(ObjectId(7)).observations.front();
     return *ProjectToBox(m.objects.At(ObjectId(7)).ellipsoid,
-                         o.cam_from_anchor * *m.ResolvePose(o.anchor), world.camera);
+                         o.cam_from_reference * *m.ResolvePose(o.reference), world.camera);
   };
   EXPECT_NEAR(box_in(map).x1, box_in(other).x1, 1e-6);
   EXPECT_NEAR(box_in(map).y2, box_in(other).y2, 1e-6);

@@ -234,7 +234,7 @@ void Map::Scale(double factor) {
     object.ellipsoid.half_axes *= factor;
     object.covariance.topRows<3>() *= factor;
     object.covariance.leftCols<3>() *= factor;
-    for (ObjectObservation& o : object.observations) o.cam_from_anchor.translation *= factor;
+    for (ObjectObservation& o : object.observations) o.cam_from_reference.translation *= factor;
   }
   for (auto& [name, anchor] : anchors) anchor.Scale(factor);
 }
@@ -301,10 +301,10 @@ std::vector<std::string> Map::CheckInvariants() const {
     if (!std::ranges::is_sorted(object.landmarks))
       problems.push_back(fmt::format("object {}: landmarks not ascending", id.value));
     for (const ObjectObservation& o : object.observations) {
-      if (!ResolvePose(o.anchor))
+      if (!ResolvePose(o.reference))
         problems.push_back(
-            fmt::format("object {}: anchor {} leads nowhere", id.value, o.anchor.value));
-      if (!IsFinite(o.cam_from_anchor))
+            fmt::format("object {}: anchor {} leads nowhere", id.value, o.reference.value));
+      if (!IsFinite(o.cam_from_reference))
         problems.push_back(fmt::format("object {}: pose of an observation not finite", id.value));
     }
   });

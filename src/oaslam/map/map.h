@@ -65,8 +65,8 @@ enum class ObjectState { kTentative, kInitialized, kMapped };
 
 struct ObjectObservation {
   int frame_index = 0;
-  KeyframeId anchor;  // keyframe that the pose is relative to
-  Rigid3 cam_from_anchor;
+  KeyframeId reference;  // keyframe that the pose is relative to
+  Rigid3 cam_from_reference;
   int camera = 0;  // index into Map::cameras
   Box box;         // ideal image
   double score = 0;

@@ -101,8 +101,8 @@ TEST(Map, ScalingChangesTheUnitAndNothingElse) {
   object.ellipsoid.center = {0, 0, 4};
   object.covariance.setOnes();
   object.observations.resize(1);
-  object.observations.front().anchor = KeyframeId(0);
-  object.observations.front().cam_from_anchor.translation = {1, 0, 0};
+  object.observations.front().reference = KeyframeId(0);
+  object.observations.front().cam_from_reference.translation = {1, 0, 0};
   map.objects.Insert(ObjectId(0), object);
   const Map before = map;
   map.Scale(2.5);
@@ -122,7 +122,7 @@ TEST(Map, ScalingChangesTheUnitAndNothingElse) {
   EXPECT_DOUBLE_EQ(scaled.covariance(0, 0), 6.25);
   EXPECT_DOUBLE_EQ(scaled.covariance(0, 5), 2.5);
   EXPECT_DOUBLE_EQ(scaled.covariance(5, 5), 1);
-  EXPECT_DOUBLE_EQ(scaled.observations.front().cam_from_anchor.translation.x(), 2.5);
+  EXPECT_DOUBLE_EQ(scaled.observations.front().cam_from_reference.translation.x(), 2.5);
 }
 
 TEST(Map, InvariantsCanFail) {
@@ -240,12 +240,12 @@ TEST(Map, WhatIsBrokenIsLeftOut) {
   Map map = FullMap();
   Object& object = map.objects.MutableAt(ObjectId(0));
   std::swap(object.landmarks[0], object.landmarks[1]);
-  object.observations[1].anchor = KeyframeId(99);
+  object.observations[1].reference = KeyframeId(99);
   const Object repaired = Repaired(map).objects.At(ObjectId(0));
   EXPECT_EQ(repaired.landmarks, (std::vector{LandmarkId(2), LandmarkId(7)}));
   EXPECT_EQ(repaired.landmark_votes, (std::vector<uint16_t>{70, 20}));
   ASSERT_EQ(repaired.observations.size(), 1U);
-  EXPECT_EQ(repaired.observations[0].anchor, KeyframeId(0));
+  EXPECT_EQ(repaired.observations[0].reference, KeyframeId(0));
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ void RepairObjects(Map& map) {
     }
     RepairVotes(object);
     std::erase_if(object.observations, [&](const ObjectObservation& o) {
-      return !map.ResolvePose(o.anchor) || !IsFinite(o.cam_from_anchor);
+      return !map.ResolvePose(o.reference) || !IsFinite(o.cam_from_reference);
     });
   }
 }

@@ -206,7 +206,7 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
         cam.OriginInSource() + scale * (as_it_is.center - g.truth.back().OriginInSource());
     object.ellipsoid.half_axes *= scale;
     object.observations.resize(1);
-    object.observations.front().anchor = current;
+    object.observations.front().reference = current;
     g.map.objects.Insert(ObjectId(0), object);
 
     Rng rng(1);
@@ -248,7 +248,7 @@ TEST(LoopClosing, ALargeDriftIsRecognisedAndObjectsMoveWithTheirKeyframes) {
   object.ellipsoid.center = true_center + kDrift * Eigen::Vector3d(1, 0.5, 0.3);
   object.ellipsoid.half_axes = {0.1, 0.1, 0.2};
   object.observations.resize(1);
-  object.observations.front().anchor = current;
+  object.observations.front().reference = current;
   d.map.objects.Insert(ObjectId(0), object);
 
   Rng rng(1);

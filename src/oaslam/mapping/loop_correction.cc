@@ -61,8 +61,8 @@ void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
       map.retired.MutableAt(id).cam_from_parent.translation *= motions.Of(carried->by).scale;
   for (const ObjectId id : map.objects.Ids())
     for (ObjectObservation& o : map.objects.MutableAt(id).observations)
-      if (const auto carried = map.ResolveKeyframe(o.anchor))
-        o.cam_from_anchor.translation *= motions.Of(carried->by).scale;
+      if (const auto carried = map.ResolveKeyframe(o.reference))
+        o.cam_from_reference.translation *= motions.Of(carried->by).scale;
   for (auto& [name, anchor] : map.anchors)
     if (const auto carried = map.ResolveKeyframe(anchor.keyframe))
       anchor.Scale(motions.Of(carried->by).scale);
@@ -73,7 +73,7 @@ void MoveObjects(const NodeMotions& motions, Map& map) {
     Object& object = map.objects.MutableAt(id);
     if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
     const auto carried =
-        map.ResolveKeyframe(object.observations[object.observations.size() / 2].anchor);
+        map.ResolveKeyframe(object.observations[object.observations.size() / 2].reference);
     if (!carried) continue;
     MoveObject(motions.Of(carried->by), object);
   }

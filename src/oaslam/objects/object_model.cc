@@ -21,7 +21,7 @@ EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {
 }
 
 Eigen::Vector3d DirectionInWorld(const Map& map, const ObjectObservation& o) {
-  const Rigid3 cam_from_world = o.cam_from_anchor * *map.ResolvePose(o.anchor);
+  const Rigid3 cam_from_world = o.cam_from_reference * *map.ResolvePose(o.reference);
   return (cam_from_world.rotation.conjugate() * RayOf(map.cameras[o.camera], CenterPixel(o.box)))
       .normalized();
 }
@@ -33,10 +33,10 @@ std::vector<BoxView> ViewsOf(const Map& map, std::span<const ObjectObservation> 
   views.reserve(observations.size());
   double weight = 0;
   for (const ObjectObservation& o : observations) {
-    const std::optional<Rigid3> anchor_from_world = map.ResolvePose(o.anchor);
-    OASLAM_CHECK(anchor_from_world.has_value());
-    views.push_back({o.cam_from_anchor * *anchor_from_world, &map.cameras[o.camera], o.box, o.score,
-                     o.truncated, o.weight});
+    const std::optional<Rigid3> reference_from_world = map.ResolvePose(o.reference);
+    OASLAM_CHECK(reference_from_world.has_value());
+    views.push_back({o.cam_from_reference * *reference_from_world, &map.cameras[o.camera], o.box,
+                     o.score, o.truncated, o.weight});
     weight += o.weight;
   }
   // Observations of a long video are thinned out, but their errors remain correlated through the

@@ -46,10 +46,10 @@ bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_wo
   const Eigen::Vector3d here = cam_from_world.OriginInSource() - center;
   int views = 0;
   for (const ObjectObservation& o : object.observations) {
-    const auto anchor_from_world = map.ResolvePose(o.anchor);
-    if (!anchor_from_world) continue;
+    const auto reference_from_world = map.ResolvePose(o.reference);
+    if (!reference_from_world) continue;
     const Eigen::Vector3d there =
-        (o.cam_from_anchor * *anchor_from_world).OriginInSource() - center;
+        (o.cam_from_reference * *reference_from_world).OriginInSource() - center;
     const double farther = here.norm() / there.norm();
     const bool is_near = farther < kSameDistance && farther > 1 / kSameDistance;
     views += is_near && here.dot(there) > std::cos(kSameSide) * here.norm() * there.norm();

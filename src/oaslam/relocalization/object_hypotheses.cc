@@ -19,12 +19,12 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kDepthFactor = 1.7;
 // The same for a truncated box: the object may be much nearer.
 constexpr double kTruncatedFactor = 3;
-constexpr size_t kAnchors = 3;           // number of detections that hypotheses start from
+constexpr size_t kSeeds = 3;             // number of detections that hypotheses start from
 constexpr size_t kMaxTriplets = 1500;    // at most, from one start
 constexpr size_t kTripletBudget = 2500;  // at most, from all starts, in a large map
 // In a large map a start is used only if it is compatible with nearly as many detections as the
 // best one: at least this share.
-constexpr double kLeastCompany = 0.9;
+constexpr double kLeastSupport = 0.9;
 constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
 constexpr int kYaws = 36;
 constexpr size_t kSmallMap = 40;  // in maps with at most this many objects, all are scored
@@ -69,7 +69,7 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
 
 // The detections to start from: untruncated ones first, then those whose class
 // has the fewest objects.
-std::vector<int> AnchorDetections(const ObjectScene& scene) {
+std::vector<int> SeedDetections(const ObjectScene& scene) {
   std::vector<int> order(scene.detections.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, [&](int a, int b) {
@@ -77,16 +77,16 @@ std::vector<int> AnchorDetections(const ObjectScene& scene) {
     if ((x.truncated != 0) != (y.truncated != 0)) return x.truncated == 0;
     return x.objects.size() < y.objects.size();
   });
-  order.resize(std::min(order.size(), kAnchors));
+  order.resize(std::min(order.size(), kSeeds));
   return order;
 }
 
-std::vector<int> ScopeOf(const ObjectScene& scene, const Node& anchor) {
+std::vector<int> ScopeOf(const ObjectScene& scene, const Node& seed) {
   std::vector<int> scope;
-  const Eigen::Vector3d& center = scene.objects[anchor.object].ellipsoid.center;
+  const Eigen::Vector3d& center = scene.objects[seed.object].ellipsoid.center;
   for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o)
     if (scene.objects.size() <= kSmallMap ||
-        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * anchor.max_depth)
+        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * seed.max_depth)
       scope.push_back(o);
   return scope;
 }
@@ -114,11 +114,11 @@ std::vector<Eigen::Vector3d> UpDirections(const ObjectScene& scene) {
   if (!scene.up) return {};
   if (scene.up_in_cam) return {*scene.up_in_cam};
   std::vector<Eigen::Vector3d> ups;
-  const double low = scene.habit.min_pitch - kTiltMargin,
-               high = scene.habit.max_pitch + kTiltMargin;
+  const double low = scene.attitudes.min_pitch - kTiltMargin,
+               high = scene.attitudes.max_pitch + kTiltMargin;
   const int steps = std::max(static_cast<int>(std::ceil((high - low) / kTiltStep)), 1);
   for (int i = 0; i <= steps; ++i)
-    ups.push_back(UpInCamera(low + (high - low) * i / steps, scene.habit.mean_roll));
+    ups.push_back(UpInCamera(low + (high - low) * i / steps, scene.attitudes.mean_roll));
   return ups;
 }
 
@@ -134,12 +134,12 @@ class GroupGuesser {
     std::vector<Start> starts = FindStarts();
     size_t most_triplets = kMaxTriplets;
     if (scene_.objects.size() > kSmallMap) {
-      KeepInCompany(starts);
+      KeepBestSupported(starts);
       most_triplets = std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1));
     }
     for (const Start& start : starts) {
-      scope_ = ScopeOf(scene_, start.anchor);
-      for (const Node& other : start.neighbors) AddPair(start.anchor, other);
+      scope_ = ScopeOf(scene_, start.seed);
+      for (const Node& other : start.neighbors) AddPair(start.seed, other);
       if (!scene_.up_in_cam) AddTriplets(start, most_triplets, rng);
     }
     return std::move(guesses_);
@@ -148,27 +148,27 @@ class GroupGuesser {
  private:
   // A node that hypotheses start from, and the nodes that are compatible with it.
   struct Start {
-    Node anchor;
+    Node seed;
     std::vector<Node> neighbors;
-    int company = 0;  // number of distinct detections among the neighbors
+    int support = 0;  // number of distinct detections among the neighbors
   };
 
   std::vector<Start> FindStarts() const {
-    const std::vector<int> anchors = AnchorDetections(scene_);
+    const std::vector<int> seeds = SeedDetections(scene_);
     std::vector<Start> starts;
-    for (size_t i = 0; i < anchors.size(); ++i) {
+    for (size_t i = 0; i < seeds.size(); ++i) {
       // Detections that were used as starts already are left out.
-      const std::span<const int> done = std::span(anchors).first(i);
-      for (const Node& anchor : nodes_) {
-        if (anchor.detection != anchors[i]) continue;
-        Start& start = starts.emplace_back(Start{anchor, {}, 0});
+      const std::span<const int> done = std::span(seeds).first(i);
+      for (const Node& seed : nodes_) {
+        if (seed.detection != seeds[i]) continue;
+        Start& start = starts.emplace_back(Start{seed, {}, 0});
         int last = -1;  // nodes are ordered by detection
         for (const Node& node : nodes_) {
           if (std::ranges::find(done, node.detection) != done.end() ||
-              !AreCompatible(scene_, anchor, node))
+              !AreCompatible(scene_, seed, node))
             continue;
           start.neighbors.push_back(node);
-          start.company += node.detection != last;
+          start.support += node.detection != last;
           last = node.detection;
         }
       }
@@ -178,10 +178,10 @@ class GroupGuesser {
 
   // Drops starts that are compatible with few detections: the detection probably
   // shows another object.
-  static void KeepInCompany(std::vector<Start>& starts) {
+  static void KeepBestSupported(std::vector<Start>& starts) {
     int most = 0;
-    for (const Start& start : starts) most = std::max(most, start.company);
-    std::erase_if(starts, [&](const Start& start) { return start.company < kLeastCompany * most; });
+    for (const Start& start : starts) most = std::max(most, start.support);
+    std::erase_if(starts, [&](const Start& start) { return start.support < kLeastSupport * most; });
   }
 
   void AddPair(const Node& a, const Node& b) {
@@ -204,7 +204,7 @@ class GroupGuesser {
     for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
       if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
-      const std::array group = {start.anchor, neighbors[triplets_[k].first],
+      const std::array group = {start.seed, neighbors[triplets_[k].first],
                                 neighbors[triplets_[k].second]};
       std::array<Eigen::Vector3d, 3> rays, points;
       for (int n = 0; n < 3; ++n) {
@@ -247,7 +247,7 @@ std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   std::vector<PoseGuess> guesses;
   const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
-  for (const int d : AnchorDetections(scene)) {
+  for (const int d : SeedDetections(scene)) {
     const SceneDetection& detection = scene.detections[d];
     for (const int o : detection.objects) {
       const Node node = MakeNode(scene, d, o);

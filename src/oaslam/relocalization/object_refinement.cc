@@ -148,7 +148,8 @@ void AddUprightPrior(const ObjectScene& scene, const Rigid3& pose, PoseEquations
       add((u - *scene.up_in_cam)[k] / kGravitySigma, u.cross(axis) / kGravitySigma);
     }
   } else {
-    const Eigen::Vector3d side(std::cos(scene.habit.mean_roll), std::sin(scene.habit.mean_roll), 0);
+    const Eigen::Vector3d side(std::cos(scene.attitudes.mean_roll),
+                               std::sin(scene.attitudes.mean_roll), 0);
     add(u.dot(side) / kRollSigma, u.cross(side) / kRollSigma);
   }
 }

@@ -32,25 +32,25 @@ SceneObject Prepare(ObjectId id, const Object& object) {
   return scene;
 }
 
-CameraHabit HabitOf(const Map& map, const Eigen::Vector3d& up) {
+CameraAttitudes AttitudesOf(const Map& map, const Eigen::Vector3d& up) {
   constexpr size_t kEnough = 200;
   const size_t stride = map.keyframes.size() / kEnough + 1;
-  CameraHabit habit{1e9, -1e9, 0};
+  CameraAttitudes attitudes{1e9, -1e9, 0};
   size_t index = 0, count = 0;
   double side = 0, upright = 0;
   map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
     if (index++ % stride != 0) return;
     const Eigen::Vector3d u = keyframe.cam_from_world.rotation * up;
     const double pitch = std::atan2(-u.z(), std::hypot(u.x(), u.y()));
-    habit.min_pitch = std::min(habit.min_pitch, pitch);
-    habit.max_pitch = std::max(habit.max_pitch, pitch);
+    attitudes.min_pitch = std::min(attitudes.min_pitch, pitch);
+    attitudes.max_pitch = std::max(attitudes.max_pitch, pitch);
     side += u.x();
     upright -= u.y();
     ++count;
   });
   if (count == 0) return {};
-  habit.mean_roll = std::atan2(side, upright);
-  return habit;
+  attitudes.mean_roll = std::atan2(side, upright);
+  return attitudes;
 }
 
 // Returns false only where the object's projection cannot overlap any box of its class. For a point
@@ -110,7 +110,7 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
   }
   up = map.up;
   if (!up) return;
-  habit = HabitOf(map, *up);
+  attitudes = AttitudesOf(map, *up);
   if (gravity_in_cam && gravity_in_cam->norm() > 0) up_in_cam = -gravity_in_cam->normalized();
 }
 
@@ -154,7 +154,7 @@ bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {
   if (up_in_cam) return u.dot(*up_in_cam) > kCosMaxTilt;
   // Roll is not defined when the camera looks straight up or down.
   if (std::abs(u.z()) > kSteep) return true;
-  return u.x() * std::sin(habit.mean_roll) - u.y() * std::cos(habit.mean_roll) >
+  return u.x() * std::sin(attitudes.mean_roll) - u.y() * std::cos(attitudes.mean_roll) >
          kCosMaxRoll * std::hypot(u.x(), u.y());
 }
 

@@ -38,7 +38,7 @@ struct SceneDetection {
 };
 
 // The range of camera orientations during mapping, from which poses of a query are guessed.
-struct CameraHabit {
+struct CameraAttitudes {
   double min_pitch = 0, max_pitch = 0;  // rad, downwards, of the optical axis against the horizon
   double mean_roll = 0;
 };
@@ -56,7 +56,7 @@ struct ObjectScene {
   ClassRelations classes;
   std::optional<Eigen::Vector3d> up;         // world
   std::optional<Eigen::Vector3d> up_in_cam;  // from a gravity sensor; only with `up`
-  CameraHabit habit;                         // only with `up`
+  CameraAttitudes attitudes;                 // only with `up`
 
   ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera,
               const Map& map, const RelocalizationConfig& config,

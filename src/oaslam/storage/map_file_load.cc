@@ -243,8 +243,8 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     observations.Int();
     ObjectObservation o;
     o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
-    o.anchor = observations.RequiredId<KeyframeId>();
-    o.cam_from_anchor = observations.Pose();
+    o.reference = observations.RequiredId<KeyframeId>();
+    o.cam_from_reference = observations.Pose();
     o.camera = observations.Int(0, static_cast<int>(map.cameras.size()) - 1);
     o.box = observations.ReadBox();
     o.score = observations.Real();

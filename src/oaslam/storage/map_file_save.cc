@@ -125,8 +125,8 @@ void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     int rank = 0;
     for (const ObjectObservation& o : object.observations)
-      observations.Write(id, rank++, o.frame_index, o.anchor, o.cam_from_anchor, o.camera, o.box,
-                         o.score, static_cast<int>(o.truncated));
+      observations.Write(id, rank++, o.frame_index, o.reference, o.cam_from_reference, o.camera,
+                         o.box, o.score, static_cast<int>(o.truncated));
   });
   RowWriter landmarks(database, checksum, "object_landmarks", 3);
   map.objects.ForEach([&](ObjectId id, const Object& object) {

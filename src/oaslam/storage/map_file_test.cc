@@ -225,7 +225,7 @@ TEST(MapFile, LoadsWhatWasSaved) {
     EXPECT_EQ(l.landmark_votes, o.landmark_votes);
     ASSERT_EQ(l.observations.size(), o.observations.size());
     EXPECT_EQ(l.observations[4].box, o.observations[4].box);
-    EXPECT_EQ(l.observations[4].anchor, o.observations[4].anchor);
+    EXPECT_EQ(l.observations[4].reference, o.observations[4].reference);
   });
   EXPECT_EQ(loaded.map.ResolveObject(ObjectId(0)), ObjectId(1));
   ASSERT_EQ(loaded.trajectory.size(), saved.trajectory.size());

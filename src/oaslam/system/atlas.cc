@@ -46,26 +46,26 @@ bool IsLost(const Tracker::Outcome& outcome) {
 
 // world_from_piece, by frames that have a pose in both maps and by relocalizing keyframes of the
 // piece in the other map. Returns nothing where these do not determine it.
-std::optional<Similarity> Locate(const Piece& piece, const Map& world,
-                                 const std::vector<FramePose>& trajectory, RelocalizationMode mode,
-                                 const SlamConfig& config, Relocalizer& relocalizer) {
+std::optional<Similarity> Align(const Piece& piece, const Map& world,
+                                const std::vector<FramePose>& trajectory, RelocalizationMode mode,
+                                const SlamConfig& config, Relocalizer& relocalizer) {
   constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
   const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
   const size_t step = (ids.size() + kMaxKeyframes - 1) / kMaxKeyframes;
   PieceLink link;
   link.AddCommon(world, trajectory, piece.trajectory);
-  if (!link.CanLocate(ids.size())) return std::nullopt;
+  if (!link.CanAlign(ids.size())) return std::nullopt;
   size_t tried = 0, found = 0;
   for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
     const Frame frame = FrameOf(piece.map, ids[i]);
     Rng rng(static_cast<uint64_t>(config.runner.seed));
-    const auto anchor =
-        AnchorOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
-    if (!anchor) continue;
-    link.AddKeyframe(frame.index, *anchor);
+    const auto located =
+        LocatedPoseOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
+    if (!located) continue;
+    link.AddKeyframe(frame.index, *located);
     ++found;
   }
-  return link.Locate(piece.map, piece.trajectory);
+  return link.Align(piece.map, piece.trajectory);
 }
 
 }  // namespace
@@ -94,15 +94,14 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   newest_frame_ = frame.index;
   // Ids must stay unique across both pieces: the main one may make objects while its camera is
   // lost, and keyframes and landmarks, too, once the camera is found.
-  if (resumption_ && lost_since_)
-    main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
-  if (resumption_ && !lost_since_) main_->SkipIds(resumption_->session().next_ids(), frame.index);
+  if (growing_ && lost_since_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
+  if (growing_ && !lost_since_) main_->SkipIds(growing_->session().next_ids(), frame.index);
   const bool looks = MayLook(frame);
   Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
-  const bool is_vain = IsLost(outcome) && !outcome.anchor;
+  const bool is_vain = IsLost(outcome) && !outcome.located;
   if (looks) last_vain_look_ = is_vain ? std::optional(frame.timestamp) : std::nullopt;
   if (outcome.gives_up) {
-    EndResumption(frame.index);
+    EndGrowingPiece(frame.index);
     Park(*main_);
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
     main_number_ = ++last_number_;
@@ -117,7 +116,7 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
 // while a new piece is being made.
 bool Atlas::MayLook(const Frame& frame) const {
   constexpr double kSeconds = 0.09;
-  if (!resumption_ || !last_vain_look_) return true;
+  if (!growing_ || !last_vain_look_) return true;
   return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
@@ -131,26 +130,25 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
     lost_since_.reset();
   else if (!lost_since_)
     lost_since_ = frame.timestamp;
-  // The camera is found by points for good. While it is on probation (`outcome.anchor` is set) it
+  // The camera is found by points for good. While it is on probation (`outcome.located` is set) it
   // makes no keyframes in the main map and the new piece may still be joined.
-  if (!is_lost && !outcome.anchor) EndResumption(frame.index);
+  if (!is_lost && !outcome.located) EndGrowingPiece(frame.index);
   if (outcome.is_keyframe) LookInWaiting(frame, *main_);
-  const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < Resumption::kPatience;
-  if (!resumption_ && is_patient) return outcome;
-  if (!resumption_ || (is_lost && resumption_->IsLost(frame.timestamp)))
-    BeginResumption(frame.index);
-  resumption_->session().tracker().SkipIds(main_->tracker().next_ids());
-  const Tracker::Outcome there = resumption_->Process(frame, outcome.anchor);
+  const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < GrowingPiece::kPatience;
+  if (!growing_ && is_patient) return outcome;
+  if (!growing_ || (is_lost && growing_->IsLost(frame.timestamp))) BeginGrowingPiece(frame.index);
+  growing_->session().tracker().SkipIds(main_->tracker().next_ids());
+  const Tracker::Outcome there = growing_->Process(frame, outcome.located);
   if (there.gives_up) {
-    BeginResumption(frame.index);
+    BeginGrowingPiece(frame.index);
     return outcome;
   }
-  if (there.is_keyframe) LookInWaiting(frame, resumption_->session());
-  if (!JoinResumption(frame.index)) {
+  if (there.is_keyframe) LookInWaiting(frame, growing_->session());
+  if (!JoinGrowingPiece(frame.index)) {
     const bool is_larger =
-        resumption_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
+        growing_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
     if (!is_larger || !is_lost || IsLost(there) || MustStayMain()) return outcome;
-    PromoteResumption();
+    PromoteGrowingPiece();
   }
   lost_since_.reset();
   const Tracker::Outcome now = main_->tracker().Present(*main_->snapshot());
@@ -158,28 +156,28 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
 }
 
 // Ends the piece that is being made, if there is one, and begins a new one.
-void Atlas::BeginResumption(int frame_index) {
-  EndResumption(frame_index);
-  Settle(*main_, frame_index);
+void Atlas::BeginGrowingPiece(int frame_index) {
+  EndGrowingPiece(frame_index);
+  FinishAdjustment(*main_, frame_index);
   const NextIds ids = Behind(free_ids_, main_->next_ids());
-  resumption_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
-  resumption_->session().tracker().SetRelocalizationMode(mode_);
-  if (is_shut_down_) resumption_->session().Shutdown();
+  growing_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
+  growing_->session().tracker().SetRelocalizationMode(mode_);
+  if (is_shut_down_) growing_->session().Shutdown();
 }
 
-void Atlas::EndResumption(int frame_index) {
-  if (!resumption_) return;
-  Park(resumption_->session());
-  resumption_.reset();
+void Atlas::EndGrowingPiece(int frame_index) {
+  if (!growing_) return;
+  Park(growing_->session());
+  growing_.reset();
   main_->SkipIds(free_ids_, frame_index);
 }
 
 // Joins the new piece with the main one; false where the transformation is not known yet.
-bool Atlas::JoinResumption(int frame_index) {
-  if (!resumption_->Locate()) return false;
-  Session& found = resumption_->session();
+bool Atlas::JoinGrowingPiece(int frame_index) {
+  if (!growing_->Align()) return false;
+  Session& found = growing_->session();
   const std::shared_ptr<const Map> map = found.Newest();  // queued commands may have moved the map
-  const std::optional<Similarity> world_from_new = resumption_->Locate();
+  const std::optional<Similarity> world_from_new = growing_->Align();
   if (!world_from_new) return false;
   if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map,
                     found.tracker().trajectory(), *world_from_new))
@@ -187,39 +185,39 @@ bool Atlas::JoinResumption(int frame_index) {
   if (!main_->Join(*map, *world_from_new, frame_index)) return false;
   if (!failure_) failure_ = found.failure();
   main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
-  resumption_.reset();
+  growing_.reset();
   Log(LogLevel::kInfo,
       fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
   return true;
 }
 
 // The piece made while the camera was lost is now larger than the main one and replaces it.
-void Atlas::PromoteResumption() {
+void Atlas::PromoteGrowingPiece() {
   Park(*main_);
-  main_ = resumption_->TakeSession();
-  resumption_.reset();
+  main_ = growing_->TakeSession();
+  growing_.reset();
   main_number_ = ++last_number_;
 }
 
 // Waits for all queued commands and for the bundle adjustment in the background.
-void Atlas::Settle(Session& session, int frame_index) {
-  MapCommand settle;
-  settle.frame_index = frame_index;
-  settle.settle = true;
-  session.SubmitAndWait(std::move(settle));
+void Atlas::FinishAdjustment(Session& session, int frame_index) {
+  MapCommand command;
+  command.frame_index = frame_index;
+  command.adopt_adjustment = true;
+  session.SubmitAndWait(std::move(command));
 }
 
 // Moves the map and the trajectory of a session to the waiting pieces.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
   // In live mode the camera does not wait for a global bundle adjustment.
-  rest.settle = config_.runner.mode != "live";
+  rest.adopt_adjustment = config_.runner.mode != "live";
   session.SubmitAndWait(std::move(rest));
   if (!failure_) failure_ = session.failure();
   const std::shared_ptr<const Map> map = session.snapshot();
   free_ids_ = Behind(free_ids_, session.next_ids());
   if (map->keyframes.size() == 0) return;
-  session.tracker().SettleTrajectory(*map);
+  session.tracker().RefineTrajectory(*map);
   const int number = &session == main_.get() ? main_number_ : ++last_number_;
   waiting_.push_back({{*map, session.tracker().trajectory()}, Relocalizer(config_), {}, number});
 }
@@ -231,16 +229,16 @@ void Atlas::LookInWaiting(const Frame& frame, Session& session) {
   const auto waiting =
       std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const auto anchor = AnchorOf(
+  const auto located = LocatedPoseOf(
       waiting->relocalizer.Find(frame, waiting->piece.map, mode_, frame.gravity_in_cam, rng),
       waiting->piece.map);
-  if (!anchor) return;
-  waiting->link.AddKeyframe(frame.index, *anchor);
+  if (!located) return;
+  waiting->link.AddKeyframe(frame.index, *located);
   const auto locate = [&] {
-    return waiting->link.Locate(*session.snapshot(), session.tracker().trajectory());
+    return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
   };
   if (!locate()) return;
-  Settle(session, frame.index);  // queued work may still move the map
+  FinishAdjustment(session, frame.index);  // queued work may still move the map
   const auto piece_from_world = locate();
   if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session))
     waiting_.erase(waiting);
@@ -265,7 +263,7 @@ bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame
 // Relocalizes keyframes of the waiting pieces in the main piece and in each other, and joins
 // the pieces where this tells their place. Pairs that have not changed since they were
 // compared are skipped.
-void Atlas::LocateWaiting() {
+void Atlas::AlignWaiting() {
   const auto is_new = [&](const Waiting& piece, int other, uint64_t version) {
     return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;
   };
@@ -276,11 +274,11 @@ void Atlas::LocateWaiting() {
     for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
       const auto here = waiting++;
       if (!is_new(*here, main_number_, main_->snapshot()->version)) continue;
-      std::optional<Similarity> world_from_piece = Locate(
+      std::optional<Similarity> world_from_piece = Align(
           here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
       if (!world_from_piece)
         if (const auto inverse =
-                here->link.Locate(*main_->snapshot(), main_->tracker().trajectory()))
+                here->link.Align(*main_->snapshot(), main_->tracker().trajectory()))
           world_from_piece = inverse->Inverse();
       if (!world_from_piece || !Join(*here, *world_from_piece, newest_frame_, *main_)) continue;
       waiting_.erase(here);
@@ -290,8 +288,8 @@ void Atlas::LocateWaiting() {
       for (auto other = std::next(into); other != waiting_.end();) {
         const auto here = other++;
         if (!is_new(*here, into->number, into->piece.map.keyframes.size())) continue;
-        const auto world_from_piece = Locate(here->piece, into->piece.map, into->piece.trajectory,
-                                             mode_, config_, into->relocalizer);
+        const auto world_from_piece = Align(here->piece, into->piece.map, into->piece.trajectory,
+                                            mode_, config_, into->relocalizer);
         if (!world_from_piece) continue;
         if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map,
                           here->piece.trajectory, *world_from_piece))
@@ -333,22 +331,22 @@ void Atlas::LookBack() {
     return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
       PieceLink link;
       link.AddCommon(map, trajectory, waiting.piece.trajectory);
-      return link.Locate(waiting.piece.map, waiting.piece.trajectory).has_value();
+      return link.Align(waiting.piece.map, waiting.piece.trajectory).has_value();
     });
   };
   const int found = main_->LookBack(passed_.All(), fits_a_piece);
   passed_.Clear();
   if (found == 0) return;
   Log(LogLevel::kInfo, fmt::format("looking back, {} more frames were tracked", found));
-  if (!waiting_.empty()) LocateWaiting();
+  if (!waiting_.empty()) AlignWaiting();
 }
 
 void Atlas::Finish() {
-  if (resumption_) resumption_->session().Newest();
-  if (resumption_ && !JoinResumption(newest_frame_)) EndResumption(newest_frame_);
+  if (growing_) growing_->session().Newest();
+  if (growing_ && !JoinGrowingPiece(newest_frame_)) EndGrowingPiece(newest_frame_);
   if (mapping_ && !failure()) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
-    LocateWaiting();
+    AlignWaiting();
     PromoteLargest();
     LookBack();
   }
@@ -368,30 +366,30 @@ void Atlas::Finish() {
 std::exception_ptr Atlas::failure() {
   if (failure_) return failure_;
   if (const std::exception_ptr failure = main_->failure()) return failure;
-  return resumption_ ? resumption_->session().failure() : nullptr;
+  return growing_ ? growing_->session().failure() : nullptr;
 }
 
 void Atlas::Shutdown() {
   is_shut_down_ = true;
-  if (resumption_) resumption_->session().Shutdown();
+  if (growing_) growing_->session().Shutdown();
   main_->Shutdown();
 }
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(
     int frame_index, const std::vector<ObjectDetection>& detections) {
-  if (resumption_) main_->tracker().SkipIds(resumption_->session().tracker().next_ids());
+  if (growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->cam_from_world && !IsLost(*outcome)) lost_since_.reset();
-  if (!resumption_) return outcome;
-  resumption_->session().tracker().SkipIds(main_->tracker().next_ids());
-  resumption_->AddDetections(frame_index, detections, outcome ? outcome->anchor : std::nullopt);
+  if (!growing_) return outcome;
+  growing_->session().tracker().SkipIds(main_->tracker().next_ids());
+  growing_->AddDetections(frame_index, detections, outcome ? outcome->located : std::nullopt);
   return outcome;
 }
 
 void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
   mode_ = mode;
   main_->tracker().SetRelocalizationMode(mode);
-  if (resumption_) resumption_->session().tracker().SetRelocalizationMode(mode);
+  if (growing_) growing_->session().tracker().SetRelocalizationMode(mode);
 }
 
 void Atlas::SetMapping(bool enabled) {
@@ -399,13 +397,13 @@ void Atlas::SetMapping(bool enabled) {
   mapping_ = enabled;
   main_->tracker().SetMapping(enabled);
   if (enabled) return;
-  EndResumption(newest_frame_);
+  EndGrowingPiece(newest_frame_);
   lost_since_.reset();
 }
 
 void Atlas::ForceRelocalization() {
   main_->tracker().ForceRelocalization();
-  EndResumption(newest_frame_);
+  EndGrowingPiece(newest_frame_);
   lost_since_.reset();
 }
 
@@ -414,7 +412,7 @@ void Atlas::SetClassRelations(const ClassRelations& relations) {
   command.frame_index = newest_frame_ + 1;
   command.classes = relations;
   for (Waiting& waiting : waiting_) oaslam::SetClassRelations(relations, waiting.piece.map);
-  if (resumption_) resumption_->session().SubmitAndWait(command);
+  if (growing_) growing_->session().SubmitAndWait(command);
   main_->SubmitAndWait(std::move(command));
 }
 

@@ -10,10 +10,10 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/piece.h"
+#include "oaslam/system/growing_piece.h"
 #include "oaslam/system/passed_frames.h"
 #include "oaslam/system/piece_link.h"
 #include "oaslam/system/relocalizer.h"
-#include "oaslam/system/resumption.h"
 #include "oaslam/system/session.h"
 
 namespace oaslam {
@@ -23,8 +23,8 @@ namespace oaslam {
 // one of the others is known. Pieces are joined as soon as enough frames have a pose in both, by
 // points or objects; none is thrown away.
 // - While the camera is tracked in the main piece, no other piece is being made.
-// - Once it has been lost there for longer than Resumption::kPatience, a new piece is begun, while
-// each frame is still looked for in the main one.
+// - Once it has been lost there for longer than GrowingPiece::kPatience, a new piece is begun,
+// while each frame is still looked for in the main one.
 // - While frames are found in the main piece by objects only, or by points on probation, both go on
 // until the transformation between them is known; then they are joined.
 // - Once the camera is found in the main piece for good, or is lost in the new piece, too, the new
@@ -55,7 +55,7 @@ class Atlas {
   void SetClassRelations(const ClassRelations& relations);
 
   bool IsInitializing() const {
-    return main_->tracker().IsInitializing() || (resumption_ && resumption_->IsInitializing());
+    return main_->tracker().IsInitializing() || (growing_ && growing_->IsInitializing());
   }
   Session& main() { return *main_; }
   const Session& main() const { return *main_; }
@@ -75,16 +75,16 @@ class Atlas {
   bool MayLook(const Frame& frame) const;
   void BeginMain(Map map, bool is_loaded);
   Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
-  void BeginResumption(int frame_index);
-  void EndResumption(int frame_index);
-  bool JoinResumption(int frame_index);
-  void PromoteResumption();
-  static void Settle(Session& session, int frame_index);
+  void BeginGrowingPiece(int frame_index);
+  void EndGrowingPiece(int frame_index);
+  bool JoinGrowingPiece(int frame_index);
+  void PromoteGrowingPiece();
+  static void FinishAdjustment(Session& session, int frame_index);
   void Park(Session& session);
   void LookInWaiting(const Frame& frame, Session& session);
   bool Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index,
             Session& session);
-  void LocateWaiting();
+  void AlignWaiting();
   void LookBack();
   void PromoteLargest();
   bool MustStayMain() const;
@@ -94,8 +94,8 @@ class Atlas {
   bool mapping_ = true;
   bool is_loaded_ = false;
   std::unique_ptr<Session> main_;
-  std::optional<Resumption> resumption_;  // while the camera is lost
-  std::optional<double> lost_since_;      // time stamp, seconds
+  std::optional<GrowingPiece> growing_;  // while the camera is lost
+  std::optional<double> lost_since_;     // time stamp, seconds
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;
   std::list<Waiting> waiting_;

@@ -119,7 +119,7 @@ class CameraEstimator::Impl {
     for (const Camera& start : Starts()) {
       const Pass pass = Map(start, kRoughSigma);
       Keep(pass);
-      if (pass.calibration.success && Settle(pass)) break;
+      if (pass.calibration.success && CalibrateUntilStable(pass)) break;
       // Where one map of many views does not determine the camera, a map from another guess does
       // not either.
       constexpr int kManyKeyframes = 20, kEnoughMaps = 2;
@@ -205,7 +205,7 @@ class CameraEstimator::Impl {
 
   // Maps the images again with the camera found, until the camera changes no more. Returns false
   // where such a map does not determine the camera.
-  bool Settle(const Pass& rough) {
+  bool CalibrateUntilStable(const Pass& rough) {
     constexpr int kRounds = 4;
     constexpr double kStays = 0.01;  // relative; the final map of all images corrects what is left
     Pass before = rough;

@@ -42,7 +42,7 @@ constexpr double kErrorsSearched = 4;
 constexpr int kThin = 200;
 // Poses are refined after this many frames; until then the matches of a frame are
 // kept, about 5 KB each.
-constexpr int kSettleAfter = 150;
+constexpr int kRefineAfter = 150;
 
 }  // namespace
 
@@ -142,7 +142,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
   last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
   trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state},
                   frame, tracked.landmarks);
-  trajectory_.Settle(map, frame.index - kSettleAfter);
+  trajectory_.RefinePosesBefore(map, frame.index - kRefineAfter);
   phase_ = Phase::kTracking;
   for (const LandmarkId id : tracked.visible) uses_.push_back({id, 1, 0});
   for (const LandmarkId id : tracked.landmarks)

@@ -38,17 +38,19 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   if (found.evidence == PoseEvidence::kObjects) {
     if (found.relative_sigma <= config_.tracking.max_object_sigma) {
       outcome = ShowObjectPose(frame, map, found);
-      for (Missed& missed : missed_)
-        missed.has_pose = missed.has_pose || missed.frame.index == frame.index;
+      for (UntrackedFrame& untracked : untracked_)
+        untracked.has_pose = untracked.has_pose || untracked.frame.index == frame.index;
     }
-    outcome.anchor = PoseAnchor{found.cam_from_world, found.sigma_position};
+    outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
     return outcome;
   }
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return outcome;
   relocalized_frame_ = newest_frame_;  // the probation lasts from the newest frame on
   relocalized_time_ = newest_.timestamp;
-  std::erase_if(missed_, [&](const Missed& missed) { return missed.frame.index >= frame.index; });
+  std::erase_if(untracked_, [&](const UntrackedFrame& untracked) {
+    return untracked.frame.index >= frame.index;
+  });
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   Remember(frame, map, tracked, TrackingState::kRelocalized);
   outcome = Outcome::Tracked(TrackingState::kRelocalized, tracked.cam_from_world, tracked.matched,

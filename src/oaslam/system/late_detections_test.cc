@@ -130,7 +130,7 @@ TEST_F(LateDetections, FindALostCameraByObjects) {
   EXPECT_EQ(states_.back(), TrackingState::kLost);
   const auto found = session.AddDetections(kBlind + 3, Detect(kBlind + 3));
   ASSERT_TRUE(found);
-  ASSERT_TRUE(found->anchor);
+  ASSERT_TRUE(found->located);
   // The distance from a tracked frame, in units of the distance from frame 40 to that frame, so
   // that it does not depend on the map's unit.
   const auto center = [&](int frame) {
@@ -140,7 +140,7 @@ TEST_F(LateDetections, FindALostCameraByObjects) {
             .OriginInSource();
     return Eigen::Vector3d(1e9, 0, 0);
   };
-  const double found_ratio = (found->anchor->cam_from_world.OriginInSource() - center(90)).norm() /
+  const double found_ratio = (found->located->cam_from_world.OriginInSource() - center(90)).norm() /
                              (center(90) - center(40)).norm();
   const double true_ratio =
       (TruePose(kBlind + 3).OriginInSource() - TruePose(90).OriginInSource()).norm() /

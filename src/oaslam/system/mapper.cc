@@ -84,7 +84,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   const bool is_due = config_.runner.mode == "live"
                           ? background_bundle_->IsReady()
                           : command.frame_index >= background_bundle_->begun_at() + kFrames;
-  if (!is_due && !command.settle) return false;
+  if (!is_due && !command.adopt_adjustment) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
   return true;

@@ -27,7 +27,7 @@ struct MapCommand {
   uint32_t first_landmark = 0;
   // Wait for the bundle adjustment in the background and apply it, so that
   // nothing moves the map later.
-  bool settle = false;
+  bool adopt_adjustment = false;
   std::optional<ClassRelations> classes;
   // Replaces all anchors.
   std::optional<std::map<std::string, Anchor>> anchors;

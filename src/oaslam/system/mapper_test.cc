@@ -35,7 +35,7 @@ MapCommand SightingsOf(const synthetic::World& world, const synthetic::TrueObjec
     sighting.is_new = k == kFirstDrifted;
     sighting.timestamp = k;
     sighting.observation.frame_index = command.frame_index;
-    sighting.observation.anchor = KeyframeId(k);
+    sighting.observation.reference = KeyframeId(k);
     sighting.observation.score = 0.8;
     sighting.observation.box =
         synthetic::Detect({object}, world.cam_from_world[k], world.camera, {}, rng).at(0).box;

@@ -71,11 +71,11 @@ double NinetyFifth(std::vector<double> values) {
 
 }  // namespace
 
-std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map) {
+std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map& map) {
   if (found.evidence == PoseEvidence::kNone) return std::nullopt;
   const bool by_points = found.evidence != PoseEvidence::kObjects;
   const double least = by_points ? kTrackedSigma * MedianDepth(map, found) : 0;
-  return PoseAnchor{found.cam_from_world, std::max(least, found.sigma_position), by_points};
+  return LocatedPose{found.cam_from_world, std::max(least, found.sigma_position), by_points};
 }
 
 void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other,
@@ -94,25 +94,25 @@ void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other,
   }
 }
 
-bool PieceLink::CanLocate(size_t keyframes) const {
+bool PieceLink::CanAlign(size_t keyframes) const {
   int weight = WeightOf(true, true) * static_cast<int>(keyframes);
-  for (const auto& [frame, anchor] : anchors_)
-    weight += WeightOf(anchor.in_other.by_points, anchor.of_keyframe);
+  for (const auto& [frame, located] : located_)
+    weight += WeightOf(located.in_other.by_points, located.of_keyframe);
   return weight >= kMinWeight;
 }
 
-std::optional<Similarity> PieceLink::Locate(const Map& map,
-                                            std::span<const FramePose> trajectory) const {
+std::optional<Similarity> PieceLink::Align(const Map& map,
+                                           std::span<const FramePose> trajectory) const {
   std::vector<PosePair> pairs;
   std::vector<int> weights;
   int sum = 0;
   for (const FramePose& pose : trajectory) {
-    const auto anchor = anchors_.find(pose.frame_index);
-    const auto reference = anchor == anchors_.end() || pose.state == TrackingState::kObjects
+    const auto located = located_.find(pose.frame_index);
+    const auto reference = located == located_.end() || pose.state == TrackingState::kObjects
                                ? std::nullopt
                                : map.ResolvePose(pose.reference);
     if (!reference) continue;
-    const auto& [in_other, of_keyframe] = anchor->second;
+    const auto& [in_other, of_keyframe] = located->second;
     pairs.push_back(
         {pose.cam_from_reference * *reference, in_other.cam_from_world, in_other.sigma});
     weights.push_back(WeightOf(in_other.by_points, of_keyframe));

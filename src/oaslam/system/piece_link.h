@@ -13,14 +13,14 @@ namespace oaslam {
 
 // The pose of a frame in a map, by points or by objects. A pose by objects may be too uncertain to
 // be shown to the user.
-struct PoseAnchor {
+struct LocatedPose {
   Rigid3 cam_from_world;
   double sigma = 0;  // standard deviation of the position, map units
   bool by_points = false;
 };
 
 // The pose of a relocalized frame; nothing where it was not found.
-std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map);
+std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map& map);
 
 // Collects frames that have a pose in two pieces of map, and estimates the similarity between the
 // pieces from them. Many frames that agree determine it much better than any single one (paper,
@@ -28,31 +28,31 @@ std::optional<PoseAnchor> AnchorOf(const Relocalization& found, const Map& map);
 class PieceLink {
  public:
   // Adds the pose of a frame in the other piece.
-  void Add(int frame_index, const PoseAnchor& in_other) {
-    anchors_.insert_or_assign(frame_index, Anchor{in_other, false});
+  void Add(int frame_index, const LocatedPose& in_other) {
+    located_.insert_or_assign(frame_index, Located{in_other, false});
   }
   // Adds the pose of a keyframe. It counts more: keyframes share less of their view than successive
   // frames of a video, and their errors are less alike.
-  void AddKeyframe(int frame_index, const PoseAnchor& in_other) {
-    anchors_.insert_or_assign(frame_index, Anchor{in_other, true});
+  void AddKeyframe(int frame_index, const LocatedPose& in_other) {
+    located_.insert_or_assign(frame_index, Located{in_other, true});
   }
 
   // Adds the frames that were tracked by points in both pieces.
   void AddCommon(const Map& other, std::span<const FramePose> in_other,
                  std::span<const FramePose> in_this);
 
-  // Whether there would be enough evidence for Locate if `keyframes` more keyframes were found.
-  bool CanLocate(size_t keyframes) const;
+  // Whether there would be enough evidence for Align if `keyframes` more keyframes were found.
+  bool CanAlign(size_t keyframes) const;
   // other_from_this, or nothing while it is not well determined. `map` and `trajectory` are those
   // of this piece.
-  std::optional<Similarity> Locate(const Map& map, std::span<const FramePose> trajectory) const;
+  std::optional<Similarity> Align(const Map& map, std::span<const FramePose> trajectory) const;
 
  private:
-  struct Anchor {
-    PoseAnchor in_other;
+  struct Located {
+    LocatedPose in_other;
     bool of_keyframe = false;
   };
-  std::map<int, Anchor> anchors_;  // by frame
+  std::map<int, Located> located_;  // by frame
 };
 
 // Whether the camera moves plausibly between two pieces that `world_from_other` brings together:

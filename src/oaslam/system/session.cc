@@ -137,7 +137,7 @@ void Session::Finish() {
   } else {
     Newest();
   }
-  tracker_.SettleTrajectory(*snapshot_);
+  tracker_.RefineTrajectory(*snapshot_);
 }
 
 }  // namespace oaslam

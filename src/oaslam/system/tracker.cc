@@ -78,7 +78,7 @@ Tracker::Outcome Tracker::GiveUp() {
 }
 
 Tracker::Outcome Tracker::Lose(const Frame& frame) {
-  Miss(frame, false);
+  KeepUntracked(frame, false);
   return {};
 }
 
@@ -93,10 +93,10 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   constexpr int kBackfillPerFrame = 2;  // spread over frames, so that no single frame takes long
   if (backfill_ && !IsOnProbation(frame)) {
     backfill_->proven = true;
-    FillInMissed(map, kBackfillPerFrame);
+    FillInUntracked(map, kBackfillPerFrame);
   }
   if (IsOnProbation(frame))
-    outcome.anchor = PoseAnchor{tracked.cam_from_world, PositionSigma(map, tracked), true};
+    outcome.located = LocatedPose{tracked.cam_from_world, PositionSigma(map, tracked), true};
   if (mapping_)
     MakeKeyframe(frame, map, tracked, outcome);
   else
@@ -162,8 +162,8 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   if (found.evidence == PoseEvidence::kObjects) {
     const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
     Outcome outcome = is_shown ? ShowObjectPose(frame, map, found) : Outcome{};
-    Miss(frame, is_shown);
-    outcome.anchor = PoseAnchor{found.cam_from_world, found.sigma_position};
+    KeepUntracked(frame, is_shown);
+    outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
     return outcome;
   }
   const TrackReport tracked = TrackFound(frame, map, found);
@@ -259,7 +259,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   for (Undetected& undetected : undetected_)
     undetected.tracked.cam_from_reference.translation *= scale;
   for (ObjectSighting& sighting : other.sightings_) {
-    sighting.observation.cam_from_anchor.translation *= scale;
+    sighting.observation.cam_from_reference.translation *= scale;
     sightings_.push_back(std::move(sighting));
   }
   trajectory_.Join(std::move(other.trajectory_), scale);

@@ -38,7 +38,7 @@ class Tracker {
     double ms_objects = 0;
     // The pose in this map of a camera that is lost or has just been found again. Frames with a
     // pose in two pieces of map tell how the pieces lie to each other (PieceLink).
-    std::optional<PoseAnchor> anchor;
+    std::optional<LocatedPose> located;
     std::optional<MapCommand> command;
     // `command` holds an initial map: the caller must hand it to the mapper and then call
     // AdoptInitialMap with the map that results.
@@ -118,7 +118,7 @@ class Tracker {
   // Poses of all frames so far, relative to keyframes of the map or retired from it.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
   // Refines the poses of frames that are not refined yet, against the finished map.
-  void SettleTrajectory(const Map& map);
+  void RefineTrajectory(const Map& map);
 
  private:
   void Take(const Frame& frame);
@@ -148,8 +148,8 @@ class Tracker {
   void FillInBeforeMap(const Map& map);
   Outcome Lose(const Frame& frame);
   Outcome GiveUp();
-  void Miss(const Frame& frame, bool has_pose);
-  void FillInMissed(const Map& map, int count);
+  void KeepUntracked(const Frame& frame, bool has_pose);
+  void FillInUntracked(const Map& map, int count);
   void EndBackfill();
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked,
                 TrackingState state);
@@ -176,7 +176,7 @@ class Tracker {
     double error = 0;
   };
 
-  struct Missed {
+  struct UntrackedFrame {
     Frame frame;
     bool has_pose = false;  // by objects
   };
@@ -206,9 +206,9 @@ class Tracker {
   Frame newest_;                                      // with or without a pose
   std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
-  std::vector<Frame> before_map_;     // frames before the initial map, in order
-  std::deque<Missed> missed_;         // the newest frames that were not tracked by points
-  std::optional<Backfill> backfill_;  // after a relocalization by points
+  std::vector<Frame> before_map_;         // frames before the initial map, in order
+  std::deque<UntrackedFrame> untracked_;  // the newest frames that were not tracked by points
+  std::optional<Backfill> backfill_;      // after a relocalization by points
   std::optional<Motion> motion_;
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;

@@ -14,18 +14,18 @@ std::vector<FramePose>::iterator Trajectory::Find(int frame_index) {
 void Trajectory::Add(const FramePose& pose, const Frame& frame,
                      const std::vector<LandmarkId>& landmarks) {
   Put(pose);
-  std::erase_if(unsettled_, [&](const Unsettled& u) { return u.frame_index == pose.frame_index; });
-  Unsettled unsettled{pose.frame_index, frame.camera, {}};
+  std::erase_if(unrefined_, [&](const Unrefined& u) { return u.frame_index == pose.frame_index; });
+  Unrefined unrefined{pose.frame_index, frame.camera, {}};
   for (size_t i = 0; i < landmarks.size(); ++i) {
     const Keypoint& keypoint = frame.features->keypoints[i];
     if (landmarks[i].IsValid())
-      unsettled.seen.push_back(
+      unrefined.seen.push_back(
           {landmarks[i], keypoint.px, frame.features->pyramid.scale[keypoint.octave]});
   }
-  if (unsettled.seen.empty()) return;
-  unsettled_.insert(
-      std::ranges::upper_bound(unsettled_, pose.frame_index, {}, &Unsettled::frame_index),
-      std::move(unsettled));
+  if (unrefined.seen.empty()) return;
+  unrefined_.insert(
+      std::ranges::upper_bound(unrefined_, pose.frame_index, {}, &Unrefined::frame_index),
+      std::move(unrefined));
 }
 
 void Trajectory::Put(const FramePose& pose) {
@@ -42,17 +42,17 @@ void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
   if (pose == poses_.end()) return;
   pose->reference = id;
   pose->cam_from_reference = {};
-  std::erase_if(unsettled_, [&](const Unsettled& u) { return u.frame_index == frame_index; });
+  std::erase_if(unrefined_, [&](const Unrefined& u) { return u.frame_index == frame_index; });
 }
 
-void Trajectory::Settle(const Map& map, int frame_index) {
+void Trajectory::RefinePosesBefore(const Map& map, int frame_index) {
   constexpr int kMinInliers = 20;
   // The share of a frame's landmarks that must be inliers; with fewer, the landmarks themselves
   // have changed.
   constexpr double kMinShare = 0.7;
-  for (; !unsettled_.empty() && unsettled_.front().frame_index < frame_index;
-       unsettled_.pop_front()) {
-    const Unsettled& u = unsettled_.front();
+  for (; !unrefined_.empty() && unrefined_.front().frame_index < frame_index;
+       unrefined_.pop_front()) {
+    const Unrefined& u = unrefined_.front();
     const auto pose = Find(u.frame_index);
     const auto reference = pose != poses_.end() ? map.ResolvePose(pose->reference) : std::nullopt;
     if (!reference) continue;
@@ -75,10 +75,10 @@ void Trajectory::Join(Trajectory other, double scale) {
     pose.cam_from_reference.translation *= scale;
     Put(pose);
   }
-  for (Unsettled& unsettled : other.unsettled_)
-    unsettled_.insert(
-        std::ranges::upper_bound(unsettled_, unsettled.frame_index, {}, &Unsettled::frame_index),
-        std::move(unsettled));
+  for (Unrefined& unrefined : other.unrefined_)
+    unrefined_.insert(
+        std::ranges::upper_bound(unrefined_, unrefined.frame_index, {}, &Unrefined::frame_index),
+        std::move(unrefined));
 }
 
 void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {
@@ -92,7 +92,7 @@ const FramePose* Trajectory::PoseOf(int frame_index) const {
 
 void Trajectory::Clear() {
   poses_.clear();
-  unsettled_.clear();
+  unrefined_.clear();
 }
 
 }  // namespace oaslam

@@ -19,7 +19,7 @@ class Trajectory {
   void MakeKeyframe(int frame_index, KeyframeId id);
   // Refines the poses of frames before `frame_index` against the landmarks they saw, at the
   // landmarks' present positions.
-  void Settle(const Map& map, int frame_index);
+  void RefinePosesBefore(const Map& map, int frame_index);
   // Adds the poses of another trajectory whose keyframes were joined with this map, scaled by
   // `scale`. They replace own poses of the same frames.
   void Join(Trajectory other, double scale);
@@ -37,7 +37,7 @@ class Trajectory {
     Eigen::Vector2f px;  // ideal image
     float scale = 1;     // of its pyramid level
   };
-  struct Unsettled {
+  struct Unrefined {
     int frame_index = 0, camera = 0;
     std::vector<Seen> seen;
   };
@@ -45,7 +45,7 @@ class Trajectory {
   void Put(const FramePose& pose);
 
   std::vector<FramePose> poses_;
-  std::deque<Unsettled> unsettled_;  // ascending by frame
+  std::deque<Unrefined> unrefined_;  // ascending by frame
 };
 
 }  // namespace oaslam

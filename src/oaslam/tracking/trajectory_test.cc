@@ -40,9 +40,9 @@ TEST(Trajectory, RefinesAFrameWithTheMapAsItIsLater) {
   const Scene s;
   Trajectory trajectory;
   trajectory.Add(s.Pose(20), s.frame, s.landmarks);
-  trajectory.Settle(s.mapped.map, 20);
+  trajectory.RefinePosesBefore(s.mapped.map, 20);
   EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
-  trajectory.Settle(s.mapped.map, 21);
+  trajectory.RefinePosesBefore(s.mapped.map, 21);
   EXPECT_LT(s.Error(trajectory.poses().front()), 0.004);
 }
 
@@ -54,7 +54,7 @@ TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
   for (const LandmarkId id : s.landmarks)
     if (id.IsValid() && s.mapped.map.landmarks.Contains(id) && ++seen % 2 == 0)
       s.mapped.map.EraseLandmark(id);
-  trajectory.Settle(s.mapped.map, 100);
+  trajectory.RefinePosesBefore(s.mapped.map, 100);
   EXPECT_NEAR(s.Error(trajectory.poses().front()), 0.02, 1e-9);
 }
 
@@ -63,7 +63,7 @@ TEST(Trajectory, FramesComeInAnyOrderAndKeyframesCarryThemselves) {
   Trajectory trajectory;
   for (const int index : {5, 9, 7, 20}) trajectory.Add(s.Pose(index), s.frame, s.landmarks);
   trajectory.MakeKeyframe(trajectory.poses().back().frame_index, KeyframeId(3));
-  trajectory.Settle(s.mapped.map, 100);
+  trajectory.RefinePosesBefore(s.mapped.map, 100);
   std::vector<int> order;
   for (const FramePose& p : trajectory.poses()) order.push_back(p.frame_index);
   EXPECT_EQ(order, (std::vector{5, 7, 9, 20}));

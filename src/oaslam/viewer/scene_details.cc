@@ -14,8 +14,8 @@ json DescribeObservation(const Map& map, const ObjectObservation& o) {
              {"score", o.score},
              {"box", {o.box.x1, o.box.y1, o.box.x2, o.box.y2}},
              {"truncated", o.truncated != 0}};
-  if (const auto anchor = map.ResolvePose(o.anchor)) {
-    const Eigen::Vector3d from = (o.cam_from_anchor * *anchor).OriginInSource();
+  if (const auto reference = map.ResolvePose(o.reference)) {
+    const Eigen::Vector3d from = (o.cam_from_reference * *reference).OriginInSource();
     entry["camera"] = {from.x(), from.y(), from.z()};
   }
   return entry;

@@ -1,8 +1,9 @@
-#include "oaslam/system/resumption.h"
+#include "oaslam/system/growing_piece.h"
 
 namespace oaslam {
 
-Tracker::Outcome Resumption::Process(const Frame& frame, const std::optional<PoseAnchor>& in_old) {
+Tracker::Outcome GrowingPiece::Process(const Frame& frame,
+                                       const std::optional<LocatedPose>& in_old) {
   Tracker::Outcome outcome = session_->Process(frame);
   const bool is_lost =
       outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
@@ -14,17 +15,17 @@ Tracker::Outcome Resumption::Process(const Frame& frame, const std::optional<Pos
   return outcome;
 }
 
-void Resumption::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
-                               const std::optional<PoseAnchor>& in_old) {
+void GrowingPiece::AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
+                                 const std::optional<LocatedPose>& in_old) {
   session_->AddDetections(frame_index, detections);
   if (in_old) to_old_.Add(frame_index, *in_old);
 }
 
-std::optional<Similarity> Resumption::Locate() const {
+std::optional<Similarity> GrowingPiece::Align() const {
   constexpr size_t kMinKeyframes = 5;
   const Map& map = *session_->snapshot();
   if (lost_since_ || map.keyframes.size() < kMinKeyframes) return std::nullopt;
-  return to_old_.Locate(map, session_->tracker().trajectory());
+  return to_old_.Align(map, session_->tracker().trajectory());
 }
 
 }  // namespace oaslam

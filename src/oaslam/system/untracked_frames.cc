@@ -26,11 +26,11 @@ TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Feature
 
 }  // namespace
 
-void Tracker::Miss(const Frame& frame, bool has_pose) {
-  constexpr size_t kMaxMissed = 30;  // frames, with their features
-  if (backfill_) EndBackfill();      // lost again: the relocalized pose was not proven
-  missed_.push_back({frame, has_pose});
-  if (missed_.size() > kMaxMissed) missed_.pop_front();
+void Tracker::KeepUntracked(const Frame& frame, bool has_pose) {
+  constexpr size_t kMaxUntracked = 30;  // frames, with their features
+  if (backfill_) EndBackfill();         // lost again: the relocalized pose was not proven
+  untracked_.push_back({frame, has_pose});
+  if (untracked_.size() > kMaxUntracked) untracked_.pop_front();
 }
 
 // Tracks the frames that came before the initial map: forward from the first keyframe to the
@@ -67,19 +67,20 @@ void Tracker::FillInBeforeMap(const Map& map) {
 
 // Tracks lost frames backwards in time from where the camera was relocalized, at
 // most `count` of them.
-void Tracker::FillInMissed(const Map& map, int count) {
+void Tracker::FillInUntracked(const Map& map, int count) {
   for (; backfill_ && count > 0; --count) {
-    if (missed_.empty() || missed_.back().frame.index != backfill_->index - 1) return EndBackfill();
-    const Missed missed = std::move(missed_.back());
-    missed_.pop_back();
-    const Frame& frame = missed.frame;
+    if (untracked_.empty() || untracked_.back().frame.index != backfill_->index - 1)
+      return EndBackfill();
+    const UntrackedFrame untracked = std::move(untracked_.back());
+    untracked_.pop_back();
+    const Frame& frame = untracked.frame;
     TrackReport report =
         TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks,
                            backfill_->after.cam_from_world,
                            {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
     if (!report.success) return EndBackfill();
     const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
-    if (!missed.has_pose)
+    if (!untracked.has_pose)
       trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference,
                        TrackingState::kTracking},
                       frame, report.landmarks);
@@ -89,12 +90,12 @@ void Tracker::FillInMissed(const Map& map, int count) {
 
 void Tracker::EndBackfill() {
   backfill_.reset();
-  missed_.clear();
+  untracked_.clear();
 }
 
-void Tracker::SettleTrajectory(const Map& map) {
-  if (backfill_ && backfill_->proven) FillInMissed(map, static_cast<int>(missed_.size()) + 1);
-  trajectory_.Settle(map, std::numeric_limits<int>::max());
+void Tracker::RefineTrajectory(const Map& map) {
+  if (backfill_ && backfill_->proven) FillInUntracked(map, static_cast<int>(untracked_.size()) + 1);
+  trajectory_.RefinePosesBefore(map, std::numeric_limits<int>::max());
 }
 
 bool Tracker::HasTracked(int frame_index) const {

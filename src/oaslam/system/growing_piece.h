@@ -16,18 +16,18 @@ namespace oaslam {
 // points. Each frame is also looked for in the old map, mostly by objects. Once enough frames are
 // found there and agree, the transformation between the maps is known much better than the pose of
 // any single frame (paper, section "Application to AR": resuming SLAM).
-class Resumption {
+class GrowingPiece {
  public:
   // `empty`: a map without content, with the cameras and class relations of the old one.
-  Resumption(const SlamConfig& config, Map empty, const NextIds& ids)
+  GrowingPiece(const SlamConfig& config, Map empty, const NextIds& ids)
       : session_(std::make_unique<Session>(config, std::move(empty), ids, false)) {}
 
   // `in_old`: the frame's pose in the old map, where it was found.
-  Tracker::Outcome Process(const Frame& frame, const std::optional<PoseAnchor>& in_old);
+  Tracker::Outcome Process(const Frame& frame, const std::optional<LocatedPose>& in_old);
   // Detections of a frame that was processed before, and its pose in the old
   // map where they gave one.
   void AddDetections(int frame_index, const std::vector<ObjectDetection>& detections,
-                     const std::optional<PoseAnchor>& in_old);
+                     const std::optional<LocatedPose>& in_old);
   bool IsInitializing() const { return session_->tracker().IsInitializing(); }
 
   // Whether the camera has been lost in the new map, too, for longer than kPatience.
@@ -35,7 +35,7 @@ class Resumption {
   static constexpr double kPatience = 0.33;  // seconds; most losses are shorter
 
   // old_from_new, once it is well determined and while the camera is tracked in the new map.
-  std::optional<Similarity> Locate() const;
+  std::optional<Similarity> Align() const;
 
   Session& session() { return *session_; }
   std::unique_ptr<Session> TakeSession() { return std::move(session_); }
