@@ -43,7 +43,7 @@ Map Table() {
   cup.ellipsoid = {{0.3, 0.9, 3},
                    {0.05, 0.05, 0.1},
                    Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitX()))};
-  cup.observations.emplace_back().anchor = KeyframeId(1);
+  cup.observations.emplace_back().reference = KeyframeId(1);
   map.objects.Insert(ObjectId(4), cup);
   return map;
 }

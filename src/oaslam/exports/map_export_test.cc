@@ -285,7 +285,7 @@ TEST(MapExport, JsonHasClassesRatesAndTruncatedEdges) {
   Object object;
   object.detection_rate = 0.75;
   object.observations.resize(2);
-  for (ObjectObservation& o : object.observations) o.anchor = KeyframeId(1);
+  for (ObjectObservation& o : object.observations) o.reference = KeyframeId(1);
   object.observations[0].truncated = kLeft | kBottom;
   saved.map.objects.Insert(ObjectId(1), object);
   const TempFolder folder;

@@ -44,13 +44,14 @@ class MemoryRunsOut {
 
 }  // namespace
 
-void* operator new(size_t size) {
+// Inlined, GCC takes the pair for a mismatch of new and free.
+[[gnu::noinline]] void* operator new(size_t size) {
   void* memory = Fails() ? nullptr : std::malloc(size > 0 ? size : 1);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace oaslam {
 namespace {
