@@ -265,6 +265,16 @@ TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
   EXPECT_NE(maps.Snapshot().landmarks, before.landmarks);
 }
 
+// A time stamp or a direction of gravity that is not finite would spoil all that follows.
+TEST_F(SlamWithMap, RefusesTimesAndGravityThatAreNotFinite) {
+  Slam slam = MakeSlam();
+  ImageInput input;
+  input.timestamp = std::nan("");
+  EXPECT_THAT(InputErrorOf([&] { slam.Process(input); }), HasSubstr("time stamp"));
+  const Eigen::Vector3d gravity(0, std::nan(""), 1);
+  EXPECT_THAT(InputErrorOf([&] { slam.RelocalizeByObjects({}, gravity); }), HasSubstr("gravity"));
+}
+
 TEST_F(SlamWithMap, TellsWhatHasGone) {
   Slam slam = MakeSlam();
   slam.SetMapping(false);

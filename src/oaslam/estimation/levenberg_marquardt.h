@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// Of a least-squares problem with N parameters, linearised at a state: J^T W J, J^T W r, and the
-// sum of what the kernel makes of the squared residuals.
+// The normal equations of a robust least-squares problem with N parameters at a state: J^T W J,
+// J^T W r, and the cost, the sum of kernel(r^2).
 template <int N>
 struct NormalEquations {
   Eigen::Matrix<double, N, N> hessian = Eigen::Matrix<double, N, N>::Zero();
@@ -41,7 +41,7 @@ NormalEquations<N> MinimizeLevenbergMarquardt(const LevenbergMarquardtOptions& o
     if (!step.allFinite()) break;
     const std::optional<State> next = moved(state, step);
     const NormalEquations<N> there = next ? linearize(*next) : here;
-    if (!next || there.cost > here.cost) {
+    if (!next || !(there.cost <= here.cost)) {
       damping = std::max(damping * options.raise, options.least_raised);
       continue;
     }

@@ -13,8 +13,7 @@ namespace {
 constexpr double kMinDepth = 1e-6;
 constexpr int kMinInliers = 6;
 
-// Linearises at a pose. The update acts from the left, x_in_cam <- exp(v, w) x_in_cam, and has the
-// derivative [I | -[x]x] (Barfoot 2017, 7.3).
+// Linearises at a pose, by the step of geometry/pose_step.h.
 NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
                              std::span<const PointObservation> observations,
                              const std::vector<uint8_t>& use, bool robust) {

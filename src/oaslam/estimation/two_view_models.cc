@@ -84,8 +84,8 @@ std::array<int, kCount> Sample(int n, Rng& rng) {
   return sample;
 }
 
-// RANSAC with a local optimisation of the best model on its inliers. make_score(model)(i): what match i
-// adds to the score; rows(i): its equations.
+// RANSAC with a local optimisation of the best model on its inliers. make_score(model)(i): what
+// match i adds to the score; rows(i): its equations.
 template <int kSample, typename SampleRows, typename Repair, typename Score, typename Rows>
 TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleRows&& sample_rows,
                     Repair&& repair, Score&& make_score, Rows&& rows) {

@@ -302,8 +302,8 @@ std::vector<std::string> Map::CheckInvariants() const {
       problems.push_back(fmt::format("object {}: landmarks not ascending", id.value));
     for (const ObjectObservation& o : object.observations) {
       if (!ResolvePose(o.reference))
-        problems.push_back(
-            fmt::format("object {}: anchor {} leads nowhere", id.value, o.reference.value));
+        problems.push_back(fmt::format("object {}: reference keyframe {} leads nowhere", id.value,
+                                       o.reference.value));
       if (!IsFinite(o.cam_from_reference))
         problems.push_back(fmt::format("object {}: pose of an observation not finite", id.value));
     }

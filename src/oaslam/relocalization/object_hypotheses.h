@@ -18,8 +18,9 @@ struct PoseGuess {
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
 // Guesses from pairs (with a known vertical) and triplets of detections whose sizes are compatible
-// with the distances between their objects. Each contains one of the three detections whose classes
-// have the fewest objects, so that their number does not grow with the cube of the map.
+// with the distances between their objects. Each contains one of three detections, those that no
+// border cuts first, then those whose classes have the fewest objects, so that the number of
+// guesses does not grow with the cube of the map.
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
 // Guesses from single detections, over a grid of camera orientations. Empty unless the map knows

@@ -106,7 +106,7 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
     main_number_ = ++last_number_;
   }
-  outcome = Resume(frame, std::move(outcome));
+  outcome = UpdateGrowingPiece(frame, std::move(outcome));
   if (mapping_ && config_.runner.mode != "live")
     passed_.Add(frame, main_->tracker().HasTracked(frame.index));
   return outcome;
@@ -123,7 +123,7 @@ bool Atlas::MayLook(const Frame& frame) const {
 // Decides, after a frame was processed in the main piece, on the piece that is made while the
 // camera is lost: it is begun, continued, joined with the main one, promoted or ended. Returns the
 // outcome to report.
-Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
+Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing || !mapping_) return outcome;
   const bool is_lost = IsLost(outcome);
   if (!is_lost)
@@ -134,8 +134,9 @@ Tracker::Outcome Atlas::Resume(const Frame& frame, Tracker::Outcome outcome) {
   // makes no keyframes in the main map and the new piece may still be joined.
   if (!is_lost && !outcome.located) EndGrowingPiece(frame.index);
   if (outcome.is_keyframe) LookInWaiting(frame, *main_);
-  const bool is_patient = !lost_since_ || frame.timestamp - *lost_since_ < GrowingPiece::kPatience;
-  if (!growing_ && is_patient) return outcome;
+  const bool is_lost_for_long =
+      lost_since_ && frame.timestamp - *lost_since_ >= GrowingPiece::kPatience;
+  if (!growing_ && !is_lost_for_long) return outcome;
   if (!growing_ || (is_lost && growing_->IsLost(frame.timestamp))) BeginGrowingPiece(frame.index);
   growing_->session().tracker().SkipIds(main_->tracker().next_ids());
   const Tracker::Outcome there = growing_->Process(frame, outcome.located);
@@ -234,12 +235,12 @@ void Atlas::LookInWaiting(const Frame& frame, Session& session) {
       waiting->piece.map);
   if (!located) return;
   waiting->link.AddKeyframe(frame.index, *located);
-  const auto locate = [&] {
+  const auto align = [&] {
     return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
   };
-  if (!locate()) return;
+  if (!align()) return;
   FinishAdjustment(session, frame.index);  // queued work may still move the map
-  const auto piece_from_world = locate();
+  const auto piece_from_world = align();
   if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session))
     waiting_.erase(waiting);
 }
@@ -264,7 +265,7 @@ bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame
 // the pieces where this tells their place. Pairs that have not changed since they were
 // compared are skipped.
 void Atlas::AlignWaiting() {
-  const auto is_new = [&](const Waiting& piece, int other, uint64_t version) {
+  const auto mark_tried = [&](const Waiting& piece, int other, uint64_t version) {
     return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;
   };
   const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
@@ -273,7 +274,7 @@ void Atlas::AlignWaiting() {
     Relocalizer in_main(config_);
     for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
       const auto here = waiting++;
-      if (!is_new(*here, main_number_, main_->snapshot()->version)) continue;
+      if (!mark_tried(*here, main_number_, main_->snapshot()->version)) continue;
       std::optional<Similarity> world_from_piece = Align(
           here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
       if (!world_from_piece)
@@ -287,7 +288,7 @@ void Atlas::AlignWaiting() {
     for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
       for (auto other = std::next(into); other != waiting_.end();) {
         const auto here = other++;
-        if (!is_new(*here, into->number, into->piece.map.keyframes.size())) continue;
+        if (!mark_tried(*here, into->number, into->piece.map.keyframes.size())) continue;
         const auto world_from_piece = Align(here->piece, into->piece.map, into->piece.trajectory,
                                             mode_, config_, into->relocalizer);
         if (!world_from_piece) continue;
@@ -379,7 +380,10 @@ std::optional<Tracker::Outcome> Atlas::AddDetections(
     int frame_index, const std::vector<ObjectDetection>& detections) {
   if (growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
-  if (outcome && outcome->cam_from_world && !IsLost(*outcome)) lost_since_.reset();
+  if (outcome && outcome->state == TrackingState::kRelocalized) {
+    lost_since_.reset();
+    last_vain_look_.reset();
+  }
   if (!growing_) return outcome;
   growing_->session().tracker().SkipIds(main_->tracker().next_ids());
   growing_->AddDetections(frame_index, detections, outcome ? outcome->located : std::nullopt);

@@ -24,7 +24,8 @@ namespace oaslam {
 // points or objects; none is thrown away.
 // - While the camera is tracked in the main piece, no other piece is being made.
 // - Once it has been lost there for longer than GrowingPiece::kPatience, a new piece is begun,
-// while each frame is still looked for in the main one.
+// while the camera is still looked for in the main one, after a failed attempt at most every 0.09
+// s.
 // - While frames are found in the main piece by objects only, or by points on probation, both go on
 // until the transformation between them is known; then they are joined.
 // - Once the camera is found in the main piece for good, or is lost in the new piece, too, the new
@@ -46,7 +47,8 @@ class Atlas {
   void Finish();
   void Shutdown();
   // The exception that ended the mapping of any piece (MapPipeline); null while mapping goes on.
-  // From then on no piece changes, and none is lost.
+  // From then on no frame is mapped and no piece is lost; Finish may still join and optimise pieces
+  // whose own mapping works.
   std::exception_ptr failure();
 
   void SetRelocalizationMode(RelocalizationMode mode);
@@ -61,7 +63,8 @@ class Atlas {
   const Session& main() const { return *main_; }
   // The number of the main piece, in whose frame poses are reported. Each piece has its own number.
   int main_number() const { return main_number_; }
-  // All but the main piece.
+  // The pieces that wait. The one that is being made is not among them; Finish joins it or lets it
+  // wait.
   std::vector<Piece> Others() const;
 
  private:
@@ -74,7 +77,7 @@ class Atlas {
 
   bool MayLook(const Frame& frame) const;
   void BeginMain(Map map, bool is_loaded);
-  Tracker::Outcome Resume(const Frame& frame, Tracker::Outcome outcome);
+  Tracker::Outcome UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
   void BeginGrowingPiece(int frame_index);
   void EndGrowingPiece(int frame_index);
   bool JoinGrowingPiece(int frame_index);

@@ -13,8 +13,8 @@
 namespace oaslam {
 
 // While the camera is lost in the old map, a new map is begun and the camera is tracked in it by
-// points. Each frame is also looked for in the old map, mostly by objects. Once enough frames are
-// found there and agree, the transformation between the maps is known much better than the pose of
+// points. It is also looked for in the old map, mostly by objects. Once enough frames are found
+// there and agree, the transformation between the maps is known much better than the pose of
 // any single frame (paper, section "Application to AR": resuming SLAM).
 class GrowingPiece {
  public:

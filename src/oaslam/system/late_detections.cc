@@ -32,7 +32,8 @@ std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index,
 Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   if (relocalized_frame_ && frame.index <= *relocalized_frame_)
     return {};  // such frames were tracked backwards from the relocalization where possible
-  const Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, {}, rng_);
+  const Relocalization found =
+      relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_);
   Outcome outcome;
   if (found.evidence == PoseEvidence::kNone) return outcome;
   if (found.evidence == PoseEvidence::kObjects) {
@@ -46,7 +47,7 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   }
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return outcome;
-  relocalized_frame_ = newest_frame_;  // the probation lasts from the newest frame on
+  relocalized_frame_ = newest_.index;  // the probation lasts from the newest frame on
   relocalized_time_ = newest_.timestamp;
   std::erase_if(untracked_, [&](const UntrackedFrame& untracked) {
     return untracked.frame.index >= frame.index;

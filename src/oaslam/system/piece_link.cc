@@ -11,10 +11,7 @@ namespace oaslam {
 namespace {
 
 constexpr int kMinWeight = 20;
-constexpr double kMinShare = 0.6;  // of the frames that must agree
-// Standard deviation of a tracked position as a share of the depth: drift that remains where
-// landmarks are seen from near the places they were mapped from.
-constexpr double kTrackedSigma = 0.005;
+constexpr double kMinShare = 0.6;        // of the frames that must agree
 constexpr double kMaxScaleSigma = 0.06;  // relative
 
 // A pose by points is more accurate than one by objects.
@@ -130,7 +127,9 @@ std::optional<Similarity> PieceLink::Align(const Map& map,
 
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
-  constexpr double kMaxSeconds = 3, kMaxTimes = 2;
+  // A longer step is one between two videos, or after a long time.
+  constexpr double kMaxSeconds = 3;
+  constexpr double kMaxTimes = 2;
   constexpr double kHandTurn = 3,
                    kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
   const auto is_step = [](const Step& step) {

@@ -11,6 +11,10 @@
 
 namespace oaslam {
 
+// The assumed standard deviation of a position tracked by points, as a share of the depth, where
+// landmarks are seen from near the places they were mapped from.
+constexpr double kTrackedSigma = 0.005;
+
 // The pose of a frame in a map, by points or by objects. A pose by objects may be too uncertain to
 // be shown to the user.
 struct LocatedPose {

@@ -30,6 +30,7 @@ void Session::SubmitAndWait(MapCommand command) {
 }
 
 bool Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
+  if (failure()) return false;
   MapCommand command;
   command.frame_index = frame_index;
   command.joining = JoiningMap{std::make_shared<const Map>(piece), world_from_piece};

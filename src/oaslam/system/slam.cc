@@ -232,6 +232,7 @@ class Slam::Impl {
 
 TrackingResult Slam::Impl::Process(const ImageInput& input) {
   ExpectMapping();
+  if (!std::isfinite(input.timestamp)) throw InputError("time stamp is not finite");
   if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
     throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
                                  input.timestamp, *last_timestamp_));
@@ -337,6 +338,7 @@ void Slam::SetRelocalizationMode(RelocalizationMode mode) {
 
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode,
                                       const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  CheckGravity(gravity_in_cam);
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
   return impl_->Find(frame, mode, gravity_in_cam ? gravity_in_cam : frame.gravity_in_cam,
@@ -346,6 +348,7 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
 RelocalizationResult Slam::RelocalizeWithUnknownCamera(
     const ImageInput& input, RelocalizationMode mode,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  CheckGravity(gravity_in_cam);
   return impl_->FindWithUnknownCamera(input, mode,
                                       gravity_in_cam ? gravity_in_cam : input.gravity_in_cam);
 }
@@ -353,6 +356,7 @@ RelocalizationResult Slam::RelocalizeWithUnknownCamera(
 RelocalizationResult Slam::RelocalizeByObjects(
     const std::vector<Detection>& detections,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  CheckGravity(gravity_in_cam);
   const Frame frame{0,    0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_),
                     false};
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);

@@ -13,10 +13,8 @@
 namespace oaslam {
 namespace {
 
-// The standard deviation of a tracked position, as a share of the depth. It is meant as an upper
-// bound where landmarks are seen from near the places they were mapped from.
 double PositionSigma(const Map& map, const TrackReport& tracked) {
-  return 0.005 * map.MedianDepth(tracked.reference);
+  return kTrackedSigma * map.MedianDepth(tracked.reference);
 }
 
 }  // namespace
@@ -48,7 +46,6 @@ Tracker::Outcome Tracker::PassOver(const Frame& frame) {
 }
 
 void Tracker::Take(const Frame& frame) {
-  newest_frame_ = frame.index;
   constexpr size_t kMaxUndetected = 120;  // frames, some 50 KB each
   if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
@@ -183,15 +180,15 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
   first.cam_from_world = found.cam_from_world;
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
-  // At a place that only looks alike in part, most of what should be in view besides is matched by
-  // chance.
-  constexpr double kMost = 0.5;
+  // At a wrong place that looks alike in part, most of the further landmarks are matched by chance
+  // and disagree: at least half must agree.
+  constexpr double kLeastShare = 0.5;
   const int inliers = config_.tracking.min_relocalization_inliers;
   TrackReport tracked = TrackLocalMap(frame, map, first,
                                       {.inliers = inliers,
                                        .least_inliers = inliers,
                                        .spread = LeastSpread(),
-                                       .least_share = kMost,
+                                       .least_share = kLeastShare,
                                        .radius_scale = kWiderSearch});
   tracked.success = tracked.success && CouldHaveGone(frame, map, tracked);
   return tracked;

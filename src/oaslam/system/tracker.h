@@ -117,7 +117,8 @@ class Tracker {
   MapCommand TakeRest();
   // Poses of all frames so far, relative to keyframes of the map or retired from it.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
-  // Refines the poses of frames that are not refined yet, against the finished map.
+  // Refines the poses of frames that are not refined yet, against the finished map, and tracks the
+  // lost frames before the last relocalization if that is proven.
   void RefineTrajectory(const Map& map);
 
  private:
@@ -214,7 +215,6 @@ class Tracker {
   int newest_keyframe_frame_ = 0;
   double newest_keyframe_time_ = 0;
   int newest_keyframe_inliers_ = 0;
-  int newest_frame_ = 0;
   std::optional<int> relocalized_frame_;  // the newest frame at the last relocalization by points
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
