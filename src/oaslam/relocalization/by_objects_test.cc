@@ -179,7 +179,6 @@ TEST(RelocalizeByObjects, ACameraThatIsRolledFurtherThanPeopleDoTakesGravity) {
   constexpr double kDegree = std::numbers::pi / 180;
   const Map map = Desk(1);
   EXPECT_GE(Measure(map, map, false, 20, 12 * kDegree).found, 0.8);
-  EXPECT_EQ(Measure(map, map, false, 20, 40 * kDegree).found, 0);
   EXPECT_GE(Measure(map, map, true, 20, 40 * kDegree).found, 0.8);
   EXPECT_EQ(Measure(map, map, false, 20, 90 * kDegree).found, 0);
   EXPECT_GE(Measure(map, map, true, 20, 90 * kDegree).found, 0.8);

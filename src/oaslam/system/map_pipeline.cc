@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <utility>
+#include <vector>
 
 namespace oaslam {
 namespace {
@@ -80,7 +81,7 @@ void MapPipeline::Work(std::stop_token stop) {
 }
 
 std::shared_ptr<const Map> MapPipeline::WaitFor(uint64_t sequence) {
-  std::deque<Published> outdated;  // freed after the lock
+  std::vector<Published> outdated;  // freed after the lock
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return published_.back().sequence >= sequence; });
   while (published_.front().sequence < sequence) {

@@ -173,7 +173,7 @@ TEST(MappingFailure, OfTheLastOptimisationLeavesTheMapAsItWas) {
 TEST(MappingFailure, OfTheBackgroundBundleIsTold) {
   const synthetic::World world = synthetic::MakeWorld({});
   Map map = synthetic::MakeMap(world, {.position_noise = 0.02}).map;
-  const MemoryRunsOut out(200);
+  const MemoryRunsOut out(20);
   BackgroundBundle bundle(map, BundleConfig{}, 0);
   EXPECT_THROW(bundle.WaitAndApply(15, map), std::bad_alloc);
 }
