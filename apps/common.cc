@@ -147,7 +147,11 @@ void EnsureOutputFile(const std::string& path, const std::string& option) {
   if (std::filesystem::is_directory(path))
     throw InputError(fmt::format("{}: a folder, {} asks for a file", path, option));
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  EnsureOutputFolder(folder.empty() ? "." : folder);
+  try {
+    EnsureOutputFolder(folder.empty() ? "." : folder);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{} {}: {}", option, path, error.what()));
+  }
 }
 
 ProgressBar::ProgressBar(int total, bool quiet)
