@@ -42,13 +42,13 @@ TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Feature
 
 // What a pose needs so that tracking may continue from it.
 struct TrackDemands {
-  // With this many inliers no share of the matches is demanded; with fewer, down to least_inliers,
+  // With this many inliers, least_share of the matches is enough; with fewer, down to least_inliers,
   // more than half of the matches must be inliers.
   int inliers = 30;
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
   double spread = 0;             // at least (TrackReport)
-  double least_share = 0;        // of the matches, that has to agree
+  double least_share = 0;        // of the matches that must be inliers, however many they are
   double radius_scale = 1;       // widens the search, after a relocalization
 };
 
