@@ -42,8 +42,8 @@ TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Feature
 
 // What a pose needs so that tracking may continue from it.
 struct TrackDemands {
-  // With this many inliers, least_share of the matches is enough; with fewer, down to least_inliers,
-  // more than half of the matches must be inliers.
+  // With this many inliers, least_share of the matches is enough; with fewer, down to
+  // least_inliers, more than half of the matches must be inliers.
   int inliers = 30;
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
