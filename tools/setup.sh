@@ -27,7 +27,7 @@ if [ "${1:-}" = --optional ]; then
 fi
 
 packages=(
-  g++ cmake ninja-build ccache                                              # build
+  g++ cmake ninja-build                                                     # build
   libeigen3-dev libopencv-dev libceres-dev libhwy-dev                       # linear algebra, images and networks, least squares, SIMD
   libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)

@@ -44,14 +44,30 @@ class MemoryRunsOut {
 
 }  // namespace
 
-// Inlined, GCC takes the pair for a mismatch of new and free.
+// Every form that ends in malloc and free here, so that no pair is half of the sanitizer's.
+// Inlined, GCC takes a pair for a mismatch of new and free.
+[[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
+  return Fails() ? nullptr : std::malloc(size > 0 ? size : 1);
+}
 [[gnu::noinline]] void* operator new(size_t size) {
-  void* memory = Fails() ? nullptr : std::malloc(size > 0 ? size : 1);
+  void* memory = operator new(size, std::nothrow);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
+[[gnu::noinline]] void* operator new[](size_t size) { return operator new(size); }
+[[gnu::noinline]] void* operator new[](size_t size, const std::nothrow_t&) noexcept {
+  return operator new(size, std::nothrow);
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete[](void* memory, size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, const std::nothrow_t&) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, const std::nothrow_t&) noexcept {
+  std::free(memory);
+}
 
 namespace oaslam {
 namespace {
