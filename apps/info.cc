@@ -21,8 +21,7 @@ void PrintCameras(const Map& map) {
   for (size_t i = 0; i < map.cameras.size(); ++i) {
     const Camera& c = map.cameras[i];
     fmt::print("camera {}     {}{} x {}, {}{}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}{}\n", i,
-               c.name.empty() ? "" : c.name + ", ", c.width, c.height,
-               c.model == LensModel::kFisheye ? "fisheye" : "pinhole",
+               c.name.empty() ? "" : c.name + ", ", c.width, c.height, ToString(c.model),
                c.HasDistortion() ? " with distortion" : "", c.fx, c.fy, c.cx, c.cy,
                c.is_guess ? " (a guess)" : "");
   }

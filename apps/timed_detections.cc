@@ -6,7 +6,6 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/geometry/camera_model.h"
 
 namespace oaslam::apps {
 
@@ -39,17 +38,6 @@ std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
   if (from >= to)
     throw InputError(fmt::format("{}: no image within [{}, {}) of its {}", path, from, to, size));
   return {images.begin() + from, images.begin() + to};
-}
-
-std::vector<ObjectDetection> IdealDetections(const Camera& camera,
-                                             const std::vector<Detection>& detections) {
-  std::vector<ObjectDetection> ideal;
-  for (const Detection& d : detections) {
-    const Box box = UndistortBox(camera, d.box);
-    if (box.Area() > 0)
-      ideal.push_back({d.category_id, d.score, box, TruncatedEdges(camera, d.box)});
-  }
-  return ideal;
 }
 
 }  // namespace oaslam::apps

@@ -4,9 +4,7 @@
 #include <vector>
 
 #include "common.h"
-#include "oaslam/camera.h"
 #include "oaslam/formats/detection_file.h"
-#include "oaslam/map/frame.h"
 
 namespace oaslam::apps {
 
@@ -24,9 +22,5 @@ struct TimedDetections {
 std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
                                                    const std::string& path,
                                                    const CommonOptions& options);
-
-// Converts detections to the ideal image of the camera.
-std::vector<ObjectDetection> IdealDetections(const Camera& camera,
-                                             const std::vector<Detection>& detections);
 
 }  // namespace oaslam::apps

@@ -10,6 +10,7 @@ enum class LensModel {
              // none)
   kFisheye,  // equidistant (Kannala-Brandt) distortion: k1 k2 k3 k4
 };
+const char* ToString(LensModel model);  // "pinhole" or "fisheye"
 
 // A calibrated camera. Pixel centres are at integer coordinates; distances in pixels.
 struct Camera {

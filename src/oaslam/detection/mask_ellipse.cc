@@ -1,10 +1,9 @@
 #include "oaslam/detection/mask_ellipse.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
+#include "oaslam/geometry/ellipse.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -58,14 +57,9 @@ std::optional<std::array<double, 5>> EllipseFromMask(const cv::Mat& prototypes,
   const Eigen::Vector2d mean = m.sum / m.count;
   Eigen::Matrix2d covariance = m.squares / m.count - mean * mean.transpose();
   covariance.diagonal() += cell.cwiseAbs2() / 12;  // a cell is an area, not a point
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
-  const Eigen::Vector2d major = axes.eigenvectors().col(1);
-  double theta = std::atan2(major.y(), major.x());
-  if (theta > std::numbers::pi / 2) theta -= std::numbers::pi;
-  if (theta <= -std::numbers::pi / 2) theta += std::numbers::pi;
+  const PrincipalAxes axes = PrincipalAxesOf(covariance);
   // The variance of a filled ellipse along an axis is a quarter of the half axis squared.
-  return std::array{mean.x(), mean.y(), 4 * std::sqrt(axes.eigenvalues()[1]),
-                    4 * std::sqrt(axes.eigenvalues()[0]), theta};
+  return std::array{mean.x(), mean.y(), 4 * axes.major, 4 * axes.minor, axes.angle_rad};
 }
 
 }  // namespace oaslam

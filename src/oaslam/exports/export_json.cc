@@ -31,18 +31,6 @@ Json Pose(const Rigid3& pose) {
 // Rounds to a ten-thousandth of a pixel.
 double Pixel(float value) { return std::round(static_cast<double>(value) * 1e4) / 1e4; }
 
-const char* NameOfState(ObjectState state) {
-  switch (state) {
-    case ObjectState::kTentative:
-      return "tentative";
-    case ObjectState::kInitialized:
-      return "initialized";
-    case ObjectState::kMapped:
-      return "mapped";
-  }
-  return "";
-}
-
 Json Edges(unsigned char bits) {
   Json edges = Json::array();
   for (const auto& [bit, name] :
@@ -53,7 +41,7 @@ Json Edges(unsigned char bits) {
 
 Json CameraJson(const Camera& c) {
   return {{"name", c.name},
-          {"model", c.model == LensModel::kFisheye ? "fisheye" : "pinhole"},
+          {"model", ToString(c.model)},
           {"width", c.width},
           {"height", c.height},
           {"fx", c.fx},
@@ -107,7 +95,7 @@ Json ObjectJson(ObjectId id, const Object& object, const SavedMap& saved) {
                {"category_id", object.category_id},
                {"category", NameOf(saved.class_names, object.category_id)}};
   if (!object.name.empty()) json["name"] = object.name;
-  json["state"] = NameOfState(object.state);
+  json["state"] = ToString(object.state);
   if (object.state != ObjectState::kTentative) {
     json["center"] = Numbers(e.center);
     json["half_axes"] = Numbers(e.half_axes);

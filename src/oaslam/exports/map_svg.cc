@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include "oaslam/exports/svg.h"
 #include "oaslam/exports/top_view.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/geometry/ellipse.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -46,11 +46,12 @@ std::vector<TopEllipse> ProjectObjects(const Map& map, const TopAxes& axes) {
     const Eigen::Matrix<double, 2, 3> half = basis * object.ellipsoid.rotation.toRotationMatrix() *
                                              object.ellipsoid.half_axes.asDiagonal();
     const Eigen::Matrix2d shape = half * half.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(shape);
-    const Eigen::Vector2d axis = solver.eigenvectors().col(1);
-    ellipses.push_back({object.category_id, axes(object.ellipsoid.center),
-                        solver.eigenvalues().reverse().cwiseMax(0).cwiseSqrt(),
-                        shape.diagonal().cwiseSqrt(), std::atan2(axis.y(), axis.x())});
+    const PrincipalAxes principal = PrincipalAxesOf(shape);
+    ellipses.push_back({object.category_id,
+                        axes(object.ellipsoid.center),
+                        {principal.major, principal.minor},
+                        shape.diagonal().cwiseSqrt(),
+                        principal.angle_rad});
   });
   return ellipses;
 }

@@ -1,12 +1,24 @@
 #include "oaslam/geometry/ellipse.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "oaslam/geometry/box.h"
 
 namespace oaslam {
+
+PrincipalAxes PrincipalAxesOf(const Eigen::Matrix2d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);  // ascending
+  const Eigen::Vector2d half = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const Eigen::Vector2d major = axes.eigenvectors().col(1);
+  double angle = std::atan2(major.y(), major.x());
+  if (angle > std::numbers::pi / 2) angle -= std::numbers::pi;
+  if (angle <= -std::numbers::pi / 2) angle += std::numbers::pi;
+  return {half[1], half[0], angle};
+}
 
 Ellipse InscribedEllipse(const Box& box) {
   const Eigen::Array2d half(box.Width() / 2, box.Height() / 2);

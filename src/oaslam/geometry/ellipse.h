@@ -6,12 +6,19 @@
 
 namespace oaslam {
 
-// {x : (x - mean)^T covariance^-1 (x - mean) <= 1} in pixels: half axes are the square roots of the
-// covariance's eigenvalues.
+// {x : (x - mean)^T covariance^-1 (x - mean) <= 1} in pixels.
 struct Ellipse {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
 };
+
+// The half axes of an ellipse, which are the square roots of its covariance's eigenvalues, and the
+// direction of the longer one, from the x axis towards the y axis.
+struct PrincipalAxes {
+  double major = 0, minor = 0;
+  double angle_rad = 0;  // in (-pi/2, pi/2]
+};
+PrincipalAxes PrincipalAxesOf(const Eigen::Matrix2d& covariance);
 
 // The axis-aligned ellipse inscribed in a box.
 Ellipse InscribedEllipse(const Box& box);

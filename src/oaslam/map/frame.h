@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "oaslam/camera.h"
 #include "oaslam/features/features.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
@@ -19,6 +20,10 @@ struct ObjectDetection {
   Box box;                      // ideal (undistorted) image
   unsigned char truncated = 0;  // EdgeBits of edges at the border of the original image
 };
+
+// Converts detections to the ideal image of the camera.
+std::vector<ObjectDetection> IdealDetections(const Camera& camera,
+                                             const std::vector<Detection>& detections);
 
 // The features and detections of an image; immutable. Its pose is not part of it.
 struct Frame {

@@ -10,6 +10,18 @@
 
 namespace oaslam {
 
+const char* ToString(ObjectState state) {
+  switch (state) {
+    case ObjectState::kTentative:
+      return "tentative";
+    case ObjectState::kInitialized:
+      return "initialized";
+    case ObjectState::kMapped:
+      return "mapped";
+  }
+  return "unknown";
+}
+
 std::optional<Map::Carried> Map::ResolveKeyframe(KeyframeId id) const {
   Carried carried{id, {}};
   for (size_t links = 0; !keyframes.Contains(carried.by); ++links) {

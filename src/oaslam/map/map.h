@@ -63,6 +63,9 @@ struct Landmark {
 // Dropped: erased from the map.
 enum class ObjectState { kTentative, kInitialized, kMapped };
 
+// "tentative", "initialized" or "mapped", as in files.
+const char* ToString(ObjectState state);
+
 struct ObjectObservation {
   int frame_index = 0;
   KeyframeId reference;  // keyframe that the pose is relative to

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -19,7 +20,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kDepthFactor = 1.7;
 // The same for a truncated box: the object may be much nearer.
 constexpr double kTruncatedFactor = 3;
-constexpr size_t kSeeds = 3;             // number of detections that hypotheses start from
+constexpr size_t kStarts = 3;            // number of detections that hypotheses start from
 constexpr size_t kMaxTriplets = 1500;    // at most, from one start
 constexpr size_t kTripletBudget = 2500;  // at most, from all starts, in a large map
 // In a large map a start is used only if it is compatible with nearly as many detections as the
@@ -45,8 +46,9 @@ Node MakeNode(const ObjectScene& scene, int detection, int object) {
           depth * kDepthFactor};
 }
 
-// Whether both can be true: some depths within the bounds of both put the objects at their distance
-// in the map.
+// Whether both can be true: some depths s and t within the bounds of both put the objects at their
+// distance in the map. The squared distance |s p - t q|^2 is convex and without bounds smallest at
+// depth 0: within them it is largest in a corner and smallest on a side.
 bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   if (a.detection == b.detection || a.object == b.object) return false;
   const Eigen::Vector3d &p = scene.detections[a.detection].ray,
@@ -56,7 +58,7 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
       (scene.objects[a.object].ellipsoid.center - scene.objects[b.object].ellipsoid.center)
           .squaredNorm();
   const auto squared = [&](double s, double t) { return s * s * pp + t * t * qq - 2 * s * t * pq; };
-  double nearest = 1e300, farthest = 0;
+  double nearest = std::numeric_limits<double>::max(), farthest = 0;
   for (const double s : {a.min_depth, a.max_depth}) {
     nearest = std::min(nearest, squared(s, std::clamp(s * pq / qq, b.min_depth, b.max_depth)));
     for (const double t : {b.min_depth, b.max_depth}) {
@@ -69,7 +71,7 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
 
 // The detections to start from: untruncated ones first, then those whose class
 // has the fewest objects.
-std::vector<int> SeedDetections(const ObjectScene& scene) {
+std::vector<int> StartDetections(const ObjectScene& scene) {
   std::vector<int> order(scene.detections.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, [&](int a, int b) {
@@ -77,16 +79,16 @@ std::vector<int> SeedDetections(const ObjectScene& scene) {
     if ((x.truncated != 0) != (y.truncated != 0)) return x.truncated == 0;
     return x.objects.size() < y.objects.size();
   });
-  order.resize(std::min(order.size(), kSeeds));
+  order.resize(std::min(order.size(), kStarts));
   return order;
 }
 
-std::vector<int> ScopeOf(const ObjectScene& scene, const Node& seed) {
+std::vector<int> ScopeOf(const ObjectScene& scene, const Node& first) {
   std::vector<int> scope;
-  const Eigen::Vector3d& center = scene.objects[seed.object].ellipsoid.center;
+  const Eigen::Vector3d& center = scene.objects[first.object].ellipsoid.center;
   for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o)
     if (scene.objects.size() <= kSmallMap ||
-        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * seed.max_depth)
+        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * first.max_depth)
       scope.push_back(o);
   return scope;
 }
@@ -138,8 +140,8 @@ class GroupGuesser {
       most_triplets = std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1));
     }
     for (const Start& start : starts) {
-      scope_ = ScopeOf(scene_, start.seed);
-      for (const Node& other : start.neighbors) AddPair(start.seed, other);
+      scope_ = ScopeOf(scene_, start.first);
+      for (const Node& other : start.neighbors) AddPair(start.first, other);
       if (!scene_.up_in_cam) AddTriplets(start, most_triplets, rng);
     }
     return std::move(guesses_);
@@ -148,24 +150,24 @@ class GroupGuesser {
  private:
   // A node that hypotheses start from, and the nodes that are compatible with it.
   struct Start {
-    Node seed;
+    Node first;
     std::vector<Node> neighbors;
     int support = 0;  // number of distinct detections among the neighbors
   };
 
   std::vector<Start> FindStarts() const {
-    const std::vector<int> seeds = SeedDetections(scene_);
+    const std::vector<int> detections = StartDetections(scene_);
     std::vector<Start> starts;
-    for (size_t i = 0; i < seeds.size(); ++i) {
+    for (size_t i = 0; i < detections.size(); ++i) {
       // Detections that were used as starts already are left out.
-      const std::span<const int> done = std::span(seeds).first(i);
-      for (const Node& seed : nodes_) {
-        if (seed.detection != seeds[i]) continue;
-        Start& start = starts.emplace_back(Start{seed, {}, 0});
+      const std::span<const int> done = std::span(detections).first(i);
+      for (const Node& first : nodes_) {
+        if (first.detection != detections[i]) continue;
+        Start& start = starts.emplace_back(Start{first, {}, 0});
         int last = -1;  // nodes are ordered by detection
         for (const Node& node : nodes_) {
           if (std::ranges::find(done, node.detection) != done.end() ||
-              !AreCompatible(scene_, seed, node))
+              !AreCompatible(scene_, first, node))
             continue;
           start.neighbors.push_back(node);
           start.support += node.detection != last;
@@ -204,7 +206,7 @@ class GroupGuesser {
     for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
       if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
-      const std::array group = {start.seed, neighbors[triplets_[k].first],
+      const std::array group = {start.first, neighbors[triplets_[k].first],
                                 neighbors[triplets_[k].second]};
       std::array<Eigen::Vector3d, 3> rays, points;
       for (int n = 0; n < 3; ++n) {
@@ -247,7 +249,7 @@ std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   std::vector<PoseGuess> guesses;
   const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
-  for (const int d : SeedDetections(scene)) {
+  for (const int d : StartDetections(scene)) {
     const SceneDetection& detection = scene.detections[d];
     for (const int o : detection.objects) {
       const Node node = MakeNode(scene, d, o);

@@ -28,30 +28,21 @@ std::vector<T> CopyOf(std::span<const std::byte> bytes) {
   return values;
 }
 
+// Reads the name of one of `known`.
 template <typename Enum, size_t N>
-Enum ReadWord(RowReader& row, const std::array<std::pair<const char*, Enum>, N>& words) {
+Enum ReadWord(RowReader& row, const Enum (&known)[N]) {
   const std::string text = row.Text();
-  for (const auto& [word, value] : words)
-    if (text == word) return value;
+  for (const Enum value : known)
+    if (text == ToString(value)) return value;
   row.Refuse(fmt::format("\"{}\" is not known", text));
 }
 
-constexpr std::array<std::pair<const char*, LensModel>, 2> kLensModels{
-    {{"pinhole", LensModel::kPinhole}, {"fisheye", LensModel::kFisheye}}};
-constexpr std::array<std::pair<const char*, ObjectState>, 3> kObjectStates{
-    {{"tentative", ObjectState::kTentative},
-     {"initialized", ObjectState::kInitialized},
-     {"mapped", ObjectState::kMapped}}};
-
-std::array<std::pair<const char*, TrackingState>, 5> TrackingStates() {
-  std::array<std::pair<const char*, TrackingState>, 5> words;
-  size_t i = 0;
-  for (const auto state :
-       {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
-        TrackingState::kObjects, TrackingState::kLost})
-    words[i++] = {ToString(state), state};
-  return words;
-}
+constexpr LensModel kLensModels[] = {LensModel::kPinhole, LensModel::kFisheye};
+constexpr ObjectState kObjectStates[] = {ObjectState::kTentative, ObjectState::kInitialized,
+                                         ObjectState::kMapped};
+constexpr TrackingState kTrackingStates[] = {TrackingState::kInitializing, TrackingState::kTracking,
+                                             TrackingState::kRelocalized, TrackingState::kObjects,
+                                             TrackingState::kLost};
 
 int CategoryOf(std::string_view text, const RowReader& row) {
   const std::optional<double> value = ParseNumber(text);
@@ -280,7 +271,6 @@ void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
 }
 
 void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
-  const auto states = TrackingStates();
   RowReader rows(database, checksum, "trajectory", "rank");
   while (rows.Next()) {
     rows.Int();
@@ -289,7 +279,7 @@ void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
     pose.timestamp = rows.Real();
     pose.reference = rows.OptionalId<KeyframeId>();
     pose.cam_from_reference = rows.Pose();
-    pose.state = ReadWord(rows, states);
+    pose.state = ReadWord(rows, kTrackingStates);
     saved.trajectory.push_back(pose);
   }
   RowReader names(database, checksum, "class_names", "category_id");

@@ -26,18 +26,6 @@ std::span<const std::byte> BytesOf(const T* data, size_t count) {
   return std::as_bytes(std::span(data, count));
 }
 
-const char* NameOf(ObjectState state) {
-  switch (state) {
-    case ObjectState::kTentative:
-      return "tentative";
-    case ObjectState::kInitialized:
-      return "initialized";
-    case ObjectState::kMapped:
-      break;
-  }
-  return "mapped";
-}
-
 void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
   RowWriter meta(database, checksum, "meta", 2);
   // In the order of the keys, in which they are read.
@@ -63,9 +51,8 @@ void WriteCameras(Database& database, Checksum& checksum, const Map& map) {
   for (size_t i = 0; i < map.cameras.size(); ++i) {
     const Camera& c = map.cameras[i];
     const auto& k = c.distortion;
-    rows.Write(static_cast<int>(i), c.name, c.model == LensModel::kFisheye ? "fisheye" : "pinhole",
-               c.width, c.height, c.fx, c.fy, c.cx, c.cy, k[0], k[1], k[2], k[3], k[4],
-               static_cast<int>(c.is_guess));
+    rows.Write(static_cast<int>(i), c.name, ToString(c.model), c.width, c.height, c.fx, c.fy, c.cx,
+               c.cy, k[0], k[1], k[2], k[3], k[4], static_cast<int>(c.is_guess));
   }
 }
 
@@ -115,7 +102,7 @@ void WriteLandmarks(Database& database, Checksum& checksum, const Map& map) {
 void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
   RowWriter objects(database, checksum, "objects", 19);
   map.objects.ForEach([&](ObjectId id, const Object& o) {
-    objects.Write(id, o.category_id, NameOf(o.state), o.ellipsoid.center, o.ellipsoid.half_axes,
+    objects.Write(id, o.category_id, ToString(o.state), o.ellipsoid.center, o.ellipsoid.half_axes,
                   o.ellipsoid.rotation,
                   BytesOf(o.covariance.data(), static_cast<size_t>(o.covariance.size())),
                   o.detection_rate, o.mean_iou, o.total_observations, o.last_seen_frame,

@@ -3,15 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
-#include <iterator>
 #include <utility>
 
-#include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/objects/association.h"
-#include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
-#include "oaslam/system/piece_joining.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -44,38 +39,14 @@ bool IsLost(const Tracker::Outcome& outcome) {
   return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
 }
 
-// world_from_piece, by frames that have a pose in both maps and by relocalizing keyframes of the
-// piece in the other map. Returns nothing where these do not determine it.
-std::optional<Similarity> Align(const Piece& piece, const Map& world,
-                                const std::vector<FramePose>& trajectory, RelocalizationMode mode,
-                                const SlamConfig& config, Relocalizer& relocalizer) {
-  constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
-  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
-  const size_t step = (ids.size() + kMaxKeyframes - 1) / kMaxKeyframes;
-  PieceLink link;
-  link.AddCommon(world, trajectory, piece.trajectory);
-  if (!link.CanAlign(ids.size())) return std::nullopt;
-  size_t tried = 0, found = 0;
-  for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
-    const Frame frame = FrameOf(piece.map, ids[i]);
-    Rng rng(static_cast<uint64_t>(config.runner.seed));
-    const auto located =
-        LocatedPoseOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
-    if (!located) continue;
-    link.AddKeyframe(frame.index, *located);
-    ++found;
-  }
-  return link.Align(piece.map, piece.trajectory);
-}
-
 }  // namespace
 
 Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others)
-    : config_(config) {
+    : config_(config), waiting_(config) {
   for (Piece& piece : others) {
     piece.map.cameras = map.cameras;
     free_ids_ = Behind(free_ids_, NextIdsOf(piece.map));
-    waiting_.push_back({std::move(piece), Relocalizer(config_), {}, ++last_number_});
+    waiting_.Add(std::move(piece), ++last_number_);
   }
   BeginMain(std::move(map), is_loaded);
 }
@@ -133,7 +104,7 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
   // The camera is found by points for good. While it is on probation (`outcome.located` is set) it
   // makes no keyframes in the main map and the new piece may still be joined.
   if (!is_lost && !outcome.located) EndGrowingPiece(frame.index);
-  if (outcome.is_keyframe) LookInWaiting(frame, *main_);
+  if (outcome.is_keyframe) waiting_.LookFor(frame, mode_, *main_);
   const bool is_lost_for_long =
       lost_since_ && frame.timestamp - *lost_since_ >= GrowingPiece::kPatience;
   if (!growing_ && !is_lost_for_long) return outcome;
@@ -144,7 +115,7 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
     BeginGrowingPiece(frame.index);
     return outcome;
   }
-  if (there.is_keyframe) LookInWaiting(frame, growing_->session());
+  if (there.is_keyframe) waiting_.LookFor(frame, mode_, growing_->session());
   if (!JoinGrowingPiece(frame.index)) {
     const bool is_larger =
         growing_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
@@ -159,7 +130,7 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
 // Ends the piece that is being made, if there is one, and begins a new one.
 void Atlas::BeginGrowingPiece(int frame_index) {
   EndGrowingPiece(frame_index);
-  FinishAdjustment(*main_, frame_index);
+  main_->FinishAdjustment(frame_index);
   const NextIds ids = Behind(free_ids_, main_->next_ids());
   growing_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
   growing_->session().tracker().SetRelocalizationMode(mode_);
@@ -200,14 +171,6 @@ void Atlas::PromoteGrowingPiece() {
   main_number_ = ++last_number_;
 }
 
-// Waits for all queued commands and for the bundle adjustment in the background.
-void Atlas::FinishAdjustment(Session& session, int frame_index) {
-  MapCommand command;
-  command.frame_index = frame_index;
-  command.adopt_adjustment = true;
-  session.SubmitAndWait(std::move(command));
-}
-
 // Moves the map and the trajectory of a session to the waiting pieces.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
@@ -220,89 +183,7 @@ void Atlas::Park(Session& session) {
   if (map->keyframes.size() == 0) return;
   session.tracker().RefineTrajectory(*map);
   const int number = &session == main_.get() ? main_number_ : ++last_number_;
-  waiting_.push_back({{*map, session.tracker().trajectory()}, Relocalizer(config_), {}, number});
-}
-
-// Looks for a keyframe of a session in one of the waiting pieces, by turns, and joins that piece
-// once its place is known.
-void Atlas::LookInWaiting(const Frame& frame, Session& session) {
-  if (waiting_.empty()) return;
-  const auto waiting =
-      std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
-  Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const auto located = LocatedPoseOf(
-      waiting->relocalizer.Find(frame, waiting->piece.map, mode_, frame.gravity_in_cam, rng),
-      waiting->piece.map);
-  if (!located) return;
-  waiting->link.AddKeyframe(frame.index, *located);
-  const auto align = [&] {
-    return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
-  };
-  if (!align()) return;
-  FinishAdjustment(session, frame.index);  // queued work may still move the map
-  const auto piece_from_world = align();
-  if (piece_from_world && Join(*waiting, piece_from_world->Inverse(), frame.index, session))
-    waiting_.erase(waiting);
-}
-
-bool Atlas::Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index,
-                 Session& session) {
-  const Piece& piece = waiting.piece;
-  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map,
-                    piece.trajectory, world_from_piece))
-    return false;
-  if (!session.Join(piece.map, world_from_piece, frame_index)) return false;
-  session.tracker().Adopt(piece.trajectory, world_from_piece.scale);
-  const auto frame_of = [&](KeyframeId id) { return piece.map.keyframes.At(id).frame_index; };
-  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
-  Log(LogLevel::kInfo,
-      fmt::format("frame {}: a piece of {} keyframes, from frame {} on, was joined", frame_index,
-                  ids.size(), frame_of(ids.front())));
-  return true;
-}
-
-// Relocalizes keyframes of the waiting pieces in the main piece and in each other, and joins
-// the pieces where this tells their place. Pairs that have not changed since they were
-// compared are skipped.
-void Atlas::AlignWaiting() {
-  const auto mark_tried = [&](const Waiting& piece, int other, uint64_t version) {
-    return tried_.insert({piece.number, piece.piece.map.keyframes.size(), other, version}).second;
-  };
-  const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
-  for (bool has_joined = true; std::exchange(has_joined, false);) {
-    waiting_.sort([&](const Waiting& a, const Waiting& b) { return size_of(a) > size_of(b); });
-    Relocalizer in_main(config_);
-    for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
-      const auto here = waiting++;
-      if (!mark_tried(*here, main_number_, main_->snapshot()->version)) continue;
-      std::optional<Similarity> world_from_piece = Align(
-          here->piece, *main_->snapshot(), main_->tracker().trajectory(), mode_, config_, in_main);
-      if (!world_from_piece)
-        if (const auto inverse =
-                here->link.Align(*main_->snapshot(), main_->tracker().trajectory()))
-          world_from_piece = inverse->Inverse();
-      if (!world_from_piece || !Join(*here, *world_from_piece, newest_frame_, *main_)) continue;
-      waiting_.erase(here);
-      has_joined = true;
-    }
-    for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
-      for (auto other = std::next(into); other != waiting_.end();) {
-        const auto here = other++;
-        if (!mark_tried(*here, into->number, into->piece.map.keyframes.size())) continue;
-        const auto world_from_piece = Align(here->piece, into->piece.map, into->piece.trajectory,
-                                            mode_, config_, into->relocalizer);
-        if (!world_from_piece) continue;
-        if (!IsContinuous(into->piece.map, into->piece.trajectory, here->piece.map,
-                          here->piece.trajectory, *world_from_piece))
-          continue;
-        Rng rng(static_cast<uint64_t>(config_.runner.seed));
-        JoinPiece(here->piece.map, *world_from_piece, config_, rng, into->piece.map);
-        AdoptPoses(here->piece.trajectory, world_from_piece->scale, into->piece.trajectory);
-        ++into->piece.map.version;
-        waiting_.erase(here);
-        has_joined = true;
-      }
-  }
+  waiting_.Add({*map, session.tracker().trajectory()}, number);
 }
 
 // Whether the user needs poses in the frame of the main piece: it was loaded, or has anchors.
@@ -311,35 +192,28 @@ bool Atlas::MustStayMain() const {
   return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty();
 }
 
+// Where a waiting piece is larger than the main one, they change places.
 void Atlas::PromoteLargest() {
-  const auto size_of = [](const Waiting& w) { return w.piece.map.keyframes.size(); };
-  const auto largest = std::ranges::max_element(waiting_, {}, size_of);
-  if (largest == waiting_.end() || MustStayMain() ||
-      size_of(*largest) <= main_->snapshot()->keyframes.size())
-    return;
-  Piece piece = std::move(largest->piece);
-  const int number = largest->number;
-  waiting_.erase(largest);
+  if (MustStayMain()) return;
+  auto largest = waiting_.TakeLargest(main_->snapshot()->keyframes.size());
+  if (!largest) return;
   Park(*main_);
-  BeginMain(std::move(piece.map), true);
+  BeginMain(std::move(largest->piece.map), true);
   is_loaded_ = false;
-  main_->tracker().Adopt(piece.trajectory, 1);
-  main_number_ = number;
+  main_->tracker().Adopt(largest->piece.trajectory, 1);
+  main_number_ = largest->number;
 }
 
+// Tracks the frames without a pose once more. Those that are found may link a piece that waits.
 void Atlas::LookBack() {
-  const auto fits_a_piece = [&](const Map& map, const std::vector<FramePose>& trajectory) {
-    return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
-      PieceLink link;
-      link.AddCommon(map, trajectory, waiting.piece.trajectory);
-      return link.Align(waiting.piece.map, waiting.piece.trajectory).has_value();
-    });
-  };
-  const int found = main_->LookBack(passed_.All(), fits_a_piece);
+  const int found =
+      main_->LookBack(passed_.All(), [&](const Map& map, const std::vector<FramePose>& trajectory) {
+        return waiting_.Confirm(map, trajectory);
+      });
   passed_.Clear();
   if (found == 0) return;
   Log(LogLevel::kInfo, fmt::format("looking back, {} more frames were tracked", found));
-  if (!waiting_.empty()) AlignWaiting();
+  waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
 }
 
 void Atlas::Finish() {
@@ -347,21 +221,12 @@ void Atlas::Finish() {
   if (growing_ && !JoinGrowingPiece(newest_frame_)) EndGrowingPiece(newest_frame_);
   if (mapping_ && !failure()) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
-    AlignWaiting();
+    waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
     PromoteLargest();
     LookBack();
   }
   main_->Finish();
-  if (!mapping_ || failure()) return;
-  for (Waiting& waiting : waiting_) {
-    constexpr int kIterations = 20;
-    Map& map = waiting.piece.map;
-    if (map.keyframes.size() > 2) {
-      ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config_.bundle), map);
-      RefitMovedObjects(config_.objects, map);
-    }
-    ++map.version;
-  }
+  if (mapping_ && !failure()) waiting_.Optimize();
 }
 
 std::exception_ptr Atlas::failure() {
@@ -415,17 +280,9 @@ void Atlas::SetClassRelations(const ClassRelations& relations) {
   MapCommand command;
   command.frame_index = newest_frame_ + 1;
   command.classes = relations;
-  for (Waiting& waiting : waiting_) oaslam::SetClassRelations(relations, waiting.piece.map);
+  waiting_.SetClassRelations(relations);
   if (growing_) growing_->session().SubmitAndWait(command);
   main_->SubmitAndWait(std::move(command));
-}
-
-std::vector<Piece> Atlas::Others() const {
-  std::vector<Piece> pieces;
-  for (const Waiting& waiting : waiting_) pieces.push_back(waiting.piece);
-  std::ranges::stable_sort(pieces, std::greater(),
-                           [](const Piece& p) { return p.map.keyframes.size(); });
-  return pieces;
 }
 
 }  // namespace oaslam

@@ -1,20 +1,16 @@
 #pragma once
 
 #include <exception>
-#include <list>
 #include <memory>
 #include <optional>
-#include <set>
-#include <tuple>
 #include <vector>
 
 #include "oaslam/config.h"
 #include "oaslam/map/piece.h"
 #include "oaslam/system/growing_piece.h"
 #include "oaslam/system/passed_frames.h"
-#include "oaslam/system/piece_link.h"
-#include "oaslam/system/relocalizer.h"
 #include "oaslam/system/session.h"
+#include "oaslam/system/waiting_pieces.h"
 
 namespace oaslam {
 
@@ -65,16 +61,9 @@ class Atlas {
   int main_number() const { return main_number_; }
   // The pieces that wait. The one that is being made is not among them; Finish joins it or lets it
   // wait.
-  std::vector<Piece> Others() const;
+  std::vector<Piece> Others() const { return waiting_.All(); }
 
  private:
-  struct Waiting {
-    Piece piece;
-    Relocalizer relocalizer;
-    PieceLink link;  // poses in this piece of frames that a session tracks
-    int number = 0;
-  };
-
   bool MayLook(const Frame& frame) const;
   void BeginMain(Map map, bool is_loaded);
   Tracker::Outcome UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
@@ -82,14 +71,9 @@ class Atlas {
   void EndGrowingPiece(int frame_index);
   bool JoinGrowingPiece(int frame_index);
   void PromoteGrowingPiece();
-  static void FinishAdjustment(Session& session, int frame_index);
   void Park(Session& session);
-  void LookInWaiting(const Frame& frame, Session& session);
-  bool Join(Waiting& waiting, const Similarity& world_from_piece, int frame_index,
-            Session& session);
-  void AlignWaiting();
-  void LookBack();
   void PromoteLargest();
+  void LookBack();
   bool MustStayMain() const;
 
   SlamConfig config_;
@@ -101,14 +85,11 @@ class Atlas {
   std::optional<double> lost_since_;     // time stamp, seconds
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;
-  std::list<Waiting> waiting_;
+  WaitingPieces waiting_;
   NextIds free_ids_;  // larger than all ids of the waiting pieces
-  size_t turn_ = 0;   // counts which waiting piece the next keyframe is looked for in
   PassedFrames passed_;
   int newest_frame_ = 0;
   int main_number_ = 0, last_number_ = 0;
-  // Pairs of pieces, with their sizes or versions, that were compared.
-  std::set<std::tuple<int, size_t, int, uint64_t>> tried_;
   bool is_shut_down_ = false;
   std::exception_ptr failure_;  // exception of a session that has ended
 };

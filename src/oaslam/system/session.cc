@@ -29,6 +29,13 @@ void Session::SubmitAndWait(MapCommand command) {
   Newest();
 }
 
+void Session::FinishAdjustment(int frame_index) {
+  MapCommand command;
+  command.frame_index = frame_index;
+  command.adopt_adjustment = true;
+  SubmitAndWait(std::move(command));
+}
+
 bool Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
   if (failure()) return false;
   MapCommand command;

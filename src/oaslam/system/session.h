@@ -28,6 +28,8 @@ class Session {
   }
   // Submits a command, waits until the mapper has applied it, and takes the resulting map.
   void SubmitAndWait(MapCommand command);
+  // Waits for all commands submitted and for the bundle adjustment in the background.
+  void FinishAdjustment(int frame_index);
   // Adds another piece to the map and waits until the mapper has done so. Returns false if mapping
   // has ended before.
   bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);

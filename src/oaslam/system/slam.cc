@@ -1,20 +1,17 @@
 #include "oaslam/slam.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <exception>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/features/orb_extractor.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/geometry/detection_check.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/presence.h"
 #include "oaslam/system/atlas.h"
+#include "oaslam/system/frame_maker.h"
 #include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
 #include "oaslam/system/slam_access.h"
@@ -23,38 +20,6 @@
 
 namespace oaslam {
 namespace {
-
-cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
-  if (image.cols != camera.width || image.rows != camera.height)
-    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
-                                 image.cols, image.rows, camera.width, camera.height));
-  if (image.type() == CV_8UC1) return image;
-  cv::Mat grey;
-  if (image.type() == CV_8UC3)
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  else if (image.type() == CV_8UC4)
-    cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
-  else
-    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
-  return grey;
-}
-
-void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  if (gravity_in_cam && !(gravity_in_cam->allFinite() && gravity_in_cam->norm() > 0))
-    throw InputError("gravity in the camera's frame: must be finite and not zero");
-}
-
-std::vector<ObjectDetection> ToIdealImage(const std::vector<Detection>& detections,
-                                          const Camera& camera) {
-  std::vector<ObjectDetection> ideal;
-  for (const Detection& d : detections) {
-    if (const std::string problem = ProblemOf(d); !problem.empty())
-      throw InputError(fmt::format("detection {}: {}", ideal.size(), problem));
-    ideal.push_back(
-        {d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
-  }
-  return ideal;
-}
 
 // The number of frames that the saved map and its trajectories refer to: one more than the largest
 // frame index.
@@ -70,18 +35,6 @@ int FramesOf(const SavedMap& saved) {
   count(saved.map, saved.trajectory);
   for (const Piece& piece : saved.pieces) count(piece.map, piece.trajectory);
   return last + 1;
-}
-
-void CheckConfig(const SlamConfig& config) {
-  const std::vector<std::string> problems = config.Validate();
-  if (!problems.empty())
-    throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
-}
-
-void CheckCamera(const Camera& camera) {
-  if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
-    throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive",
-                                 camera.width, camera.height, camera.fx, camera.fy));
 }
 
 RelocalizationResult ResultOf(const Relocalization& found) {
@@ -118,10 +71,7 @@ std::runtime_error MappingError(const std::exception_ptr& failure) {
 class Slam::Impl {
  public:
   Impl(const SlamConfig& config, const Camera& camera)
-      : config_(config),
-        camera_(camera),
-        extractor_(config.features, camera),
-        relocalizer_(config) {
+      : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {
     Map map;
     map.cameras.push_back(camera);
     Begin(std::move(map), false);
@@ -179,44 +129,15 @@ class Slam::Impl {
   }
 
   Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
-    const cv::Mat grey = ToGrey(input.image, camera_);
-    CheckGravity(input.gravity_in_cam);
-    Frame frame{index,
-                input.timestamp,
-                camera_index_,
-                {},
-                ToIdealImage(input.detections, camera_),
-                input.detections_follow,
-                input.gravity_in_cam};
-    frame.features =
-        std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame)));
+    Frame frame = frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
+    frame.camera = camera_index_;
     return frame;
-  }
-
-  std::vector<Box> MovingBoxes(const Frame& frame) const {
-    const ClassRelations& classes = session().snapshot()->classes;
-    std::vector<Box> boxes;
-    for (const ObjectDetection& d : frame.detections)
-      if (d.score >= config_.relocalization.min_score && classes.IsMovable(d.category_id))
-        boxes.push_back(d.box);
-    return boxes;
-  }
-
-  // Extracts about `count` key points outside of `moving`, the boxes of objects that can move. All
-  // key points inside a box are dropped, also those of a static thing that stands in front of the
-  // object: a box cannot tell them apart.
-  Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
-    if (moving.empty()) return extractor_.Extract(grey, count);
-    const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
-    Features features = extractor_.Extract(grey, static_cast<int>(count / std::max(share, 0.5)));
-    features.EraseKeypointsIn(moving);
-    return features;
   }
 
   SlamConfig config_;
   Camera camera_;
   int camera_index_ = 0;
-  OrbExtractor extractor_;
+  FrameMaker frame_maker_;
   Relocalizer relocalizer_;
   std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
@@ -298,7 +219,7 @@ RelocalizationResult Slam::Impl::FindWithUnknownCamera(
   Frame frame = MakeFrame(input, 0, config_.features.count);
   frame.camera = static_cast<int>(map.cameras.size()) - 1;
   frame.features = std::make_shared<const Features>(WithCamera(*frame.features, camera_, plain));
-  frame.detections = ToIdealImage(input.detections, plain);
+  frame.detections = IdealDetections(plain, input.detections);
   const double ms_features = watch.WallMs();
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const UnknownCameraRelocalization answer =
@@ -326,7 +247,7 @@ TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(in
 
 std::optional<int> Slam::AddDetections(int frame, const std::vector<Detection>& detections) {
   frame += impl_->first_index_;
-  const std::vector<ObjectDetection> ideal = ToIdealImage(detections, impl_->camera_);
+  const std::vector<ObjectDetection> ideal = CheckedDetections(impl_->camera_, detections);
   const std::optional<Tracker::Outcome> outcome = impl_->atlas_->AddDetections(frame, ideal);
   return outcome && outcome->cam_from_world ? std::optional(outcome->objects) : std::nullopt;
 }
@@ -357,8 +278,8 @@ RelocalizationResult Slam::RelocalizeByObjects(
     const std::vector<Detection>& detections,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   CheckGravity(gravity_in_cam);
-  const Frame frame{0,    0, impl_->camera_index_, {}, ToIdealImage(detections, impl_->camera_),
-                    false};
+  const Frame frame{
+      0, 0, impl_->camera_index_, {}, CheckedDetections(impl_->camera_, detections), false};
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 

@@ -1,3 +1,4 @@
+#include "oaslam/camera.h"
 #include "oaslam/error.h"
 #include "oaslam/types.h"
 
@@ -17,6 +18,10 @@ const char* ToString(TrackingState state) {
       break;
   }
   return "lost";
+}
+
+const char* ToString(LensModel model) {
+  return model == LensModel::kFisheye ? "fisheye" : "pinhole";
 }
 
 const char* ToString(RelocalizationMode mode) {

@@ -1,9 +1,7 @@
 #include "oaslam/viewer/frame_message.h"
 
-#include <Eigen/Eigenvalues>
-#include <cmath>
-
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/ellipse.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/viewer/map_delta.h"
 
@@ -40,15 +38,14 @@ json DescribeEllipses(const FrameView& view, const Rigid3& cam_from_world, const
     const std::optional<Ellipse> ellipse =
         ProjectToEllipse(object.ellipsoid, cam_from_world, camera);
     if (!ellipse || Intersection(BoundingBox(*ellipse), image).Area() <= 0) return;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(ellipse->covariance);
-    const Eigen::Vector2d major = axes.eigenvectors().col(1);
+    const PrincipalAxes axes = PrincipalAxesOf(ellipse->covariance);
     list.push_back(
         {{"object", id.value},
          {"label", object.name.empty() ? NameOf(names, object.category_id) : object.name},
          {"category_id", object.category_id},
          {"center", {ellipse->mean.x(), ellipse->mean.y()}},
-         {"half_axes", {std::sqrt(axes.eigenvalues()[1]), std::sqrt(axes.eigenvalues()[0])}},
-         {"angle", std::atan2(major.y(), major.x())},
+         {"half_axes", {axes.major, axes.minor}},
+         {"angle", axes.angle_rad},
          {"depth", (cam_from_world * object.ellipsoid.center).z()}});
   });
   return list;

@@ -1,0 +1,16 @@
+#include "oaslam/map/frame.h"
+
+#include "oaslam/geometry/camera_model.h"
+
+namespace oaslam {
+
+std::vector<ObjectDetection> IdealDetections(const Camera& camera,
+                                             const std::vector<Detection>& detections) {
+  std::vector<ObjectDetection> ideal;
+  for (const Detection& d : detections)
+    ideal.push_back(
+        {d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
+  return ideal;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,95 @@
+#include "oaslam/system/frame_maker.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "oaslam/error.h"
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/detection_check.h"
+#include "oaslam/objects/presence.h"
+
+namespace oaslam {
+namespace {
+
+cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
+  if (image.cols != camera.width || image.rows != camera.height)
+    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
+                                 image.cols, image.rows, camera.width, camera.height));
+  if (image.type() == CV_8UC1) return image;
+  cv::Mat grey;
+  if (image.type() == CV_8UC3)
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  else if (image.type() == CV_8UC4)
+    cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
+  else
+    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+  return grey;
+}
+
+}  // namespace
+
+void CheckConfig(const SlamConfig& config) {
+  const std::vector<std::string> problems = config.Validate();
+  if (!problems.empty())
+    throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
+}
+
+void CheckCamera(const Camera& camera) {
+  if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
+    throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive",
+                                 camera.width, camera.height, camera.fx, camera.fy));
+}
+
+void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  if (gravity_in_cam && !(gravity_in_cam->allFinite() && gravity_in_cam->norm() > 0))
+    throw InputError("gravity in the camera's frame: must be finite and not zero");
+}
+
+std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
+                                               const std::vector<Detection>& detections) {
+  for (size_t i = 0; i < detections.size(); ++i)
+    if (const std::string problem = ProblemOf(detections[i]); !problem.empty())
+      throw InputError(fmt::format("detection {}: {}", i, problem));
+  return IdealDetections(camera, detections);
+}
+
+Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
+                       const ClassRelations& classes) {
+  const cv::Mat grey = ToGrey(input.image, camera_);
+  CheckGravity(input.gravity_in_cam);
+  Frame frame{index,
+              input.timestamp,
+              0,
+              {},
+              CheckedDetections(camera_, input.detections),
+              input.detections_follow,
+              input.gravity_in_cam};
+  frame.features =
+      std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame, classes)));
+  return frame;
+}
+
+std::vector<Box> FrameMaker::MovingBoxes(const Frame& frame, const ClassRelations& classes) const {
+  std::vector<Box> boxes;
+  for (const ObjectDetection& d : frame.detections)
+    if (d.score >= min_score_ && classes.IsMovable(d.category_id)) boxes.push_back(d.box);
+  return boxes;
+}
+
+// Extracts about `count` key points outside of `moving`, the boxes of objects that can move. All
+// key points inside a box are dropped, also those of a static thing that stands in front of the
+// object: a box cannot tell them apart.
+Features FrameMaker::ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
+  if (moving.empty()) return extractor_.Extract(grey, count);
+  const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
+  Features features = extractor_.Extract(grey, static_cast<int>(count / std::max(share, 0.5)));
+  features.EraseKeypointsIn(moving);
+  return features;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/class_relations.h"
+#include "oaslam/config.h"
+#include "oaslam/features/orb_extractor.h"
+#include "oaslam/map/frame.h"
+#include "oaslam/slam.h"
+
+namespace oaslam {
+
+// Checks of what an application gives to Slam; they throw InputError, which says what is wrong.
+void CheckConfig(const SlamConfig& config);
+void CheckCamera(const Camera& camera);
+void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam);
+
+// IdealDetections of boxes that are checked first; throws InputError for one that is not valid.
+std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
+                                               const std::vector<Detection>& detections);
+
+// Makes frames of images: checks what is given, and extracts features.
+class FrameMaker {
+ public:
+  FrameMaker(const SlamConfig& config, const Camera& camera)
+      : camera_(camera),
+        min_score_(config.relocalization.min_score),
+        extractor_(config.features, camera) {}
+
+  // The frame of an image with about `keypoints` key points, none on objects that `classes` say can
+  // move. Throws InputError for an image of another size or
+  // type, for detections that are not valid, and for gravity that is not finite or zero.
+  Frame Make(const ImageInput& input, int index, int keypoints, const ClassRelations& classes);
+
+ private:
+  std::vector<Box> MovingBoxes(const Frame& frame, const ClassRelations& classes) const;
+  Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving);
+
+  Camera camera_;
+  double min_score_;
+  OrbExtractor extractor_;
+};
+
+}  // namespace oaslam
