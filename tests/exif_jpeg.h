@@ -31,7 +31,8 @@ inline std::string JpegWithExif(const cv::Mat& image, const ExifOptions& options
   put(2, 2), put_short(0x0112, options.orientation), put(0x8769, 2), put(4, 2), put(1, 4),
       put(kExifOffset, 4), put(0, 4);
   put(1, 2), put_short(0xa405, options.focal_length_35mm), put(0, 4);
-  const std::string exif = std::string("Exif\0\0", 6) + tiff;
+  std::string exif("Exif\0\0", 6);
+  exif += tiff;
   const size_t length = exif.size() + 2;
   const std::string segment = std::string("\xff\xe1") + static_cast<char>(length >> 8) +
                               static_cast<char>(length & 0xff) + exif;
