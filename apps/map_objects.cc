@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "commands.h"
 #include "common.h"
@@ -16,6 +18,7 @@
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/trajectory_file.h"
+#include "oaslam/map/frame.h"
 #include "oaslam/objects/known_poses.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/util/stopwatch.h"
@@ -52,8 +55,10 @@ std::vector<PosedDetections> PoseDetections(const Options& options, const Camera
   for (const TimedDetections& image : images) {
     const StampedPose* pose = NearestPose(poses, image.timestamp);
     if (!pose) continue;
-    frames.push_back({image.index, image.timestamp, pose->world_from_cam.Inverse(),
-                      IdealDetections(camera, image.detections)});
+    std::vector<ObjectDetection> detections = IdealDetections(camera, image.detections);
+    std::erase_if(detections, [](const ObjectDetection& d) { return d.box.Area() <= 0; });
+    frames.push_back(
+        {image.index, image.timestamp, pose->world_from_cam.Inverse(), std::move(detections)});
   }
   if (frames.empty())
     throw InputError(fmt::format("{}: none of its poses is within {} s of an image of {}",

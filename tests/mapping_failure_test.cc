@@ -5,10 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
 #include <cstdlib>
+#include <exception>
+#include <memory>
 #include <new>
 #include <stdexcept>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/background_bundle.h"
@@ -44,8 +49,9 @@ class MemoryRunsOut {
 
 }  // namespace
 
-// Every form that ends in malloc and free here, so that no pair is half of the sanitizer's.
-// Inlined, GCC takes a pair for a mismatch of new and free.
+// All forms but the aligned ones, which stay the library's and never fail: memory from a form of
+// the sanitizer's must not be freed by one of these. Inlined, GCC takes a pair for a mismatch of
+// new and free.
 [[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
   return Fails() ? nullptr : std::malloc(size > 0 ? size : 1);
 }

@@ -58,7 +58,7 @@ Done = collections.namedtuple("Done", "printed cpu_s peak_mb")
 
 def call(*command, quiet=False):
     """Runs a command; returns what it printed, its CPU seconds and its peak memory (MiB). Ends this program where the command fails.
-    `quiet`: the command's own messages are shown only then."""
+    `quiet`: the command's own messages are shown only if it fails."""
     with tempfile.TemporaryFile("w+") as messages:
         try:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=messages if quiet else None, text=True)

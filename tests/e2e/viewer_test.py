@@ -121,9 +121,11 @@ class Viewer(unittest.TestCase):
                 unfinished.send_frame(0 if i else 1, b"x" * 1000, final=False)
         except OSError:
             pass
-        with self.assertRaises(ConnectionError):  # the server does not wait for its end
-            while True:
-                unfinished.receive()
+        try:
+            while unfinished.socket.recv(65536):  # until the server, which does not wait for its end, has closed
+                pass
+        except ConnectionError:
+            pass
         for garbage in (b"\x16\x03\x01\x02\x00", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"A" * 100_000, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 5000):
             with socket.create_connection(("127.0.0.1", program.port), 5) as s:
                 try:

@@ -1,7 +1,7 @@
 #include "oaslam/detection/mask_ellipse.h"
 
 #include <algorithm>
-#include <numbers>
+#include <cmath>
 
 #include "oaslam/geometry/ellipse.h"
 #include "oaslam/util/check.h"

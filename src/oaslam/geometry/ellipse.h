@@ -12,8 +12,8 @@ struct Ellipse {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
 };
 
-// The half axes of an ellipse, which are the square roots of its covariance's eigenvalues, and the
-// direction of the longer one, from the x axis towards the y axis.
+// The square roots of a covariance's eigenvalues, in its unit: the half axes of an Ellipse; and the
+// direction of the larger one, from the x axis towards the y axis.
 struct PrincipalAxes {
   double major = 0, minor = 0;
   double angle_rad = 0;  // in (-pi/2, pi/2]

@@ -21,7 +21,8 @@ struct ObjectDetection {
   unsigned char truncated = 0;  // EdgeBits of edges at the border of the original image
 };
 
-// Converts detections to the ideal image of the camera.
+// Converts detections to the ideal image of the camera, one to one; a box is empty there where the
+// lens model is not one to one.
 std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections);
 

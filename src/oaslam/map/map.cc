@@ -17,9 +17,9 @@ const char* ToString(ObjectState state) {
     case ObjectState::kInitialized:
       return "initialized";
     case ObjectState::kMapped:
-      return "mapped";
+      break;
   }
-  return "unknown";
+  return "mapped";
 }
 
 std::optional<Map::Carried> Map::ResolveKeyframe(KeyframeId id) const {

@@ -71,7 +71,7 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
 
 // The detections to start from: untruncated ones first, then those whose class
 // has the fewest objects.
-std::vector<int> StartDetections(const ObjectScene& scene) {
+std::vector<int> DetectionsToStartFrom(const ObjectScene& scene) {
   std::vector<int> order(scene.detections.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, [&](int a, int b) {
@@ -83,12 +83,12 @@ std::vector<int> StartDetections(const ObjectScene& scene) {
   return order;
 }
 
-std::vector<int> ScopeOf(const ObjectScene& scene, const Node& first) {
+std::vector<int> ScopeOf(const ObjectScene& scene, const Node& origin) {
   std::vector<int> scope;
-  const Eigen::Vector3d& center = scene.objects[first.object].ellipsoid.center;
+  const Eigen::Vector3d& center = scene.objects[origin.object].ellipsoid.center;
   for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o)
     if (scene.objects.size() <= kSmallMap ||
-        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * first.max_depth)
+        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * origin.max_depth)
       scope.push_back(o);
   return scope;
 }
@@ -140,8 +140,8 @@ class GroupGuesser {
       most_triplets = std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1));
     }
     for (const Start& start : starts) {
-      scope_ = ScopeOf(scene_, start.first);
-      for (const Node& other : start.neighbors) AddPair(start.first, other);
+      scope_ = ScopeOf(scene_, start.origin);
+      for (const Node& other : start.neighbors) AddPair(start.origin, other);
       if (!scene_.up_in_cam) AddTriplets(start, most_triplets, rng);
     }
     return std::move(guesses_);
@@ -150,24 +150,24 @@ class GroupGuesser {
  private:
   // A node that hypotheses start from, and the nodes that are compatible with it.
   struct Start {
-    Node first;
+    Node origin;
     std::vector<Node> neighbors;
     int support = 0;  // number of distinct detections among the neighbors
   };
 
   std::vector<Start> FindStarts() const {
-    const std::vector<int> detections = StartDetections(scene_);
+    const std::vector<int> detections = DetectionsToStartFrom(scene_);
     std::vector<Start> starts;
     for (size_t i = 0; i < detections.size(); ++i) {
       // Detections that were used as starts already are left out.
       const std::span<const int> done = std::span(detections).first(i);
-      for (const Node& first : nodes_) {
-        if (first.detection != detections[i]) continue;
-        Start& start = starts.emplace_back(Start{first, {}, 0});
+      for (const Node& origin : nodes_) {
+        if (origin.detection != detections[i]) continue;
+        Start& start = starts.emplace_back(Start{origin, {}, 0});
         int last = -1;  // nodes are ordered by detection
         for (const Node& node : nodes_) {
           if (std::ranges::find(done, node.detection) != done.end() ||
-              !AreCompatible(scene_, first, node))
+              !AreCompatible(scene_, origin, node))
             continue;
           start.neighbors.push_back(node);
           start.support += node.detection != last;
@@ -206,7 +206,7 @@ class GroupGuesser {
     for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
       if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
-      const std::array group = {start.first, neighbors[triplets_[k].first],
+      const std::array group = {start.origin, neighbors[triplets_[k].first],
                                 neighbors[triplets_[k].second]};
       std::array<Eigen::Vector3d, 3> rays, points;
       for (int n = 0; n < 3; ++n) {
@@ -249,7 +249,7 @@ std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   std::vector<PoseGuess> guesses;
   const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
-  for (const int d : StartDetections(scene)) {
+  for (const int d : DetectionsToStartFrom(scene)) {
     const SceneDetection& detection = scene.detections[d];
     for (const int o : detection.objects) {
       const Node node = MakeNode(scene, d, o);

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <optional>
+#include <set>
+#include <span>
 #include <utility>
 
 #include "oaslam/error.h"

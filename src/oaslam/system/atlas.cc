@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "oaslam/objects/association.h"
-#include "oaslam/objects/object_mapper.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

@@ -30,9 +30,10 @@ class FrameMaker {
         min_score_(config.relocalization.min_score),
         extractor_(config.features, camera) {}
 
-  // The frame of an image with about `keypoints` key points, none on objects that `classes` say can
-  // move. Throws InputError for an image of another size or
-  // type, for detections that are not valid, and for gravity that is not finite or zero.
+  // The frame of an image, with about `keypoints` key points, none inside the boxes of objects that
+  // can move according to `classes`. Its index of the camera is 0, to be set by the caller. Throws
+  // InputError for an image of another size or type, for detections that are not valid, and for
+  // gravity that is zero or not finite.
   Frame Make(const ImageInput& input, int index, int keypoints, const ClassRelations& classes);
 
  private:
@@ -40,7 +41,7 @@ class FrameMaker {
   Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving);
 
   Camera camera_;
-  double min_score_;
+  double min_score_;  // of a detection that is believed where it hides key points
   OrbExtractor extractor_;
 };
 

@@ -28,7 +28,8 @@ class Session {
   }
   // Submits a command, waits until the mapper has applied it, and takes the resulting map.
   void SubmitAndWait(MapCommand command);
-  // Waits for all commands submitted and for the bundle adjustment in the background.
+  // Waits for all commands submitted and for the bundle adjustment in the background, adopts it,
+  // and takes the resulting map. `frame_index`: the newest frame.
   void FinishAdjustment(int frame_index);
   // Adds another piece to the map and waits until the mapper has done so. Returns false if mapping
   // has ended before.

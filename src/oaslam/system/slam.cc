@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <stdexcept>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/camera_replacement.h"
-#include "oaslam/objects/presence.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/frame_maker.h"
 #include "oaslam/system/object_audit.h"

@@ -92,8 +92,8 @@ void WaitingPieces::JoinAll(RelocalizationMode mode, int frame_index, int sessio
   }
 }
 
-bool WaitingPieces::MarkTried(const Waiting& waiting, int other, uint64_t version_of_other) {
-  return tried_.insert({waiting.number, waiting.keyframes(), other, version_of_other}).second;
+bool WaitingPieces::BeginComparison(const Waiting& waiting, int other, uint64_t state_of_other) {
+  return tried_.insert({waiting.number, waiting.keyframes(), other, state_of_other}).second;
 }
 
 bool WaitingPieces::JoinWithSession(RelocalizationMode mode, int frame_index, int session_number,
@@ -102,7 +102,7 @@ bool WaitingPieces::JoinWithSession(RelocalizationMode mode, int frame_index, in
   Relocalizer relocalizer(config_);
   for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
     const auto here = waiting++;
-    if (!MarkTried(*here, session_number, session.snapshot()->version)) continue;
+    if (!BeginComparison(*here, session_number, session.snapshot()->version)) continue;
     std::optional<Similarity> world_from_piece =
         Align(here->piece, *session.snapshot(), session.tracker().trajectory(), mode, config_,
               relocalizer);
@@ -122,7 +122,7 @@ bool WaitingPieces::JoinWithEachOther(RelocalizationMode mode) {
   for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
     for (auto other = std::next(into); other != waiting_.end();) {
       const auto here = other++;
-      if (!MarkTried(*here, into->number, into->keyframes())) continue;
+      if (!BeginComparison(*here, into->number, into->keyframes())) continue;
       const auto world_from_piece = Align(here->piece, into->piece.map, into->piece.trajectory,
                                           mode, config_, into->relocalizer);
       if (!world_from_piece) continue;

@@ -30,7 +30,7 @@ class WaitingPieces {
 
   // Relocalizes keyframes of the pieces in the map of a session, whose number is given, and in each
   // other, and joins the pieces where this tells their place. Pairs that have not changed since
-  // they were compared are skipped.
+  // they were compared are skipped. `frame_index`: the newest frame, for the mapper's clock.
   void JoinAll(RelocalizationMode mode, int frame_index, int session_number, Session& session);
 
   // Whether a map agrees with one of the pieces on frames that have a pose in both.
@@ -43,7 +43,7 @@ class WaitingPieces {
   // Removes the piece with the most keyframes, if these are more than `keyframes`.
   std::optional<Numbered> TakeLargest(size_t keyframes);
 
-  // A global bundle adjustment of each piece.
+  // A last global bundle adjustment of each piece of more than two keyframes; objects follow.
   void Optimize();
 
   void SetClassRelations(const ClassRelations& relations);
@@ -60,7 +60,9 @@ class WaitingPieces {
     size_t keyframes() const { return piece.map.keyframes.size(); }
   };
 
-  bool MarkTried(const Waiting& waiting, int other, uint64_t version_of_other);
+  // Whether this pair was not compared before in its present state; from now on it counts as
+  // compared.
+  bool BeginComparison(const Waiting& waiting, int other, uint64_t state_of_other);
   bool JoinWithSession(RelocalizationMode mode, int frame_index, int session_number,
                        Session& session);
   bool JoinWithEachOther(RelocalizationMode mode);
