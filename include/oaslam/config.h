@@ -61,7 +61,7 @@ struct ObjectsConfig {
   double drop_after_s =
       2;  // an unreconstructed track unseen for longer, and in five images, is dropped
   double min_parallax_deg = 10;  // first ellipsoid
-  int min_observations = 40;    // insertion into the map: detections in a video of 30 Hz; in slower
+  int min_observations = 20;    // insertion into the map: detections in a video of 30 Hz; in slower
                                 // ones each counts for up to six
   double min_accept_iou = 0.3;  // insertion: overlap of projection and detection
   double min_accept_share =

@@ -10,6 +10,7 @@
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/geometry/ideal_image.h"
 #include "oaslam/map/parts.h"
+#include "oaslam/objects/box_motion.h"
 #include "oaslam/objects/life_cycle.h"
 
 namespace oaslam {
@@ -33,7 +34,8 @@ struct Candidate {
   std::optional<Box> projection;   // of its ellipsoid, if enough of it is inside the image
   double share_inside = 0;
   double depth = 0, radius = 0;  // depth of its centre; radius of the sphere of the same volume
-  std::vector<LandmarkId> landmarks;  // landmarks that belong to it
+  std::vector<LandmarkId> landmarks;   // landmarks that belong to it
+  std::optional<CameraMotion> motion;  // since its last box; nothing where that is not known
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
@@ -81,7 +83,7 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
   }
   snapshot.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state == ObjectState::kMapped)
-      kept.push_back({id, object.category_id, {}, -1, 0, true});
+      kept.push_back({.object = id, .category_id = object.category_id, .in_map = true});
   });
   // Of several tracks of one object, keep the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
@@ -92,13 +94,39 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
   tracks.open = std::move(kept);
 }
 
+// A depth that hardly anything in view is nearer than; 0 without landmarks.
+double LeastDepth(const TrackedFrame& tracked, const Map& snapshot) {
+  std::vector<double> depths;
+  for (const LandmarkId id : tracked.landmarks)
+    if (const Landmark* landmark = snapshot.landmarks.Find(id))
+      if (const double z = (tracked.cam_from_world * landmark->position).z(); z > 0)
+        depths.push_back(z);
+  if (depths.empty()) return 0;
+  const auto near = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 10);
+  std::ranges::nth_element(depths, near);
+  return *near / 2;
+}
+
+std::optional<CameraMotion> MotionSince(const ObjectTrack& track, const TrackedFrame& tracked,
+                                        const Map& snapshot, double least_depth) {
+  if (track.last_frame < 0) return std::nullopt;
+  const std::optional<Rigid3> reference_from_world = snapshot.ResolvePose(track.reference);
+  if (!reference_from_world) return std::nullopt;
+  const Rigid3 then_from_world = track.cam_from_reference * *reference_from_world;
+  const Rigid3 now_from_then = tracked.cam_from_world * then_from_world.Inverse();
+  // Nothing is nearer than the way between two images, either.
+  return CameraMotion{now_from_then, std::max(least_depth, now_from_then.translation.norm())};
+}
+
 std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot,
                                       const ObjectTracks& tracks, const IdealImage& image) {
   std::vector<Candidate> candidates;
+  const double least_depth = LeastDepth(tracked, snapshot);
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
     Candidate c;
     c.object_id = tracks.open[i].object;
+    c.motion = MotionSince(tracks.open[i], tracked, snapshot, least_depth);
     c.object = snapshot.objects.Find(tracks.open[i].object);
     if (c.object && c.object->state != ObjectState::kTentative) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
@@ -127,15 +155,22 @@ std::vector<LandmarkId> LandmarksInside(const TrackedFrame& tracked, const Box& 
   return inside;
 }
 
+double OverlapWithLastBox(const ObjectDetection& detection, const Candidate& candidate,
+                          const ObjectTrack& track, const Camera& camera) {
+  return candidate.motion ? OverlapAfterMotion(track.last_box, detection.box, detection.truncated,
+                                               *candidate.motion, camera)
+                          : IoU(track.last_box, detection.box);
+}
+
 double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks,
                 const Candidate& candidate, const ObjectTrack& track, const Frame& frame,
-                const ObjectsConfig& config) {
+                const Camera& camera, const ObjectsConfig& config) {
   if (track.category_id != detection.category_id) return 0;
   double score = 0;
   const bool is_fresh = frame.timestamp - track.last_time <= config.max_box_age_s ||
                         frame.index - track.last_frame <= 1;
   if (track.last_frame >= 0 && is_fresh) {
-    const double iou = IoU(track.last_box, detection.box);
+    const double iou = OverlapWithLastBox(detection, candidate, track, camera);
     if (iou >= config.min_iou_box) score = iou;
   }
   if (candidate.projection) {
@@ -149,6 +184,14 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
   if (shared >= config.min_shared_points)
     score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());
   return score;
+}
+
+void SeeIn(const Frame& frame, const ObjectObservation& observation, ObjectTrack& track) {
+  track.last_box = observation.box;
+  track.last_frame = frame.index;
+  track.last_time = frame.timestamp;
+  track.reference = observation.reference;
+  track.cam_from_reference = observation.cam_from_reference;
 }
 
 // Judges which mapped objects the frame should show, and whether it shows them in their places.
@@ -294,8 +337,8 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     const ObjectObservation& o = sightings[i].observation;
     const ObjectDetection detection{sightings[i].category_id, o.score, o.box, o.truncated};
     for (size_t j = 0; j < candidates.size(); ++j)
-      scores(i, j) =
-          Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j], frame, config);
+      scores(i, j) = Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j],
+                              frame, camera, config);
   }
 
   const std::vector<int> track_of = AssignMaximum(scores);
@@ -304,14 +347,13 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     if (track_of[i] >= 0) {
       ObjectTrack& track = tracks.open[track_of[i]];
       sighting.object = track.object;
-      track.last_box = sighting.observation.box;
-      track.last_frame = frame.index;
-      track.last_time = frame.timestamp;
+      SeeIn(frame, sighting.observation, track);
     } else {
       sighting.object = ObjectId(tracks.next_object++);
       sighting.is_new = true;
-      tracks.open.push_back({sighting.object, sighting.category_id, sighting.observation.box,
-                             frame.index, frame.timestamp, false});
+      ObjectTrack track{.object = sighting.object, .category_id = sighting.category_id};
+      SeeIn(frame, sighting.observation, track);
+      tracks.open.push_back(track);
     }
   }
   if (!frame.detections.empty())

@@ -30,10 +30,13 @@ struct ObjectSighting {
 struct ObjectTrack {
   ObjectId object;
   int category_id = 0;
-  Box last_box;         // ideal image
+  Box last_box{};       // ideal image
   int last_frame = -1;  // of last_box; -1: not seen since the tracker started
   double last_time = 0;
   bool in_map = false;  // a snapshot contained the object
+  // The pose of the image of last_box, relative to a keyframe.
+  KeyframeId reference{};
+  Rigid3 cam_from_reference{};
 };
 
 // The open tracks of the tracker, ascending by object. Only the tracker creates ids of objects.
@@ -52,7 +55,8 @@ struct ObjectAssociation {
 };
 
 // Decides which object each detection shows: the best one-to-one assignment within a class, by the
-// overlap with the object's last box or with its projection (paper, section "Box-based Object
+// overlap with the object's last box, moved as the camera has moved since (box_motion.h; in the
+// paper as it was), or with its projection (paper, section "Box-based Object
 // Tracking") or by shared landmarks ("Point-based"). Unassigned detections open new tracks. Classes
 // that move (Map::classes) are left out. `snapshot` is the map in which the frame was tracked.
 ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot,

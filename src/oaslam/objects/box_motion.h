@@ -1,0 +1,29 @@
+#pragma once
+
+#include "oaslam/camera.h"
+#include "oaslam/rigid3.h"
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// How the camera has moved between two images, and how near to it things can have been.
+struct CameraMotion {
+  Rigid3 now_from_then;
+  double min_depth = 0;  // in the earlier camera, in units of the map; 0: no bound
+};
+
+// The box of an earlier image where the later one shows it, if its object stands still at a depth
+// of `1 / inverse_depth` in the earlier camera: the centre moves along the epipolar line, and the
+// size changes with the distance. Ideal image; an empty box where that is behind the camera.
+Box BoxAfterMotion(const Box& earlier, const Rigid3& now_from_then, double inverse_depth,
+                   const Camera& camera);
+
+// The overlap (IoU) of a detected box with an earlier box of an object that stands still at an
+// unknown depth: it is taken to be at the depth, not below `motion.min_depth`, at which the lines
+// of sight through the two centres come closest. (Small things move by more than their own size
+// between two images, so that the earlier box itself overlaps nothing.) `truncated`: edges of the
+// detected box at the image border (EdgeBit).
+double OverlapAfterMotion(const Box& earlier, const Box& detected, unsigned char truncated,
+                          const CameraMotion& motion, const Camera& camera);
+
+}  // namespace oaslam
