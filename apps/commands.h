@@ -14,6 +14,7 @@ void AddEvaluateCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddObjectsCommand(CLI::App& app);
 void AddAnchorsCommand(CLI::App& app);
+void AddMergeCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 

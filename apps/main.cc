@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddInfoCommand(app);
   oaslam::apps::AddObjectsCommand(app);
   oaslam::apps::AddAnchorsCommand(app);
+  oaslam::apps::AddMergeCommand(app);
   oaslam::apps::AddExportCommand(app);
   oaslam::apps::AddViewCommand(app);
   if (argc < 2) {

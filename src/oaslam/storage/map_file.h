@@ -18,6 +18,10 @@ struct SavedMap {
   std::vector<Piece> pieces{};
 };
 
+// The number of frames that the map, its pieces and their trajectories refer to: one more than the
+// largest frame index.
+int FramesOf(const SavedMap& saved);
+
 // Writes one SQLite file under another name and renames it to `path`, so that a crash leaves the
 // old one intact (docs/formats.md has the schema). Equal maps give equal content:
 // save(load(save(m))) is byte-equal. If a map violates its invariants, which only a defect of this

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
+#include <vector>
 
-#include "oaslam/objects/association.h"
+#include "oaslam/map/next_ids.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -21,21 +23,18 @@ Map EmptyLike(const Map& map, uint32_t first_landmark) {
   return empty;
 }
 
-NextIds Behind(const NextIds& a, const NextIds& b) {
-  return {std::max(a.keyframe, b.keyframe), std::max(a.landmark, b.landmark),
-          std::max(a.object, b.object)};
-}
-
-NextIds NextIdsOf(const Map& map) {
-  NextIds ids{0, map.next_landmark, ObjectTracks::ContinueFrom(map).next_object};
-  for (const KeyframeId id : map.keyframes.Ids())
-    ids.keyframe = std::max(ids.keyframe, id.value + 1);
-  for (const KeyframeId id : map.retired.Ids()) ids.keyframe = std::max(ids.keyframe, id.value + 1);
-  return ids;
-}
-
 bool IsLost(const Tracker::Outcome& outcome) {
   return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
+}
+
+// The poses of a piece since the last frame that was tracked in another map. (Where the scale of
+// the piece drifts, earlier ones do not lie where the newest ones tell.)
+std::span<const FramePose> SinceTracked(std::span<const FramePose> other,
+                                        const std::vector<FramePose>& piece) {
+  int last = -1;
+  for (const FramePose& pose : other)
+    if (pose.state != TrackingState::kObjects) last = pose.frame_index;
+  return {std::ranges::upper_bound(piece, last, {}, &FramePose::frame_index), piece.end()};
 }
 
 }  // namespace
@@ -64,8 +63,10 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   newest_frame_ = frame.index;
   // Ids must stay unique across both pieces: the main one may make objects while its camera is
   // lost, and keyframes and landmarks, too, once the camera is found.
-  if (growing_ && lost_since_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
-  if (growing_ && !lost_since_) main_->SkipIds(growing_->session().next_ids(), frame.index);
+  if (mapping_ && growing_ && lost_since_)
+    main_->tracker().SkipIds(growing_->session().tracker().next_ids());
+  if (mapping_ && growing_ && !lost_since_)
+    main_->SkipIds(growing_->session().next_ids(), frame.index);
   const bool looks = MayLook(frame);
   Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
   const bool is_vain = IsLost(outcome) && !outcome.located;
@@ -76,17 +77,18 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
     main_number_ = ++last_number_;
   }
-  outcome = UpdateGrowingPiece(frame, std::move(outcome));
+  outcome = mapping_ ? UpdateGrowingPiece(frame, std::move(outcome))
+                     : PlaceByGrowingPiece(frame, std::move(outcome));
   if (mapping_ && config_.runner.mode != "live")
     passed_.Add(frame, main_->tracker().HasTracked(frame.index));
   return outcome;
 }
 
 // Whether to look for the camera in the main piece. After a failed attempt the next one waits,
-// while a new piece is being made.
+// while a new piece is being made to be kept.
 bool Atlas::MayLook(const Frame& frame) const {
   constexpr double kSeconds = 0.09;
-  if (!growing_ || !last_vain_look_) return true;
+  if (!mapping_ || !growing_ || !last_vain_look_) return true;
   return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
@@ -94,7 +96,7 @@ bool Atlas::MayLook(const Frame& frame) const {
 // camera is lost: it is begun, continued, joined with the main one, promoted or ended. Returns the
 // outcome to report.
 Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
-  if (outcome.state == TrackingState::kInitializing || !mapping_) return outcome;
+  if (outcome.state == TrackingState::kInitializing) return outcome;
   const bool is_lost = IsLost(outcome);
   if (!is_lost)
     lost_since_.reset();
@@ -126,6 +128,45 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
   return now.cam_from_world ? now : outcome;
 }
 
+// Without mapping, a new piece is a means to find the camera: many of its frames tell together
+// where it lies in the main one, which gives a pose there to each further frame. It is followed
+// until the camera has been tracked in the main piece for a while, since frames with a pose in both
+// show best how they lie to each other; then it is dropped.
+Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
+  constexpr double kFollowed = 10;        // seconds
+  constexpr size_t kNewestLocated = 100;  // frames
+  if (outcome.state == TrackingState::kInitializing) return outcome;
+  const bool is_lost = IsLost(outcome);
+  if (is_lost || outcome.inliers < Tracker::kFewLandmarks) lost_since_ = frame.timestamp;
+  if (!lost_since_ || frame.timestamp - *lost_since_ > kFollowed) {
+    EndGrowingPiece(frame.index);
+    return outcome;
+  }
+  if (!growing_ || growing_->IsLost(frame.timestamp)) BeginGrowingPiece(frame.index);
+  std::optional<LocatedPose> located = outcome.located;
+  if (!is_lost) located = LocatedPose{*outcome.cam_from_world, kTrackedSigma * outcome.depth, true};
+  const Tracker::Outcome there = growing_->Process(frame, located);
+  if (there.gives_up) BeginGrowingPiece(frame.index);
+  if (!is_lost || !there.cam_from_world) return outcome;
+  // The newest frames alone may not tell the scale, as when the camera only turned.
+  std::optional<PieceAlignment> alignment = growing_->Align(kNewestLocated);
+  if (!alignment) alignment = growing_->Align();
+  if (!alignment) return outcome;
+  const Session& piece = growing_->session();
+  const std::span<const FramePose> before =
+      NewestPoses(main_->tracker().trajectory(), frame.timestamp);
+  if (!IsContinuous(*main_->snapshot(), before, *piece.snapshot(),
+                    SinceTracked(before, piece.tracker().trajectory()), alignment->other_from_this))
+    return outcome;
+  const Similarity cam_from_main =
+      Similarity(*there.cam_from_world) * alignment->other_from_this.Inverse();
+  Tracker::Outcome placed =
+      main_->tracker().ShowPose(frame, *main_->snapshot(), cam_from_main.AsPose());
+  placed.objects = outcome.objects;
+  placed.confidence = alignment->ShareAgreeing();
+  return placed;
+}
+
 // Ends the piece that is being made, if there is one, and begins a new one.
 void Atlas::BeginGrowingPiece(int frame_index) {
   EndGrowingPiece(frame_index);
@@ -138,9 +179,9 @@ void Atlas::BeginGrowingPiece(int frame_index) {
 
 void Atlas::EndGrowingPiece(int frame_index) {
   if (!growing_) return;
-  Park(growing_->session());
+  if (mapping_) Park(growing_->session());
   growing_.reset();
-  main_->SkipIds(free_ids_, frame_index);
+  if (mapping_) main_->SkipIds(free_ids_, frame_index);
 }
 
 // Joins the new piece with the main one; false where the transformation is not known yet.
@@ -148,14 +189,15 @@ bool Atlas::JoinGrowingPiece(int frame_index) {
   if (!growing_->Align()) return false;
   Session& found = growing_->session();
   const std::shared_ptr<const Map> map = found.Newest();  // queued commands may have moved the map
-  const std::optional<Similarity> world_from_new = growing_->Align();
-  if (!world_from_new) return false;
+  const std::optional<PieceAlignment> alignment = growing_->Align();
+  if (!alignment) return false;
+  const Similarity& world_from_new = alignment->other_from_this;
   if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map,
-                    found.tracker().trajectory(), *world_from_new))
+                    found.tracker().trajectory(), world_from_new))
     return false;
-  if (!main_->Join(*map, *world_from_new, frame_index)) return false;
+  if (!main_->Join(*map, world_from_new, frame_index)) return false;
   if (!failure_) failure_ = found.failure();
-  main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new->scale);
+  main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new.scale);
   growing_.reset();
   Log(LogLevel::kInfo,
       fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
@@ -216,8 +258,8 @@ void Atlas::LookBack() {
 }
 
 void Atlas::Finish() {
-  if (growing_) growing_->session().Newest();
-  if (growing_ && !JoinGrowingPiece(newest_frame_)) EndGrowingPiece(newest_frame_);
+  if (mapping_ && growing_) growing_->session().Newest();
+  if (growing_ && (!mapping_ || !JoinGrowingPiece(newest_frame_))) EndGrowingPiece(newest_frame_);
   if (mapping_ && !failure()) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
     waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
@@ -261,12 +303,12 @@ void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
 }
 
 void Atlas::SetMapping(bool enabled) {
-  if (mapping_ && !enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
-  mapping_ = enabled;
-  main_->tracker().SetMapping(enabled);
-  if (enabled) return;
+  if (mapping_ == enabled) return;
+  if (!enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
   EndGrowingPiece(newest_frame_);
   lost_since_.reset();
+  mapping_ = enabled;
+  main_->tracker().SetMapping(enabled);
 }
 
 void Atlas::ForceRelocalization() {

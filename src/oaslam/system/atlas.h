@@ -67,6 +67,7 @@ class Atlas {
   bool MayLook(const Frame& frame) const;
   void BeginMain(Map map, bool is_loaded);
   Tracker::Outcome UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
+  Tracker::Outcome PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
   void BeginGrowingPiece(int frame_index);
   void EndGrowingPiece(int frame_index);
   bool JoinGrowingPiece(int frame_index);
@@ -82,7 +83,9 @@ class Atlas {
   bool is_loaded_ = false;
   std::unique_ptr<Session> main_;
   std::optional<GrowingPiece> growing_;  // while the camera is lost
-  std::optional<double> lost_since_;     // time stamp, seconds
+  // Time stamp, seconds, since which the camera is lost; without mapping, at which it was lost
+  // last.
+  std::optional<double> lost_since_;
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;
   WaitingPieces waiting_;

@@ -38,8 +38,6 @@ double PredictionError(const Frame& frame, const Map& map, const TrackReport& tr
 constexpr double kProbation = 0.5;    // seconds
 constexpr double kMotionWindow = 15;  // smallest search radius, pixels of the lowest level
 constexpr double kErrorsSearched = 4;
-// With fewer landmarks than this in view, all key points are matched with the last image as well.
-constexpr int kThin = 200;
 // Poses are refined after this many frames; until then the matches of a frame are
 // kept, about 5 KB each.
 constexpr int kRefineAfter = 150;
@@ -92,7 +90,7 @@ TrackReport Tracker::Follow(const Frame& frame, const Map& map) {
   const Features& before = *last_->frame.features;
   const auto in_local_map = [&](const TrackReport& first) {
     TrackReport report = first.success ? TrackLocalMap(frame, map, first, demands) : TrackReport{};
-    if (report.success && report.inliers < kThin)
+    if (report.success && report.inliers < kFewLandmarks)
       report = StrengthenByMatches(frame, map, before, last_pose, report, demands);
     return report;
   };

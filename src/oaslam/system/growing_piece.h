@@ -34,8 +34,9 @@ class GrowingPiece {
   bool IsLost(double now) const { return lost_since_ && now - *lost_since_ >= kPatience; }
   static constexpr double kPatience = 0.33;  // seconds; most losses are shorter
 
-  // old_from_new, once it is well determined and while the camera is tracked in the new map.
-  std::optional<Similarity> Align() const;
+  // How the new map lies to the old one, once that is well determined and while the camera is
+  // tracked in the new map (PieceLink::Align).
+  std::optional<PieceAlignment> Align(size_t max_frames = SIZE_MAX) const;
 
   Session& session() { return *session_; }
   std::unique_ptr<Session> TakeSession() { return std::move(session_); }

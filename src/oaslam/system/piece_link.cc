@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <vector>
 
 #include "oaslam/estimation/similarity_fit.h"
@@ -98,12 +99,14 @@ bool PieceLink::CanAlign(size_t keyframes) const {
   return weight >= kMinWeight;
 }
 
-std::optional<Similarity> PieceLink::Align(const Map& map,
-                                           std::span<const FramePose> trajectory) const {
+std::optional<PieceAlignment> PieceLink::Align(const Map& map,
+                                               std::span<const FramePose> trajectory,
+                                               size_t max_frames) const {
   std::vector<PosePair> pairs;
-  std::vector<int> weights;
+  std::vector<Located> frames;
   int sum = 0;
-  for (const FramePose& pose : trajectory) {
+  for (const FramePose& pose : trajectory | std::views::reverse) {
+    if (frames.size() == max_frames) break;
     const auto located = located_.find(pose.frame_index);
     const auto reference = located == located_.end() || pose.state == TrackingState::kObjects
                                ? std::nullopt
@@ -112,17 +115,30 @@ std::optional<Similarity> PieceLink::Align(const Map& map,
     const auto& [in_other, of_keyframe] = located->second;
     pairs.push_back(
         {pose.cam_from_reference * *reference, in_other.cam_from_world, in_other.sigma});
-    weights.push_back(WeightOf(in_other.by_points, of_keyframe));
-    sum += weights.back();
+    frames.push_back(located->second);
+    sum += WeightOf(in_other.by_points, of_keyframe);
   }
   if (sum < kMinWeight) return std::nullopt;
   const SimilarityFit fit = FitSimilarity(pairs);
   if (!fit.success) return std::nullopt;
+  PieceAlignment alignment{.other_from_this = fit.b_from_a, .relative_sigma = fit.relative_sigma};
   int weight = 0;
-  for (size_t i = 0; i < pairs.size(); ++i) weight += fit.is_inlier[i] ? weights[i] : 0;
-  const bool agree =
-      fit.inliers >= kMinShare * static_cast<double>(pairs.size()) && weight >= kMinWeight;
-  return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(fit.b_from_a) : std::nullopt;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    const bool by_points = frames[i].in_other.by_points;
+    if (fit.is_inlier[i]) weight += WeightOf(by_points, frames[i].of_keyframe);
+    ++(!fit.is_inlier[i] ? alignment.contradicting
+       : by_points       ? alignment.by_points
+                         : alignment.by_objects);
+  }
+  const bool agree = alignment.ShareAgreeing() >= kMinShare && weight >= kMinWeight;
+  return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(alignment) : std::nullopt;
+}
+
+std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now) {
+  constexpr double kSeconds = 60;
+  const auto first = std::ranges::find_if(
+      trajectory, [&](const FramePose& p) { return p.timestamp >= now - kSeconds; });
+  return {first, trajectory.end()};
 }
 
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,

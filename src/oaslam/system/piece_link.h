@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
@@ -26,6 +28,20 @@ struct LocatedPose {
 // The pose of a relocalized frame; nothing where it was not found.
 std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map& map);
 
+// How a piece of map lies to another, and the evidence for it.
+struct PieceAlignment {
+  Similarity other_from_this;
+  // Frames that have a pose in both pieces: those that agree with the similarity, by points and by
+  // objects, and those that do not.
+  int by_points = 0, by_objects = 0, contradicting = 0;
+  double relative_sigma = 0;  // of the scale
+
+  double ShareAgreeing() const {
+    const double agreeing = by_points + by_objects;
+    return agreeing / (agreeing + contradicting);
+  }
+};
+
 // Collects frames that have a pose in two pieces of map, and estimates the similarity between the
 // pieces from them. Many frames that agree determine it much better than any single one (paper,
 // section "Application to AR": resuming SLAM).
@@ -47,9 +63,11 @@ class PieceLink {
 
   // Whether there would be enough evidence for Align if `keyframes` more keyframes were found.
   bool CanAlign(size_t keyframes) const;
-  // other_from_this, or nothing while it is not well determined. `map` and `trajectory` are those
-  // of this piece.
-  std::optional<Similarity> Align(const Map& map, std::span<const FramePose> trajectory) const;
+  // Nothing while the similarity is not well determined. `map` and `trajectory` are those of this
+  // piece. Only the newest `max_frames` frames that have a pose in the other piece are used: the
+  // scale of a long piece may drift, so that they tell best where its newest frames are.
+  std::optional<PieceAlignment> Align(const Map& map, std::span<const FramePose> trajectory,
+                                      size_t max_frames = SIZE_MAX) const;
 
  private:
   struct Located {
@@ -58,6 +76,9 @@ class PieceLink {
   };
   std::map<int, Located> located_;  // by frame
 };
+
+// The poses of the last minute before `now`, which are enough to tell the usual speed of a camera.
+std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now);
 
 // Whether the camera moves plausibly between two pieces that `world_from_other` brings together:
 // where frames of one piece come shortly after frames of the other, it may be neither much faster

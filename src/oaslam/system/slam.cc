@@ -20,22 +20,6 @@
 namespace oaslam {
 namespace {
 
-// The number of frames that the saved map and its trajectories refer to: one more than the largest
-// frame index.
-int FramesOf(const SavedMap& saved) {
-  int last = -1;
-  const auto count = [&](const Map& map, const std::vector<FramePose>& trajectory) {
-    map.keyframes.ForEach(
-        [&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
-    map.objects.ForEach(
-        [&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
-    for (const FramePose& pose : trajectory) last = std::max(last, pose.frame_index);
-  };
-  count(saved.map, saved.trajectory);
-  for (const Piece& piece : saved.pieces) count(piece.map, piece.trajectory);
-  return last + 1;
-}
-
 RelocalizationResult ResultOf(const Relocalization& found) {
   RelocalizationResult result;
   result.evidence = found.evidence;

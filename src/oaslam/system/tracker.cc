@@ -180,36 +180,28 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
   first.cam_from_world = found.cam_from_world;
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
-  // At a wrong place that looks alike in part, most of the further landmarks are matched by chance
-  // and disagree: at least half must agree.
-  constexpr double kLeastShare = 0.5;
+  constexpr double kAgreement = 0.19;  // docs/results.md, "Any camera, any room"
   const int inliers = config_.tracking.min_relocalization_inliers;
   TrackReport tracked = TrackLocalMap(frame, map, first,
                                       {.inliers = inliers,
                                        .least_inliers = inliers,
                                        .spread = LeastSpread(),
-                                       .least_share = kLeastShare,
+                                       .agreement = kAgreement,
                                        .radius_scale = kWiderSearch});
   tracked.success = tracked.success && CouldHaveGone(frame, map, tracked);
   return tracked;
 }
 
 bool Tracker::CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const {
-  constexpr double kSeconds = 60;  // long enough to tell the usual speed
-  const std::vector<FramePose>& poses = trajectory_.poses();
-  const auto first = std::ranges::find_if(
-      poses, [&](const FramePose& p) { return p.timestamp >= frame.timestamp - kSeconds; });
   const FramePose here{frame.index, frame.timestamp, tracked.reference,
                        RelativeTo(map, tracked.reference, tracked.cam_from_world),
                        TrackingState::kRelocalized};
-  return is_pose_doubted_ || IsContinuous(map, {first, poses.end()}, map, {&here, 1}, Similarity());
+  return is_pose_doubted_ || IsContinuous(map, NewestPoses(trajectory_.poses(), frame.timestamp),
+                                          map, {&here, 1}, Similarity());
 }
 
-// Reports a pose by objects for this frame only. Tracking does not continue from it, since that
-// takes points.
-Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
-                                         const Relocalization& found) {
-  const Rigid3& cam_from_world = found.cam_from_world;
+Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map,
+                                   const Rigid3& cam_from_world) {
   KeyframeId nearest;
   double least = 0;
   map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
@@ -224,7 +216,12 @@ Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
   trajectory_.Add(
       {frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame,
       {});
-  Outcome outcome = Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
+  return Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
+}
+
+Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
+                                         const Relocalization& found) {
+  Outcome outcome = ShowPose(frame, map, found.cam_from_world);
   outcome.objects = found.matched_objects;
   outcome.confidence = found.confidence;
   return outcome;

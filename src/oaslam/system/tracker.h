@@ -8,6 +8,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/map/map.h"
+#include "oaslam/map/next_ids.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/system/mapper.h"
 #include "oaslam/system/piece_link.h"
@@ -18,11 +19,6 @@
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
-
-// For each kind, the first id of those that no piece of map uses: it and all larger ids are free.
-struct NextIds {
-  uint32_t keyframe = 0, landmark = 0, object = 0;
-};
 
 // Follows the camera from frame to frame on snapshots of the map, and tells the mapper what to add.
 class Tracker {
@@ -53,6 +49,10 @@ class Tracker {
                            int inliers);
   };
 
+  // Where fewer landmarks than this are in view, all key points are matched with the last image as
+  // well, and the camera may be lost soon.
+  static constexpr int kFewLandmarks = 200;
+
   // `map_is_loaded`: the tracker begins as lost in a map that exists already, and does not
   // initialise one.
   Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loaded);
@@ -64,6 +64,9 @@ class Tracker {
   Outcome Track(const Frame& frame, const Map& map);
   // Takes note of a frame without looking for the lost camera in it.
   Outcome PassOver(const Frame& frame);
+  // Reports a pose, known from other sources than points of this map, for this frame only: tracking
+  // does not continue from it. The newest frame, in which the camera is lost.
+  Outcome ShowPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world);
   // Takes over the initial map that Track asked for. Where the mapper refused it, the tracker goes
   // on initialising.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);

@@ -10,6 +10,7 @@
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/system/keyframe_search.h"
 #include "oaslam/system/piece_joining.h"
 #include "oaslam/util/log.h"
 
@@ -21,23 +22,12 @@ namespace {
 std::optional<Similarity> Align(const Piece& piece, const Map& world,
                                 const std::vector<FramePose>& trajectory, RelocalizationMode mode,
                                 const SlamConfig& config, Relocalizer& relocalizer) {
-  constexpr size_t kMaxKeyframes = 60, kMaxInVain = 15;
-  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
-  const size_t step = (ids.size() + kMaxKeyframes - 1) / kMaxKeyframes;
   PieceLink link;
   link.AddCommon(world, trajectory, piece.trajectory);
-  if (!link.CanAlign(ids.size())) return std::nullopt;
-  size_t tried = 0, found = 0;
-  for (size_t i = 0; i < ids.size() && (found > 0 || tried < kMaxInVain); i += step, ++tried) {
-    const Frame frame = FrameOf(piece.map, ids[i]);
-    Rng rng(static_cast<uint64_t>(config.runner.seed));
-    const auto located =
-        LocatedPoseOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
-    if (!located) continue;
-    link.AddKeyframe(frame.index, *located);
-    ++found;
-  }
-  return link.Align(piece.map, piece.trajectory);
+  if (!link.CanAlign(piece.map.keyframes.size())) return std::nullopt;
+  FindKeyframes(piece, world, mode, {}, config, relocalizer, link);
+  const std::optional<PieceAlignment> alignment = link.Align(piece.map, piece.trajectory);
+  return alignment ? std::optional(alignment->other_from_this) : std::nullopt;
 }
 
 // Joins a piece with the map of a session; false where the camera would jump between them.
@@ -78,7 +68,7 @@ void WaitingPieces::LookFor(const Frame& keyframe, RelocalizationMode mode, Sess
   session.FinishAdjustment(keyframe.index);  // queued work may still move the map
   const auto piece_from_world = align();
   if (piece_from_world &&
-      Join(waiting->piece, piece_from_world->Inverse(), keyframe.index, session))
+      Join(waiting->piece, piece_from_world->other_from_this.Inverse(), keyframe.index, session))
     waiting_.erase(waiting);
 }
 
@@ -109,7 +99,7 @@ bool WaitingPieces::JoinWithSession(RelocalizationMode mode, int frame_index, in
     if (!world_from_piece)
       if (const auto inverse =
               here->link.Align(*session.snapshot(), session.tracker().trajectory()))
-        world_from_piece = inverse->Inverse();
+        world_from_piece = inverse->other_from_this.Inverse();
     if (!world_from_piece || !Join(here->piece, *world_from_piece, frame_index, session)) continue;
     waiting_.erase(here);
     has_joined = true;

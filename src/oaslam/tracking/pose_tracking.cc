@@ -93,7 +93,8 @@ bool Meets(const TrackReport& report, const TrackDemands& demands) {
   if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma) ||
       report.spread < demands.spread)
     return false;
-  if (report.inliers < demands.least_share * report.matched) return false;
+  const double matched = report.matched, expected = static_cast<double>(report.visible.size());
+  if (report.inliers < demands.agreement * std::sqrt(matched * expected)) return false;
   return report.inliers >= demands.inliers || report.inliers > kMostOfMatched * report.matched;
 }
 

@@ -42,14 +42,17 @@ TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Feature
 
 // What a pose needs so that tracking may continue from it.
 struct TrackDemands {
-  // With this many inliers, least_share of the matches is enough; with fewer, down to
+  // With this many inliers, any share of the matches is enough; with fewer, down to
   // least_inliers, more than half of the matches must be inliers.
   int inliers = 30;
   int least_inliers = 15;
   double relative_sigma = 0.02;  // of the position at most (TrackReport)
   double spread = 0;             // at least (TrackReport)
-  double least_share = 0;        // of the matches that must be inliers, however many they are
-  double radius_scale = 1;       // widens the search, after a relocalization
+  // Least geometric mean of two shares, however many the inliers are: of the matches, and of the
+  // landmarks that are expected in the image. At a place that looks like another one in part, wrong
+  // matches are many and most landmarks are not found.
+  double agreement = 0;
+  double radius_scale = 1;  // widens the search, after a relocalization
 };
 
 // Starts from a rough pose and its matches, searches for all landmarks of the surrounding

@@ -64,7 +64,7 @@ TEST(PoseTracking, AnImageOfNothingFails) {
 
 // As at a place that only looks alike in part: two thirds of the landmarks are found beside where
 // they should be.
-TEST(PoseTracking, MayDemandThatMostOfTheMatchesAgree) {
+TEST(PoseTracking, MayDemandThatWhatIsExpectedAgrees) {
   const Scene s;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
   const TrackReport first = TrackFromLastFrame(s.frame, s.mapped.map, *last.features,
@@ -84,8 +84,8 @@ TEST(PoseTracking, MayDemandThatMostOfTheMatchesAgree) {
   const TrackReport tracked = TrackLocalMap(s.frame, elsewhere, first, {});
   EXPECT_TRUE(tracked.success);
   EXPECT_LT(tracked.inliers, 0.8 * tracked.matched);
-  EXPECT_FALSE(TrackLocalMap(s.frame, elsewhere, first, {.least_share = 0.8}).success);
-  EXPECT_TRUE(TrackLocalMap(s.frame, s.mapped.map, first, {.least_share = 0.8}).success);
+  EXPECT_FALSE(TrackLocalMap(s.frame, elsewhere, first, {.agreement = 0.8}).success);
+  EXPECT_TRUE(TrackLocalMap(s.frame, s.mapped.map, first, {.agreement = 0.8}).success);
 }
 
 TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {

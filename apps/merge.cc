@@ -1,0 +1,55 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "commands.h"
+#include "common.h"
+#include "oaslam/error.h"
+#include "oaslam/storage/map_file.h"
+#include "oaslam/system/map_merging.h"
+
+namespace oaslam::apps {
+namespace {
+
+struct MergeOptions {
+  CommonOptions common;
+  std::string first, second, out, relocalization = "points+objects";
+};
+
+void Merge(const MergeOptions& options) {
+  const SlamConfig config = LoadConfiguration(options.common);
+  EnsureOutputFile(options.out);
+  const SavedMap first = LoadMap(options.first), second = LoadMap(options.second);
+  const MapMerging merging =
+      MergeMaps(first, second, RelocalizationModeOf(options.relocalization), config);
+  if (!merging.merged)
+    throw InputError(fmt::format("{} and {} are not merged: {}", options.first, options.second,
+                                 merging.evidence));
+  SaveMap(options.out, *merging.merged);
+  if (options.common.quiet) return;
+  const Map& map = merging.merged->map;
+  fmt::print("{}\n{}: {} keyframes, {} landmarks\n", merging.evidence, options.out,
+             map.keyframes.size(), map.landmarks.size());
+}
+
+}  // namespace
+
+void AddMergeCommand(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "merge", "Join two maps made apart into one, where a part of them shows the same place");
+  const auto options = std::make_shared<MergeOptions>();
+  command->add_option("first", options->first, "map file; its frame and names are kept")
+      ->required();
+  command->add_option("second", options->second, "map file")->required();
+  command->add_option("--out", options->out, "map file to write")->required();
+  command
+      ->add_option("--relocalization", options->relocalization,
+                   "by what keyframes are found in the other map: points, objects or "
+                   "points+objects (default)")
+      ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  AddQuietOption(*command, options->common);
+  AddConfigOptions(*command, options->common);
+  command->callback([options] { Merge(*options); });
+}
+
+}  // namespace oaslam::apps

@@ -1,0 +1,30 @@
+#include "oaslam/system/keyframe_search.h"
+
+#include <optional>
+#include <vector>
+
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+SearchResult FindKeyframes(const Piece& piece, const Map& world, RelocalizationMode mode,
+                           const SearchEffort& effort, const SlamConfig& config,
+                           Relocalizer& relocalizer, PieceLink& link) {
+  const std::vector<KeyframeId> ids = piece.map.keyframes.Ids();
+  const size_t step = (ids.size() + effort.max_keyframes - 1) / effort.max_keyframes;
+  SearchResult result;
+  for (size_t i = 0; i < ids.size(); i += step) {
+    if (result.found == 0 && result.looked_for >= effort.max_in_vain) break;
+    const Frame frame = FrameOf(piece.map, ids[i]);
+    Rng rng(static_cast<uint64_t>(config.runner.seed));
+    const std::optional<LocatedPose> located =
+        LocatedPoseOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
+    ++result.looked_for;
+    if (!located) continue;
+    link.AddKeyframe(frame.index, *located);
+    ++result.found;
+  }
+  return result;
+}
+
+}  // namespace oaslam

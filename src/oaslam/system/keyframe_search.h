@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+
+#include "oaslam/config.h"
+#include "oaslam/map/piece.h"
+#include "oaslam/system/piece_link.h"
+#include "oaslam/system/relocalizer.h"
+
+namespace oaslam {
+
+// How many keyframes are looked for; where a piece has more, they are spread evenly over it.
+struct SearchEffort {
+  size_t max_keyframes = 60;
+  size_t max_in_vain = 15;  // from the first one on, until one is found
+};
+
+struct SearchResult {
+  size_t looked_for = 0, found = 0;
+};
+
+// Relocalizes keyframes of a piece in another map, and adds those found to `link`.
+SearchResult FindKeyframes(const Piece& piece, const Map& world, RelocalizationMode mode,
+                           const SearchEffort& effort, const SlamConfig& config,
+                           Relocalizer& relocalizer, PieceLink& link);
+
+}  // namespace oaslam

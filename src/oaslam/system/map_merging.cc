@@ -1,0 +1,151 @@
+#include "oaslam/system/map_merging.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/error.h"
+#include "oaslam/map/next_ids.h"
+#include "oaslam/map/renumbering.h"
+#include "oaslam/objects/moved_objects.h"
+#include "oaslam/objects/object_mapper.h"
+#include "oaslam/system/keyframe_search.h"
+#include "oaslam/system/piece_joining.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+// Two walks may share one room of many, so that all keyframes are looked for.
+constexpr SearchEffort kEffort{.max_keyframes = 400,
+                               .max_in_vain = std::numeric_limits<size_t>::max()};
+
+Renumbering NumbersBehind(const SavedMap& a, const SavedMap& b) {
+  Renumbering numbers;
+  numbers.first = NextIdsOf(a.map);
+  for (const Piece& piece : a.pieces) numbers.first = Behind(numbers.first, NextIdsOf(piece.map));
+  numbers.first_frame = FramesOf(a);
+  numbers.cameras = a.map.cameras;
+  for (const Camera& camera : b.map.cameras) {
+    const auto known = std::ranges::find(numbers.cameras, camera);
+    numbers.camera_of.push_back(static_cast<int>(known - numbers.cameras.begin()));
+    if (known == numbers.cameras.end()) numbers.cameras.push_back(camera);
+  }
+  return numbers;
+}
+
+ClassNames NamesOfBoth(const ClassNames& a, const ClassNames& b) {
+  ClassNames names = a;
+  for (const auto& [category, name] : b) {
+    const auto [place, is_new] = names.emplace(category, name);
+    if (!is_new && place->second != name)
+      throw InputError(fmt::format("class {} is \"{}\" in one map and \"{}\" in the other",
+                                   category, place->second, name));
+  }
+  return names;
+}
+
+ClassRelations RelationsOfBoth(ClassRelations a, const ClassRelations& b) {
+  a.whole_of.insert(b.whole_of.begin(), b.whole_of.end());
+  a.movable.insert(b.movable.begin(), b.movable.end());
+  return a;
+}
+
+// How one map lies to another, by its keyframes that are found there.
+struct Placement {
+  SearchResult search;
+  std::optional<PieceAlignment> alignment;
+};
+
+Placement PlaceIn(const Piece& piece, const Map& world, RelocalizationMode mode,
+                  const SlamConfig& config) {
+  Relocalizer relocalizer(config);
+  PieceLink link;
+  Placement placement;
+  placement.search = FindKeyframes(piece, world, mode, kEffort, config, relocalizer, link);
+  placement.alignment = link.Align(piece.map, piece.trajectory);
+  return placement;
+}
+
+std::string Described(const PieceAlignment& alignment, const SearchResult& search,
+                      const char* mapped, const char* in) {
+  return fmt::format(
+      "{} of {} keyframes of the {} map are found in the {} ({} by points and {} by objects agree, "
+      "{} disagree; scale known to {:.1f} %)",
+      search.found, search.looked_for, mapped, in, alignment.by_points, alignment.by_objects,
+      alignment.contradicting, 100 * alignment.relative_sigma);
+}
+
+// The trajectory of keyframes alone, where the map file has none of frames.
+std::vector<FramePose> WithKeyframes(std::vector<FramePose> trajectory, const Map& map) {
+  std::vector<FramePose> of_keyframes;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    of_keyframes.push_back(
+        {keyframe.frame_index, keyframe.timestamp, id, {}, TrackingState::kTracking});
+  });
+  std::ranges::sort(of_keyframes, {}, &FramePose::frame_index);
+  AdoptPoses(of_keyframes, 1, trajectory);
+  return trajectory;
+}
+
+void Optimize(const SlamConfig& config, Map& map) {
+  constexpr int kIterations = 20;
+  ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config.bundle), map);
+  RefitMovedObjects(config.objects, map);
+  ++map.version;
+}
+
+}  // namespace
+
+MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mode,
+                     const SlamConfig& config) {
+  const Renumbering numbers = NumbersBehind(a, b);
+  SavedMap merged = a;
+  merged.class_names = NamesOfBoth(a.class_names, b.class_names);
+  const ClassRelations relations = RelationsOfBoth(a.map.classes, b.map.classes);
+  merged.map.cameras = numbers.cameras;
+  for (Piece& piece : merged.pieces) piece.map.cameras = numbers.cameras;
+  Piece here{merged.map, WithKeyframes(a.trajectory, a.map)};
+  const Piece joining = Renumbered({b.map, WithKeyframes(b.trajectory, b.map)}, numbers);
+
+  Placement placement = PlaceIn(joining, here.map, mode, config);
+  MapMerging result;
+  std::optional<Similarity> world_from_joining;
+  if (placement.alignment) {
+    world_from_joining = placement.alignment->other_from_this;
+    result.evidence = Described(*placement.alignment, placement.search, "second", "first");
+  } else {
+    const Placement inverse = PlaceIn(here, joining.map, mode, config);
+    if (!inverse.alignment) {
+      result.evidence = fmt::format(
+          "{} of {} keyframes of the second map are found in the first, {} of {} of the first in "
+          "the second, and these do not agree on one transformation",
+          placement.search.found, placement.search.looked_for, inverse.search.found,
+          inverse.search.looked_for);
+      return result;
+    }
+    world_from_joining = inverse.alignment->other_from_this.Inverse();
+    result.evidence = Described(*inverse.alignment, inverse.search, "first", "second");
+  }
+
+  const double unit = world_from_joining->scale;
+  Rng rng(static_cast<uint64_t>(config.runner.seed));
+  JoinPiece(joining.map, *world_from_joining, config, rng, merged.map);
+  SetClassRelations(relations, merged.map);
+  AdoptPoses(joining.trajectory, unit, merged.trajectory);
+  Optimize(config, merged.map);
+  if (b.map.is_metric && !a.map.is_metric) {
+    merged.map.Scale(1 / unit);
+    for (FramePose& pose : merged.trajectory) pose.cam_from_reference.translation /= unit;
+    merged.map.is_metric = true;
+  }
+  for (const Piece& piece : b.pieces) merged.pieces.push_back(Renumbered(piece, numbers));
+  result.merged = std::move(merged);
+  return result;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,128 @@
+#include "oaslam/system/map_merging.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <set>
+
+#include "oaslam/error.h"
+#include "oaslam/map/joining.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr auto kBoth = RelocalizationMode::kPointsAndObjects;
+
+// A map by a camera on a part of the arc, in a frame and a unit of its own.
+SavedMap MapOf(synthetic::World world, double first_deg, double last_deg,
+               const Similarity& own_from_world, uint64_t seed) {
+  constexpr int kCameras = 10;
+  world.cam_from_world.clear();
+  for (int k = 0; k < kCameras; ++k)
+    world.cam_from_world.push_back(
+        synthetic::PoseOnArc({}, first_deg + (last_deg - first_deg) * k / (kCameras - 1)));
+  const Map map = synthetic::MakeMap(world, {.seed = seed}).map;
+  SavedMap saved;
+  saved.map.cameras = map.cameras;
+  JoinMap(map, own_from_world, saved.map);
+  return saved;
+}
+
+double WorstCenter(const Map& map, const std::vector<Eigen::Vector3d>& truth) {
+  const auto n = static_cast<Eigen::Index>(truth.size());
+  Eigen::Matrix3Xd estimate(3, n), expected(3, n);
+  Eigen::Index i = 0;
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    estimate.col(i) = keyframe.cam_from_world.OriginInSource();
+    expected.col(i) = truth[static_cast<size_t>(i)];
+    ++i;
+  });
+  const Eigen::Matrix4d sim = Eigen::umeyama(estimate, expected, true);
+  return ((sim.topLeftCorner<3, 3>() * estimate).colwise() + sim.topRightCorner<3, 1>() - expected)
+      .colwise()
+      .norm()
+      .maxCoeff();
+}
+
+class MapMergingTest : public testing::Test {
+ protected:
+  const synthetic::World room_ = synthetic::MakeWorld({.points = 800, .seed = 1});
+  const Similarity there_{
+      2.5,
+      Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d(1, 2, 3).normalized())),
+      {3, -1, 2}};
+  const SavedMap a_ = MapOf(room_, -30, 5, Similarity(), 2), b_ = MapOf(room_, -5, 30, there_, 3);
+};
+
+TEST_F(MapMergingTest, TwoMapsOfOneRoomBecomeOne) {
+  const MapMerging merging = MergeMaps(a_, b_, kBoth, {});
+  ASSERT_TRUE(merging.merged) << merging.evidence;
+  EXPECT_THAT(merging.evidence, HasSubstr("keyframes of the second map are found in the first"));
+  const Map& map = merging.merged->map;
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  ASSERT_EQ(map.keyframes.size(), 20U);
+  std::vector<Eigen::Vector3d> truth;
+  for (const double first : {-30, -5})
+    for (int k = 0; k < 10; ++k)
+      truth.push_back(synthetic::PoseOnArc({}, first + 35.0 * k / 9).OriginInSource());
+  EXPECT_LT(WorstCenter(map, truth), 0.01);
+  // Landmarks of both are one, where keyframes of both see them.
+  EXPECT_LT(map.landmarks.size(), a_.map.landmarks.size() + b_.map.landmarks.size());
+  std::set<int> frames;
+  for (const FramePose& pose : merging.merged->trajectory)
+    EXPECT_TRUE(frames.insert(pose.frame_index).second);
+}
+
+TEST_F(MapMergingTest, IsTheSameOnEveryRun) {
+  const MapMerging first = MergeMaps(a_, b_, kBoth, {}), second = MergeMaps(a_, b_, kBoth, {});
+  ASSERT_TRUE(first.merged && second.merged);
+  for (const KeyframeId id : first.merged->map.keyframes.Ids())
+    EXPECT_EQ(first.merged->map.keyframes.At(id).cam_from_world.translation,
+              second.merged->map.keyframes.At(id).cam_from_world.translation);
+}
+
+TEST_F(MapMergingTest, TheMetreOfEitherIsTheUnit) {
+  SavedMap metric = b_;
+  metric.map.is_metric = true;
+  const MapMerging merging = MergeMaps(a_, metric, kBoth, {});
+  ASSERT_TRUE(merging.merged);
+  const Map& map = merging.merged->map;
+  EXPECT_TRUE(map.is_metric);
+  const auto center = [&](uint32_t id) {
+    return map.keyframes.At(KeyframeId(id)).cam_from_world.OriginInSource();
+  };
+  const double true_way = (synthetic::PoseOnArc({}, -30).OriginInSource() -
+                           synthetic::PoseOnArc({}, 5).OriginInSource())
+                              .norm();
+  EXPECT_NEAR((center(0) - center(9)).norm(), 2.5 * true_way, 0.02 * 2.5 * true_way);
+}
+
+TEST_F(MapMergingTest, TwoRoomsStayApart) {
+  const SavedMap elsewhere =
+      MapOf(synthetic::MakeWorld({.points = 800, .seed = 9}), -30, 5, there_, 3);
+  const MapMerging merging = MergeMaps(a_, elsewhere, kBoth, {});
+  EXPECT_FALSE(merging.merged);
+  EXPECT_THAT(merging.evidence, HasSubstr("0 of 10 keyframes"));
+}
+
+TEST_F(MapMergingTest, CamerasAndNamesOfBothAreKept) {
+  SavedMap a = a_, b = b_;
+  a.class_names = {{41, "cup"}};
+  b.class_names = {{41, "cup"}, {100, "statue"}};
+  b.map.cameras[0].name = "phone";
+  const MapMerging merging = MergeMaps(a, b, kBoth, {});
+  ASSERT_TRUE(merging.merged);
+  EXPECT_EQ(merging.merged->class_names.size(), 2U);
+  ASSERT_EQ(merging.merged->map.cameras.size(), 2U);
+  EXPECT_EQ(merging.merged->map.keyframes.At(KeyframeId(15)).camera, 1);
+  b.class_names[41] = "mug";
+  EXPECT_THROW(MergeMaps(a, b, kBoth, {}), InputError);
+}
+
+}  // namespace
+}  // namespace oaslam
