@@ -94,34 +94,41 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
   tracks.open = std::move(kept);
 }
 
-// A depth that hardly anything in view is nearer than; 0 without landmarks.
-double LeastDepth(const TrackedFrame& tracked, const Map& snapshot) {
+// A depth that hardly anything in view is nearer than, by the landmarks in view, or else by the
+// objects that have an ellipsoid; nothing where there are neither.
+std::optional<double> LeastDepth(const TrackedFrame& tracked, const Map& snapshot) {
   std::vector<double> depths;
+  const auto add = [&](const Eigen::Vector3d& point) {
+    if (const double z = (tracked.cam_from_world * point).z(); z > 0) depths.push_back(z);
+  };
   for (const LandmarkId id : tracked.landmarks)
-    if (const Landmark* landmark = snapshot.landmarks.Find(id))
-      if (const double z = (tracked.cam_from_world * landmark->position).z(); z > 0)
-        depths.push_back(z);
-  if (depths.empty()) return 0;
+    if (const Landmark* landmark = snapshot.landmarks.Find(id)) add(landmark->position);
+  if (depths.empty())
+    snapshot.objects.ForEach([&](ObjectId, const Object& object) {
+      if (object.state != ObjectState::kTentative) add(object.ellipsoid.center);
+    });
+  if (depths.empty()) return std::nullopt;
   const auto near = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 10);
   std::ranges::nth_element(depths, near);
   return *near / 2;
 }
 
 std::optional<CameraMotion> MotionSince(const ObjectTrack& track, const TrackedFrame& tracked,
-                                        const Map& snapshot, double least_depth) {
-  if (track.last_frame < 0) return std::nullopt;
+                                        const Map& snapshot,
+                                        const std::optional<double>& least_depth) {
+  if (track.last_frame < 0 || !least_depth) return std::nullopt;
   const std::optional<Rigid3> reference_from_world = snapshot.ResolvePose(track.reference);
   if (!reference_from_world) return std::nullopt;
   const Rigid3 then_from_world = track.cam_from_reference * *reference_from_world;
   const Rigid3 now_from_then = tracked.cam_from_world * then_from_world.Inverse();
   // Nothing is nearer than the way between two images, either.
-  return CameraMotion{now_from_then, std::max(least_depth, now_from_then.translation.norm())};
+  return CameraMotion{now_from_then, std::max(*least_depth, now_from_then.translation.norm())};
 }
 
 std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot,
                                       const ObjectTracks& tracks, const IdealImage& image) {
   std::vector<Candidate> candidates;
-  const double least_depth = LeastDepth(tracked, snapshot);
+  const std::optional<double> least_depth = LeastDepth(tracked, snapshot);
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
     Candidate c;

@@ -372,9 +372,11 @@ TEST(Association, ASmallThingIsFollowedAsTheCameraMoves) {
   map.keyframes.Insert(KeyframeId(0), {});
   const std::vector<Ellipsoid> cups = {MappedCup({0, 0, 4}).ellipsoid,
                                        MappedCup({0.3, 0.3, 4}).ellipsoid};
+  const LandmarkId beside = map.AddLandmark({0, 0, 4}, KeyframeId(0));
   ObjectTracks tracks;
   for (int i = 0; i < 5; ++i) {
     TrackedFrame tracked = FrameWith(i, {});
+    tracked.landmarks = {beside};
     tracked.cam_from_world.translation.x() = -0.3 * i;
     tracked.cam_from_reference = tracked.cam_from_world;
     for (const Ellipsoid& cup : cups)

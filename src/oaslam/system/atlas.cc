@@ -27,14 +27,16 @@ bool IsLost(const Tracker::Outcome& outcome) {
   return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
 }
 
-// The poses of a piece since the last frame that was tracked in another map. (Where the scale of
-// the piece drifts, earlier ones do not lie where the newest ones tell.)
+// The poses of a piece since the last frame that was tracked in another map; none where that was
+// too long ago. (Where the scale of the piece drifts, earlier ones do not lie where the newest ones
+// tell.)
 std::span<const FramePose> SinceTracked(std::span<const FramePose> other,
                                         const std::vector<FramePose>& piece) {
-  int last = -1;
-  for (const FramePose& pose : other)
-    if (pose.state != TrackingState::kObjects) last = pose.frame_index;
-  return {std::ranges::upper_bound(piece, last, {}, &FramePose::frame_index), piece.end()};
+  const auto is_tracked = [](const FramePose& p) { return p.state != TrackingState::kObjects; };
+  const auto last = std::find_if(other.rbegin(), other.rend(), is_tracked);
+  if (last == other.rend()) return {};
+  return {std::ranges::upper_bound(piece, last->frame_index, {}, &FramePose::frame_index),
+          piece.end()};
 }
 
 }  // namespace
@@ -133,8 +135,9 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
 // until the camera has been tracked in the main piece for a while, since frames with a pose in both
 // show best how they lie to each other; then it is dropped.
 Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
-  constexpr double kFollowed = 10;        // seconds
-  constexpr size_t kNewestLocated = 100;  // frames
+  constexpr double kFollowed = 10;                             // seconds
+  constexpr size_t kNewestLocated = 100, kMostLocated = 1000;  // frames
+  constexpr size_t kMostKeyframes = 300;
   if (outcome.state == TrackingState::kInitializing) return outcome;
   const bool is_lost = IsLost(outcome);
   if (is_lost || outcome.inliers < Tracker::kFewLandmarks) lost_since_ = frame.timestamp;
@@ -142,15 +145,17 @@ Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome
     EndGrowingPiece(frame.index);
     return outcome;
   }
-  if (!growing_ || growing_->IsLost(frame.timestamp)) BeginGrowingPiece(frame.index);
+  if (!growing_ || growing_->IsLost(frame.timestamp) ||
+      growing_->session().snapshot()->keyframes.size() > kMostKeyframes)
+    BeginGrowingPiece(frame.index);
   std::optional<LocatedPose> located = outcome.located;
   if (!is_lost) located = LocatedPose{*outcome.cam_from_world, kTrackedSigma * outcome.depth, true};
   const Tracker::Outcome there = growing_->Process(frame, located);
-  if (there.gives_up) BeginGrowingPiece(frame.index);
+  if (there.gives_up || growing_->session().failure()) BeginGrowingPiece(frame.index);
   if (!is_lost || !there.cam_from_world) return outcome;
   // The newest frames alone may not tell the scale, as when the camera only turned.
   std::optional<PieceAlignment> alignment = growing_->Align(kNewestLocated);
-  if (!alignment) alignment = growing_->Align();
+  if (!alignment) alignment = growing_->Align(kMostLocated);
   if (!alignment) return outcome;
   const Session& piece = growing_->session();
   const std::span<const FramePose> before =
@@ -170,7 +175,7 @@ Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome
 // Ends the piece that is being made, if there is one, and begins a new one.
 void Atlas::BeginGrowingPiece(int frame_index) {
   EndGrowingPiece(frame_index);
-  main_->FinishAdjustment(frame_index);
+  if (mapping_) main_->FinishAdjustment(frame_index);
   const NextIds ids = Behind(free_ids_, main_->next_ids());
   growing_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
   growing_->session().tracker().SetRelocalizationMode(mode_);
@@ -273,7 +278,7 @@ void Atlas::Finish() {
 std::exception_ptr Atlas::failure() {
   if (failure_) return failure_;
   if (const std::exception_ptr failure = main_->failure()) return failure;
-  return growing_ ? growing_->session().failure() : nullptr;
+  return mapping_ && growing_ ? growing_->session().failure() : nullptr;
 }
 
 void Atlas::Shutdown() {
@@ -284,10 +289,10 @@ void Atlas::Shutdown() {
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(
     int frame_index, const std::vector<ObjectDetection>& detections) {
-  if (growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
+  if (mapping_ && growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->state == TrackingState::kRelocalized) {
-    lost_since_.reset();
+    if (mapping_) lost_since_.reset();
     last_vain_look_.reset();
   }
   if (!growing_) return outcome;

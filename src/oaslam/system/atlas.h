@@ -17,7 +17,8 @@ namespace oaslam {
 // All pieces of map of a run. There is the main piece, in whose frame poses are reported; while the
 // camera is lost there, a new piece that is being made; and pieces that wait until their place in
 // one of the others is known. Pieces are joined as soon as enough frames have a pose in both, by
-// points or objects; none is thrown away.
+// points or objects; none is thrown away. That is so with mapping; without, a new piece is made
+// only to find the camera (PlaceByGrowingPiece), and dropped.
 // - While the camera is tracked in the main piece, no other piece is being made.
 // - Once it has been lost there for longer than GrowingPiece::kPatience, a new piece is begun,
 // while the camera is still looked for in the main one, after a failed attempt at most every 0.09
@@ -82,7 +83,7 @@ class Atlas {
   bool mapping_ = true;
   bool is_loaded_ = false;
   std::unique_ptr<Session> main_;
-  std::optional<GrowingPiece> growing_;  // while the camera is lost
+  std::optional<GrowingPiece> growing_;  // while the camera is lost; without mapping, or nearly
   // Time stamp, seconds, since which the camera is lost; without mapping, at which it was lost
   // last.
   std::optional<double> lost_since_;

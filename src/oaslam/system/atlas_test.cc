@@ -193,7 +193,7 @@ TEST_F(AtlasTest, AGapIsFollowedFromItsEnds) {
   EXPECT_LT(AbsoluteError(*atlas.main().snapshot(), atlas.main().tracker().trajectory()), 0.01);
 }
 
-TEST_F(AtlasTest, WithoutMappingNothingIsBegun) {
+TEST_F(AtlasTest, WithoutMappingTheMapStaysAsItIs) {
   const auto first = WalkPastBoth();
   first->Finish();
   Atlas reader(SlamConfig(), *first->main().snapshot(), true, {});
@@ -202,6 +202,20 @@ TEST_F(AtlasTest, WithoutMappingNothingIsBegun) {
   reader.Finish();
   EXPECT_THAT(reader.Others(), IsEmpty());
   EXPECT_EQ(reader.main().snapshot()->keyframes.size(), first->main().snapshot()->keyframes.size());
+}
+
+TEST_F(AtlasTest, MappingCanBeginWhileThereIsATemporaryPiece) {
+  const auto first = WalkPastBoth();
+  Atlas reader(SlamConfig(), *first->main().snapshot(), true, {});
+  reader.SetMapping(false);
+  Walk(reader, 160, 30, 20, Scene::kLeft);
+  reader.SetMapping(true);
+  Walk(reader, 190, 30, 50, Scene::kLeft);
+  reader.SetMapping(false);
+  Walk(reader, 220, 10, 80, Scene::kLeft);
+  reader.Finish();
+  EXPECT_THAT(reader.Others(), SizeIs(1));  // what was seen while mapping was on
+  EXPECT_THAT(reader.main().snapshot()->CheckInvariants(), IsEmpty());
 }
 
 // The map holds the right scene only. Where few of its landmarks are in view, a temporary piece is

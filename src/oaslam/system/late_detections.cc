@@ -37,7 +37,9 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   Outcome outcome;
   if (found.evidence == PoseEvidence::kNone) return outcome;
   if (found.evidence == PoseEvidence::kObjects) {
-    if (found.relative_sigma <= config_.tracking.max_object_sigma) {
+    // A frame that was placed by other means has a better pose.
+    const bool has_pose = trajectory_.PoseOf(frame.index) != nullptr;
+    if (!has_pose && found.relative_sigma <= config_.tracking.max_object_sigma) {
       outcome = ShowObjectPose(frame, map, found);
       for (UntrackedFrame& untracked : untracked_)
         untracked.has_pose = untracked.has_pose || untracked.frame.index == frame.index;

@@ -3,16 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
 
-#include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/error.h"
+#include "oaslam/formats/class_names.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/objects/object_mapper.h"
 #include "oaslam/system/keyframe_search.h"
 #include "oaslam/system/piece_joining.h"
 #include "oaslam/util/rng.h"
@@ -52,6 +52,8 @@ ClassNames NamesOfBoth(const ClassNames& a, const ClassNames& b) {
 ClassRelations RelationsOfBoth(ClassRelations a, const ClassRelations& b) {
   a.whole_of.insert(b.whole_of.begin(), b.whole_of.end());
   a.movable.insert(b.movable.begin(), b.movable.end());
+  if (const auto part = PartOfItself(a.whole_of))
+    throw InputError(fmt::format("class {} is a part of itself by what both maps say", *part));
   return a;
 }
 
@@ -92,11 +94,24 @@ std::vector<FramePose> WithKeyframes(std::vector<FramePose> trajectory, const Ma
   return trajectory;
 }
 
-void Optimize(const SlamConfig& config, Map& map) {
-  constexpr int kIterations = 20;
-  ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config.bundle), map);
-  RefitMovedObjects(config.objects, map);
-  ++map.version;
+// The length of the way along keyframes.
+double LengthOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  double length = 0;
+  for (size_t i = 1; i < keyframes.size(); ++i)
+    length += (map.keyframes.At(keyframes[i]).cam_from_world.OriginInSource() -
+               map.keyframes.At(keyframes[i - 1]).cam_from_world.OriginInSource())
+                  .norm();
+  return length;
+}
+
+// Gives the merged map the unit of one of its maps. The optimisation fixes one keyframe only, so
+// that the unit follows from the keyframes of that map before and after.
+void TakeUnitOf(const Map& metric, SavedMap& merged) {
+  const std::vector<KeyframeId> keyframes = metric.keyframes.Ids();
+  const double factor = LengthOf(metric, keyframes) / LengthOf(merged.map, keyframes);
+  merged.map.Scale(factor);
+  for (FramePose& pose : merged.trajectory) pose.cam_from_reference.translation *= factor;
+  merged.map.is_metric = true;
 }
 
 }  // namespace
@@ -132,18 +147,18 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
     result.evidence = Described(*inverse.alignment, inverse.search, "first", "second");
   }
 
-  const double unit = world_from_joining->scale;
   Rng rng(static_cast<uint64_t>(config.runner.seed));
+  merged.trajectory = here.trajectory;
   JoinPiece(joining.map, *world_from_joining, config, rng, merged.map);
+  AdoptPoses(joining.trajectory, world_from_joining->scale, merged.trajectory);
   SetClassRelations(relations, merged.map);
-  AdoptPoses(joining.trajectory, unit, merged.trajectory);
-  Optimize(config, merged.map);
-  if (b.map.is_metric && !a.map.is_metric) {
-    merged.map.Scale(1 / unit);
-    for (FramePose& pose : merged.trajectory) pose.cam_from_reference.translation /= unit;
-    merged.map.is_metric = true;
-  }
+  OptimizePiece(config, merged.map);
+  if (a.map.is_metric || b.map.is_metric)
+    TakeUnitOf(a.map.is_metric ? here.map : joining.map, merged);
   for (const Piece& piece : b.pieces) merged.pieces.push_back(Renumbered(piece, numbers));
+  for (Piece& piece : merged.pieces) SetClassRelations(relations, piece.map);
+  std::ranges::stable_sort(merged.pieces, std::greater(),
+                           [](const Piece& p) { return p.map.keyframes.size(); });
   result.merged = std::move(merged);
   return result;
 }

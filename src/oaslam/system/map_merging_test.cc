@@ -8,6 +8,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/map/joining.h"
+#include "oaslam/map/renumbering.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -72,10 +73,11 @@ TEST_F(MapMergingTest, TwoMapsOfOneRoomBecomeOne) {
       truth.push_back(synthetic::PoseOnArc({}, first + 35.0 * k / 9).OriginInSource());
   EXPECT_LT(WorstCenter(map, truth), 0.01);
   // Landmarks of both are one, where keyframes of both see them.
-  EXPECT_LT(map.landmarks.size(), a_.map.landmarks.size() + b_.map.landmarks.size());
+  EXPECT_LT(10 * map.landmarks.size(), 9 * (a_.map.landmarks.size() + b_.map.landmarks.size()));
   std::set<int> frames;
   for (const FramePose& pose : merging.merged->trajectory)
     EXPECT_TRUE(frames.insert(pose.frame_index).second);
+  EXPECT_EQ(frames.size(), 20U);
 }
 
 TEST_F(MapMergingTest, IsTheSameOnEveryRun) {
@@ -108,6 +110,29 @@ TEST_F(MapMergingTest, TwoRoomsStayApart) {
   const MapMerging merging = MergeMaps(a_, elsewhere, kBoth, {});
   EXPECT_FALSE(merging.merged);
   EXPECT_THAT(merging.evidence, HasSubstr("0 of 10 keyframes"));
+}
+
+TEST_F(MapMergingTest, PiecesOfBothStayApartTheLargestFirst) {
+  SavedMap a = a_, b = b_;
+  a.pieces.push_back({MapOf(synthetic::MakeWorld({.seed = 5}), -30, 5, Similarity(), 4).map, {}});
+  b.pieces.push_back(a.pieces[0]);
+  for (const uint32_t id : {7, 8, 9}) a.pieces[0].map.RetireKeyframe(KeyframeId(id));
+  for (Piece* piece : {&a.pieces[0], &b.pieces[0]})
+    *piece = Renumbered(*piece, {{100, 10000, 100}, 500, piece->map.cameras, {0}});
+  const MapMerging merging = MergeMaps(a, b, kBoth, {});
+  ASSERT_TRUE(merging.merged);
+  const std::vector<Piece>& pieces = merging.merged->pieces;
+  ASSERT_EQ(pieces.size(), 2U);
+  EXPECT_EQ(pieces[0].map.keyframes.size(), 10U);
+  EXPECT_EQ(pieces[1].map.keyframes.size(), 7U);
+  EXPECT_FALSE(pieces[0].map.keyframes.Contains(pieces[1].map.keyframes.Ids()[0]));
+}
+
+TEST_F(MapMergingTest, ContradictingClassesAreRefused) {
+  SavedMap a = a_, b = b_;
+  a.map.classes.whole_of = {{1, 2}};
+  b.map.classes.whole_of = {{2, 1}};
+  EXPECT_THROW(MergeMaps(a, b, kBoth, {}), InputError);
 }
 
 TEST_F(MapMergingTest, CamerasAndNamesOfBothAreKept) {

@@ -6,8 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/map/joining.h"
 #include "oaslam/mapping/loop_closing.h"
+#include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/util/log.h"
 
@@ -43,6 +45,15 @@ bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamC
   const std::vector<ObjectId> objects = other.objects.Ids();
   MergeDuplicates(map, std::set<ObjectId>(objects.begin(), objects.end()), config.objects);
   return Tie(before, joined, config, rng, map);
+}
+
+void OptimizePiece(const SlamConfig& config, Map& map) {
+  constexpr int kIterations = 20;
+  if (map.keyframes.size() > 2) {
+    ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config.bundle), map);
+    RefitMovedObjects(config.objects, map);
+  }
+  ++map.version;
 }
 
 }  // namespace oaslam

@@ -13,4 +13,7 @@ namespace oaslam {
 bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
                Rng& rng, Map& map);
 
+// A global bundle adjustment of a map that no session works on; objects follow.
+void OptimizePiece(const SlamConfig& config, Map& map);
+
 }  // namespace oaslam

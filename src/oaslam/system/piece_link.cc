@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <ranges>
 #include <vector>
 
@@ -38,16 +39,20 @@ struct Passed {
 
 void Append(const Map& map, std::span<const FramePose> trajectory, const Similarity& world_from_map,
             bool is_other, std::vector<Passed>& way) {
+  KeyframeId nearest;  // successive frames mostly have the same
+  double depth = 0;
   for (const FramePose& frame : trajectory) {
     const auto reference = frame.state == TrackingState::kObjects
                                ? std::nullopt
                                : map.ResolveKeyframe(frame.reference);
     if (!reference) continue;
+    if (reference->by != nearest) depth = map.MedianDepth(reference->by);
+    nearest = reference->by;
     const Rigid3 cam_from_map = frame.cam_from_reference * reference->cam_from_carrier *
                                 map.keyframes.At(reference->by).cam_from_world;
     way.push_back({frame.frame_index, frame.timestamp,
                    (Similarity(cam_from_map) * world_from_map.Inverse()).AsPose(),
-                   world_from_map.scale * map.MedianDepth(reference->by), is_other});
+                   world_from_map.scale * depth, is_other});
   }
 }
 
@@ -136,8 +141,8 @@ std::optional<PieceAlignment> PieceLink::Align(const Map& map,
 
 std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now) {
   constexpr double kSeconds = 60;
-  const auto first = std::ranges::find_if(
-      trajectory, [&](const FramePose& p) { return p.timestamp >= now - kSeconds; });
+  auto first = trajectory.end();
+  while (first != trajectory.begin() && std::prev(first)->timestamp >= now - kSeconds) --first;
   return {first, trajectory.end()};
 }
 

@@ -249,6 +249,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   EndBackfill();
   next_keyframe_ = other.next_keyframe_;
   object_tracks_ = std::move(other.object_tracks_);
+  for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= scale;
   undetected_ = std::move(other.undetected_);
   for (Undetected& undetected : undetected_)
     undetected.tracked.cam_from_reference.translation *= scale;

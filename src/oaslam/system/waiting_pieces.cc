@@ -7,9 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/objects/object_mapper.h"
 #include "oaslam/system/keyframe_search.h"
 #include "oaslam/system/piece_joining.h"
 #include "oaslam/util/log.h"
@@ -146,15 +144,7 @@ std::optional<WaitingPieces::Numbered> WaitingPieces::TakeLargest(size_t keyfram
 }
 
 void WaitingPieces::Optimize() {
-  constexpr int kIterations = 20;
-  for (Waiting& waiting : waiting_) {
-    Map& map = waiting.piece.map;
-    if (map.keyframes.size() > 2) {
-      ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config_.bundle), map);
-      RefitMovedObjects(config_.objects, map);
-    }
-    ++map.version;
-  }
+  for (Waiting& waiting : waiting_) OptimizePiece(config_, waiting.piece.map);
 }
 
 void WaitingPieces::SetClassRelations(const ClassRelations& relations) {

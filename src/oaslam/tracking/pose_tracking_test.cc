@@ -86,6 +86,19 @@ TEST(PoseTracking, MayDemandThatWhatIsExpectedAgrees) {
   EXPECT_LT(tracked.inliers, 0.8 * tracked.matched);
   EXPECT_FALSE(TrackLocalMap(s.frame, elsewhere, first, {.agreement = 0.8}).success);
   EXPECT_TRUE(TrackLocalMap(s.frame, s.mapped.map, first, {.agreement = 0.8}).success);
+
+  // All matches agree, but two thirds of what is expected is not found.
+  Map unlike = s.mapped.map;
+  TrackReport third = first;
+  Rng rng(4);
+  for (const LandmarkId id : unlike.landmarks.Ids())
+    if (id.value % 3 != 0)
+      unlike.landmarks.MutableAt(id).descriptor = synthetic::RandomDescriptor(rng);
+  for (LandmarkId& id : third.landmarks)
+    if (id.value % 3 != 0) id = LandmarkId();
+  const TrackReport few = TrackLocalMap(s.frame, unlike, third, {});
+  EXPECT_GT(few.inliers, 0.9 * few.matched);
+  EXPECT_FALSE(TrackLocalMap(s.frame, unlike, third, {.agreement = 0.8}).success);
 }
 
 TEST(LocalMap, HoldsTheKeyframesThatShareMostFirst) {
