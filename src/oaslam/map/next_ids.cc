@@ -4,14 +4,19 @@
 
 namespace oaslam {
 
+uint32_t NextObjectOf(const Map& map) {
+  uint32_t next = 0;
+  const auto pass = [&](ObjectId id) { next = std::max(next, id.value + 1); };
+  map.objects.ForEach([&](ObjectId id, const Object&) { pass(id); });
+  map.merged_objects.ForEach([&](ObjectId id, const ObjectId&) { pass(id); });
+  return next;
+}
+
 NextIds NextIdsOf(const Map& map) {
-  NextIds ids{0, map.next_landmark, 0};
-  const auto pass = [](uint32_t& next, auto id) { next = std::max(next, id.value + 1); };
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { pass(ids.keyframe, id); });
-  map.retired.ForEach([&](KeyframeId id, const RetiredKeyframe&) { pass(ids.keyframe, id); });
-  map.landmarks.ForEach([&](LandmarkId id, const Landmark&) { pass(ids.landmark, id); });
-  map.objects.ForEach([&](ObjectId id, const Object&) { pass(ids.object, id); });
-  map.merged_objects.ForEach([&](ObjectId id, const ObjectId&) { pass(ids.object, id); });
+  NextIds ids{0, map.next_landmark, NextObjectOf(map)};
+  const auto pass = [&](KeyframeId id) { ids.keyframe = std::max(ids.keyframe, id.value + 1); };
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { pass(id); });
+  map.retired.ForEach([&](KeyframeId id, const RetiredKeyframe&) { pass(id); });
   return ids;
 }
 

@@ -11,6 +11,8 @@ struct NextIds {
   uint32_t keyframe = 0, landmark = 0, object = 0;
 };
 
+// The id of an object behind those that are, or were, in the map.
+uint32_t NextObjectOf(const Map& map);
 // The ids behind those that are, or were, in the map.
 NextIds NextIdsOf(const Map& map);
 

@@ -9,6 +9,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/geometry/ideal_image.h"
+#include "oaslam/map/next_ids.h"
 #include "oaslam/map/parts.h"
 #include "oaslam/objects/box_motion.h"
 #include "oaslam/objects/life_cycle.h"
@@ -304,11 +305,7 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
 
 ObjectTracks ObjectTracks::ContinueFrom(const Map& map) {
   ObjectTracks tracks;
-  const auto reserve = [&](ObjectId id) {
-    tracks.next_object = std::max(tracks.next_object, id.value + 1);
-  };
-  map.objects.ForEach([&](ObjectId id, const Object&) { reserve(id); });
-  map.merged_objects.ForEach([&](ObjectId id, const ObjectId&) { reserve(id); });
+  tracks.next_object = NextObjectOf(map);
   return tracks;
 }
 

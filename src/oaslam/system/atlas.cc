@@ -140,8 +140,8 @@ Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome
   constexpr size_t kMostKeyframes = 300;
   if (outcome.state == TrackingState::kInitializing) return outcome;
   const bool is_lost = IsLost(outcome);
-  if (is_lost || outcome.inliers < Tracker::kFewLandmarks) lost_since_ = frame.timestamp;
-  if (!lost_since_ || frame.timestamp - *lost_since_ > kFollowed) {
+  if (is_lost || outcome.inliers < Tracker::kFewLandmarks) few_in_view_at_ = frame.timestamp;
+  if (!few_in_view_at_ || frame.timestamp - *few_in_view_at_ > kFollowed) {
     EndGrowingPiece(frame.index);
     return outcome;
   }
@@ -292,7 +292,7 @@ std::optional<Tracker::Outcome> Atlas::AddDetections(
   if (mapping_ && growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->state == TrackingState::kRelocalized) {
-    if (mapping_) lost_since_.reset();
+    lost_since_.reset();
     last_vain_look_.reset();
   }
   if (!growing_) return outcome;
@@ -312,6 +312,7 @@ void Atlas::SetMapping(bool enabled) {
   if (!enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
   EndGrowingPiece(newest_frame_);
   lost_since_.reset();
+  few_in_view_at_.reset();
   mapping_ = enabled;
   main_->tracker().SetMapping(enabled);
 }
@@ -320,6 +321,7 @@ void Atlas::ForceRelocalization() {
   main_->tracker().ForceRelocalization();
   EndGrowingPiece(newest_frame_);
   lost_since_.reset();
+  few_in_view_at_.reset();
 }
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {

@@ -84,9 +84,9 @@ class Atlas {
   bool is_loaded_ = false;
   std::unique_ptr<Session> main_;
   std::optional<GrowingPiece> growing_;  // while the camera is lost; without mapping, or nearly
-  // Time stamp, seconds, since which the camera is lost; without mapping, at which it was lost
-  // last.
-  std::optional<double> lost_since_;
+  std::optional<double> lost_since_;     // time stamp, seconds; with mapping
+  // Time stamp, seconds, at which few landmarks were in view last, or none; without mapping.
+  std::optional<double> few_in_view_at_;
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;
   WaitingPieces waiting_;

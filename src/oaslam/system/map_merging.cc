@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -57,12 +59,12 @@ ClassRelations RelationsOfBoth(ClassRelations a, const ClassRelations& b) {
   return a;
 }
 
-// How one map lies to another, by its keyframes that are found there.
 struct Placement {
   SearchResult search;
   std::optional<PieceAlignment> alignment;
 };
 
+// How a piece lies in another map, by its keyframes that are found there.
 Placement PlaceIn(const Piece& piece, const Map& world, RelocalizationMode mode,
                   const SlamConfig& config) {
   Relocalizer relocalizer(config);
@@ -73,13 +75,34 @@ Placement PlaceIn(const Piece& piece, const Map& world, RelocalizationMode mode,
   return placement;
 }
 
-std::string Described(const PieceAlignment& alignment, const SearchResult& search,
-                      const char* mapped, const char* in) {
+std::string Described(const Placement& placement, const char* mapped, const char* in) {
+  const PieceAlignment& alignment = *placement.alignment;
   return fmt::format(
       "{} of {} keyframes of the {} map are found in the {} ({} by points and {} by objects agree, "
       "{} disagree; scale known to {:.1f} %)",
-      search.found, search.looked_for, mapped, in, alignment.by_points, alignment.by_objects,
-      alignment.contradicting, 100 * alignment.relative_sigma);
+      placement.search.found, placement.search.looked_for, mapped, in, alignment.by_points,
+      alignment.by_objects, alignment.contradicting, 100 * alignment.relative_sigma);
+}
+
+struct Relation {
+  std::optional<Similarity> first_from_second;
+  std::string evidence;
+};
+
+// Looks for the keyframes of the second piece in the first one, or else the other way round.
+Relation Relate(const Piece& first, const Piece& second, RelocalizationMode mode,
+                const SlamConfig& config) {
+  const Placement there = PlaceIn(second, first.map, mode, config);
+  if (there.alignment)
+    return {there.alignment->other_from_this, Described(there, "second", "first")};
+  const Placement here = PlaceIn(first, second.map, mode, config);
+  if (here.alignment)
+    return {here.alignment->other_from_this.Inverse(), Described(here, "first", "second")};
+  return {std::nullopt,
+          fmt::format("{} of {} keyframes of the second map are found in the first, {} of {} of "
+                      "the first in the second, and these do not agree on one transformation",
+                      there.search.found, there.search.looked_for, here.search.found,
+                      here.search.looked_for)};
 }
 
 // The trajectory of keyframes alone, where the map file has none of frames.
@@ -124,33 +147,17 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
   const ClassRelations relations = RelationsOfBoth(a.map.classes, b.map.classes);
   merged.map.cameras = numbers.cameras;
   for (Piece& piece : merged.pieces) piece.map.cameras = numbers.cameras;
-  Piece here{merged.map, WithKeyframes(a.trajectory, a.map)};
+  const Piece here{merged.map, WithKeyframes(a.trajectory, a.map)};
   const Piece joining = Renumbered({b.map, WithKeyframes(b.trajectory, b.map)}, numbers);
 
-  Placement placement = PlaceIn(joining, here.map, mode, config);
-  MapMerging result;
-  std::optional<Similarity> world_from_joining;
-  if (placement.alignment) {
-    world_from_joining = placement.alignment->other_from_this;
-    result.evidence = Described(*placement.alignment, placement.search, "second", "first");
-  } else {
-    const Placement inverse = PlaceIn(here, joining.map, mode, config);
-    if (!inverse.alignment) {
-      result.evidence = fmt::format(
-          "{} of {} keyframes of the second map are found in the first, {} of {} of the first in "
-          "the second, and these do not agree on one transformation",
-          placement.search.found, placement.search.looked_for, inverse.search.found,
-          inverse.search.looked_for);
-      return result;
-    }
-    world_from_joining = inverse.alignment->other_from_this.Inverse();
-    result.evidence = Described(*inverse.alignment, inverse.search, "first", "second");
-  }
+  const Relation relation = Relate(here, joining, mode, config);
+  if (!relation.first_from_second) return {std::nullopt, relation.evidence};
+  const Similarity& world_from_joining = *relation.first_from_second;
 
   Rng rng(static_cast<uint64_t>(config.runner.seed));
   merged.trajectory = here.trajectory;
-  JoinPiece(joining.map, *world_from_joining, config, rng, merged.map);
-  AdoptPoses(joining.trajectory, world_from_joining->scale, merged.trajectory);
+  JoinPiece(joining.map, world_from_joining, config, rng, merged.map);
+  AdoptPoses(joining.trajectory, world_from_joining.scale, merged.trajectory);
   SetClassRelations(relations, merged.map);
   OptimizePiece(config, merged.map);
   if (a.map.is_metric || b.map.is_metric)
@@ -159,8 +166,7 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
   for (Piece& piece : merged.pieces) SetClassRelations(relations, piece.map);
   std::ranges::stable_sort(merged.pieces, std::greater(),
                            [](const Piece& p) { return p.map.keyframes.size(); });
-  result.merged = std::move(merged);
-  return result;
+  return {std::move(merged), relation.evidence};
 }
 
 }  // namespace oaslam

@@ -1,0 +1,42 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "oaslam/error.h"
+#include "oaslam/storage/map_file.h"
+
+namespace oaslam {
+
+int FramesOf(const SavedMap& saved) {
+  int last = -1;
+  const auto count = [&](const Map& map, const std::vector<FramePose>& trajectory) {
+    map.keyframes.ForEach(
+        [&](KeyframeId, const Keyframe& k) { last = std::max(last, k.frame_index); });
+    map.objects.ForEach(
+        [&](ObjectId, const Object& o) { last = std::max(last, o.last_seen_frame); });
+    for (const FramePose& pose : trajectory) last = std::max(last, pose.frame_index);
+  };
+  count(saved.map, saved.trajectory);
+  for (const Piece& piece : saved.pieces) count(piece.map, piece.trajectory);
+  return last + 1;
+}
+
+void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {
+  const int count = static_cast<int>(saved.pieces.size());
+  if (piece < 0 || piece > count)
+    throw InputError(fmt::format("{}: there is no piece {}, allowed: 0 to {}", path, piece, count));
+  if (piece == 0) return;
+  Piece& chosen = saved.pieces[static_cast<size_t>(piece) - 1];
+  std::swap(chosen.map, saved.map);
+  std::swap(chosen.trajectory, saved.trajectory);
+}
+
+SavedMap LoadPiece(const std::string& path, int piece) {
+  SavedMap saved = LoadMap(path);
+  LeadWithPiece(path, piece, saved);
+  saved.pieces.clear();
+  return saved;
+}
+
+}  // namespace oaslam
