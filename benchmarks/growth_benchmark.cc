@@ -1,163 +1,261 @@
-// Measures whether the cost of a frame grows with the map: a camera moves along a wall, with maps
-// of 50, 300 and 1000 keyframes; and a camera is relocalized by objects, with 1, 5 and 15 desks of
-// 14 objects each.
+// Measures how costs grow with the map: a building (tests/synthetic_building.h) of 100, 1000 and
+// 10,000 keyframes with 20, 300 and 2000 objects. Medians, in the counter `ms`; tools/growth makes
+// a table.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
 #include <map>
 #include <memory>
+#include <vector>
 
-#include "oaslam/matching/place_index.h"
-#include "oaslam/relocalization/by_objects.h"
-#include "oaslam/tracking/pose_tracking.h"
-#include "object_film.h"
-#include "synthetic_world.h"
+#include "oaslam/map/next_ids.h"
+#include "oaslam/mapping/loop_closing.h"
+#include "oaslam/storage/map_file.h"
+#include "oaslam/system/background_bundle.h"
+#include "oaslam/system/mapper.h"
+#include "oaslam/system/relocalizer.h"
+#include "oaslam/system/tracker.h"
+#include "synthetic_building.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kStep = 0.15;  // between keyframes; the wall is 3 away and 3.7 of it are in view
+using synthetic::Building;
 
-Rigid3 PoseAt(double x) { return synthetic::LookAt({x, -3, 0}, {x, 0, 0}); }
+const Building& BuildingOf(int64_t keyframes, int64_t objects, bool is_loop = false) {
+  static std::map<std::tuple<int64_t, int64_t, bool>, std::unique_ptr<Building>> known;
+  auto& building = known[{keyframes, objects, is_loop}];
+  if (!building)
+    building = std::make_unique<Building>(synthetic::BuildingOptions{
+        static_cast<int>(keyframes), static_cast<int>(objects), is_loop});
+  return *building;
+}
 
-struct Corridor {
-  synthetic::World world;
-  synthetic::MappedWorld mapped;
-  Frame frame;
-  double here = 0;
+const Building& BuildingOf(const benchmark::State& state) {
+  return BuildingOf(state.range(0), state.range(1));
+}
 
-  explicit Corridor(int keyframes) {
-    Rng rng(1);
-    const double length = kStep * keyframes;
-    // Ids ascend along the walk, as they do where landmarks are made on the way.
-    const int count = static_cast<int>((length + 4) * 120);
-    for (int i = 0; i < count; ++i) {
-      world.points.emplace_back(-2 + (length + 4) * i / count, rng.Uniform(-0.5, 0.5),
-                                rng.Uniform(-1.3, 1.3));
-      world.descriptors.push_back(synthetic::RandomDescriptor(rng));
-      world.max_distance.push_back(3 * std::pow(1.2, rng.Uniform(0, 4)));
-      world.angles_rad.push_back(0);
-    }
-    for (int k = 0; k < keyframes; ++k) world.cam_from_world.push_back(PoseAt(k * kStep));
-    mapped = synthetic::MakeMap(world, {});
-    here = kStep * (keyframes / 2 + 0.4);
-    frame.features = synthetic::MakeView(world, PoseAt(here), {}, rng).features;
+// Wall time of a call, ms.
+template <typename Call>
+double Timed(Call&& call) {
+  const auto begin = std::chrono::steady_clock::now();
+  call();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+class Median {
+ public:
+  void Add(double value) { values_.push_back(value); }
+  ~Median() = default;
+  void Report(benchmark::State& state) {
+    std::ranges::sort(values_);
+    state.counters["ms"] = values_[values_.size() / 2];
+    state.counters["worst_ms"] = values_.back();
   }
+
+ private:
+  std::vector<double> values_;
 };
 
-const Corridor& CorridorOf(int64_t keyframes) {
-  static std::map<int64_t, std::unique_ptr<Corridor>> known;
-  auto& corridor = known[keyframes];
-  if (!corridor) corridor = std::make_unique<Corridor>(static_cast<int>(keyframes));
-  return *corridor;
+void SetBytes(const std::string& path, benchmark::State& state) {
+  state.counters["bytes"] = static_cast<double>(std::filesystem::file_size(path));
 }
 
-void TrackAFrame(benchmark::State& state) {
-  const Corridor& c = CorridorOf(state.range(0));
-  const Keyframe& last =
-      c.mapped.map.keyframes.At(KeyframeId(static_cast<uint32_t>(state.range(0) / 2)));
-  int inliers = 0;
+std::string FileOf(const benchmark::State& state) {
+  return (std::filesystem::temp_directory_path() /
+          ("oaslam_growth_" + std::to_string(state.range(0)) + ".map"))
+      .string();
+}
+
+constexpr int kFramesPerKeyframe = Building::kFramesPerKeyframe;
+constexpr double kStart = 0.4;  // the place of the measurements, as a share of the walk
+
+// An image, from its features to its pose and its objects.
+void TrackAnImage(benchmark::State& state) {
+  const Building& building = BuildingOf(state);
+  const Map& map = building.map();
+  Tracker tracker(SlamConfig{}, NextIdsOf(map), true);
+  tracker.SetMapping(false);
+  Rng rng(5);
+  Median median;
+  const double start = building.DeskNear(kStart * static_cast<double>(state.range(0))) - 5;
+  int tracked = 0, images = 0;
   for (auto _ : state) {
-    const TrackReport first = TrackFromLastFrame(c.frame, c.mapped.map, *last.features,
-                                                 last.landmarks, PoseAt(c.here + 0.01), 15);
-    inliers = TrackLocalMap(c.frame, c.mapped.map, first, {}).inliers;
+    Frame frame =
+        building.FrameAt(start + static_cast<double>(images) / kFramesPerKeyframe, rng).frame;
+    frame.index = images++;
+    Tracker::Outcome outcome;
+    const double ms = Timed([&] { outcome = tracker.Track(frame, map); });
+    tracked += outcome.state == TrackingState::kTracking;
+    if (images > 1) median.Add(ms);  // the first is relocalized
+    tracker.TakeRest();
   }
-  state.counters["landmarks"] = static_cast<double>(c.mapped.map.landmarks.size());
-  state.counters["inliers"] = inliers;
-}
-BENCHMARK(TrackAFrame)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
-
-// The cost of a snapshot for the mapper: the copy, and the pages that later edits have to copy.
-void PublishAndEdit(benchmark::State& state, const std::vector<LandmarkId>& edited) {
-  Map map = CorridorOf(state.range(0)).mapped.map;
-  for (auto _ : state) {
-    const auto snapshot = std::make_shared<const Map>(map);
-    for (const LandmarkId id : edited)
-      if (Landmark* landmark = map.landmarks.Mutable(id)) landmark->visible += 1;
-    benchmark::DoNotOptimize(snapshot);
-  }
+  state.counters["tracked"] = static_cast<double>(tracked) / (images - 1);
+  median.Report(state);
 }
 
-// The edits of a local bundle adjustment: what the keyframe and its neighbours see.
-void PublishASnapshot(benchmark::State& state) {
-  const Map& map = CorridorOf(state.range(0)).mapped.map;
-  const KeyframeId middle(static_cast<uint32_t>(state.range(0) / 2));
-  std::vector<LandmarkId> edited = map.keyframes.At(middle).landmarks;
-  for (const KeyframeId id : map.CovisibleKeyframes(middle, 24)) {
-    const std::vector<LandmarkId>& seen = map.keyframes.At(id).landmarks;
-    edited.insert(edited.end(), seen.begin(), seen.end());
-  }
-  PublishAndEdit(state, edited);
-}
-BENCHMARK(PublishASnapshot)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
-
-// The edits of a global bundle adjustment.
-void PublishASnapshotOfAChangedMap(benchmark::State& state) {
-  PublishAndEdit(state, CorridorOf(state.range(0)).mapped.map.landmarks.Ids());
-}
-BENCHMARK(PublishASnapshotOfAChangedMap)
-    ->Arg(50)
-    ->Arg(300)
-    ->Arg(1000)
-    ->Unit(benchmark::kMicrosecond);
-
-void IndexThePlaces(benchmark::State& state) {
-  const Map& map = CorridorOf(state.range(0)).mapped.map;
-  for (auto _ : state) benchmark::DoNotOptimize(PlaceIndex(map).size());
-}
-BENCHMARK(IndexThePlaces)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond);
-
-void FindThePlace(benchmark::State& state) {
-  const Corridor& c = CorridorOf(state.range(0));
-  const PlaceIndex index(c.mapped.map);
-  for (auto _ : state)
-    benchmark::DoNotOptimize(index.RankPlaces(c.mapped.map, index.Find(*c.frame.features), 5));
-}
-BENCHMARK(FindThePlace)->Arg(50)->Arg(300)->Arg(1000)->Unit(benchmark::kMicrosecond);
-
-// Objects of six classes on desks that are 4 apart, arranged differently on each desk; the query
-// shows the first desk.
-std::vector<synthetic::TrueObject> Desks(int64_t count) {
-  std::vector<synthetic::TrueObject> objects;
-  for (int64_t desk = 0; desk < count; ++desk) {
-    Rng rng(static_cast<uint64_t>(desk) + 1);
-    for (int i = 0; i < 14; ++i) {
-      const int category = i % 6;
-      const double size = 0.05 + 0.02 * category;
-      objects.push_back(
-          synthetic::Upright(category,
-                             {4.0 * static_cast<double>(desk % 4) + rng.Uniform(-0.8, 0.8),
-                              4.0 * static_cast<double>(desk / 4) + rng.Uniform(-0.6, 0.6), size},
-                             {size, size * rng.Uniform(0.7, 1), size}));
-    }
-  }
-  return objects;
-}
-
-void FindTheCameraByObjects(benchmark::State& state) {
-  const std::vector<synthetic::TrueObject> objects = Desks(state.range(0));
-  Map map;
-  map.cameras.push_back(synthetic::World().camera);
-  map.up = Eigen::Vector3d::UnitZ();
-  for (uint32_t i = 0; i < objects.size(); ++i) {
-    Object object;
-    object.category_id = objects[i].category_id;
-    object.state = ObjectState::kMapped;
-    object.ellipsoid = objects[i].ellipsoid;
-    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
-    map.objects.Insert(ObjectId(i), object);
-  }
+// What the mapper does for a keyframe, with its snapshot; ten images were tracked since the last.
+void MapAKeyframe(benchmark::State& state) {
+  const Building& building = BuildingOf(state);
+  SlamConfig config;
+  Map map = building.map();
   Rng rng(6);
-  const auto detections = synthetic::Detect(Desks(1), synthetic::OnCircle(0.7), map.cameras[0],
-                                            {.box_px = 2, .miss_rate = 0.15}, rng);
-  size_t candidates = 0;
-  for (auto _ : state)
-    candidates +=
-        RelocalizeByObjects(detections, map.cameras[0], map, {}, std::nullopt, rng).size();
-  state.counters["objects"] = static_cast<double>(map.objects.size());
-  state.counters["boxes"] = static_cast<double>(detections.size());
-  benchmark::DoNotOptimize(candidates);
+  ObjectTracks tracks = ObjectTracks::ContinueFrom(map);
+  const auto keyframes = static_cast<uint32_t>(state.range(0));
+  const double start = building.DeskNear(kStart * static_cast<double>(state.range(0))) - 10;
+  Mapper mapper(config, std::move(map));
+  std::shared_ptr<const Map> snapshot = mapper.Publish();
+  Median median;
+  uint32_t made = 0;
+  for (auto _ : state) {
+    MapCommand command;
+    // Frames count on from those of the map.
+    const int first_frame = static_cast<int>(kFramesPerKeyframe * (keyframes + made));
+    for (int i = 0; i < kFramesPerKeyframe; ++i) {
+      TrackedFrame seen =
+          building.FrameAt(start + made + static_cast<double>(i) / kFramesPerKeyframe, rng);
+      seen.frame.index = first_frame + i;
+      seen.frame.timestamp = seen.frame.index * kVideoInterval;
+      seen.cam_from_reference =
+          seen.cam_from_world * snapshot->ResolvePose(seen.reference)->Inverse();
+      ObjectAssociation association = AssociateObjects(seen, *snapshot, tracks, config.objects);
+      tracks = std::move(association.tracks);
+      for (ObjectSighting& sighting : association.sightings)
+        command.sightings.push_back(std::move(sighting));
+      if (i + 1 < kFramesPerKeyframe) continue;
+      command.frame_index = seen.frame.index;
+      command.keyframe = KeyframeInsertion{KeyframeId(keyframes + made), std::move(seen)};
+    }
+    ++made;
+    median.Add(Timed([&] {
+      mapper.Apply(command);
+      snapshot = mapper.Publish();
+    }));
+  }
+  state.counters["keyframes"] = static_cast<double>(snapshot->keyframes.size());
+  median.Report(state);
 }
-BENCHMARK(FindTheCameraByObjects)->Arg(1)->Arg(5)->Arg(15)->Unit(benchmark::kMillisecond);
+
+void Relocalize(benchmark::State& state, RelocalizationMode mode, bool with_gravity) {
+  const Building& building = BuildingOf(state);
+  Relocalizer relocalizer{SlamConfig{}};
+  Rng rng(7);
+  Median median;
+  int found = 0, asked = 0;
+  double index_ms = 0;
+  for (auto _ : state) {
+    const double desk =
+        building.DeskNear((0.05 + 0.9 * rng.Uniform(0, 1)) * static_cast<double>(state.range(0)));
+    const TrackedFrame frame = building.FrameAt(desk, rng);
+    const Eigen::Vector3d gravity = frame.cam_from_world.rotation * Eigen::Vector3d(0, 0, -1);
+    Relocalization result;
+    const double ms = Timed([&] {
+      result = relocalizer.Find(frame.frame, building.map(), mode,
+                                with_gravity ? std::optional(gravity) : std::nullopt, rng);
+    });
+    if (asked++ == 0)
+      index_ms = ms;  // the index of places is made
+    else
+      median.Add(ms);
+    found +=
+        result.evidence != PoseEvidence::kNone &&
+        (result.cam_from_world.OriginInSource() - frame.cam_from_world.OriginInSource()).norm() <
+            0.2;
+  }
+  state.counters["found"] = static_cast<double>(found) / asked;
+  state.counters["first_ms"] = index_ms;
+  median.Report(state);
+}
+
+void FindByPoints(benchmark::State& state) {
+  Relocalize(state, RelocalizationMode::kPoints, false);
+}
+void FindByObjects(benchmark::State& state) {
+  Relocalize(state, RelocalizationMode::kObjects, false);
+}
+void FindByObjectsWithGravity(benchmark::State& state) {
+  Relocalize(state, RelocalizationMode::kObjects, true);
+}
+
+// A loop through the whole map: found, corrected, and adjusted in the background.
+void CloseALoop(benchmark::State& state) {
+  const Building& building = BuildingOf(state.range(0), state.range(1), true);
+  const auto last = static_cast<uint32_t>(state.range(0) - 1);
+  Median correction;
+  bool is_found = false;
+  double adjustment = 0;
+  for (auto _ : state) {
+    Map map = building.map();
+    LoopDetector detector;
+    Rng rng(8);
+    std::optional<LoopClosure> loop;
+    for (uint32_t k = last - 6; k <= last && !loop; ++k)
+      loop = detector.Detect(map, KeyframeId(k), rng);
+    is_found = loop.has_value();
+    if (!loop) continue;
+    correction.Add(Timed([&] { CorrectLoop(*loop, 15, map); }));
+    adjustment = Timed([&] {
+      BackgroundBundle bundle(map, BundleConfig{}, 0);
+      bundle.WaitAndApply(15, map);
+    });
+  }
+  state.counters["found"] = is_found;
+  state.counters["adjustment_ms"] = adjustment;
+  if (is_found) correction.Report(state);
+}
+
+void Save(benchmark::State& state) {
+  Median median;
+  for (auto _ : state)
+    median.Add(Timed([&] { SaveMap(FileOf(state), {BuildingOf(state).map(), {}, {}}); }));
+  SetBytes(FileOf(state), state);
+  median.Report(state);
+}
+
+// From a saved map to the first pose in it.
+void OpenToTheFirstPose(benchmark::State& state) {
+  const Building& building = BuildingOf(state);
+  if (!std::filesystem::exists(FileOf(state))) SaveMap(FileOf(state), {building.map(), {}, {}});
+  Rng rng(9);
+  Median load, first;
+  bool is_found = false;
+  for (auto _ : state) {
+    const TrackedFrame frame =
+        building.FrameAt(building.DeskNear(kStart * static_cast<double>(state.range(0))), rng);
+    const size_t before = mallinfo2().uordblks;
+    SavedMap saved;
+    const double load_ms = Timed([&] { saved = LoadMap(FileOf(state)); });
+    state.counters["memory"] = static_cast<double>(mallinfo2().uordblks - before);
+    load.Add(load_ms);
+    Relocalizer relocalizer{SlamConfig{}};
+    first.Add(load_ms + Timed([&] {
+                is_found = relocalizer
+                               .Find(frame.frame, saved.map, RelocalizationMode::kPointsAndObjects,
+                                     std::nullopt, rng)
+                               .evidence != PoseEvidence::kNone;
+              }));
+  }
+  load.Report(state);
+  state.counters["load_ms"] = state.counters["ms"];
+  first.Report(state);
+  state.counters["found"] = is_found;
+}
+
+void Sizes(benchmark::internal::Benchmark* b) {
+  b->Args({100, 20})->Args({1000, 300})->Args({10000, 2000})->Unit(benchmark::kMillisecond);
+}
+BENCHMARK(TrackAnImage)->Apply(Sizes)->Iterations(100);
+BENCHMARK(MapAKeyframe)->Apply(Sizes)->Iterations(24);
+BENCHMARK(FindByPoints)->Apply(Sizes)->Iterations(41);
+BENCHMARK(FindByObjects)->Apply(Sizes)->Iterations(41);
+BENCHMARK(FindByObjectsWithGravity)->Apply(Sizes)->Iterations(41);
+BENCHMARK(CloseALoop)->Apply(Sizes)->Iterations(1);
+BENCHMARK(Save)->Apply(Sizes)->Iterations(1);
+BENCHMARK(OpenToTheFirstPose)->Apply(Sizes)->Iterations(3);
 
 }  // namespace
 }  // namespace oaslam
