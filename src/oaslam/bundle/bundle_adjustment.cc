@@ -42,14 +42,6 @@ void SelectObjects(const Map& map, const std::string& how, BundleSelection& sele
   });
 }
 
-KeyframeId FirstKeyframe(const Map& map) {
-  KeyframeId first;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) {
-    if (!first.IsValid()) first = id;
-  });
-  return first;
-}
-
 }  // namespace
 
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
@@ -63,7 +55,7 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
   // Where no keyframe outside of the window sees its landmarks, the oldest keyframe of the window
   // is fixed; the scale is then constrained by the damping alone.
   const bool hold_oldest =
-      window.front() == FirstKeyframe(map) || selection.fixed_keyframes.empty();
+      window.front() == map.keyframes.First() || selection.fixed_keyframes.empty();
   if (hold_oldest) selection.fixed_keyframes.push_back(window.front());
   std::ranges::sort(selection.fixed_keyframes);
   selection.free_keyframes.assign(window.begin() + (hold_oldest ? 1 : 0), window.end());
@@ -101,7 +93,7 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
   for (const auto& [id, pose] : correction.poses)
     if (const Keyframe* keyframe = map.keyframes.Find(id))
       motions[id] = pose.Inverse() * keyframe->cam_from_world;
-  if (!corrected.keyframes.empty()) motions.try_emplace(FirstKeyframe(corrected));
+  if (!corrected.keyframes.empty()) motions.try_emplace(corrected.keyframes.First());
   for (const KeyframeId id : map.keyframes.Ids()) {
     if (corrected.keyframes.Contains(id)) continue;
     Keyframe& late = map.keyframes.MutableAt(id);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "oaslam/geometry/box.h"
+#include "oaslam/util/check.h"
 
 namespace oaslam {
 
@@ -37,18 +39,38 @@ void Features::EraseKeypointsIn(std::span<const Box> boxes) {
   BuildGrid();
 }
 
+Features Features::Selected(std::span<const uint32_t> kept) const {
+  Features selected;
+  selected.pyramid = pyramid;
+  selected.bounds = bounds;
+  selected.keypoints.reserve(kept.size());
+  selected.descriptors.reserve(kept.size());
+  for (const uint32_t i : kept) {
+    selected.keypoints.push_back(keypoints[i]);
+    selected.descriptors.push_back(descriptors[i]);
+  }
+  selected.BuildGrid();
+  return selected;
+}
+
 void Features::BuildGrid() {
-  constexpr int kCells = kGridColumns * kGridRows;
-  std::vector<uint32_t> cell(keypoints.size());
-  cell_begin_.assign(kCells + 1, 0);
+  OASLAM_CHECK(size() <= kMaxKeypoints);
+  constexpr int kMany = 512;
+  columns_ = size() > kMany ? 64 : 32;
+  rows_ = size() > kMany ? 48 : 24;
+  const int cells = columns_ * rows_;
+  std::vector<uint16_t> cell(keypoints.size());
+  cell_begin_.assign(static_cast<size_t>(cells) + 1, 0);
   for (size_t i = 0; i < keypoints.size(); ++i) {
-    cell[i] = Row(keypoints[i].px.y()) * kGridColumns + Column(keypoints[i].px.x());
+    cell[i] =
+        static_cast<uint16_t>(Row(keypoints[i].px.y()) * columns_ + Column(keypoints[i].px.x()));
     ++cell_begin_[cell[i] + 1];
   }
-  for (int c = 0; c < kCells; ++c) cell_begin_[c + 1] += cell_begin_[c];
+  std::partial_sum(cell_begin_.begin(), cell_begin_.end(), cell_begin_.begin());
   cell_items_.resize(keypoints.size());
-  std::vector<uint32_t> next(cell_begin_.begin(), cell_begin_.end() - 1);
-  for (uint32_t i = 0; i < keypoints.size(); ++i) cell_items_[next[cell[i]]++] = i;
+  std::vector<uint16_t> next(cell_begin_.begin(), cell_begin_.end() - 1);
+  for (size_t i = 0; i < keypoints.size(); ++i)
+    cell_items_[next[cell[i]]++] = static_cast<uint16_t>(i);
 }
 
 }  // namespace oaslam

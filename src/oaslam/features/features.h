@@ -51,7 +51,7 @@ struct PyramidScales {
 // The key points of one image, immutable once extracted, with a grid over the ideal image for
 // searches by place.
 struct Features {
-  static constexpr int kGridColumns = 64, kGridRows = 48;
+  static constexpr int kMaxKeypoints = 65535;  // the grid stores 16 bits each
 
   std::vector<Keypoint> keypoints;
   std::vector<Descriptor> descriptors;  // same length
@@ -59,6 +59,9 @@ struct Features {
   Box bounds;  // of the ideal image, pixels
 
   int size() const { return static_cast<int>(keypoints.size()); }
+
+  // The features with these key points only, in this order.
+  Features Selected(std::span<const uint32_t> kept) const;
 
   // Removes the key points in these boxes.
   void EraseKeypointsIn(std::span<const Box> boxes);
@@ -74,18 +77,19 @@ struct Features {
  private:
   int Column(double x) const;
   int Row(double y) const;
-  std::vector<uint32_t> cell_begin_;  // kGridColumns * kGridRows + 1
-  std::vector<uint32_t> cell_items_;
+  int columns_ = 0, rows_ = 0;        // of the grid: finer where there are many key points
+  std::vector<uint16_t> cell_begin_;  // columns_ * rows_ + 1
+  std::vector<uint16_t> cell_items_;
 };
 
 inline int Features::Column(double x) const {
-  const double c = (x - bounds.x1) * kGridColumns / bounds.Width();
-  return c <= 0 ? 0 : c >= kGridColumns ? kGridColumns - 1 : static_cast<int>(c);
+  const double c = (x - bounds.x1) * columns_ / bounds.Width();
+  return c <= 0 ? 0 : c >= columns_ ? columns_ - 1 : static_cast<int>(c);
 }
 
 inline int Features::Row(double y) const {
-  const double r = (y - bounds.y1) * kGridRows / bounds.Height();
-  return r <= 0 ? 0 : r >= kGridRows ? kGridRows - 1 : static_cast<int>(r);
+  const double r = (y - bounds.y1) * rows_ / bounds.Height();
+  return r <= 0 ? 0 : r >= rows_ ? rows_ - 1 : static_cast<int>(r);
 }
 
 template <typename Visitor>
@@ -96,8 +100,8 @@ void Features::VisitNear(const Eigen::Vector2d& px, double radius, Visitor&& vis
   const int first_column = Column(px.x() - radius), last_column = Column(px.x() + radius);
   const int last_row = Row(px.y() + radius);
   for (int row = Row(px.y() - radius); row <= last_row; ++row) {
-    const uint32_t begin = cell_begin_[row * kGridColumns + first_column];
-    const uint32_t end = cell_begin_[row * kGridColumns + last_column + 1];
+    const uint32_t begin = cell_begin_[row * columns_ + first_column];
+    const uint32_t end = cell_begin_[row * columns_ + last_column + 1];
     for (uint32_t i = begin; i < end; ++i) {
       const Eigen::Vector2f& p = keypoints[cell_items_[i]].px;
       if (std::abs(p.x() - px.x()) < radius && std::abs(p.y() - px.y()) < radius)

@@ -117,6 +117,24 @@ void Map::RetireKeyframe(KeyframeId id) {
   keyframes.Erase(id);
 }
 
+void Map::DropFreeKeypoints(KeyframeId id) {
+  Keyframe packed = keyframes.At(id);
+  std::vector<uint32_t> kept;
+  for (uint32_t i = 0; i < packed.landmarks.size(); ++i)
+    if (packed.landmarks[i].IsValid()) kept.push_back(i);
+  if (kept.size() == packed.landmarks.size()) return;
+  packed.features = std::make_shared<const Features>(packed.features->Selected(kept));
+  std::vector<LandmarkId> shown;
+  shown.reserve(kept.size());
+  for (const uint32_t i : kept) shown.push_back(packed.landmarks[i]);
+  packed.landmarks = std::move(shown);
+  for (uint32_t i = 0; i < packed.landmarks.size(); ++i) {
+    auto& observations = landmarks.MutableAt(packed.landmarks[i]).observations;
+    std::ranges::lower_bound(observations, id, {}, &Observation::keyframe)->keypoint = i;
+  }
+  keyframes.MutableAt(id) = std::move(packed);
+}
+
 void Map::UpdateLandmarkGeometry(LandmarkId id) {
   Landmark& landmark = landmarks.MutableAt(id);
   if (landmark.observations.empty()) return;

@@ -147,6 +147,9 @@ struct Map {
   // Erases a keyframe; it stays resolvable through its most covisible neighbour.
   void RetireKeyframe(KeyframeId id);
 
+  // Drops the key points of a keyframe that show no landmark.
+  void DropFreeKeypoints(KeyframeId id);
+
   // Computes descriptor, normal and distance range from the observations. To be called after
   // observations or poses have changed.
   void UpdateLandmark(LandmarkId id);

@@ -97,6 +97,16 @@ class Table {
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
 
+  // The lowest id; invalid in an empty table.
+  Id First() const {
+    for (uint32_t page = 0; page < pages_.size(); ++page)
+      for (uint32_t slot = 0; pages_[page] && slot < kPageSize; ++slot)
+        if (pages_[page]->slots[slot]) return Id(page * kPageSize + slot);
+    return {};
+  }
+  // Larger than all ids.
+  Id Bound() const { return Id(static_cast<uint32_t>(pages_.size()) * kPageSize); }
+
   // Calls visit(id, const T&) in ascending order of ids; visit must not change the table.
   template <typename Visitor>
   void ForEach(Visitor&& visit) const {

@@ -56,13 +56,7 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
 
 int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
   int culled = 0;
-  const KeyframeId first = [&] {
-    KeyframeId lowest;
-    map.keyframes.ForEach([&](KeyframeId id, const Keyframe&) {
-      if (!lowest.IsValid()) lowest = id;
-    });
-    return lowest;
-  }();
+  const KeyframeId first = map.keyframes.First();
   std::vector<KeyframeId> neighbours =
       map.CovisibleKeyframes(keyframe, static_cast<int>(map.keyframes.size()));
   std::ranges::sort(neighbours);
@@ -76,6 +70,20 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
     ++culled;
   }
   return culled;
+}
+
+std::vector<KeyframeId> PackSettledKeyframes(std::span<const KeyframeId> unsettled,
+                                             KeyframeId newest, Map& map) {
+  constexpr uint32_t kSettled = 30;  // keyframes
+  std::vector<KeyframeId> rest;
+  for (const KeyframeId id : unsettled) {
+    if (!map.keyframes.Contains(id)) continue;
+    if (KeyframesSince(id, newest) < kSettled)
+      rest.push_back(id);
+    else
+      map.DropFreeKeypoints(id);
+  }
+  return rest;
 }
 
 }  // namespace oaslam

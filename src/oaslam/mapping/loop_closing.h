@@ -1,5 +1,7 @@
 #pragma once
 
+#include <future>
+#include <memory>
 #include <optional>
 #include <set>
 #include <vector>
@@ -19,7 +21,15 @@ struct LoopClosure {
   std::vector<std::pair<uint32_t, LandmarkId>> old_landmarks;
 };
 
-// Detects loops. Keeps an index of the map's landmarks, which is rebuilt when the map has grown.
+// Where a camera was and which way it looked, in the world.
+struct KeyframePlace {
+  KeyframeId id;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::UnitZ();
+};
+
+// Detects loops. Keeps the places of the keyframes, and an index of the map's landmarks that is
+// made anew when the map has grown: of a large map on a thread of its own, and used after a fixed
+// number of keyframes, so that no keyframe waits and all runs are alike.
 class LoopDetector {
  public:
   // Candidates are keyframes that share no landmarks with `current` and its neighbours, and are
@@ -32,8 +42,16 @@ class LoopDetector {
   std::vector<Place> LookingAlike(
       const Map& map, KeyframeId current);  // best first; may contain places around `current`
 
-  std::optional<PlaceIndex> index_;
-  uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the index was made
+  void UpdatePlaces(const Map& map);
+  void UpdateIndex(const Map& map, KeyframeId current);
+
+  // Shared with the copies of a mapper, which never change it.
+  std::shared_ptr<const PlaceIndex> index_;
+  uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the newest index was made, or begun
+  std::shared_future<std::shared_ptr<const PlaceIndex>> next_index_;
+  KeyframeId next_begun_at_;
+  Table<KeyframeId, Keyframe> known_;  // as of the last call
+  std::vector<KeyframePlace> places_;  // of `known_`, ascending by id
 };
 
 // Finds a keyframe among `others` that sees the same place as `current`, where `others` belong to

@@ -8,6 +8,7 @@
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
+#include "oaslam/util/id_set.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -20,44 +21,43 @@ constexpr int kMaxCandidates = 3, kGroupSize = 8;
 constexpr int kMinMatches = 20, kMinRansacInliers = 15, kMinInliers = 50, kMinScalePairs = 10;
 constexpr double kGuidedRadiusPx = 8;
 
-Eigen::Vector3d OpticalAxis(const Keyframe& keyframe) {
-  return keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+KeyframePlace PlaceOf(KeyframeId id, const Keyframe& keyframe) {
+  return {id, keyframe.cam_from_world.OriginInSource(),
+          keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ()};
 }
 
 // Decides whether a keyframe may be the other end of a loop: it is old enough, and not linked with
 // the current one by two steps in the covisibility graph.
 class OtherEnds {
  public:
-  OtherEnds(const Map& map, KeyframeId current) : current_(current), linked_(current.value + 1, 0) {
-    const auto mark = [&](KeyframeId id) {
-      if (id <= current) linked_[id.value] = 1;
-    };
+  OtherEnds(const Map& map, KeyframeId current) : current_(current) {
     for (const Covisible& c : map.keyframes.At(current).covisible) {
-      mark(c.keyframe);
-      for (const Covisible& second : map.keyframes.At(c.keyframe).covisible) mark(second.keyframe);
+      linked_.Insert(c.keyframe);
+      for (const Covisible& second : map.keyframes.At(c.keyframe).covisible)
+        linked_.Insert(second.keyframe);
     }
   }
   bool Contains(KeyframeId id) const {
-    return id.value + kMinKeyframesApart <= current_.value && !linked_[id.value];
+    return id.value + kMinKeyframesApart <= current_.value && !linked_.Contains(id);
   }
 
  private:
   KeyframeId current_;
-  std::vector<char> linked_;
+  IdSet<KeyframeId> linked_;
 };
 
 // The keyframes near the current one among those that `is_candidate` accepts, nearest first.
 template <typename Predicate>
-std::vector<KeyframeId> NearInSpace(const Map& map, KeyframeId current, Predicate&& is_candidate) {
-  const Keyframe& here = map.keyframes.At(current);
+std::vector<KeyframeId> NearInSpace(const Map& map, std::span<const KeyframePlace> places,
+                                    KeyframeId current, Predicate&& is_candidate) {
   const double reach = kMaxDistanceToDepth * map.MedianDepth(current);
-  const Eigen::Vector3d center = here.cam_from_world.OriginInSource(), axis = OpticalAxis(here);
+  const KeyframePlace here = PlaceOf(current, map.keyframes.At(current));
   std::vector<std::pair<double, KeyframeId>> near;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& there) {
-    if (!is_candidate(id) || axis.dot(OpticalAxis(there)) < kMinAxisCos) return;
-    const double distance = (there.cam_from_world.OriginInSource() - center).norm();
-    if (distance < reach) near.emplace_back(distance, id);
-  });
+  for (const KeyframePlace& there : places) {
+    const double distance = (there.center - here.center).norm();
+    if (distance < reach && here.axis.dot(there.axis) >= kMinAxisCos && is_candidate(there.id))
+      near.emplace_back(distance, there.id);
+  }
   std::ranges::sort(near);
   std::vector<KeyframeId> ids;
   for (const auto& [distance, id] : near)
@@ -123,12 +123,13 @@ double PathLength(const Map& map, KeyframeId a, KeyframeId b) {
   const auto [from, to] = std::minmax(a, b);
   double length = 0;
   std::optional<Eigen::Vector3d> before;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    if (id < from || to < id) return;
-    const Eigen::Vector3d center = keyframe.cam_from_world.OriginInSource();
+  for (KeyframeId id = from; id <= to; ++id.value) {
+    const Keyframe* keyframe = map.keyframes.Find(id);
+    if (!keyframe) continue;
+    const Eigen::Vector3d center = keyframe->cam_from_world.OriginInSource();
     if (before) length += (center - *before).norm();
     before = center;
-  });
+  }
   return length;
 }
 
@@ -208,25 +209,59 @@ std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId
 
 }  // namespace
 
-std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  // The index is rebuilt when the landmarks have grown by this factor; the newest do not matter for
-  // a loop.
+void LoopDetector::UpdateIndex(const Map& map, KeyframeId current) {
+  // The index is made anew when the landmarks have grown by this factor; the newest do not matter
+  // for a loop.
   constexpr double kGrowth = 1.2;
+  constexpr size_t kLarge = 30000;  // landmarks; an index of fewer takes some 30 ms
+  constexpr uint32_t kKeyframesToMakeIt = 30;
+  if (next_index_.valid() && current.value >= next_begun_at_.value + kKeyframesToMakeIt) {
+    index_ = next_index_.get();
+    next_index_ = {};
+  }
+  if (next_index_.valid() || (index_ && map.next_landmark <= kGrowth * indexed_up_to_)) return;
+  indexed_up_to_ = map.next_landmark;
+  if (map.landmarks.size() < kLarge) {
+    index_ = std::make_shared<const PlaceIndex>(map);
+    return;
+  }
+  next_begun_at_ = current;
+  next_index_ = std::async(std::launch::async, [map] {
+                  return std::make_shared<const PlaceIndex>(map);
+                }).share();
+}
+
+std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
   constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
-  if (!index_ || map.next_landmark > kGrowth * indexed_up_to_) {
-    index_.emplace(map);
-    indexed_up_to_ = map.next_landmark;
-  }
+  UpdateIndex(map, current);
+  if (!index_) return {};
   return index_->RankPlaces(map, index_->Find(*map.keyframes.At(current).features),
                             std::numeric_limits<int>::max());
 }
 
+// Looks only at keyframes that may have changed since the last call.
+void LoopDetector::UpdatePlaces(const Map& map) {
+  map.keyframes.ForEachDifference(known_, [&](KeyframeId id, const Keyframe*, const Keyframe* now) {
+    const auto at = std::ranges::lower_bound(places_, id, {}, &KeyframePlace::id);
+    const bool is_known = at != places_.end() && at->id == id;
+    if (!now) {
+      if (is_known) places_.erase(at);
+    } else if (is_known) {
+      *at = PlaceOf(id, *now);
+    } else {
+      places_.insert(at, PlaceOf(id, *now));
+    }
+  });
+  known_ = map.keyframes;
+}
+
 std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId current, Rng& rng) {
   if (!map.keyframes.Contains(current)) return std::nullopt;
+  UpdatePlaces(map);
   const OtherEnds others(map, current);
   const std::vector<KeyframeId> near =
-      NearInSpace(map, current, [&](KeyframeId id) { return others.Contains(id); });
+      NearInSpace(map, places_, current, [&](KeyframeId id) { return others.Contains(id); });
   for (const KeyframeId old : near)
     if (auto loop = Verify(map, current, old, true, rng); loop && IsDrift(map, *loop)) return loop;
   int tried = 0;
@@ -242,8 +277,10 @@ std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId curre
 
 std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
                                    const std::set<KeyframeId>& others, Rng& rng) {
-  for (const KeyframeId old :
-       NearInSpace(map, current, [&](KeyframeId id) { return others.contains(id); }))
+  std::vector<KeyframePlace> places;
+  for (const KeyframeId id : others)
+    if (const Keyframe* keyframe = map.keyframes.Find(id)) places.push_back(PlaceOf(id, *keyframe));
+  for (const KeyframeId old : NearInSpace(map, places, current, [](KeyframeId) { return true; }))
     if (auto tie = Verify(map, current, old, true, rng); tie && IsSmall(map, *tie)) return tie;
   return std::nullopt;
 }

@@ -10,7 +10,8 @@ namespace {
 constexpr size_t kViewsOfALandmark = 4;
 constexpr int kMaxHamming = 64;
 constexpr size_t kMaxHits = 8;
-constexpr int kNeighbours = 5;  // covisible keyframes that belong to a place besides its first
+constexpr size_t kRanked = 300;  // keyframes with most votes among which the places are chosen
+constexpr int kNeighbours = 5;   // covisible keyframes that belong to a place besides its first
 
 DescriptorIndex MakeIndex(const Map& map) {
   std::vector<Descriptor> descriptors;
@@ -40,27 +41,32 @@ LandmarkHits PlaceIndex::Find(const Features& features) const {
 
 std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hits,
                                           int count) const {
-  std::vector<double> votes;  // by keyframe
+  // By keyframe. Most keyframes of a large map have a few votes by chance.
+  std::vector<double> votes(map.keyframes.Bound().value, 0);
   for (const auto& of_keypoint : hits) {
     for (const DescriptorIndex::Hit& hit : of_keypoint) {
       const Landmark* landmark = map.landmarks.Find(LandmarkId(hit.label));
       if (!landmark) continue;
       const double vote = 1.0 / static_cast<double>(of_keypoint.size());
-      for (const Observation& o : landmark->observations) {
-        if (o.keyframe.value >= votes.size()) votes.resize(o.keyframe.value + 1, 0);
-        votes[o.keyframe.value] += vote;
-      }
+      for (const Observation& o : landmark->observations) votes[o.keyframe.value] += vote;
     }
   }
+  std::vector<KeyframeId> voted;
+  for (uint32_t k = 0; k < votes.size(); ++k)
+    if (votes[k] > 0) voted.push_back(KeyframeId(k));
+  const auto votes_of = [&](KeyframeId id) { return votes[id.value]; };
+  if (voted.size() > kRanked) {
+    std::ranges::nth_element(voted, voted.begin() + kRanked, std::ranges::greater{}, votes_of);
+    voted.resize(kRanked);
+    std::ranges::sort(voted);
+  }
   std::vector<Place> places;
-  for (uint32_t k = 0; k < votes.size(); ++k) {
-    const KeyframeId id(k);
-    if (votes[k] == 0 || !map.keyframes.Contains(id)) continue;
-    Place place{{id}, votes[k]};
+  for (const KeyframeId id : voted) {
+    Place place{{id}, votes_of(id)};
     for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
       place.keyframes.push_back(neighbour);
       // Neighbours support a place, but the votes of its own keyframe decide.
-      if (neighbour.value < votes.size()) place.votes += 0.2 * votes[neighbour.value];
+      place.votes += 0.2 * votes_of(neighbour);
     }
     places.push_back(std::move(place));
   }

@@ -63,11 +63,44 @@ int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>&
   return shared;
 }
 
-// Brings the open tracks up to date with the map: removes those whose object was dropped,
-// redirects those whose object was merged, and adds tracks for mapped objects that have
-// none, as in a loaded map.
-void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfig& config,
-                     ObjectTracks& tracks) {
+// Decides which objects an image may show: those whose sphere, three times as large as they, is
+// partly inside the cone about the image.
+class ViewCone {
+ public:
+  ViewCone(const Rigid3& cam_from_world, const IdealImage& image, const Camera& camera)
+      : cam_from_world_(cam_from_world) {
+    const Box& b = image.bounds();
+    for (const double x : {b.x1, b.x2})
+      for (const double y : {b.y1, b.y2})
+        half_angle_ = std::max(half_angle_, AngleFromAxis(RayOf(camera, {x, y})));
+  }
+  bool MayShow(const ObjectPlace& place) const {
+    constexpr double kTimesAsLarge = 3;
+    const Eigen::Vector3d center = cam_from_world_ * place.center;
+    const double distance = center.norm(), radius = kTimesAsLarge * place.radius;
+    return distance <= radius ||
+           AngleFromAxis(center) <= half_angle_ + std::asin(radius / distance);
+  }
+
+ private:
+  static double AngleFromAxis(const Eigen::Vector3d& ray) {
+    return std::atan2(ray.head<2>().norm(), ray.z());
+  }
+  Rigid3 cam_from_world_;
+  double half_angle_ = 0;
+};
+
+bool IsFresh(const ObjectTrack& track, const Frame& frame, const ObjectsConfig& config) {
+  return track.last_frame >= 0 && (frame.timestamp - track.last_time <= config.max_box_age_s ||
+                                   frame.index - track.last_frame <= 1);
+}
+
+// Brings the open tracks up to date with the map: removes those whose object was dropped or is no
+// longer near the view, redirects those whose object was merged, and adds tracks for mapped objects
+// that have none.
+void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& view,
+                     const ObjectsConfig& config, ObjectTracks& tracks) {
+  tracks.places.Update(snapshot.objects);
   std::vector<ObjectTrack> kept;
   for (ObjectTrack track : tracks.open) {
     const std::optional<ObjectId> id = snapshot.ResolveObject(track.object);
@@ -77,15 +110,15 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
       track.in_map = true;
     }
     const bool mapped = id && snapshot.objects.At(*id).state == ObjectState::kMapped;
-    if (!mapped &&
-        IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time}, config))
-      continue;
-    kept.push_back(track);
+    const bool is_kept =
+        mapped ? IsFresh(track, frame, config)
+               : !IsForgotten({frame.index - track.last_frame, frame.timestamp - track.last_time},
+                              config);
+    if (is_kept) kept.push_back(track);
   }
-  snapshot.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state == ObjectState::kMapped)
-      kept.push_back({.object = id, .category_id = object.category_id, .in_map = true});
-  });
+  for (const ObjectPlace& place : tracks.places.all())
+    if (place.is_mapped && view.MayShow(place))
+      kept.push_back({.object = place.id, .category_id = place.category_id, .in_map = true});
   // Of several tracks of one object, keep the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
     return a.object != b.object ? a.object < b.object : a.last_frame > b.last_frame;
@@ -97,7 +130,8 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ObjectsConfi
 
 // A depth that hardly anything in view is nearer than, by the landmarks in view, or else by the
 // objects that have an ellipsoid; nothing where there are neither.
-std::optional<double> LeastDepth(const TrackedFrame& tracked, const Map& snapshot) {
+std::optional<double> LeastDepth(const TrackedFrame& tracked, const Map& snapshot,
+                                 const ObjectTracks& tracks) {
   std::vector<double> depths;
   const auto add = [&](const Eigen::Vector3d& point) {
     if (const double z = (tracked.cam_from_world * point).z(); z > 0) depths.push_back(z);
@@ -105,9 +139,10 @@ std::optional<double> LeastDepth(const TrackedFrame& tracked, const Map& snapsho
   for (const LandmarkId id : tracked.landmarks)
     if (const Landmark* landmark = snapshot.landmarks.Find(id)) add(landmark->position);
   if (depths.empty())
-    snapshot.objects.ForEach([&](ObjectId, const Object& object) {
-      if (object.state != ObjectState::kTentative) add(object.ellipsoid.center);
-    });
+    for (const ObjectTrack& track : tracks.open)
+      if (const Object* object = snapshot.objects.Find(track.object);
+          object && object->state != ObjectState::kTentative)
+        add(object->ellipsoid.center);
   if (depths.empty()) return std::nullopt;
   const auto near = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 10);
   std::ranges::nth_element(depths, near);
@@ -129,7 +164,7 @@ std::optional<CameraMotion> MotionSince(const ObjectTrack& track, const TrackedF
 std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot,
                                       const ObjectTracks& tracks, const IdealImage& image) {
   std::vector<Candidate> candidates;
-  const std::optional<double> least_depth = LeastDepth(tracked, snapshot);
+  const std::optional<double> least_depth = LeastDepth(tracked, snapshot, tracks);
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (size_t i = 0; i < tracks.open.size(); ++i) {
     Candidate c;
@@ -175,9 +210,7 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
                 const Camera& camera, const ObjectsConfig& config) {
   if (track.category_id != detection.category_id) return 0;
   double score = 0;
-  const bool is_fresh = frame.timestamp - track.last_time <= config.max_box_age_s ||
-                        frame.index - track.last_frame <= 1;
-  if (track.last_frame >= 0 && is_fresh) {
+  if (IsFresh(track, frame, config)) {
     const double iou = OverlapWithLastBox(detection, candidate, track, camera);
     if (iou >= config.min_iou_box) score = iou;
   }
@@ -313,9 +346,9 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
                                    ObjectTracks tracks, const ObjectsConfig& config) {
   const Frame& frame = tracked.frame;
   const Camera& camera = snapshot.cameras[frame.camera];
-  SynchronizeWith(snapshot, frame, config, tracks);
-  const std::vector<Candidate> candidates =
-      FindCandidates(tracked, snapshot, tracks, IdealImage(camera));
+  const IdealImage image(camera);
+  SynchronizeWith(snapshot, frame, ViewCone(tracked.cam_from_world, image, camera), config, tracks);
+  const std::vector<Candidate> candidates = FindCandidates(tracked, snapshot, tracks, image);
 
   const double interval =
       tracks.last_time ? std::max(frame.timestamp - *tracks.last_time, 0.0) : kVideoInterval;

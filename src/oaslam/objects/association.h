@@ -6,6 +6,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
+#include "oaslam/objects/object_places.h"
 #include "oaslam/objects/presence.h"
 
 namespace oaslam {
@@ -39,11 +40,13 @@ struct ObjectTrack {
   Rigid3 cam_from_reference{};
 };
 
-// The open tracks of the tracker, ascending by object. Only the tracker creates ids of objects.
+// The open tracks of the tracker, ascending by object: of the objects seen lately, and of the
+// mapped ones that may be in view. Only the tracker creates ids of objects.
 struct ObjectTracks {
   std::vector<ObjectTrack> open;
   uint32_t next_object = 0;
   std::optional<double> last_time{};  // of the last image with detections
+  ObjectPlaces places{};              // of the last snapshot
 
   // For a map from a file: its objects are associated again, and new objects get new ids.
   static ObjectTracks ContinueFrom(const Map& map);

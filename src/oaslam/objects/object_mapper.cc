@@ -81,18 +81,19 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
 
 // The observations as views, with hidden edges marked; the paper's model treats
 // all boxes as complete.
-std::vector<BoxView> VisibleViews(const Map& map, ObjectId id, const Object& object,
-                                  const ObjectsConfig& config) {
+std::vector<BoxView> VisibleViews(const Map& map, const ObjectPlaces& places, ObjectId id,
+                                  const Object& object, const ObjectsConfig& config) {
   std::vector<BoxView> views = ViewsOf(map, object.observations);
   if (object.state != ObjectState::kTentative && config.model != "paper")
-    MarkHiddenEdges(map, std::span(&id, 1), object.ellipsoid, views);
+    MarkHiddenEdges(map, places, std::span(&id, 1), object.ellipsoid, views);
   return views;
 }
 
-bool HasMoved(const Map& map, ObjectId id, const Object& object, const ObjectsConfig& config) {
-  if (object.state == ObjectState::kTentative) return false;
+bool HasMoved(const Map& map, const ObjectPlaces& places, ObjectId id,
+              const ObjectsConfig& config) {
+  const Object& object = map.objects.At(id);
   const ViewOverlap overlap = MeasureOverlap(
-      object.ellipsoid, VisibleViews(map, id, object, config), config.min_accept_iou);
+      object.ellipsoid, VisibleViews(map, places, id, object, config), config.min_accept_iou);
   return std::abs(overlap.mean_iou - object.mean_iou) > kMovedIoU;
 }
 
@@ -103,7 +104,8 @@ void Drop(ObjectId id, const std::string& reason, Map& map) {
   map.objects.Erase(id);
 }
 
-void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& map) {
+void Refit(ObjectId id, const ObjectPlaces& places, const ImageTime& now,
+           const ObjectsConfig& config, Map& map) {
   Object object = map.objects.At(id);
   object.was_mapped |= object.state == ObjectState::kMapped;
   ThinObservations(map, object.observations);
@@ -112,7 +114,7 @@ void Refit(ObjectId id, const ImageTime& now, const ObjectsConfig& config, Map& 
       object.state == ObjectState::kMapped || object.total_observations % 4 != 0;
   const Ellipsoid* start =
       object.state != ObjectState::kTentative && keep_start ? &object.ellipsoid : nullptr;
-  const std::vector<BoxView> views = VisibleViews(map, id, object, config);
+  const std::vector<BoxView> views = VisibleViews(map, places, id, object, config);
   const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
   if (model) AdoptModel(*model, views, object);
   const ObjectEvidence evidence{model.has_value(), object.evidence,
@@ -140,14 +142,42 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   }
 }
 
-// Objects whose ellipsoids no longer fit their boxes as before, since their keyframes have moved.
-std::set<ObjectId> MovedObjects(const Map& map, const ObjectsConfig& config) {
+// Objects whose ellipsoids no longer fit their boxes as before, since their keyframes have moved:
+// of those that `is_concerned` accepts.
+template <typename Predicate>
+std::set<ObjectId> MovedObjects(const Map& map, const ObjectPlaces& places,
+                                const ObjectsConfig& config, Predicate&& is_concerned) {
   std::set<ObjectId> moved;
-  map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (HasMoved(map, id, object, config)) moved.insert(id);
-  });
+  for (const ObjectPlace& place : places.all())
+    if (is_concerned(place) && HasMoved(map, places, place.id, config)) moved.insert(place.id);
   return moved;
 }
+
+// The part of the map where the camera is, which the last local bundle adjustment may have moved.
+class Surroundings {
+ public:
+  Surroundings(const Map& map, std::span<const ObjectSighting> sightings) {
+    std::set<KeyframeId> references;
+    for (const ObjectSighting& sighting : sightings)
+      if (const auto carried = map.ResolveKeyframe(sighting.observation.reference))
+        references.insert(carried->by);
+    for (const KeyframeId id : references) {
+      centers_.push_back(map.keyframes.At(id).cam_from_world.OriginInSource());
+      depth_ = std::max(depth_, map.MedianDepth(id));
+    }
+  }
+  // Where the depth of the scene is unknown everything belongs to them.
+  bool Contain(const ObjectPlace& place) const {
+    constexpr double kDepths = 10;
+    return depth_ == 0 || std::ranges::any_of(centers_, [&](const Eigen::Vector3d& center) {
+             return (place.center - center).norm() < kDepths * depth_ + place.radius;
+           });
+  }
+
+ private:
+  std::vector<Eigen::Vector3d> centers_;
+  double depth_ = 0;  // median
+};
 
 // Objects of a loaded map have no time of the present run: they count as seen now.
 void BeginTime(const ImageTime& now, Map& map) {
@@ -165,8 +195,11 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);
-  changed.merge(MovedObjects(map, config));
-  for (const ObjectId id : changed) Refit(id, now, config, map);
+  const ObjectPlaces places(map.objects);
+  const Surroundings surroundings(map, sightings);
+  changed.merge(MovedObjects(
+      map, places, config, [&](const ObjectPlace& place) { return surroundings.Contain(place); }));
+  for (const ObjectId id : changed) Refit(id, places, now, config, map);
   ResolveAbsent(now, config, map);
   MergeDuplicates(map, changed, config);
   DropUnseen(now, config, map);
@@ -174,9 +207,11 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
 
 void RefitMovedObjects(const ObjectsConfig& config, Map& map) {
   UpdateUp(map);
-  const std::set<ObjectId> moved = MovedObjects(map, config);
+  const ObjectPlaces places(map.objects);
+  const std::set<ObjectId> moved =
+      MovedObjects(map, places, config, [](const ObjectPlace&) { return true; });
   const ImageTime no_time_passed;  // no object counts as unseen
-  for (const ObjectId id : moved) Refit(id, no_time_passed, config, map);
+  for (const ObjectId id : moved) Refit(id, places, no_time_passed, config, map);
   MergeDuplicates(map, moved, config);
 }
 

@@ -11,7 +11,8 @@ namespace oaslam {
 
 // Updates the objects of the map, once per keyframe and after its local bundle adjustment: adds the
 // sightings since the last call (in the order of their frames; their keyframes must be resolvable),
-// refits the objects that were seen or whose keyframes have moved, decides on their states
+// refits the objects that were seen, or that are about the camera and whose keyframes have moved,
+// decides on their states
 // (life_cycle.h), and merges duplicates. Sets Map::up where the cameras determine it (upright.h).
 void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
                    const ObjectsConfig& config);

@@ -77,14 +77,14 @@ struct Joint {
 };
 
 // Fits one ellipsoid to the observations of both; nothing if that fails.
-std::optional<Joint> Join(const Map& map, ObjectId kept, ObjectId gone,
+std::optional<Joint> Join(const Map& map, const ObjectPlaces& places, ObjectId kept, ObjectId gone,
                           const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   Joint joint{Union(map, a, b), {}};
   const Ellipsoid* better = a.evidence >= b.evidence ? &a.ellipsoid : &b.ellipsoid;
   std::vector<BoxView> views = ViewsOf(map, joint.object.observations);
   const ObjectId own[] = {kept, gone};
-  if (config.model != "paper") MarkHiddenEdges(map, own, *better, views);
+  if (config.model != "paper") MarkHiddenEdges(map, places, own, *better, views);
   const auto model = FitObjectModel(map, views, better, config);
   if (!model) return std::nullopt;
   AdoptModel(*model, views, joint.object);
@@ -100,10 +100,18 @@ void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
   map.merged_objects.Insert(gone, kept);
 }
 
-void TryMerge(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
+// Whether two objects are near enough to be the same: the ellipsoid of one that is seen from few
+// sides may be off by several of its sizes.
+bool AreNear(const ObjectPlace& a, const ObjectPlace& b) {
+  constexpr double kSizes = 10;
+  return (a.center - b.center).norm() <= kSizes * (a.radius + b.radius);
+}
+
+void TryMerge(Map& map, const ObjectPlaces& places, ObjectId kept, ObjectId gone,
+              const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return;
-  std::optional<Joint> joint = Join(map, kept, gone, config);
+  std::optional<Joint> joint = Join(map, places, kept, gone, config);
   if (joint && IsConfirmed(joint->overlap, config) && joint->overlap.mean_iou >= kMinMergedIoU)
     Replace(std::move(joint->object), kept, gone, map);
 }
@@ -138,18 +146,22 @@ void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16
 
 bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
   if (map.objects.At(kept).category_id != map.objects.At(gone).category_id) return false;
-  std::optional<Joint> joint = Join(map, kept, gone, config);
+  std::optional<Joint> joint = Join(map, ObjectPlaces(map.objects), kept, gone, config);
   if (!joint) return false;
   Replace(std::move(joint->object), kept, gone, map);
   return true;
 }
 
 void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config) {
-  for (const ObjectId id : changed) {
-    for (const ObjectId other : map.objects.Ids()) {
-      if (!map.objects.Contains(id)) break;
-      if (other == id || !map.objects.Contains(other)) continue;
-      TryMerge(map, std::min(id, other), std::max(id, other), config);
+  const ObjectPlaces places(map.objects);
+  for (const ObjectPlace& a : places.all()) {
+    if (!changed.contains(a.id)) continue;
+    for (const ObjectPlace& b : places.all()) {
+      if (!map.objects.Contains(a.id)) break;
+      if (b.id == a.id || b.category_id != a.category_id || !AreNear(a, b) ||
+          !map.objects.Contains(b.id))
+        continue;
+      TryMerge(map, places, std::min(a.id, b.id), std::max(a.id, b.id), config);
     }
   }
 }

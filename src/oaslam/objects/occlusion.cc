@@ -16,17 +16,30 @@ struct Occluder {
   double radius;
 };
 
+// The largest distance from which a camera of the views looks at a point.
+double FarthestView(const std::vector<BoxView>& views, const Eigen::Vector3d& point) {
+  double farthest = 0;
+  for (const BoxView& view : views)
+    farthest = std::max(farthest, (view.cam_from_world * point).norm());
+  return farthest;
+}
+
 }  // namespace
 
-void MarkHiddenEdges(const Map& map, std::span<const ObjectId> own, const Ellipsoid& ellipsoid,
-                     std::vector<BoxView>& views) {
+void MarkHiddenEdges(const Map& map, const ObjectPlaces& places, std::span<const ObjectId> own,
+                     const Ellipsoid& ellipsoid, std::vector<BoxView>& views) {
   const int category = map.objects.At(own.front()).category_id;
+  const double reach = FarthestView(views, ellipsoid.center);
   std::vector<Occluder> others;
-  map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state == ObjectState::kMapped && std::ranges::find(own, id) == own.end() &&
-        !BelongTogether(map.classes, category, ellipsoid, object.category_id, object.ellipsoid))
-      others.push_back({&object.ellipsoid, std::cbrt(object.ellipsoid.half_axes.prod())});
-  });
+  for (const ObjectPlace& place : places.all()) {
+    if (!place.is_mapped || (place.center - ellipsoid.center).norm() > reach + place.radius)
+      continue;
+    const Object* object = map.objects.Find(place.id);
+    if (object && object->state == ObjectState::kMapped &&
+        std::ranges::find(own, place.id) == own.end() &&
+        !BelongTogether(map.classes, category, ellipsoid, object->category_id, object->ellipsoid))
+      others.push_back({&object->ellipsoid, std::cbrt(object->ellipsoid.half_axes.prod())});
+  }
   std::vector<Box> nearer;
   for (BoxView& view : views) {
     const double depth = (view.cam_from_world * ellipsoid.center).z();

@@ -220,15 +220,16 @@ std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
 void UpdateUp(Map& map) {
   constexpr size_t kEnough = 200;  // keyframes used, evenly spaced
   constexpr int kEnoughMeasured = 20;
-  const size_t stride = map.keyframes.size() / kEnough + 1;
+  const auto stride = static_cast<uint32_t>(map.keyframes.size() / kEnough + 1);
   std::vector<Eigen::Matrix3d> cameras;
   std::vector<GravityView> measured;
-  size_t index = 0;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    const Eigen::Matrix3d cam_from_world = keyframe.cam_from_world.rotation.toRotationMatrix();
-    if (keyframe.gravity_in_cam) measured.push_back({cam_from_world, *keyframe.gravity_in_cam});
-    if (index++ % stride == 0) cameras.push_back(cam_from_world);
-  });
+  const uint32_t first = map.keyframes.empty() ? 0 : map.keyframes.First().value;
+  for (uint32_t id = first; id < map.keyframes.Bound().value; id += stride) {
+    const Keyframe* keyframe = map.keyframes.Find(KeyframeId(id));
+    if (!keyframe) continue;
+    cameras.push_back(keyframe->cam_from_world.rotation.toRotationMatrix());
+    if (keyframe->gravity_in_cam) measured.push_back({cameras.back(), *keyframe->gravity_in_cam});
+  }
   const auto count = static_cast<int>(measured.size());
   if (count >= std::min(map.up_keyframes, kEnoughMeasured))
     if (const auto upright = UprightFromGravity(measured)) {

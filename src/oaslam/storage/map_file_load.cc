@@ -21,8 +21,6 @@ namespace {
 
 constexpr int kMaxFrame = 1 << 30;
 
-constexpr int kMaxKeypoints = 1'000'000;
-
 template <typename T>
 std::vector<T> CopyOf(std::span<const std::byte> bytes) {
   std::vector<T> values(bytes.size() / sizeof(T));
@@ -120,7 +118,7 @@ void ReadCameras(Database& database, Checksum& checksum, Map& map) {
 
 std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
   auto features = std::make_shared<Features>();
-  const auto count = static_cast<size_t>(row.Int(0, kMaxKeypoints));
+  const auto count = static_cast<size_t>(row.Int(0, Features::kMaxKeypoints));
   PyramidScales& pyramid = features->pyramid;
   pyramid.levels = row.Int(1, PyramidScales::kMaxLevels);
   pyramid.factor = static_cast<float>(row.Real());

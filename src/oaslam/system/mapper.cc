@@ -28,17 +28,26 @@ void Mapper::Apply(const MapCommand& command) {
     std::erase_if(map_.anchors,
                   [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
   }
-  const bool has_moved = AdoptBackgroundBundle(command);
-  if (command.initial && !InsertInitialMap(*command.initial, map_))
-    Log(LogLevel::kDebug, "initial map refused after refinement");
-  if (command.joining) Join(*command.joining, command.frame_index);
+  bool has_moved = AdoptBackgroundBundle(command);
+  if (command.initial) {
+    if (!InsertInitialMap(*command.initial, map_))
+      Log(LogLevel::kDebug, "initial map refused after refinement");
+    unsettled_keyframes_ = map_.keyframes.Ids();
+  }
+  if (command.joining) {
+    Join(*command.joining, command.frame_index);
+    has_moved = true;
+  }
   CountLandmarkUse(command.uses, map_);
-  if (command.keyframe) MapKeyframe(*command.keyframe);
+  if (command.keyframe) {
+    const int loops = map_.loops_closed;
+    MapKeyframe(*command.keyframe);
+    has_moved = has_moved || map_.loops_closed != loops;
+  }
+  if (has_moved) RefitMovedObjects(config_.objects, map_);
   if (!command.sightings.empty())
     UpdateObjects(map_, command.sightings,
                   {command.frame_index, command.sightings.back().timestamp}, config_.objects);
-  else if (has_moved)
-    RefitMovedObjects(config_.objects, map_);
   else if (command.keyframe)
     UpdateUp(map_);
 }
@@ -58,6 +67,8 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   if (map_.keyframes.size() > 2)
     ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
+  unsettled_keyframes_.push_back(keyframe.id);
+  unsettled_keyframes_ = PackSettledKeyframes(unsettled_keyframes_, keyframe.id, map_);
   CloseLoop(keyframe.id, keyframe.frame.frame.index);
 }
 

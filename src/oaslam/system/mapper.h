@@ -64,6 +64,7 @@ class Mapper {
   Map map_;
   Rng rng_;
   std::vector<LandmarkId> recent_landmarks_;
+  std::vector<KeyframeId> unsettled_keyframes_;  // PackSettledKeyframes
   LoopDetector loop_detector_;
   KeyframeId last_loop_;                               // keyframe that closed the last loop
   std::optional<BackgroundBundle> background_bundle_;  // after a loop

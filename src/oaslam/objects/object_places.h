@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "oaslam/map/map.h"
+
+namespace oaslam {
+
+// Where an object with a model is.
+struct ObjectPlace {
+  ObjectId id;
+  int category_id = 0;
+  bool is_mapped = false;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // world
+  double radius = 0;                                 // largest half axis
+};
+
+// The places of a map's objects, side by side in memory: where an object's neighbours are looked
+// for, the cost for each object of a large map is some nanoseconds.
+class ObjectPlaces {
+ public:
+  ObjectPlaces() = default;
+  explicit ObjectPlaces(const Table<ObjectId, Object>& objects) { Update(objects); }
+
+  // Looks only at objects that may have changed since the last call. Keeps a copy of the table.
+  void Update(const Table<ObjectId, Object>& objects);
+
+  std::span<const ObjectPlace> all() const { return places_; }  // ascending by id
+
+ private:
+  Table<ObjectId, Object> known_;
+  std::vector<ObjectPlace> places_;
+};
+
+}  // namespace oaslam
