@@ -16,9 +16,15 @@ class Merge(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="oaslam_merge_")
         cls.first, cls.second = cls.path("first.map"), cls.path("second.map")
-        # Half of the walk each, with 2.7 seconds in common; the second has a unit of its own.
+        # Half of the walk each, with 2.7 seconds in common; the second has a unit of its own, a camera of another name, and class names of its own.
+        camera, classes = cls.path("camera.yaml"), cls.path("classes.yaml")
+        with open(harness.clip("map_front")[3]) as source, open(camera, "w") as f:
+            f.write(source.read().replace("desk_sample", "another_day"))
+        with open(classes, "w") as f:
+            f.write("names:\n" + "".join(f"  {number}: {name}\n" for number, name in {**{t["category_id"]: t["category"] for t in things()}, 100: "statue"}.items()))
+        of_second = [camera if option == harness.clip("map_front")[3] else option for option in harness.clip("map_front")]
         cls.made = [oaslam("run", *harness.clip("map_front"), "--to", 230, "--out", cls.path("first"), "--map-out", cls.first),
-                    oaslam("run", *harness.clip("map_front"), "--from", 150, "--out", cls.path("second"), "--map-out", cls.second)]
+                    oaslam("run", *of_second, "--classes", classes, "--from", 150, "--out", cls.path("second"), "--map-out", cls.second)]
 
     @classmethod
     def tearDownClass(cls):
@@ -74,7 +80,17 @@ class Merge(unittest.TestCase):
         error, _ = self.trajectory_error(out)
         self.assertLess(error, 0.01)
 
-    def test_anchors_and_names_of_both_are_kept(self):
+    def test_cameras_and_class_names_of_both_are_kept(self):
+        for first, second in ((self.first, self.second), (self.second, self.first)):
+            merging, out = self.merge(first, second)
+            self.assertEqual(merging.code, 0, merging)
+            exported = self.exported(out)
+            self.assertEqual({c["name"] for c in exported["cameras"]}, {"desk_sample", "another_day"})
+            self.assertEqual({k["camera"] for k in exported["keyframes"]}, {0, 1})
+            self.assertEqual(exported["class_names"]["100"], "statue")
+            self.assertEqual(exported["class_names"]["0"], "person")
+
+    def test_anchors_of_both_are_kept(self):
         kept = []
         for map_file, name in ((self.first, "flag"), (self.second, "flag")):
             copy = self.path(f"{name}_{len(kept)}.map")
