@@ -73,15 +73,8 @@ Eigen::Vector3d NearestPoint(std::span<const Ray> rays) {
   return point;
 }
 
-}  // namespace
-
-SphereEstimate EstimateSphere(std::span<const BoxView> all_views, double min_parallax_deg) {
+SphereEstimate SphereFrom(std::span<const BoxView> views, double min_parallax_deg) {
   SphereEstimate result;
-  // The centre of a truncated box is not the centre of the object.
-  std::vector<BoxView> views;
-  for (const BoxView& view : all_views)
-    if (!view.truncated) views.push_back(view);
-  if (views.size() < 3) views.assign(all_views.begin(), all_views.end());
   if (views.size() < 2) return result;
   const std::vector<Ray> rays = CenterRays(views);
   result.parallax_deg = LargestAngleDeg(rays);
@@ -98,6 +91,21 @@ SphereEstimate EstimateSphere(std::span<const BoxView> all_views, double min_par
   ClampAxes(result.sphere, MedianDepth(views, result.sphere.center));
   result.success = result.sphere.center.allFinite() && radius > 0;
   return result;
+}
+
+}  // namespace
+
+SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_parallax_deg) {
+  // The centre of a truncated box is not the centre of the object. Large things, however, are seen
+  // whole from afar and from few sides only: then the cut boxes tell more than nothing.
+  constexpr size_t kMinWhole = 3;
+  std::vector<BoxView> whole;
+  for (const BoxView& view : views)
+    if (!view.truncated) whole.push_back(view);
+  if (whole.size() >= kMinWhole && whole.size() < views.size())
+    if (SphereEstimate estimate = SphereFrom(whole, min_parallax_deg); estimate.success)
+      return estimate;
+  return SphereFrom(views, min_parallax_deg);
 }
 
 ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views,
@@ -189,7 +197,9 @@ EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphe
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views) {
   // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video
   // of 30 Hz: with these the errors of boxes from other sides are about as large as predicted.
-  constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10;
+  // Besides, furniture is no ellipsoid, which puts an edge off by an eighth of the box's side: with
+  // that most centres of large things are within two standard deviations (docs/results.md).
+  constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10, kEdgePerSide = 0.12;
   ShapeCovariance information = ShapeCovariance::Zero();
   for (const BoxView& view : views) {
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
@@ -203,8 +213,9 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;
       const Eigen::Matrix<double, 7, 1> j = jacobian.row(row).head<7>().transpose();
-      information.noalias() +=
-          view.weight * j * j.transpose() / (kCorrelatedViews * kEdgeVariance * unit * unit);
+      const double shape = kEdgePerSide * (row % 2 == 0 ? view.box.Width() : view.box.Height());
+      const double variance = kEdgeVariance * unit * unit + shape * shape;
+      information.noalias() += view.weight * j * j.transpose() / (kCorrelatedViews * variance);
     }
   }
   const Eigen::Matrix<double, 4, 3> prior = ShapePriorRows(kPriorWeightPx / kNoisePx, true);

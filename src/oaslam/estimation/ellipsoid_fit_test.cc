@@ -64,6 +64,19 @@ TEST(EllipsoidFit, SphereIsNearTheObject) {
   EXPECT_FALSE(EstimateSphere(std::span(views).first(2), 10).success);  // too little parallax
 }
 
+TEST(EllipsoidFit, WhatIsSeenWholeFromOneSideOnlyTakesCutBoxesFromOthers) {
+  Rng rng(1);
+  auto views = ViewsOf(TrueObject(), 20, 1, rng);
+  for (size_t i = 3; i < views.size(); ++i) {
+    views[i].box.x1 += 0.1 * views[i].box.Width();
+    views[i].truncated = kLeft;
+  }
+  const SphereEstimate estimate = EstimateSphere(views, 20);
+  ASSERT_TRUE(estimate.success);
+  EXPECT_LT((estimate.sphere.center - TrueObject().center).norm(), 0.04);
+  EXPECT_FALSE(EstimateSphere(std::span(views).first(3), 20).success);
+}
+
 TEST(EllipsoidFit, RecoversTheTruthFromCleanBoxes) {
   Rng rng(2);
   const auto views = ViewsOf(TrueObject(), 40, 0, rng);

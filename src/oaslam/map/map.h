@@ -81,7 +81,8 @@ struct Object {
   int category_id = 0;
   std::string name;  // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
-  Ellipsoid ellipsoid;  // world; meaningless while tentative
+  // World. While tentative: where its own landmarks are, if it is known by these, else meaningless.
+  Ellipsoid ellipsoid;
   // Center, log half axes, yaw about up.
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
   double detection_rate = 0.9;  // P_D: share of frames in view that detected it
@@ -92,12 +93,18 @@ struct Object {
   std::optional<double> last_seen_time{};  // seconds; nothing: not seen since the map was loaded
   // Evidence in nats that it is no longer in its place (objects/presence.h); not saved.
   double absence = 0;
+  // The same, counting sides as well from which it has never been detected. Not saved.
+  double absence_from_any_side = 0;
+  // It was mapped on an earlier day, and has not been detected since. Not saved.
+  bool is_of_earlier_day = false;
   int misses = 0;           // successive frames that should have shown it and did not; not saved
   bool was_mapped = false;  // it was mapped before its observations contradicted it; not saved
   bool has_moved = false;   // since the map was made or loaded
   std::vector<ObjectObservation> observations;  // ascending by frame; thinned
   std::vector<LandmarkId> landmarks;     // ascending; landmarks of key points inside its boxes
   std::vector<uint16_t> landmark_votes;  // parallel: how often each was inside
+  // Not mapped, but with landmarks enough to know it by when it is seen again. Not saved.
+  bool known_by_landmarks = false;
 };
 
 // The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps

@@ -71,7 +71,7 @@ void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
 void MoveObjects(const NodeMotions& motions, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     Object& object = map.objects.MutableAt(id);
-    if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
+    if (object.observations.empty()) continue;
     const auto carried =
         map.ResolveKeyframe(object.observations[object.observations.size() / 2].reference);
     if (!carried) continue;

@@ -13,21 +13,15 @@
 #include "oaslam/map/parts.h"
 #include "oaslam/objects/box_motion.h"
 #include "oaslam/objects/life_cycle.h"
+#include "oaslam/objects/own_landmarks.h"
 
 namespace oaslam {
 namespace {
 
 // Share of a projection that must be inside the image for an object to be associated.
 constexpr double kMinVisibleShare = 0.3;
-// Share that must be inside the image for a missing detection to count.
-constexpr double kWellInsideShare = 0.8;
-// Detector pixels; missing detections of smaller objects do not count.
-constexpr double kMinMissedSize = 14;
 // Seconds after which the errors of a detector are independent.
 constexpr double kIndependentInterval = 0.2;
-// A landmark belongs to an object if it was inside the object's boxes at least a third as often as
-// the most frequent one.
-constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
 struct Candidate {
   ObjectId object_id;
@@ -40,28 +34,6 @@ struct Candidate {
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
-
-std::vector<LandmarkId> OwnLandmarks(const Object& object) {
-  std::vector<LandmarkId> own;
-  if (object.landmark_votes.empty()) return own;
-  const int most = *std::ranges::max_element(object.landmark_votes);
-  const int enough = std::max(most / kVoteDivisor, kMinVotes);
-  for (size_t i = 0; i < object.landmarks.size(); ++i)
-    if (object.landmark_votes[i] >= enough) own.push_back(object.landmarks[i]);
-  return own;
-}
-
-int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>& b) {
-  int shared = 0;
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
-    if (*i == *j) ++shared;
-    if (*i <= *j)
-      ++i;
-    else
-      ++j;
-  }
-  return shared;
-}
 
 // Decides which objects an image may show: those whose sphere, three times as large as they, is
 // partly inside the cone about the image.
@@ -96,8 +68,8 @@ bool IsFresh(const ObjectTrack& track, const Frame& frame, const ObjectsConfig& 
 }
 
 // Brings the open tracks up to date with the map: removes those whose object was dropped or is no
-// longer near the view, redirects those whose object was merged, and adds tracks for mapped objects
-// that have none.
+// longer near the view, redirects those whose object was merged, and adds tracks for the objects of
+// the map in view that have none: mapped ones, and those that are known by their landmarks.
 void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& view,
                      const ObjectsConfig& config, ObjectTracks& tracks) {
   tracks.places.Update(snapshot.objects);
@@ -117,7 +89,7 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& vi
     if (is_kept) kept.push_back(track);
   }
   for (const ObjectPlace& place : tracks.places.all())
-    if (place.is_mapped && view.MayShow(place))
+    if ((place.is_mapped || place.is_known_by_landmarks) && view.MayShow(place))
       kept.push_back({.object = place.id, .category_id = place.category_id, .in_map = true});
   // Of several tracks of one object, keep the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
@@ -171,14 +143,17 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
     c.object_id = tracks.open[i].object;
     c.motion = MotionSince(tracks.open[i], tracked, snapshot, least_depth);
     c.object = snapshot.objects.Find(tracks.open[i].object);
-    if (c.object && c.object->state != ObjectState::kTentative) {
+    const bool has_ellipsoid = c.object && c.object->state != ObjectState::kTentative;
+    // What is not mapped, and not tracked at present, is known by its landmarks alone.
+    if (has_ellipsoid && (c.IsMapped() || tracks.open[i].last_frame >= 0)) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
       if (c.projection) c.share_inside = image.ShareShown(*c.projection);
       c.depth = (tracked.cam_from_world * c.object->ellipsoid.center).z();
       c.radius = std::cbrt(c.object->ellipsoid.half_axes.prod());
       if (c.share_inside < kMinVisibleShare) c.projection.reset();
-      c.landmarks = OwnLandmarks(*c.object);
     }
+    if (has_ellipsoid || (c.object && c.object->known_by_landmarks))
+      c.landmarks = OwnLandmarks(*c.object);
     candidates.push_back(std::move(c));
   }
   return candidates;
@@ -263,8 +238,8 @@ class PlaceJudge {
   }
   bool IsSeen(size_t j) const { return seen_[j] != 0; }
 
-  // The evidence of an expected object that is not seen in its place: kAbsent if nothing explains
-  // that, else kNone.
+  // The evidence of an expected object that is not seen in its place: kNone if something may hide
+  // it. From sides from which it was never detected the landmarks must tell that nothing does.
   PlaceEvidence OfAbsence(size_t j) const {
     const Candidate& c = candidates_[j];
     std::vector<Box> nearer = in_unknown_depth_;
@@ -272,9 +247,12 @@ class PlaceJudge {
       if (other.projection && other.IsMapped() && other.depth + other.radius < c.depth &&
           !AreTogether(c, other))
         nearer.push_back(*other.projection);
-    const bool is_clear = HiddenShare(*c.projection, nearer) < kMaxHiddenShare &&
-                          WasSeenFrom(snapshot_, *c.object, tracked_.cam_from_world);
-    return is_clear ? PlaceEvidence::kAbsent : PlaceEvidence::kNone;
+    if (HiddenShare(*c.projection, nearer) >= kMaxHiddenShare) return PlaceEvidence::kNone;
+    if (WasSeenFrom(snapshot_, *c.object, tracked_.cam_from_world)) return PlaceEvidence::kAbsent;
+    return LooksAt(snapshot_, snapshot_.cameras[tracked_.frame.camera], tracked_.cam_from_world,
+                   tracked_.landmarks, c.object->ellipsoid)
+               ? PlaceEvidence::kUnrecognised
+               : PlaceEvidence::kNone;
   }
 
  private:
@@ -328,10 +306,14 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
   // Where most objects are out of place, the camera pose or the detector is probably wrong.
   const auto in_place =
       std::ranges::count(sightings, PlaceEvidence::kInPlace, &ObjectSighting::place);
+  const auto is_absent = [](const ObjectSighting& sighting) {
+    return sighting.place == PlaceEvidence::kAbsent ||
+           sighting.place == PlaceEvidence::kUnrecognised;
+  };
   const auto absent = std::ranges::count(sightings, PlaceEvidence::kAbsent, &ObjectSighting::place);
   if (absent <= std::max<std::ptrdiff_t>(in_place, 1)) return;
   for (ObjectSighting& sighting : sightings)
-    if (sighting.place == PlaceEvidence::kAbsent) sighting.place = PlaceEvidence::kNone;
+    if (is_absent(sighting)) sighting.place = PlaceEvidence::kNone;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "oaslam/objects/association.h"
 #include "oaslam/objects/known_poses.h"
+#include "oaslam/objects/object_mapper.h"
 #include "oaslam/util/log.h"
 #include "object_film.h"
 
@@ -203,6 +204,72 @@ TEST(Presence, OfTwoOfAClassTheOtherIsNotTakenForIt) {
   ASSERT_EQ(cups.size(), 1U);
   EXPECT_LT((cups[0].second.ellipsoid.center - Eigen::Vector3d(0.25, 0, 0.06)).norm(), 0.02);
   EXPECT_FALSE(cups[0].second.has_moved);
+}
+
+// Goes on in a map as on another day: a saved map does not tell when its objects were last seen.
+void GoOnOnAnotherDay(int from, int end, const std::function<Shot(int)>& shoot, Map& map) {
+  for (const ObjectId id : map.objects.Ids()) map.objects.MutableAt(id).last_seen_time.reset();
+  Rng rng(5);
+  const auto features = map.keyframes.At(KeyframeId(0)).features;
+  ObjectTracks tracks = ObjectTracks::ContinueFrom(map);
+  for (int i = from; i < end; ++i) {
+    const Shot shot = shoot(i);
+    const KeyframeId id(static_cast<uint32_t>(i));
+    map.keyframes.Insert(id, {i, i / 30.0, 0, shot.cam_from_world, features, {}, {}});
+    TrackedFrame tracked;
+    tracked.frame = {
+        i, i / 30.0, 0, features,
+        synthetic::Detect(shot.objects, shot.cam_from_world, kCamera, shot.detector, rng)};
+    tracked.cam_from_world = shot.cam_from_world;
+    tracked.reference = id;
+    ObjectAssociation association = AssociateObjects(tracked, map, std::move(tracks), {});
+    tracks = std::move(association.tracks);
+    UpdateObjects(map, association.sightings, {i, i / 30.0}, {});
+  }
+}
+
+// The camera looks at a cup. On another day, for two seconds, it looks at its place, where no cup
+// is detected, and at another place, where one is.
+struct AnotherDay {
+  bool other_place_was_seen = false;  // on the first day
+  bool is_another_day = true;         // else the camera goes on at once
+};
+
+std::vector<std::pair<ObjectId, Object>> CupsOf(const AnotherDay& days) {
+  const Eigen::Vector3d there(-0.1, 1.2, 0.06);
+  const auto film = [&](int i) {
+    const double angle = 0.2 + 0.4 * (i < 300 ? i / 300.0 : (i - 300) / 60.0);
+    const bool looks_there = i >= 300 || (days.other_place_was_seen && i >= 100 && i < 250);
+    const Eigen::Vector3d eye = OnCircle(angle).OriginInSource();
+    const Eigen::Vector3d target =
+        looks_there ? Eigen::Vector3d(-0.1, 0.6, 0.05) : Eigen::Vector3d(0, -0.4, 0.05);
+    Shot shot{synthetic::LookAt(eye, target), Table()};
+    if (i >= 300) shot.objects[0].ellipsoid.center = there;
+    return shot;
+  };
+  Map map = MapFilm(days.is_another_day ? 300 : 360, film).map;
+  if (days.is_another_day) GoOnOnAnotherDay(300, 360, film, map);
+  EXPECT_TRUE(map.CheckInvariants().empty());
+  return Mapped(map, kCup);
+}
+
+TEST(Presence, WhatStandsElsewhereOnAnotherDayHasMovedOnLittleEvidence) {
+  const auto cups = CupsOf({.other_place_was_seen = true});
+  ASSERT_EQ(cups.size(), 1U);
+  EXPECT_TRUE(cups[0].second.has_moved);
+  EXPECT_NEAR(cups[0].second.ellipsoid.center.y(), 1.2, 0.03);
+}
+
+TEST(Presence, OfTwoAlikeTheHiddenOneHasNotMovedToTheOther) {
+  // What hides the first cup is known to no detector; the place of the other was not looked at
+  // before, or it was a moment ago.
+  for (const AnotherDay& days :
+       {AnotherDay{.other_place_was_seen = false},
+        AnotherDay{.other_place_was_seen = true, .is_another_day = false}}) {
+    const auto cups = CupsOf(days);
+    EXPECT_EQ(cups.size(), 2U);
+    for (const auto& [id, cup] : cups) EXPECT_FALSE(cup.has_moved);
+  }
 }
 
 TEST(Presence, EvidenceIsBoundedBelowAndKnowsTheRate) {

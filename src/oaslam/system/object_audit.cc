@@ -16,7 +16,8 @@ void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Ma
   tracked.cam_from_world = cam_from_world;
   for (const ObjectSighting& sighting :
        AssociateObjects(tracked, map, ObjectTracks::ContinueFrom(map), config).sightings) {
-    if (sighting.place == PlaceEvidence::kNone) continue;
+    if (sighting.place == PlaceEvidence::kNone || sighting.place == PlaceEvidence::kUnrecognised)
+      continue;
     const Object& object = map.objects.At(sighting.object);
     Audited& audited = audited_[sighting.object];
     audited.category_id = object.category_id;
