@@ -73,8 +73,15 @@ Eigen::Vector3d NearestPoint(std::span<const Ray> rays) {
   return point;
 }
 
-SphereEstimate SphereFrom(std::span<const BoxView> views, double min_parallax_deg) {
+}  // namespace
+
+SphereEstimate EstimateSphere(std::span<const BoxView> all_views, double min_parallax_deg) {
   SphereEstimate result;
+  // The centre of a truncated box is not the centre of the object.
+  std::vector<BoxView> views;
+  for (const BoxView& view : all_views)
+    if (!view.truncated) views.push_back(view);
+  if (views.size() < 3) views.assign(all_views.begin(), all_views.end());
   if (views.size() < 2) return result;
   const std::vector<Ray> rays = CenterRays(views);
   result.parallax_deg = LargestAngleDeg(rays);
@@ -91,21 +98,6 @@ SphereEstimate SphereFrom(std::span<const BoxView> views, double min_parallax_de
   ClampAxes(result.sphere, MedianDepth(views, result.sphere.center));
   result.success = result.sphere.center.allFinite() && radius > 0;
   return result;
-}
-
-}  // namespace
-
-SphereEstimate EstimateSphere(std::span<const BoxView> views, double min_parallax_deg) {
-  // The centre of a truncated box is not the centre of the object. Large things, however, are seen
-  // whole from afar and from few sides only: then the cut boxes tell more than nothing.
-  constexpr size_t kMinWhole = 3;
-  std::vector<BoxView> whole;
-  for (const BoxView& view : views)
-    if (!view.truncated) whole.push_back(view);
-  if (whole.size() >= kMinWhole && whole.size() < views.size())
-    if (SphereEstimate estimate = SphereFrom(whole, min_parallax_deg); estimate.success)
-      return estimate;
-  return SphereFrom(views, min_parallax_deg);
 }
 
 ViewOverlap MeasureOverlap(const Ellipsoid& ellipsoid, std::span<const BoxView> views,
