@@ -111,6 +111,10 @@ bool AreNear(const ObjectPlace& a, const ObjectPlace& b) {
   return (a.center - b.center).norm() <= kSizes * (a.radius + b.radius);
 }
 
+bool IsMapped(const Map& map, ObjectId id) {
+  return map.objects.At(id).state == ObjectState::kMapped;
+}
+
 void TryMerge(Map& map, const ObjectPlaces& places, ObjectId kept, ObjectId gone,
               const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
@@ -165,7 +169,9 @@ void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsC
       if (b.id == a.id || b.category_id != a.category_id || !AreNear(a, b) ||
           !map.objects.Contains(b.id))
         continue;
-      TryMerge(map, places, std::min(a.id, b.id), std::max(a.id, b.id), config);
+      const bool keeps_a =
+          IsMapped(map, a.id) == IsMapped(map, b.id) ? a.id < b.id : IsMapped(map, a.id);
+      TryMerge(map, places, keeps_a ? a.id : b.id, keeps_a ? b.id : a.id, config);
     }
   }
 }

@@ -655,6 +655,24 @@ TEST(Merging, WhatIsPassedTwiceBrieflyIsKnownByItsLandmarks) {
   EXPECT_LT((book.ellipsoid.center - Table()[2].ellipsoid.center).norm(), 0.02);
 }
 
+TEST(Merging, AMappedObjectKeepsItsId) {
+  Map map = SplitMap(false);
+  Object early = map.objects.At(ObjectId(0)), late = early;
+  early.state = ObjectState::kInitialized;
+  early.observations.resize(early.observations.size() / 2);
+  late.observations.erase(
+      late.observations.begin(),
+      late.observations.begin() + static_cast<std::ptrdiff_t>(early.observations.size()));
+  map.merged_objects = {};
+  map.objects.MutableAt(ObjectId(0)) = early;
+  map.objects.Insert(ObjectId(1), late);
+  MergeDuplicates(map, {ObjectId(0)}, {});
+  EXPECT_FALSE(map.objects.Contains(ObjectId(0)));
+  ASSERT_TRUE(map.objects.Contains(ObjectId(1)));
+  EXPECT_EQ(map.objects.At(ObjectId(1)).state, ObjectState::kMapped);
+  EXPECT_EQ(*map.ResolveObject(ObjectId(0)), ObjectId(1));
+}
+
 TEST(Merging, WhatHasFewLandmarksIsForgottenAndSoDoesThePaper) {
   ObjectsConfig paper;
   paper.model = "paper";
