@@ -38,6 +38,7 @@ class Building {
     MakeMap();
     MakeObjects();
     if (options.is_loop) Drift();
+    for (const KeyframeId id : map_.keyframes.Ids()) map_.DropFreeKeypoints(id);
   }
 
   const Map& map() const { return map_; }

@@ -48,7 +48,8 @@ struct ObjectScene {
   Camera camera;
   ObjectScore score;
   IdealImage image;
-  std::vector<SceneObject> objects;  // those in state kMapped
+  std::vector<SceneObject> objects;      // those in state kMapped
+  std::vector<Eigen::Vector4d> spheres;  // their centres and reaches, side by side in memory
   // Detections whose class is in the map, best detector score first.
   std::vector<SceneDetection> detections;
   // Boxes of classes that move: they may hide any object.
@@ -72,6 +73,11 @@ struct ObjectScene {
   // Whether the orientation agrees with the measured gravity, or else with how people hold cameras.
   bool IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const;
 };
+
+// Returns false only where an object whose longest half axis is `reach` cannot project into the
+// box. It takes no more than some nanoseconds.
+bool MayOverlap(const Box& box, const Camera& camera, const Eigen::Vector3d& center_in_cam,
+                double reach);
 
 // The vertical in the frame of a camera of given pitch and roll.
 Eigen::Vector3d UpInCamera(double pitch, double roll);
