@@ -83,7 +83,7 @@ class Localize(unittest.TestCase):
         clip = harness.clip("query_around")[2:]
         for options in (["--forget-every", "0"], ["--forget-every", "-3"], ["--forget-every", "x"], ["--forget-every", "3", "--every-frame"]):
             outcome = oaslam("localize", "--map", self.map, "--out", os.path.join(self.folder, "refused"), *clip, "--relocalization", "objects", *options)
-            self.assertEqual(outcome.code, 1, outcome)
+            self.assertIn(outcome.code, (105, 108), outcome)  # of CLI11
             self.assertIn("--forget-every", outcome.err)
 
     def test_localization_as_in_the_paper(self):
