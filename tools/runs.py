@@ -7,8 +7,10 @@ import concurrent.futures
 import csv
 import hashlib
 import json
+import math
 import multiprocessing
 import os
+import random
 import re
 import statistics
 import subprocess
@@ -196,6 +198,20 @@ def relocalization_figures(printed):
         recall, precision = (dict(zip(distances, (float(v) / 100 for v in row.replace("%", "").split()))) for row in shares)
         found[name] = Relocalization(float(answered) / 100, float(false) / 100, float(median), recall, precision)
     return found
+
+
+# ---------------------------------------------------------------- writing
+def write_gravity(truth, path, sigma_deg=1.5):
+    """The direction of gravity in the camera's frame at true poses whose z axis is up, with normal noise. The noise stays the same for a second, since
+    `localize` averages what a sensor says within a tenth."""
+    noise, held_since = random.Random(0), -math.inf
+    with open(path, "w") as out:
+        for t, *_, x, y, z, w in ([float(v) for v in row[:8]] for row in read_rows(truth)):
+            if t - held_since >= 1:
+                error, held_since = [noise.gauss(0, math.radians(sigma_deg)) for _ in range(3)], t
+            down = 2 * (w * y - x * z), -2 * (y * z + w * x), 2 * (x * x + y * y) - 1  # R^T (0, 0, -1)
+            out.write(f"{t:.6f} " + " ".join(f"{d + e:.6f}" for d, e in zip(down, error)) + "\n")
+    return path
 
 
 # ---------------------------------------------------------------- showing

@@ -234,15 +234,11 @@ Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& match
   return pose;
 }
 
-// The standard deviation of the camera's centre, which moves by -R^T times the
-// change of the translation.
-double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches,
-                     const Rigid3& pose) {
+Eigen::Matrix<double, 6, 6> CovarianceOf(const Evidence& evidence,
+                                         const std::vector<Match>& matches, const Rigid3& pose) {
   Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
-  const Eigen::Matrix<double, 6, 6> covariance =
-      information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
-  return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));
+  return information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
 }
 
 }  // namespace
@@ -265,8 +261,11 @@ ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& sta
   for (const Match& match : matching.matches)
     candidate.matched.emplace_back(scene.detections[match.detection].index,
                                    scene.objects[match.object].id);
-  if (!matching.matches.empty())
-    candidate.sigma_position = PositionSigma(evidence, matching.matches, candidate.cam_from_world);
+  if (matching.matches.empty()) return candidate;
+  candidate.covariance = CovarianceOf(evidence, matching.matches, candidate.cam_from_world);
+  // The camera's centre moves by -R^T times the change of the translation.
+  candidate.sigma_position =
+      std::sqrt(std::max(candidate.covariance.topLeftCorner<3, 3>().trace(), 0.0));
   return candidate;
 }
 
