@@ -74,7 +74,7 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
 
 std::vector<KeyframeId> PackSettledKeyframes(std::span<const KeyframeId> unsettled,
                                              KeyframeId newest, Map& map) {
-  constexpr uint32_t kSettled = 30;  // keyframes
+  constexpr uint32_t kSettled = 300;  // keyframes; those of a flat are some hundred
   std::vector<KeyframeId> rest;
   for (const KeyframeId id : unsettled) {
     if (!map.keyframes.Contains(id)) continue;

@@ -5,6 +5,8 @@
 
 #include <map>
 
+#include "oaslam/mapping/local_mapping.h"
+#include "synthetic_building.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -290,6 +292,53 @@ TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
     keyframe.features = features;
   }
   EXPECT_FALSE(LoopDetector().Detect(d.map, KeyframeId(2 * kHalf - 1), rng));
+}
+
+// In a large map the pose graph has fewer nodes than keyframes, and those between move along.
+TEST(LoopClosing, TakesBackTheDriftOfALargeMap) {
+  constexpr int kKeyframes = 1200;
+  synthetic::Building building({.keyframes = kKeyframes, .objects = 0, .is_loop = true});
+  Map map = building.map();
+  const auto error = [&] {
+    double worst = 0;
+    for (int k = 0; k < kKeyframes; ++k)
+      worst = std::max(
+          worst,
+          (map.keyframes.At(KeyframeId(static_cast<uint32_t>(k))).cam_from_world.OriginInSource() -
+           building.PoseAt(k).OriginInSource())
+              .norm());
+    return worst;
+  };
+  const double before = error();
+  LoopDetector detector;
+  Rng rng(8);
+  std::optional<LoopClosure> loop;
+  for (uint32_t k = kKeyframes - 48; k < kKeyframes && !loop; ++k)
+    loop = detector.Detect(map, KeyframeId(k), rng);
+  ASSERT_TRUE(loop);
+  ASSERT_TRUE(CorrectLoop(*loop, 15, map));
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  EXPECT_LT(error(), 0.5 * before);
+  // Neighbours still agree on what they see: the correction has no steps between nodes.
+  double worst_step = 0;
+  for (uint32_t k = 1; k < kKeyframes; ++k) {
+    const auto center = [&](uint32_t i) {
+      return map.keyframes.At(KeyframeId(i)).cam_from_world.OriginInSource();
+    };
+    const double step = (center(k) - center(k - 1)).norm();
+    worst_step = std::max(worst_step, std::abs(step - 0.7));
+  }
+  EXPECT_LT(worst_step, 0.07);
+}
+
+TEST(Culling, PacksWhatIsSettled) {
+  Map map = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
+  const int all = map.keyframes.At(KeyframeId(0)).features->size();
+  const std::vector<KeyframeId> ids = {KeyframeId(0), KeyframeId(5)};
+  EXPECT_EQ(PackSettledKeyframes(ids, KeyframeId(299), map), ids);
+  EXPECT_EQ(PackSettledKeyframes(ids, KeyframeId(301), map), std::vector{KeyframeId(5)});
+  EXPECT_LT(map.keyframes.At(KeyframeId(0)).features->size(), all);
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }
 
 }  // namespace

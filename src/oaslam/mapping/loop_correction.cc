@@ -152,6 +152,18 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   return true;
 }
 
+// The keyframes whose covisibility is computed anew: all of a small map, of a large one those about
+// the ends of the loop, where landmarks were merged.
+std::vector<KeyframeId> KeyframesToLink(const Map& map, const std::vector<KeyframeId>& ends,
+                                        const std::vector<LandmarkId>& old) {
+  if (map.keyframes.size() <= kMaxNodes) return map.keyframes.Ids();
+  std::set<KeyframeId> fused(ends.begin(), ends.end());
+  for (const LandmarkId id : old)
+    if (const Landmark* landmark = map.landmarks.Find(id))
+      for (const Observation& o : landmark->observations) fused.insert(o.keyframe);
+  return {fused.begin(), fused.end()};
+}
+
 }  // namespace
 
 bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held) {
@@ -166,12 +178,8 @@ bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, Ke
   for (const KeyframeId id : ends)
     ApplyFusion(FindFusionCandidates(map, id, old, kFusionRadiusPx), id, map);
   for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
-  // Landmarks were merged about the ends of the loop only.
-  std::set<KeyframeId> fused(ends.begin(), ends.end());
-  for (const LandmarkId id : old)
-    if (const Landmark* landmark = map.landmarks.Find(id))
-      for (const Observation& o : landmark->observations) fused.insert(o.keyframe);
-  for (const KeyframeId id : fused) map.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : KeyframesToLink(map, ends, old))
+    map.UpdateCovisibility(id, min_shared_landmarks);
   return true;
 }
 

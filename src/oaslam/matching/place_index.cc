@@ -6,8 +6,8 @@
 namespace oaslam {
 namespace {
 
-// The most descriptors indexed for one landmark: it looks different from different sides. In a large
-// map, memory matters more than the last landmark found.
+// The most descriptors indexed for one landmark: it looks different from different sides. In a
+// large map, memory matters more than the last landmark found.
 constexpr size_t kViewsOfALandmark = 4, kViewsInALargeMap = 2;
 constexpr size_t kLargeMap = 200000;  // landmarks
 constexpr int kMaxHamming = 64;
