@@ -39,7 +39,9 @@ class Building {
     MakeMap();
     MakeObjects();
     if (options.is_loop) Drift();
-    for (const KeyframeId id : map_.keyframes.Ids()) map_.DropFreeKeypoints(id);
+    // As the mapper does (PackSettledKeyframes).
+    for (int k = 0; k + 500 < options.keyframes; ++k)
+      map_.DropFreeKeypoints(KeyframeId(static_cast<uint32_t>(k)));
   }
 
   const Map& map() const { return map_; }

@@ -331,13 +331,24 @@ TEST(LoopClosing, TakesBackTheDriftOfALargeMap) {
   EXPECT_LT(worst_step, 0.07);
 }
 
-TEST(Culling, PacksWhatIsSettled) {
-  Map map = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
-  const int all = map.keyframes.At(KeyframeId(0)).features->size();
-  const std::vector<KeyframeId> ids = {KeyframeId(0), KeyframeId(5)};
-  EXPECT_EQ(PackSettledKeyframes(ids, KeyframeId(299), map), ids);
-  EXPECT_EQ(PackSettledKeyframes(ids, KeyframeId(301), map), std::vector{KeyframeId(5)});
-  EXPECT_LT(map.keyframes.At(KeyframeId(0)).features->size(), all);
+TEST(Culling, PacksAllButTheNewestKeyframes) {
+  synthetic::Building building({.keyframes = 504, .objects = 0});
+  Map map = building.map();
+  std::vector<KeyframeId> unsettled = map.keyframes.Ids();
+  // A keyframe of which all key points but those of one landmark are free.
+  const auto free_all_but_one = [&](KeyframeId id) {
+    const std::vector<LandmarkId> seen = map.keyframes.At(id).landmarks;
+    for (size_t i = 1; i < seen.size(); ++i) map.EraseObservation(seen[i], id);
+  };
+  for (const uint32_t k : {1, 3, 4}) free_all_but_one(KeyframeId(k));
+  map.RetireKeyframe(KeyframeId(0));
+  unsettled = PackSettledKeyframes(unsettled, map);
+  ASSERT_EQ(unsettled.size(), 500U);
+  EXPECT_EQ(unsettled.front(), KeyframeId(4));
+  EXPECT_LE(map.keyframes.At(KeyframeId(1)).features->size(), 1);
+  EXPECT_LE(map.keyframes.At(KeyframeId(3)).features->size(), 1);
+  EXPECT_GT(map.keyframes.At(KeyframeId(4)).features->size(), 100);
+  EXPECT_EQ(PackSettledKeyframes(unsettled, map), unsettled);
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }
 

@@ -1,7 +1,9 @@
 #include "oaslam/mapping/loop_objects.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "oaslam/geometry/box.h"
@@ -20,19 +22,37 @@ std::set<KeyframeId> Around(const Map& map, KeyframeId end) {
   return group;
 }
 
-// The mapped objects with an observation relative to one of the keyframes.
-std::set<ObjectId> SeenFrom(const Map& map, const std::set<KeyframeId>& keyframes) {
-  std::set<ObjectId> seen;
+// An image in which objects were detected, mapped or not.
+struct Shot {
+  KeyframeId reference;
+  Rigid3 cam_from_world;
+  int camera = 0;
+  std::vector<std::pair<int, Box>> boxes;  // with their categories
+};
+
+// What was seen about one end of the loop.
+struct End {
+  std::map<int, Shot> shots;   // by frame
+  std::set<ObjectId> objects;  // mapped ones
+};
+
+End Look(const Map& map, KeyframeId keyframe) {
+  const std::set<KeyframeId> group = Around(map, keyframe);
+  End end;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state != ObjectState::kMapped || map.classes.IsMovable(object.category_id)) return;
+    if (map.classes.IsMovable(object.category_id)) return;
     for (const ObjectObservation& o : object.observations) {
       const auto carried = map.ResolveKeyframe(o.reference);
-      if (!carried || !keyframes.contains(carried->by)) continue;
-      seen.insert(id);
-      return;
+      if (!carried || !group.contains(carried->by)) continue;
+      Shot& shot = end.shots[o.frame_index];
+      shot.reference = carried->by;
+      shot.cam_from_world = o.cam_from_reference * *map.ResolvePose(o.reference);
+      shot.camera = o.camera;
+      shot.boxes.emplace_back(object.category_id, o.box);
+      if (object.state == ObjectState::kMapped) end.objects.insert(id);
     }
   });
-  return seen;
+  return end;
 }
 
 Ellipsoid Moved(const Ellipsoid& ellipsoid, const Similarity& motion) {
@@ -40,24 +60,12 @@ Ellipsoid Moved(const Ellipsoid& ellipsoid, const Similarity& motion) {
           (motion.rotation * ellipsoid.rotation).normalized()};
 }
 
-bool AreSamePlace(const Ellipsoid& a, const Ellipsoid& b) {
-  constexpr double kSizes = 2;  // ellipsoids of few views are off by as much
-  return (a.center - b.center).norm() < kSizes * (a.half_axes.maxCoeff() + b.half_axes.maxCoeff());
-}
-
-// Whether the keyframe would show the object large, well inside its image and with nothing nearer
-// in front.
-bool WouldShow(const Map& map, const Keyframe& keyframe, const Ellipsoid& ellipsoid,
-               const std::set<ObjectId>& about) {
-  constexpr double kLeastSize = 40;  // detector pixels
-  constexpr double kInside = 0.95;
-  const Camera& camera = map.cameras[keyframe.camera];
-  const auto box = ProjectToBox(ellipsoid, keyframe.cam_from_world, camera);
-  if (!box || SizeOf(*box) < kLeastSize * DetectorPixel(camera) ||
-      ShareInside(*box, keyframe.features->bounds) < kInside)
-    return false;
+// Whether half of the landmarks in a box are nearer than the object, as those of a wall in front of
+// it are.
+bool IsBehindLandmarks(const Map& map, const Keyframe& keyframe, const Ellipsoid& ellipsoid) {
+  const auto box = ProjectToBox(ellipsoid, keyframe.cam_from_world, map.cameras[keyframe.camera]);
+  if (!box) return true;
   const double depth = (keyframe.cam_from_world * ellipsoid.center).z();
-  // Landmarks in front of it, as of a wall: it would be hidden.
   int nearer = 0, all = 0;
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     const Landmark* landmark = map.landmarks.Find(keyframe.landmarks[i]);
@@ -68,48 +76,56 @@ bool WouldShow(const Map& map, const Keyframe& keyframe, const Ellipsoid& ellips
     nearer +=
         (keyframe.cam_from_world * landmark->position).z() < depth - ellipsoid.half_axes.maxCoeff();
   }
-  if (2 * nearer > all) return false;
-  return std::ranges::none_of(about, [&](ObjectId id) {
-    const Ellipsoid& other = map.objects.At(id).ellipsoid;
-    const auto other_box = ProjectToBox(other, keyframe.cam_from_world, camera);
-    return other_box && (keyframe.cam_from_world * other.center).z() < depth &&
-           ShareInside(*box, *other_box) > 0.2;
-  });
+  return 2 * nearer > all;
 }
 
-// Adds what the objects of one end say, taken to the other end by `motion`.
-void Compare(const Map& map, const std::set<ObjectId>& objects, const Similarity& motion,
-             const std::set<ObjectId>& others, const std::set<KeyframeId>& keyframes,
+enum class Showing { kNothing, kObject, kNoObject };
+
+// What an image says of an object of this class that is there: nothing where it would be small, cut
+// or hidden.
+Showing Judge(const Map& map, const Shot& shot, int category, const Ellipsoid& ellipsoid) {
+  constexpr double kLeastSize = 40;  // detector pixels
+  constexpr double kInside = 0.95, kSameBox = 0.1, kHidden = 0.2;
+  const Camera& camera = map.cameras[shot.camera];
+  const Keyframe& keyframe = map.keyframes.At(shot.reference);
+  const auto box = ProjectToBox(ellipsoid, shot.cam_from_world, camera);
+  if (!box || ShareInside(*box, keyframe.features->bounds) < kInside) return Showing::kNothing;
+  for (const auto& [seen_category, seen] : shot.boxes)
+    if (seen_category == category && IoU(seen, *box) > kSameBox) return Showing::kObject;
+  const bool may_be_hidden = std::ranges::any_of(
+      shot.boxes, [&](const auto& seen) { return ShareInside(*box, seen.second) > kHidden; });
+  if (SizeOf(*box) < kLeastSize * DetectorPixel(camera) || may_be_hidden ||
+      IsBehindLandmarks(map, keyframe, ellipsoid))
+    return Showing::kNothing;
+  return Showing::kNoObject;
+}
+
+// Adds what the images of one end say of the objects of the other, taken there by `motion`.
+void Compare(const Map& map, const End& from, const Similarity& motion, const End& to,
              LoopObjects& result) {
-  constexpr int kViews = 3;
-  for (const ObjectId id : objects) {
-    if (others.contains(id)) continue;
+  constexpr int kShots = 3;
+  for (const ObjectId id : from.objects) {
+    if (to.objects.contains(id)) continue;
     const Object& object = map.objects.At(id);
     const Ellipsoid moved = Moved(object.ellipsoid, motion);
-    const bool is_there = std::ranges::any_of(others, [&](ObjectId other) {
-      const Object& candidate = map.objects.At(other);
-      return candidate.category_id == object.category_id &&
-             AreSamePlace(moved, candidate.ellipsoid);
-    });
-    if (is_there) {
-      ++result.agreeing;
-      continue;
+    int shown = 0, missing = 0;
+    for (const auto& [frame, shot] : to.shots) {
+      const Showing showing = Judge(map, shot, object.category_id, moved);
+      shown += showing == Showing::kObject;
+      missing += showing == Showing::kNoObject;
     }
-    const auto views = std::ranges::count_if(keyframes, [&](KeyframeId k) {
-      return WouldShow(map, map.keyframes.At(k), moved, others);
-    });
-    result.contradicting += views >= kViews;
+    result.agreeing += shown >= kShots;
+    result.contradicting += shown == 0 && missing >= kShots;
   }
 }
 
 }  // namespace
 
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop) {
-  const std::set<KeyframeId> here = Around(map, loop.current), there = Around(map, loop.old);
-  const std::set<ObjectId> seen_here = SeenFrom(map, here), seen_there = SeenFrom(map, there);
+  const End here = Look(map, loop.current), there = Look(map, loop.old);
   LoopObjects result;
-  Compare(map, seen_here, loop.old_from_current, seen_there, there, result);
-  Compare(map, seen_there, loop.old_from_current.Inverse(), seen_here, here, result);
+  Compare(map, here, loop.old_from_current, there, result);
+  Compare(map, there, loop.old_from_current.Inverse(), here, result);
   return result;
 }
 

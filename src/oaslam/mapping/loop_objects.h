@@ -8,14 +8,14 @@ namespace oaslam {
 
 // What the objects about both ends of a loop say of it.
 struct LoopObjects {
-  int agreeing = 0;       // objects of the one part that the loop brings to one of their class
-  int contradicting = 0;  // objects where the other part shows, in full view, none of their class
+  int agreeing = 0;       // objects that the images of the other end show where the loop takes them
+  int contradicting = 0;  // objects that they would show there, and do not
 };
 
-// Compares the mapped objects that the keyframes about the current end saw with those about the old
-// end, where the loop's similarity would take them. An object contradicts only if several keyframes
-// of the other end would have shown it well inside the image and not behind others. Objects that
-// were seen from both ends, or whose classes move, say nothing.
+// Looks for the mapped objects about each end of the loop in the images about the other end, where
+// the loop's similarity takes them: for a detection of their class, mapped or not. An object
+// contradicts only if several images would show it large, well inside, and not behind boxes or
+// landmarks. Objects that were seen from both ends, or whose classes move, say nothing.
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop);
 
 // Whether the objects refute the loop: several contradict, and more than agree. Corridors, windows

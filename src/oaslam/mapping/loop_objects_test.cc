@@ -39,17 +39,21 @@ struct TwoPasses {
   }
 
   // Objects in a row, as seen in one of the passes.
-  void Add(int first_category, bool in_second) {
+  void Add(int first_category, bool in_second, double shift = 0) {
     for (int i = 0; i < 4; ++i) {
       Object object;
       object.category_id = first_category + i;
       object.state = ObjectState::kMapped;
-      object.ellipsoid = synthetic::Upright(0, {-0.9 + 0.6 * i + (in_second ? kDrift : 0), -0.5, 0},
-                                            {0.12, 0.12, 0.12})
-                             .ellipsoid;
-      for (uint32_t k = 0; k < kHalf; ++k)
+      object.ellipsoid =
+          synthetic::Upright(0, {-0.9 + 0.6 * i + shift + (in_second ? kDrift : 0), -0.5, 0},
+                             {0.12, 0.12, 0.12})
+              .ellipsoid;
+      for (uint32_t k = in_second ? kHalf : 0; k < (in_second ? 2 * kHalf : kHalf); ++k) {
+        const Keyframe& keyframe = map.keyframes.At(KeyframeId(k));
+        const auto box = ProjectToBox(object.ellipsoid, keyframe.cam_from_world, map.cameras[0]);
         object.observations.push_back(
-            {static_cast<int>(k), KeyframeId(in_second ? k + kHalf : k), {}, 0, {0, 0, 50, 50}});
+            {static_cast<int>(k), KeyframeId(k), {}, 0, box.value_or(Box{})});
+      }
       map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), object);
     }
   }
@@ -65,10 +69,10 @@ TEST(LoopObjects, TheSameThingsAgree) {
   EXPECT_FALSE(AreObjectsAgainst(objects));
 }
 
-TEST(LoopObjects, OtherThingsInTheSamePlacesContradict) {
+TEST(LoopObjects, OtherThingsBetweenTheirPlacesContradict) {
   TwoPasses passes;
   passes.Add(1, false);
-  passes.Add(20, true);
+  passes.Add(20, true, 0.3);
   const LoopObjects objects = CompareObjects(passes.map, passes.loop);
   EXPECT_EQ(objects.agreeing, 0);
   EXPECT_GE(objects.contradicting, 6);
@@ -78,7 +82,7 @@ TEST(LoopObjects, OtherThingsInTheSamePlacesContradict) {
 TEST(LoopObjects, AWallInFrontOfAThingExcusesThatItIsNotSeen) {
   TwoPasses passes;
   passes.Add(1, false);
-  passes.Add(20, true);
+  passes.Add(20, true, 0.3);
   // Landmarks on a plane half way to the objects.
   for (const KeyframeId id : passes.map.keyframes.Ids()) {
     const Keyframe& keyframe = passes.map.keyframes.At(id);

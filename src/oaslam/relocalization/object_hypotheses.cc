@@ -42,8 +42,7 @@ struct Node {
 
 Node MakeNode(const ObjectScene& scene, int detection, int object) {
   const SceneDetection& d = scene.detections[detection];
-  const double depth =
-      std::sqrt(scene.camera.fx * scene.camera.fy) * scene.objects[object].radius / (d.size / 2);
+  const double depth = d.depth_per_radius * scene.objects[object].radius;
   return {detection, object, depth, depth / (d.truncated ? kTruncatedFactor : kDepthFactor),
           depth * kDepthFactor};
 }
@@ -60,15 +59,16 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
       (scene.objects[a.object].ellipsoid.center - scene.objects[b.object].ellipsoid.center)
           .squaredNorm();
   const auto squared = [&](double s, double t) { return s * s * pp + t * t * qq - 2 * s * t * pq; };
-  double nearest = std::numeric_limits<double>::max(), farthest = 0;
-  for (const double s : {a.min_depth, a.max_depth}) {
+  double farthest = 0;
+  for (const double s : {a.min_depth, a.max_depth})
+    for (const double t : {b.min_depth, b.max_depth}) farthest = std::max(farthest, squared(s, t));
+  if (between > farthest) return false;
+  double nearest = std::numeric_limits<double>::max();
+  for (const double s : {a.min_depth, a.max_depth})
     nearest = std::min(nearest, squared(s, std::clamp(s * pq / qq, b.min_depth, b.max_depth)));
-    for (const double t : {b.min_depth, b.max_depth}) {
-      nearest = std::min(nearest, squared(std::clamp(t * pq / pp, a.min_depth, a.max_depth), t));
-      farthest = std::max(farthest, squared(s, t));
-    }
-  }
-  return between >= nearest && between <= farthest;
+  for (const double t : {b.min_depth, b.max_depth})
+    nearest = std::min(nearest, squared(std::clamp(t * pq / pp, a.min_depth, a.max_depth), t));
+  return between >= nearest;
 }
 
 // The detections to start from: untruncated ones first, then those whose class
@@ -100,8 +100,8 @@ class Neighborhoods {
   explicit Neighborhoods(const ObjectScene& scene)
       : scene_(scene),
         detections_(DetectionsToStartFrom(scene)),
-        farthest_(FarthestDepth(scene)),
-        grid_(Centers(scene), farthest_ + 1e-9) {}
+        depths_(DepthsOf(scene)),
+        grid_(Centers(scene), UsualReach(depths_)) {}
 
   bool IsLargeMap() const { return scene_.objects.size() > kSmallMap; }
 
@@ -137,15 +137,38 @@ class Neighborhoods {
   }
 
  private:
-  // The farthest from the camera that any object can be, by the size of its box.
-  static double FarthestDepth(const ObjectScene& scene) {
-    double farthest = 0;
-    for (int d = 0; d < static_cast<int>(scene.detections.size()); ++d)
-      for (const int o : scene.detections[d].objects)
-        farthest =
-            std::max(farthest, MakeNode(scene, d, o).max_depth * scene.detections[d].ray.norm());
-    return farthest;
+  struct Depths {
+    double min = std::numeric_limits<double>::max(), max = 0;
+  };
+
+  // The depths at which any object of its class can be, for each detection.
+  static std::vector<Depths> DepthsOf(const ObjectScene& scene) {
+    std::vector<Depths> depths(scene.detections.size());
+    for (int d = 0; d < static_cast<int>(depths.size()); ++d)
+      for (const int o : scene.detections[d].objects) {
+        const Node node = MakeNode(scene, d, o);
+        depths[d].min = std::min(depths[d].min, node.min_depth);
+        depths[d].max = std::max(depths[d].max, node.max_depth);
+      }
+    return depths;
   }
+  // About the distance within which neighbours are looked for.
+  static double UsualReach(const std::vector<Depths>& depths) {
+    double reach = 1e-9;
+    for (const Depths& d : depths) reach = std::max(reach, d.max);
+    return reach;
+  }
+  // How far from the origin's object any object of another detection can be.
+  double ReachOf(const Node& origin) const {
+    const Eigen::Vector3d& p = scene_.detections[origin.detection].ray;
+    double squared = 0;
+    for (size_t d = 0; d < depths_.size(); ++d)
+      for (const double s : {origin.min_depth, origin.max_depth})
+        for (const double t : {depths_[d].min, depths_[d].max})
+          squared = std::max(squared, (s * p - t * scene_.detections[d].ray).squaredNorm());
+    return std::sqrt(squared) + 1e-9;
+  }
+
   static std::vector<Eigen::Vector3d> Centers(const ObjectScene& scene) {
     std::vector<Eigen::Vector3d> centers;
     for (const SceneObject& object : scene.objects) centers.push_back(object.ellipsoid.center);
@@ -157,9 +180,7 @@ class Neighborhoods {
   template <typename Visitor>
   void VisitCompatible(const Start& start, std::vector<int>& near, Visitor&& visit) const {
     const Node& origin = start.origin;
-    const double reach =
-        origin.max_depth * scene_.detections[origin.detection].ray.norm() + farthest_;
-    grid_.FindNear(scene_.objects[origin.object].ellipsoid.center, reach, near);
+    grid_.FindNear(scene_.objects[origin.object].ellipsoid.center, ReachOf(origin), near);
     for (const int o : near)
       for (const int d : scene_.objects[o].detections) {
         if (std::ranges::find(start.done, d) != start.done.end()) continue;
@@ -205,7 +226,7 @@ class Neighborhoods {
 
   const ObjectScene& scene_;
   std::vector<int> detections_;
-  double farthest_;
+  std::vector<Depths> depths_;  // by detection
   ObjectGrid grid_;
 };
 

@@ -108,7 +108,10 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
   order.resize(std::min({order.size(), static_cast<size_t>(config.max_detections), kMaxScored}));
   for (const int i : order) {
     const ObjectDetection& d = all_detections[i];
-    SceneDetection scene{i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), SizeOf(d.box),
+    const double size = SizeOf(d.box);
+    SceneDetection scene{i,           d.box,
+                         d.truncated, RayOf(camera, CenterPixel(d.box)),
+                         size,        std::sqrt(camera.fx * camera.fy) / (size / 2),
                          {}};
     for (int o = 0; o < static_cast<int>(objects.size()); ++o) {
       if (objects[o].category_id != d.category_id) continue;

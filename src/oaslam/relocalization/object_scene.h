@@ -32,9 +32,10 @@ struct SceneDetection {
   int index = 0;  // in the caller's list
   Box box;
   unsigned char truncated = 0;
-  Eigen::Vector3d ray;       // through the centre of the box, z = 1
-  double size = 0;           // px
-  std::vector<int> objects;  // of its class, indices into ObjectScene::objects
+  Eigen::Vector3d ray;          // through the centre of the box, z = 1
+  double size = 0;              // px
+  double depth_per_radius = 0;  // of an object that the box shows
+  std::vector<int> objects;     // of its class, indices into ObjectScene::objects
 };
 
 // The range of camera orientations during mapping, from which poses of a query are guessed.

@@ -68,7 +68,7 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
     ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
   unsettled_keyframes_.push_back(keyframe.id);
-  unsettled_keyframes_ = PackSettledKeyframes(unsettled_keyframes_, keyframe.id, map_);
+  unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   CloseLoop(keyframe.id, keyframe.frame.frame.index);
 }
 
