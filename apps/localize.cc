@@ -31,6 +31,7 @@ struct LocalizeOptions {
   std::vector<std::string> models;
   std::string map, images, camera, detections, out, gravity, relocalization = "points+objects";
   bool every_frame = false;
+  int forget_every = 0;  // images; 0: never
   int piece = 0;
 };
 
@@ -130,6 +131,17 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
   if (!options.classes.empty()) slam.SetClassRelations(LoadClasses(options).relations);
 }
 
+// Begins to look for the camera, knowing nothing of it.
+void LoadMap(const LocalizeOptions& options, Slam& slam) {
+  slam.Load(options.map, options.piece);
+  UseClassFile(options.common, slam);
+}
+
+// Whether to forget what the images told, before the next one is looked for.
+bool MustForget(const LocalizeOptions& options, int done) {
+  return options.forget_every > 0 && done > 0 && done % options.forget_every == 0;
+}
+
 FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::optional<Camera>& known) {
   return {.images = options.images,
           .camera = options.camera,
@@ -181,9 +193,8 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       options.common);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
-  slam.Load(options.map, options.piece);
+  LoadMap(options, slam);
   slam.SetMapping(false);
-  UseClassFile(options.common, slam);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
   Recording recording(options.recording, LoadModels(options.models, options.recording.IsAskedFor()),
@@ -193,6 +204,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   std::exception_ptr failure;
   try {
     while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
+      if (MustForget(options, done)) LoadMap(options, slam);
       RelocalizationResult result;
       if (options.every_frame) {
         result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode,
@@ -233,14 +245,17 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   GravityTrack gravity =
       options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Slam slam(config, camera);
-  slam.Load(options.map, options.piece);
-  UseClassFile(options.common, slam);
+  LoadMap(options, slam);
   ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
   int done = 0;
   for (const TimedDetections& image : images) {
     if (Interrupted()) break;
+    if (MustForget(options, done)) LoadMap(options, slam);
+    const std::optional<Eigen::Vector3d> gravity_in_cam = gravity.At(image.timestamp);
     const RelocalizationResult result =
-        slam.RelocalizeByObjects(image.detections, gravity.At(image.timestamp));
+        options.every_frame
+            ? slam.RelocalizeByObjects(image.detections, gravity_in_cam)
+            : slam.FollowByObjects(image.timestamp, image.detections, gravity_in_cam);
     results.Add(image.index, image.timestamp, result);
     progress.Update(++done, ToString(result.evidence));
   }
@@ -293,8 +308,14 @@ void AddLocalizeCommand(CLI::App& app) {
       ->add_option("--relocalization", options->relocalization,
                    "points, objects or points+objects (default)")
       ->check(CLI::IsMember({"points", "objects", "points+objects"}));
-  command->add_flag("--every-frame", options->every_frame,
-                    "find each image by itself instead of following the camera");
+  auto* every_frame =
+      command->add_flag("--every-frame", options->every_frame,
+                        "find each image by itself instead of following the camera");
+  command
+      ->add_option("--forget-every", options->forget_every,
+                   "forget after each N images what they told, to measure what N images tell")
+      ->check(CLI::PositiveNumber)
+      ->excludes(every_frame);
   command->add_option("--gravity", options->gravity,
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
   auto* record = AddRecordingOptions(*command, options->recording);

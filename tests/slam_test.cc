@@ -273,6 +273,27 @@ TEST_F(SlamWithMap, RefusesTimesAndGravityThatAreNotFinite) {
   EXPECT_THAT(InputErrorOf([&] { slam.Process(input); }), HasSubstr("time stamp"));
   const Eigen::Vector3d gravity(0, std::nan(""), 1);
   EXPECT_THAT(InputErrorOf([&] { slam.RelocalizeByObjects({}, gravity); }), HasSubstr("gravity"));
+  EXPECT_THAT(InputErrorOf([&] { slam.FollowByObjects(1, {}, gravity); }), HasSubstr("gravity"));
+  EXPECT_THAT(InputErrorOf([&] { slam.FollowByObjects(std::nan(""), {}); }),
+              HasSubstr("time stamp"));
+}
+
+TEST_F(SlamWithMap, FollowsByObjectsWhatItWasToldAndForgetsItWhenAsked) {
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  const ImageInput first = WithDetections(30), second = WithDetections(31);
+  const RelocalizationResult alone = slam.RelocalizeByObjects(second.detections);
+  slam.FollowByObjects(1, first.detections);
+  const RelocalizationResult followed = slam.FollowByObjects(1.03, second.detections);
+  EXPECT_NE(followed.object_score, alone.object_score);
+  // An image that is refused changes nothing.
+  EXPECT_THAT(InputErrorOf([&] { slam.FollowByObjects(1.03, first.detections); }),
+              HasSubstr("not after the one before"));
+  slam.ForceRelocalization();
+  EXPECT_EQ(slam.FollowByObjects(1.06, second.detections).object_score, alone.object_score);
+  slam.FollowByObjects(1.09, first.detections);
+  slam.Load(Path());
+  EXPECT_EQ(slam.FollowByObjects(1, second.detections).object_score, alone.object_score);
 }
 
 TEST_F(SlamWithMap, TellsWhatHasGone) {

@@ -28,6 +28,7 @@ struct BuildingOptions {
 class Building {
  public:
   static constexpr int kObjectsOfADesk = 10, kFramesPerKeyframe = 10;
+  static constexpr double kInterval = 1.0 / 30;  // seconds between images
 
   explicit Building(const BuildingOptions& options)
       : options_(options),
@@ -38,6 +39,9 @@ class Building {
     MakeMap();
     MakeObjects();
     if (options.is_loop) Drift();
+    // As the mapper does (PackSettledKeyframes).
+    for (int k = 0; k + 500 < options.keyframes; ++k)
+      map_.DropFreeKeypoints(KeyframeId(static_cast<uint32_t>(k)));
   }
 
   const Map& map() const { return map_; }
@@ -55,7 +59,7 @@ class Building {
     const auto [view, first] = ViewAt(steps, rng);
     TrackedFrame tracked;
     tracked.frame.index = static_cast<int>(kFramesPerKeyframe * steps);
-    tracked.frame.timestamp = tracked.frame.index * kVideoInterval;
+    tracked.frame.timestamp = tracked.frame.index * kInterval;
     tracked.frame.features = view.features;
     tracked.cam_from_world = PoseAt(steps);
     tracked.reference = KeyframeId(static_cast<uint32_t>(
@@ -172,7 +176,7 @@ class Building {
       const auto [view, first] = ViewAt(k, rng);
       Keyframe keyframe;
       keyframe.frame_index = kFramesPerKeyframe * k;
-      keyframe.timestamp = keyframe.frame_index * kVideoInterval;
+      keyframe.timestamp = keyframe.frame_index * kInterval;
       keyframe.cam_from_world = PoseAt(k);
       keyframe.features = view.features;
       keyframe.landmarks.resize(view.features->keypoints.size());

@@ -7,13 +7,16 @@ import concurrent.futures
 import csv
 import hashlib
 import json
+import math
 import multiprocessing
 import os
+import random
 import re
 import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -56,14 +59,16 @@ def detections(folder, name="detections.json"):
 Done = collections.namedtuple("Done", "printed cpu_s peak_mb")
 
 
-def call(*command, quiet=False):
+def call(*command, quiet=False, watch=None):
     """Runs a command; returns what it printed, its CPU seconds and its peak memory (MiB). Ends this program where the command fails.
-    `quiet`: the command's own messages are shown only if it fails."""
+    `quiet`: the command's own messages are shown only if it fails. `watch`: a list that gets the seconds and the memory (MiB) of the process, once a second."""
     with tempfile.TemporaryFile("w+") as messages:
         try:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=messages if quiet else None, text=True)
         except OSError as error:
             sys.exit(f"{PROGRAM}: {command[0]}: {error.strerror}")
+        if watch is not None:
+            threading.Thread(target=watch_memory, args=(process.pid, watch), daemon=True).start()
         printed = process.stdout.read()
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -71,6 +76,20 @@ def call(*command, quiet=False):
             messages.seek(0)
             sys.exit(f"{messages.read()}{PROGRAM}: failed with exit status {process.returncode}: {' '.join(command)}")
     return Done(printed, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+
+
+def watch_memory(pid, samples):
+    begin = time.monotonic()
+    while True:
+        try:
+            with open(f"/proc/{pid}/status") as f:
+                resident = next((line for line in f if line.startswith("VmRSS:")), None)
+        except OSError:
+            return
+        if resident is None:  # it has ended
+            return
+        samples.append((time.monotonic() - begin, int(resident.split()[1]) / 1024))
+        time.sleep(1)
 
 
 def kept(binary, args, out, yardstick_of=None):
@@ -196,6 +215,20 @@ def relocalization_figures(printed):
         recall, precision = (dict(zip(distances, (float(v) / 100 for v in row.replace("%", "").split()))) for row in shares)
         found[name] = Relocalization(float(answered) / 100, float(false) / 100, float(median), recall, precision)
     return found
+
+
+# ---------------------------------------------------------------- writing
+def write_gravity(truth, path, sigma_deg=1.5):
+    """The direction of gravity in the camera's frame at true poses whose z axis is up, with normal noise. The noise stays the same for a second, since
+    `localize` averages what a sensor says within a tenth."""
+    noise, held_since = random.Random(0), -math.inf
+    with open(path, "w") as out:
+        for t, *_, x, y, z, w in ([float(v) for v in row[:8]] for row in read_rows(truth)):
+            if t - held_since >= 1:
+                error, held_since = [noise.gauss(0, math.radians(sigma_deg)) for _ in range(3)], t
+            down = 2 * (w * y - x * z), -2 * (y * z + w * x), 2 * (x * x + y * y) - 1  # R^T (0, 0, -1)
+            out.write(f"{t:.6f} " + " ".join(f"{d + e:.6f}" for d, e in zip(down, error)) + "\n")
+    return path
 
 
 # ---------------------------------------------------------------- showing

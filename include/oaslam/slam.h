@@ -139,6 +139,11 @@ class Slam {
   RelocalizationResult RelocalizeByObjects(
       const std::vector<Detection>& detections,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // The same by the detections of successive images: what those of the last second told counts,
+  // too. Time stamps (seconds) must ascend, as in Process. ForceRelocalization forgets them.
+  RelocalizationResult FollowByObjects(
+      double timestamp, const std::vector<Detection>& detections,
+      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
 
   // Which evidence Process uses to find the camera again after tracking was lost.
   void SetRelocalizationMode(RelocalizationMode mode);

@@ -58,20 +58,42 @@ class Localize(unittest.TestCase):
 
     def test_localization_by_detections_alone(self):
         clip = harness.clip("query_around")
-        frames, errors = self.localize("objects", *clip[2:], "--relocalization", "objects")
+        frames, errors = self.localize("objects", *clip[2:], "--relocalization", "objects", "--every-frame")
         self.assertEqual(len(frames), 300)
         self.assertLessEqual({f["status"] for f in frames}, {"objects", "failed"})
         self.assertGreater(sum(e < 0.3 for e in errors), 0.6 * 300)
         self.assertGreater(sum(e < 0.5 for e in errors), 0.95 * len(errors))
 
+    def test_few_boxes_tell_more_over_several_images(self):
+        folder = harness.clip("query_around")
+        few = [*folder[2:-1], folder[-1].replace("detections.json", "detections_sparse.json"), "--relocalization", "objects"]
+        self.assertIn("sparse", few[-3])
+        alone, _ = self.localize("alone", *few, "--every-frame")
+        following, errors = self.localize("following", *few)
+        groups, _ = self.localize("groups", *few, "--forget-every", "10")
+        found = lambda frames: sum(f["status"] == "objects" for f in frames)
+        self.assertGreater(found(following), found(alone) + 30)
+        self.assertGreater(found(following), found(groups))
+        self.assertEqual(sum(e > 0.5 for e in errors), 0)
+        # The first image of each group is found as it is by itself.
+        self.assertEqual([f["status"] for f in groups[::10]], [f["status"] for f in alone[::10]])
+        self.assertEqual([f["object_score"] for f in groups[::10]], [f["object_score"] for f in alone[::10]])
+
+    def test_forgetting_is_refused_where_it_makes_no_sense(self):
+        clip = harness.clip("query_around")[2:]
+        for options in (["--forget-every", "0"], ["--forget-every", "-3"], ["--forget-every", "x"], ["--forget-every", "3", "--every-frame"]):
+            outcome = oaslam("localize", "--map", self.map, "--out", os.path.join(self.folder, "refused"), *clip, "--relocalization", "objects", *options)
+            self.assertIn(outcome.code, (105, 108), outcome)  # of CLI11
+            self.assertIn("--forget-every", outcome.err)
+
     def test_localization_as_in_the_paper(self):
         """Three objects fit some pose of almost any map: a pose is always given, right or not, and nothing is said of how sure it is."""
         paper = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "paper.yaml")
-        frames, errors = self.localize("paper", *harness.clip("query_around")[2:], "--relocalization", "objects", "--config", paper)
+        frames, errors = self.localize("paper", *harness.clip("query_around")[2:], "--relocalization", "objects", "--every-frame", "--config", paper)
         self.assertEqual({f["status"] for f in frames}, {"objects"})
         self.assertEqual({float(f["confidence"]) for f in frames}, {0})
         self.assertGreater(sum(e < 0.2 for e in errors), 0.6 * 300)
-        _, ours = self.localize("ours", *harness.clip("query_around")[2:], "--relocalization", "objects")
+        _, ours = self.localize("ours", *harness.clip("query_around")[2:], "--relocalization", "objects", "--every-frame")
         self.assertLess(sorted(ours)[150], sorted(errors)[150])
 
     def test_each_curve_may_have_a_map_of_its_own(self):

@@ -79,7 +79,7 @@ class Parts(unittest.TestCase):
 
     def localize(self, name, detections, classes=None, the_map=None):
         folder = os.path.join(self.folder, name)
-        outcome = oaslam("localize", "--map", the_map or self.map, "--camera", self.camera(), "--detections", detections, "--relocalization", "objects",
+        outcome = oaslam("localize", "--map", the_map or self.map, "--camera", self.camera(), "--detections", detections, "--relocalization", "objects", "--every-frame",
                          "--out", folder, *(("--classes", classes) if classes else ()))
         self.assertEqual(outcome.code, 0, outcome)
         return harness.read_tum(os.path.join(folder, "poses.txt"))

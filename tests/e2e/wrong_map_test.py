@@ -15,7 +15,7 @@ class WrongMap(unittest.TestCase):
     def accepted(self, mapped, query, folder, *options):
         """Accepted frames, all frames, and their mean confidence."""
         out = os.path.join(folder, "out")
-        outcome = oaslam("localize", "--map", mapped, *query, "--relocalization", "objects", "--out", out, *options)
+        outcome = oaslam("localize", "--map", mapped, *query, "--relocalization", "objects", "--every-frame", "--out", out, *options)
         self.assertEqual(outcome.code, 0, outcome)
         frames = harness.read_csv(os.path.join(out, "frames.csv"))
         return sum(f["status"] != "failed" for f in frames), len(frames), sum(float(f["confidence"]) for f in frames) / len(frames)

@@ -9,13 +9,16 @@
 namespace oaslam {
 namespace {
 
-// The largest number of fixed keyframes. Those that share most landmarks with the free ones are
-// used; more of them hardly add constraints.
+// The largest number of fixed keyframes of a local adjustment. Those that share most landmarks with
+// the free ones are used; more of them hardly add constraints.
 constexpr size_t kMaxFixedKeyframes = 40;
+// Maps with more keyframes are adjusted in windows of this many, each with as many fixed ones at
+// most as one in four.
+constexpr size_t kLargeMap = 500, kWindow = 250, kMaxFixedOfWindow = kWindow / 4;
 constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
 
 std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<LandmarkId>& landmarks,
-                                           const std::vector<KeyframeId>& except) {
+                                           const std::vector<KeyframeId>& except, size_t most) {
   std::map<KeyframeId, int> shared;
   for (const LandmarkId id : landmarks)
     for (const Observation& o : map.landmarks.At(id).observations) ++shared[o.keyframe];
@@ -24,8 +27,7 @@ std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<Lan
   std::ranges::stable_sort(ranked, std::ranges::greater{},
                            [](const auto& entry) { return entry.second; });
   std::vector<KeyframeId> strongest;
-  for (size_t i = 0; i < std::min(ranked.size(), kMaxFixedKeyframes); ++i)
-    strongest.push_back(ranked[i].first);
+  for (size_t i = 0; i < std::min(ranked.size(), most); ++i) strongest.push_back(ranked[i].first);
   return strongest;
 }
 
@@ -42,6 +44,16 @@ void SelectObjects(const Map& map, const std::string& how, BundleSelection& sele
   });
 }
 
+// The ids of `table` that an earlier copy of it lacks.
+template <typename Id, typename T>
+std::vector<Id> AddedTo(const Table<Id, T>& table, const Table<Id, T>& earlier) {
+  std::vector<Id> added;
+  table.ForEachDifference(earlier, [&](Id id, const T* before, const T* now) {
+    if (!before && now) added.push_back(id);
+  });
+  return added;
+}
+
 }  // namespace
 
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
@@ -51,7 +63,8 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
   std::ranges::sort(window);
   BundleSelection selection;
   selection.landmarks = LandmarksSeenBy(map, window);
-  selection.fixed_keyframes = StrongestObservers(map, selection.landmarks, window);
+  selection.fixed_keyframes =
+      StrongestObservers(map, selection.landmarks, window, kMaxFixedKeyframes);
   // Where no keyframe outside of the window sees its landmarks, the oldest keyframe of the window
   // is fixed; the scale is then constrained by the damping alone.
   const bool hold_oldest =
@@ -75,6 +88,41 @@ BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const Bu
   return SolveBundle(map, selection, {iterations, kGlobalTolerance, stop});
 }
 
+std::vector<std::vector<KeyframeId>> AdjustmentWindows(const Map& map) {
+  const std::vector<KeyframeId> ids = map.keyframes.Ids();
+  if (ids.size() <= kLargeMap) return {ids};
+  std::vector<std::vector<KeyframeId>> windows;
+  for (size_t end = ids.size(); end > 0;) {
+    const size_t begin = end < 2 * kWindow ? 0 : end - kWindow;
+    windows.emplace_back(ids.begin() + static_cast<std::ptrdiff_t>(begin),
+                         ids.begin() + static_cast<std::ptrdiff_t>(end));
+    end = begin;
+  }
+  return windows;
+}
+
+BundleCorrection WindowBundleAdjustment(const Map& map, const std::vector<KeyframeId>& window,
+                                        int iterations, const BundleConfig& config,
+                                        const std::stop_token& stop) {
+  if (window.size() == map.keyframes.size())
+    return GlobalBundleAdjustment(map, iterations, config, stop);
+  BundleSelection selection;
+  for (const KeyframeId id : window)
+    if (map.keyframes.Contains(id) && id != map.keyframes.First())
+      selection.free_keyframes.push_back(id);
+  if (selection.free_keyframes.empty()) return {};
+  selection.landmarks = LandmarksSeenBy(map, selection.free_keyframes);
+  selection.fixed_keyframes =
+      StrongestObservers(map, selection.landmarks, selection.free_keyframes, kMaxFixedOfWindow);
+  if (selection.fixed_keyframes.empty()) {
+    selection.fixed_keyframes = {selection.free_keyframes.front()};
+    selection.free_keyframes.erase(selection.free_keyframes.begin());
+  }
+  std::ranges::sort(selection.fixed_keyframes);
+  SelectObjects(map, config.objects, selection);
+  return SolveBundle(map, selection, {iterations, kGlobalTolerance, stop});
+}
+
 void ApplyCorrection(const BundleCorrection& correction, Map& map) {
   for (const auto& [id, pose] : correction.poses)
     if (Keyframe* keyframe = map.keyframes.Mutable(id)) keyframe->cam_from_world = pose;
@@ -94,8 +142,7 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
     if (const Keyframe* keyframe = map.keyframes.Find(id))
       motions[id] = pose.Inverse() * keyframe->cam_from_world;
   if (!corrected.keyframes.empty()) motions.try_emplace(corrected.keyframes.First());
-  for (const KeyframeId id : map.keyframes.Ids()) {
-    if (corrected.keyframes.Contains(id)) continue;
+  for (const KeyframeId id : AddedTo(map.keyframes, corrected.keyframes)) {
     Keyframe& late = map.keyframes.MutableAt(id);
     const auto neighbour = std::ranges::find_if(
         late.covisible, [&](const Covisible& c) { return motions.contains(c.keyframe); });
@@ -104,8 +151,8 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
     motions[id] = motion;
     late.cam_from_world = late.cam_from_world * motion.Inverse();
   }
-  for (const LandmarkId id : map.landmarks.Ids()) {
-    if (corrected.landmarks.Contains(id)) continue;
+  const std::vector<LandmarkId> added = AddedTo(map.landmarks, corrected.landmarks);
+  for (const LandmarkId id : added) {
     Landmark& late = map.landmarks.MutableAt(id);
     const auto by = std::ranges::find_if(
         late.observations, [&](const Observation& o) { return motions.contains(o.keyframe); });
@@ -116,8 +163,8 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
   // caller fits all objects again whose keyframes have moved.
   of_points.objects.clear();
   ApplyCorrection(of_points, map);
-  for (const LandmarkId id : map.landmarks.Ids())
-    if (!corrected.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);
+  for (const LandmarkId id : added)
+    if (map.landmarks.Contains(id)) map.UpdateLandmarkGeometry(id);
 }
 
 }  // namespace oaslam

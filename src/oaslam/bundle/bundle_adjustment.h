@@ -35,6 +35,18 @@ BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
 BundleCorrection GlobalBundleAdjustment(const Map& map, int iterations, const BundleConfig& config,
                                         const std::stop_token& stop = {});
 
+// The keyframes of the map in parts that are adjusted one after another, the newest first: all in
+// one in a small map, else a bounded number each, so that the time and the memory of an adjustment
+// do not grow with the map.
+std::vector<std::vector<KeyframeId>> AdjustmentWindows(const Map& map);
+
+// Adjusts the keyframes of a window (ascending) and all landmarks they see; the other keyframes
+// that see most of these, and the map's first keyframe, are fixed. A window of all keyframes is a
+// global bundle adjustment. `stop`: as there.
+BundleCorrection WindowBundleAdjustment(const Map& map, const std::vector<KeyframeId>& window,
+                                        int iterations, const BundleConfig& config,
+                                        const std::stop_token& stop = {});
+
 // Applies a correction to the map; keyframes, landmarks and objects that no longer exist are
 // skipped. The caller must update the covisibility.
 void ApplyCorrection(const BundleCorrection& correction, Map& map);

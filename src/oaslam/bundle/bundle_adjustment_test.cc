@@ -297,5 +297,39 @@ TEST(BundleAdjustment, AskedToStopItGivesUp) {
   EXPECT_FALSE(GlobalBundleAdjustment(map, 20, BundleConfig{}, stop.get_token()).success);
 }
 
+TEST(BundleAdjustment, WindowsOfALargeMapCoverItOnce) {
+  Map map;
+  for (uint32_t k = 0; k < 1300; ++k) map.keyframes.Insert(KeyframeId(2 * k), Keyframe());
+  const std::vector<std::vector<KeyframeId>> windows = AdjustmentWindows(map);
+  EXPECT_GT(windows.size(), 3U);
+  std::vector<KeyframeId> all;
+  for (const std::vector<KeyframeId>& window : windows) {
+    EXPECT_LT(window.size(), 500U);
+    EXPECT_TRUE(std::ranges::is_sorted(window));
+    all.insert(all.end(), window.begin(), window.end());
+  }
+  EXPECT_EQ(windows.front().back(), KeyframeId(2598));  // the newest first
+  std::ranges::sort(all);
+  EXPECT_EQ(all, map.keyframes.Ids());
+}
+
+TEST(BundleAdjustment, AWindowHoldsWhatIsOutsideOfIt) {
+  const synthetic::World world = synthetic::MakeWorld(WorldOptions{.points = 300, .cameras = 10});
+  auto [map, landmarks] = synthetic::MakeMap(world, {});
+  Rng rng(4);
+  const std::vector<KeyframeId> window = {KeyframeId(4), KeyframeId(5), KeyframeId(6)};
+  for (const KeyframeId id : window) {
+    Rigid3& pose = map.keyframes.MutableAt(id).cam_from_world;
+    pose = synthetic::Disturb(pose, 0.03, 0.01, rng);
+  }
+  const Errors before = ErrorsOf(map, world, landmarks);
+  const BundleCorrection correction = WindowBundleAdjustment(map, window, 20, BundleConfig{});
+  ASSERT_TRUE(correction.success);
+  ASSERT_EQ(correction.poses.size(), 3U);
+  EXPECT_EQ(correction.poses.front().first, KeyframeId(4));
+  ApplyCorrection(correction, map);
+  EXPECT_LT(ErrorsOf(map, world, landmarks).centers, 0.2 * before.centers);
+}
+
 }  // namespace
 }  // namespace oaslam

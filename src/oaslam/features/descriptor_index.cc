@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kDescriptorBits = 256;
 constexpr uint32_t kMeanBucket = 4;  // larger buckets find more neighbours but take longer
+constexpr int kMaxBits = 24;         // of a key: a million landmarks need 20
 
 // Bit positions, sorted by how evenly they split the descriptors: even splits make small buckets.
 std::vector<uint8_t> BitsByBalance(const std::vector<Descriptor>& descriptors) {
@@ -43,16 +44,18 @@ DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vecto
     : descriptors_(std::move(descriptors)), labels_(std::move(labels)) {
   OASLAM_CHECK(descriptors_.size() == labels_.size());
   const uint32_t buckets = static_cast<uint32_t>(descriptors_.size()) / kMeanBucket;
-  const int bits =
-      std::clamp(static_cast<int>(std::bit_width(buckets)), 6, kDescriptorBits / kTables);
+  const int bits = std::clamp(static_cast<int>(std::bit_width(buckets)), 6, kMaxBits);
   std::vector<uint8_t> order = BitsByBalance(descriptors_);
   Rng rng(0x9d5a);
-  for (int i = kTables * bits - 1; i > 0; --i) std::swap(order[i], order[rng.Index(i + 1)]);
+  const int distinct = std::min(kTables * bits, kDescriptorBits);
+  for (int i = distinct - 1; i > 0; --i) std::swap(order[i], order[rng.Index(i + 1)]);
+  order.resize(static_cast<size_t>(distinct));
 
   std::vector<uint32_t> keys(descriptors_.size());
   for (int t = 0; t < kTables; ++t) {
     Table& table = tables_[t];
-    table.bits.assign(order.begin() + t * bits, order.begin() + (t + 1) * bits);
+    // Where all tables together have more bits than a descriptor, some bits are used twice.
+    for (int b = t * bits; b < (t + 1) * bits; ++b) table.bits.push_back(order[b % distinct]);
     table.begin.assign((size_t{1} << bits) + 1, 0);
     for (size_t i = 0; i < keys.size(); ++i) {
       keys[i] = Key(table, descriptors_[i]);

@@ -9,9 +9,9 @@
 namespace oaslam {
 
 // Approximate nearest neighbours of binary descriptors by locality-sensitive hashing: tables keyed
-// by disjoint random bits (Indyk & Motwani 1998), chosen among those that split the descriptors
-// evenly. No vocabulary has to be trained or loaded. Building is linear; the same input gives the
-// same index.
+// by random bits (Indyk & Motwani 1998), chosen among those that split the descriptors evenly, and
+// disjoint as far as there are enough. No vocabulary has to be trained or loaded. Building is
+// linear; the same input gives the same index.
 class DescriptorIndex {
  public:
   struct Hit {

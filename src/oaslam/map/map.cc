@@ -112,8 +112,13 @@ void Map::RetireKeyframe(KeyframeId id) {
   for (const Covisible& c : keyframe.covisible)
     std::erase_if(keyframes.MutableAt(c.keyframe).covisible,
                   [&](const Covisible& back) { return back.keyframe == id; });
-  retired.Insert(id,
-                 {parent, keyframe.cam_from_world * keyframes.At(parent).cam_from_world.Inverse()});
+  const Rigid3 cam_from_parent =
+      keyframe.cam_from_world * keyframes.At(parent).cam_from_world.Inverse();
+  // Those that it carried are carried by its parent from now on, so that no chains grow with time.
+  for (const KeyframeId carried : retired.Ids())
+    if (retired.At(carried).parent == id)
+      retired.MutableAt(carried) = {parent, retired.At(carried).cam_from_parent * cam_from_parent};
+  retired.Insert(id, {parent, cam_from_parent});
   keyframes.Erase(id);
 }
 

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <map>
 
 #include "oaslam/map/repair.h"
+#include "synthetic_world.h"
 
 namespace oaslam {
 namespace {
@@ -246,6 +248,38 @@ TEST(Map, WhatIsBrokenIsLeftOut) {
   EXPECT_EQ(repaired.landmark_votes, (std::vector<uint16_t>{70, 20}));
   ASSERT_EQ(repaired.observations.size(), 1U);
   EXPECT_EQ(repaired.observations[0].reference, KeyframeId(0));
+}
+
+TEST(Map, DropsKeypointsThatShowNothing) {
+  Map map = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
+  const KeyframeId id(3);
+  const Keyframe before = map.keyframes.At(id);
+  const int shown = map.CountTrackedLandmarks(id, 2);
+  ASSERT_LT(shown, before.features->size());
+  map.DropFreeKeypoints(id);
+  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  const Keyframe& after = map.keyframes.At(id);
+  EXPECT_EQ(after.features->size(), shown);
+  EXPECT_EQ(map.CountTrackedLandmarks(id, 2), shown);
+  for (const LandmarkId landmark : before.landmarks) {
+    if (!landmark.IsValid()) continue;
+    const auto was = std::ranges::find(before.landmarks, landmark) - before.landmarks.begin(),
+               is = std::ranges::find(after.landmarks, landmark) - after.landmarks.begin();
+    EXPECT_EQ(before.features->descriptors[was], after.features->descriptors[is]);
+    EXPECT_EQ(before.features->keypoints[was].px, after.features->keypoints[is].px);
+  }
+}
+
+TEST(Map, RetiredKeyframesFormNoChains) {
+  Map map = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
+  std::map<KeyframeId, Rigid3> poses;
+  for (const KeyframeId id : map.keyframes.Ids()) poses[id] = map.keyframes.At(id).cam_from_world;
+  for (uint32_t k = 1; k < 7; ++k) map.RetireKeyframe(KeyframeId(k));
+  for (uint32_t k = 1; k < 7; ++k) {
+    EXPECT_TRUE(map.keyframes.Contains(map.retired.At(KeyframeId(k)).parent)) << k;
+    const Rigid3 pose = *map.ResolvePose(KeyframeId(k));
+    EXPECT_LT((pose.translation - poses[KeyframeId(k)].translation).norm(), 1e-9) << k;
+  }
 }
 
 }  // namespace

@@ -72,18 +72,13 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
   return culled;
 }
 
-std::vector<KeyframeId> PackSettledKeyframes(std::span<const KeyframeId> unsettled,
-                                             KeyframeId newest, Map& map) {
-  constexpr uint32_t kSettled = 30;  // keyframes
-  std::vector<KeyframeId> rest;
-  for (const KeyframeId id : unsettled) {
-    if (!map.keyframes.Contains(id)) continue;
-    if (KeyframesSince(id, newest) < kSettled)
-      rest.push_back(id);
-    else
-      map.DropFreeKeypoints(id);
-  }
-  return rest;
+std::vector<KeyframeId> PackSettledKeyframes(std::vector<KeyframeId> unsettled, Map& map) {
+  constexpr size_t kUnsettled = 500;  // a flat has some hundred
+  std::erase_if(unsettled, [&](KeyframeId id) { return !map.keyframes.Contains(id); });
+  const size_t settled = unsettled.size() - std::min(unsettled.size(), kUnsettled);
+  for (size_t i = 0; i < settled; ++i) map.DropFreeKeypoints(unsettled[i]);
+  unsettled.erase(unsettled.begin(), unsettled.begin() + static_cast<std::ptrdiff_t>(settled));
+  return unsettled;
 }
 
 }  // namespace oaslam

@@ -45,10 +45,10 @@ void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
 // how many were retired.
 int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
-// Drops the key points that show no landmark of those `unsettled` keyframes that are many keyframes
-// older than `newest`: all their neighbours have tried to triangulate these and could not. They are
-// two thirds of what a map takes in memory. Returns the keyframes that are still unsettled.
-std::vector<KeyframeId> PackSettledKeyframes(std::span<const KeyframeId> unsettled,
-                                             KeyframeId newest, Map& map);
+// Drops the key points that show no landmark of the oldest of the `unsettled` keyframes
+// (ascending): all but the newest 500. Their neighbours have tried to triangulate these and could
+// not; they are half of what a large map takes in memory. Returns the keyframes that are still
+// unsettled.
+std::vector<KeyframeId> PackSettledKeyframes(std::vector<KeyframeId> unsettled, Map& map);
 
 }  // namespace oaslam

@@ -35,7 +35,8 @@ class LoopDetector {
   // Candidates are keyframes that share no landmarks with `current` and its neighbours, and are
   // near to it in position and viewing direction or similar in appearance. A candidate is verified
   // by matching descriptors, P3P and a guided search for its landmarks. Where only appearance
-  // suggests it, a similarity must also map landmarks of one end to those of the other.
+  // suggests it, a similarity must also map landmarks of one end to those of the other. The objects
+  // about both ends must not refute it (loop_objects.h).
   std::optional<LoopClosure> Detect(const Map& map, KeyframeId current, Rng& rng);
 
  private:

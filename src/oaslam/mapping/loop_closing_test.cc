@@ -5,6 +5,8 @@
 
 #include <map>
 
+#include "oaslam/mapping/local_mapping.h"
+#include "synthetic_building.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -290,6 +292,64 @@ TEST(LoopClosing, ASimilarPlaceElsewhereIsNoLoop) {
     keyframe.features = features;
   }
   EXPECT_FALSE(LoopDetector().Detect(d.map, KeyframeId(2 * kHalf - 1), rng));
+}
+
+// In a large map the pose graph has fewer nodes than keyframes, and those between move along.
+TEST(LoopClosing, TakesBackTheDriftOfALargeMap) {
+  constexpr int kKeyframes = 1200;
+  synthetic::Building building({.keyframes = kKeyframes, .objects = 0, .is_loop = true});
+  Map map = building.map();
+  const auto error = [&] {
+    double worst = 0;
+    for (int k = 0; k < kKeyframes; ++k)
+      worst = std::max(
+          worst,
+          (map.keyframes.At(KeyframeId(static_cast<uint32_t>(k))).cam_from_world.OriginInSource() -
+           building.PoseAt(k).OriginInSource())
+              .norm());
+    return worst;
+  };
+  const double before = error();
+  LoopDetector detector;
+  Rng rng(8);
+  std::optional<LoopClosure> loop;
+  for (uint32_t k = kKeyframes - 48; k < kKeyframes && !loop; ++k)
+    loop = detector.Detect(map, KeyframeId(k), rng);
+  ASSERT_TRUE(loop);
+  ASSERT_TRUE(CorrectLoop(*loop, 15, map));
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  EXPECT_LT(error(), 0.5 * before);
+  // Neighbours still agree on what they see: the correction has no steps between nodes.
+  double worst_step = 0;
+  for (uint32_t k = 1; k < kKeyframes; ++k) {
+    const auto center = [&](uint32_t i) {
+      return map.keyframes.At(KeyframeId(i)).cam_from_world.OriginInSource();
+    };
+    const double step = (center(k) - center(k - 1)).norm();
+    worst_step = std::max(worst_step, std::abs(step - 0.7));
+  }
+  EXPECT_LT(worst_step, 0.07);
+}
+
+TEST(Culling, PacksAllButTheNewestKeyframes) {
+  synthetic::Building building({.keyframes = 504, .objects = 0});
+  Map map = building.map();
+  std::vector<KeyframeId> unsettled = map.keyframes.Ids();
+  // A keyframe of which all key points but those of one landmark are free.
+  const auto free_all_but_one = [&](KeyframeId id) {
+    const std::vector<LandmarkId> seen = map.keyframes.At(id).landmarks;
+    for (size_t i = 1; i < seen.size(); ++i) map.EraseObservation(seen[i], id);
+  };
+  for (const uint32_t k : {1, 3, 4}) free_all_but_one(KeyframeId(k));
+  map.RetireKeyframe(KeyframeId(0));
+  unsettled = PackSettledKeyframes(unsettled, map);
+  ASSERT_EQ(unsettled.size(), 500U);
+  EXPECT_EQ(unsettled.front(), KeyframeId(4));
+  EXPECT_LE(map.keyframes.At(KeyframeId(1)).features->size(), 1);
+  EXPECT_LE(map.keyframes.At(KeyframeId(3)).features->size(), 1);
+  EXPECT_GT(map.keyframes.At(KeyframeId(4)).features->size(), 100);
+  EXPECT_EQ(PackSettledKeyframes(unsettled, map), unsettled);
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
 }
 
 }  // namespace

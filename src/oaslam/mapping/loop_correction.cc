@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 #include "oaslam/bundle/pose_graph.h"
 #include "oaslam/map/joining.h"
@@ -22,23 +24,40 @@ std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
 // one to the earlier keyframe with which it shares most.
 constexpr int kMinEdgeShared = 50;
 
+// The largest number of nodes. In larger maps every n-th keyframe is one, and carries those after
+// it.
+constexpr size_t kMaxNodes = 500;
+
+// The keyframes that are nodes of the pose graph, ascending.
+std::vector<KeyframeId> NodesOf(const std::vector<KeyframeId>& ids, std::set<KeyframeId> always) {
+  const size_t stride = (ids.size() + kMaxNodes - 1) / kMaxNodes;
+  for (size_t i = 0; i < ids.size(); i += stride) always.insert(ids[i]);
+  return {always.begin(), always.end()};
+}
+
+// The index of the node that is the keyframe, or carries it.
+int NodeOf(const std::vector<KeyframeId>& nodes, KeyframeId id) {
+  return static_cast<int>(std::ranges::upper_bound(nodes, id) - nodes.begin()) - 1;
+}
+
 std::vector<PoseGraphEdge> EdgesBetween(const Map& map, const std::vector<KeyframeId>& ids,
+                                        const std::vector<KeyframeId>& node_ids,
                                         const std::vector<Similarity>& nodes) {
   std::vector<PoseGraphEdge> edges;
-  const auto index_of = [&](KeyframeId id) {
-    return static_cast<int>(std::ranges::lower_bound(ids, id) - ids.begin());
-  };
+  std::set<std::pair<int, int>> known;
   const auto add = [&](int from, int to) {
-    edges.push_back({from, to, nodes[to] * nodes[from].Inverse()});
+    if (from != to && known.emplace(from, to).second)
+      edges.push_back({from, to, nodes[to] * nodes[from].Inverse()});
   };
-  for (int i = 1; i < static_cast<int>(ids.size()); ++i) {
+  for (size_t i = 1; i < ids.size(); ++i) {
+    const int from = NodeOf(node_ids, ids[i]);
     bool has_closest = false;
     for (const Covisible& c : map.keyframes.At(ids[i]).covisible) {  // most shared first
       if (c.keyframe > ids[i] || (has_closest && c.shared < kMinEdgeShared)) continue;
-      add(i, index_of(c.keyframe));
+      add(from, NodeOf(node_ids, c.keyframe));
       has_closest = true;
     }
-    if (!has_closest) add(i, i - 1);
+    if (!has_closest) add(from, NodeOf(node_ids, ids[i - 1]));
   }
   return edges;
 }
@@ -79,35 +98,70 @@ void MoveObjects(const NodeMotions& motions, Map& map) {
   }
 }
 
+// The motion of a keyframe between two nodes: it is moved as they are, each according to how near
+// it is, in the order of keyframes.
+Similarity Between(const Similarity& first, const Similarity& second, double share,
+                   const Eigen::Vector3d& center) {
+  const double scale = std::exp(std::lerp(std::log(first.scale), std::log(second.scale), share));
+  const Eigen::Quaterniond rotation = first.rotation.slerp(share, second.rotation);
+  const Eigen::Vector3d moved = (1 - share) * (first * center) + share * (second * center);
+  return {scale, rotation, moved - scale * (rotation * center)};
+}
+
 // Returns false and changes nothing if no correction was found.
 bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   NodeMotions motions{map.keyframes.Ids(), {}};
-  const auto index_of = [&](KeyframeId id) {
-    return static_cast<size_t>(std::ranges::lower_bound(motions.ids, id) - motions.ids.begin());
-  };
+  if (!held.IsValid()) held = motions.ids.front();
+  const std::vector<KeyframeId> node_ids = NodesOf(motions.ids, {held, loop.old, loop.current});
   std::vector<Similarity> nodes;
-  for (const KeyframeId id : motions.ids) nodes.emplace_back(map.keyframes.At(id).cam_from_world);
-  const std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, nodes);
+  for (const KeyframeId id : node_ids) nodes.emplace_back(map.keyframes.At(id).cam_from_world);
+  const std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, node_ids, nodes);
   std::vector<Similarity> start = nodes;
   std::vector<char> fixed(nodes.size(), 0);
-  fixed[held.IsValid() ? index_of(held) : 0] = fixed[index_of(loop.old)] =
-      fixed[index_of(loop.current)] = 1;
-  start[index_of(loop.current)] = nodes[index_of(loop.current)] * loop.old_from_current.Inverse();
+  for (const KeyframeId id : {held, loop.old, loop.current}) fixed[NodeOf(node_ids, id)] = 1;
+  const int current = NodeOf(node_ids, loop.current);
+  start[current] = nodes[current] * loop.old_from_current.Inverse();
   const double depth = map.MedianDepth(loop.old);
   const auto moved = OptimizePoseGraph(start, edges, fixed, depth > 0 ? depth : 1);
   if (!moved) return false;
 
+  std::vector<Similarity> node_motions;
   for (size_t i = 0; i < nodes.size(); ++i)
-    motions.new_from_old.push_back((*moved)[i].Inverse() * nodes[i]);
+    node_motions.push_back((*moved)[i].Inverse() * nodes[i]);
+  for (const KeyframeId id : motions.ids) {
+    const auto node = static_cast<size_t>(NodeOf(node_ids, id));
+    if (node_ids[node] == id || node + 1 == node_ids.size()) {
+      motions.new_from_old.push_back(node_motions[node]);
+      continue;
+    }
+    const double share = static_cast<double>(id.value - node_ids[node].value) /
+                         (node_ids[node + 1].value - node_ids[node].value);
+    motions.new_from_old.push_back(Between(node_motions[node], node_motions[node + 1], share,
+                                           map.keyframes.At(id).cam_from_world.OriginInSource()));
+  }
   for (const LandmarkId id : map.landmarks.Ids()) {
     Landmark& landmark = map.landmarks.MutableAt(id);
     landmark.position = motions.Of(landmark.observations.front().keyframe) * landmark.position;
   }
   MoveObjects(motions, map);
   ScaleRelativePoses(motions, map);
-  for (size_t i = 0; i < nodes.size(); ++i)
-    map.keyframes.MutableAt(motions.ids[i]).cam_from_world = (*moved)[i].AsPose();
+  for (size_t i = 0; i < motions.ids.size(); ++i) {
+    Rigid3& pose = map.keyframes.MutableAt(motions.ids[i]).cam_from_world;
+    pose = (Similarity(pose) * motions.new_from_old[i].Inverse()).AsPose();
+  }
   return true;
+}
+
+// The keyframes whose covisibility is computed anew: all of a small map, of a large one those about
+// the ends of the loop, where landmarks were merged.
+std::vector<KeyframeId> KeyframesToLink(const Map& map, const std::vector<KeyframeId>& ends,
+                                        const std::vector<LandmarkId>& old) {
+  if (map.keyframes.size() <= kMaxNodes) return map.keyframes.Ids();
+  std::set<KeyframeId> fused(ends.begin(), ends.end());
+  for (const LandmarkId id : old)
+    if (const Landmark* landmark = map.landmarks.Find(id))
+      for (const Observation& o : landmark->observations) fused.insert(o.keyframe);
+  return {fused.begin(), fused.end()};
 }
 
 }  // namespace
@@ -124,7 +178,8 @@ bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, Ke
   for (const KeyframeId id : ends)
     ApplyFusion(FindFusionCandidates(map, id, old, kFusionRadiusPx), id, map);
   for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
-  for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : KeyframesToLink(map, ends, old))
+    map.UpdateCovisibility(id, min_shared_landmarks);
   return true;
 }
 

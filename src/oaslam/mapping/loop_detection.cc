@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -5,10 +7,12 @@
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
+#include "oaslam/mapping/loop_objects.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/util/id_set.h"
+#include "oaslam/util/log.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
@@ -152,6 +156,16 @@ bool IsDrift(const Map& map, const LoopClosure& loop) {
          IsWithin(loop.old_from_current, kMaxAngle, kMaxScale);
 }
 
+bool IsBelieved(const Map& map, const LoopClosure& loop) {
+  if (!IsDrift(map, loop)) return false;
+  const LoopObjects objects = CompareObjects(map, loop);
+  Log(LogLevel::kDebug,
+      fmt::format("loop from keyframe {} to {} by {} landmarks: {} objects agree, {} contradict",
+                  loop.current.value, loop.old.value, loop.old_landmarks.size(), objects.agreeing,
+                  objects.contradicting));
+  return !AreObjectsAgainst(objects);
+}
+
 // Whether the correction is as small as the error with which the pieces were joined.
 bool IsSmall(const Map& map, const LoopClosure& tie) {
   constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
@@ -263,14 +277,16 @@ std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId curre
   const std::vector<KeyframeId> near =
       NearInSpace(map, places_, current, [&](KeyframeId id) { return others.Contains(id); });
   for (const KeyframeId old : near)
-    if (auto loop = Verify(map, current, old, true, rng); loop && IsDrift(map, *loop)) return loop;
+    if (auto loop = Verify(map, current, old, true, rng); loop && IsBelieved(map, *loop))
+      return loop;
   int tried = 0;
   for (const Place& place : LookingAlike(map, current)) {
     const KeyframeId old = place.keyframes.front();
     if (!others.Contains(old)) continue;
     if (++tried > kMaxCandidates) break;
     if (std::ranges::find(near, old) != near.end()) continue;
-    if (auto loop = Verify(map, current, old, false, rng); loop && IsDrift(map, *loop)) return loop;
+    if (auto loop = Verify(map, current, old, false, rng); loop && IsBelieved(map, *loop))
+      return loop;
   }
   return std::nullopt;
 }

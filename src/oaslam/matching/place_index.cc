@@ -6,8 +6,10 @@
 namespace oaslam {
 namespace {
 
-// The most descriptors indexed for one landmark: it looks different from different sides.
-constexpr size_t kViewsOfALandmark = 4;
+// The most descriptors indexed for one landmark: it looks different from different sides. In a
+// large map, memory matters more than the last landmark found.
+constexpr size_t kViewsOfALandmark = 4, kViewsInALargeMap = 2;
+constexpr size_t kLargeMap = 200000;  // landmarks
 constexpr int kMaxHamming = 64;
 constexpr size_t kMaxHits = 8;
 constexpr size_t kRanked = 300;  // keyframes with most votes among which the places are chosen
@@ -16,8 +18,9 @@ constexpr int kNeighbours = 5;   // covisible keyframes that belong to a place b
 DescriptorIndex MakeIndex(const Map& map) {
   std::vector<Descriptor> descriptors;
   std::vector<uint32_t> labels;
+  const size_t most = map.landmarks.size() < kLargeMap ? kViewsOfALandmark : kViewsInALargeMap;
   map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    const size_t seen = landmark.observations.size(), views = std::min(seen, kViewsOfALandmark);
+    const size_t seen = landmark.observations.size(), views = std::min(seen, most);
     for (size_t v = 0; v < views; ++v) {
       const Observation& o = landmark.observations[views == 1 ? 0 : v * (seen - 1) / (views - 1)];
       descriptors.push_back(map.keyframes.At(o.keyframe).features->descriptors[o.keypoint]);

@@ -25,8 +25,10 @@ struct ObjectPoseCandidate {
   double margin = 0;                              // score minus that of the best distinct pose
   double llr = 0;                                 // log-likelihood ratio of the matched boxes
   std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
-  double sigma_position = 0;                      // map units, 1 sigma
-  bool accepted = false;                          // the evidence suffices to report the pose
+  // Of a small motion (translation, rotation [rad]) applied after the pose; 0 without matches.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  double sigma_position = 0;  // map units, 1 sigma
+  bool accepted = false;      // the evidence suffices to report the pose
 
   // The margin counts more than the score: that every other pose explains the boxes much worse is
   // stronger evidence than that this one explains them well.

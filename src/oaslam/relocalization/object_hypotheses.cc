@@ -11,6 +11,7 @@
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/geometry/p3p.h"
 #include "oaslam/geometry/up2p.h"
+#include "oaslam/relocalization/object_grid.h"
 
 namespace oaslam {
 namespace {
@@ -26,6 +27,7 @@ constexpr size_t kTripletBudget = 2500;  // at most, from all starts, in a large
 // In a large map a start is used only if it is compatible with nearly as many detections as the
 // best one: at least this share.
 constexpr double kLeastSupport = 0.9;
+constexpr size_t kMostStarts = 30;
 constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
 constexpr int kYaws = 36;
 constexpr size_t kSmallMap = 40;  // in maps with at most this many objects, all are scored
@@ -40,8 +42,7 @@ struct Node {
 
 Node MakeNode(const ObjectScene& scene, int detection, int object) {
   const SceneDetection& d = scene.detections[detection];
-  const double depth =
-      std::sqrt(scene.camera.fx * scene.camera.fy) * scene.objects[object].radius / (d.size / 2);
+  const double depth = d.depth_per_radius * scene.objects[object].radius;
   return {detection, object, depth, depth / (d.truncated ? kTruncatedFactor : kDepthFactor),
           depth * kDepthFactor};
 }
@@ -58,15 +59,16 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
       (scene.objects[a.object].ellipsoid.center - scene.objects[b.object].ellipsoid.center)
           .squaredNorm();
   const auto squared = [&](double s, double t) { return s * s * pp + t * t * qq - 2 * s * t * pq; };
-  double nearest = std::numeric_limits<double>::max(), farthest = 0;
-  for (const double s : {a.min_depth, a.max_depth}) {
+  double farthest = 0;
+  for (const double s : {a.min_depth, a.max_depth})
+    for (const double t : {b.min_depth, b.max_depth}) farthest = std::max(farthest, squared(s, t));
+  if (between > farthest) return false;
+  double nearest = std::numeric_limits<double>::max();
+  for (const double s : {a.min_depth, a.max_depth})
     nearest = std::min(nearest, squared(s, std::clamp(s * pq / qq, b.min_depth, b.max_depth)));
-    for (const double t : {b.min_depth, b.max_depth}) {
-      nearest = std::min(nearest, squared(std::clamp(t * pq / pp, a.min_depth, a.max_depth), t));
-      farthest = std::max(farthest, squared(s, t));
-    }
-  }
-  return between >= nearest && between <= farthest;
+  for (const double t : {b.min_depth, b.max_depth})
+    nearest = std::min(nearest, squared(std::clamp(t * pq / pp, a.min_depth, a.max_depth), t));
+  return between >= nearest;
 }
 
 // The detections to start from: untruncated ones first, then those whose class
@@ -83,15 +85,150 @@ std::vector<int> DetectionsToStartFrom(const ObjectScene& scene) {
   return order;
 }
 
-std::vector<int> ScopeOf(const ObjectScene& scene, const Node& origin) {
-  std::vector<int> scope;
-  const Eigen::Vector3d& center = scene.objects[origin.object].ellipsoid.center;
-  for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o)
-    if (scene.objects.size() <= kSmallMap ||
-        (scene.objects[o].ellipsoid.center - center).norm() < kScopeDepths * origin.max_depth)
-      scope.push_back(o);
-  return scope;
-}
+// A node that hypotheses start from, and the nodes that are compatible with it.
+struct Start {
+  Node origin;
+  std::span<const int> done;  // detections that earlier starts came from
+  std::vector<Node> neighbors{};
+  int support = 0;       // number of distinct detections among the neighbors
+  double agreement = 0;  // sum over these detections
+};
+
+// Finds the starts of hypotheses, and the objects about them.
+class Neighborhoods {
+ public:
+  explicit Neighborhoods(const ObjectScene& scene)
+      : scene_(scene),
+        detections_(DetectionsToStartFrom(scene)),
+        depths_(DepthsOf(scene)),
+        grid_(Centers(scene), UsualReach(depths_)) {}
+
+  bool IsLargeMap() const { return scene_.objects.size() > kSmallMap; }
+
+  // The objects that a pose from this node is scored by.
+  std::vector<int> ScopeOf(const Node& origin) const {
+    std::vector<int> scope;
+    if (IsLargeMap()) {
+      grid_.FindNear(scene_.objects[origin.object].ellipsoid.center,
+                     kScopeDepths * origin.max_depth, scope);
+    } else {
+      scope.resize(scene_.objects.size());
+      std::iota(scope.begin(), scope.end(), 0);
+    }
+    return scope;
+  }
+
+  // In a large map only the starts that most other detections are compatible with, and of these the
+  // ones that agree best: elsewhere the detection probably shows another object.
+  std::vector<Start> FindStarts() const {
+    std::vector<Start> starts;
+    // Detections that were used as starts already are left out.
+    for (size_t i = 0; i < detections_.size(); ++i)
+      for (const int object : scene_.detections[detections_[i]].objects)
+        starts.push_back(
+            {MakeNode(scene_, detections_[i], object), std::span(detections_).first(i)});
+    std::vector<int> near;
+    if (IsLargeMap()) KeepBest(starts);
+    for (Start& start : starts) {
+      VisitCompatible(start, near, [&](const Node& node) { start.neighbors.push_back(node); });
+      std::ranges::stable_sort(start.neighbors, {}, &Node::detection);
+    }
+    return starts;
+  }
+
+ private:
+  struct Depths {
+    double min = std::numeric_limits<double>::max(), max = 0;
+  };
+
+  // The depths at which any object of its class can be, for each detection.
+  static std::vector<Depths> DepthsOf(const ObjectScene& scene) {
+    std::vector<Depths> depths(scene.detections.size());
+    for (int d = 0; d < static_cast<int>(depths.size()); ++d)
+      for (const int o : scene.detections[d].objects) {
+        const Node node = MakeNode(scene, d, o);
+        depths[d].min = std::min(depths[d].min, node.min_depth);
+        depths[d].max = std::max(depths[d].max, node.max_depth);
+      }
+    return depths;
+  }
+  // About the distance within which neighbours are looked for.
+  static double UsualReach(const std::vector<Depths>& depths) {
+    double reach = 1e-9;
+    for (const Depths& d : depths) reach = std::max(reach, d.max);
+    return reach;
+  }
+  // How far from the origin's object any object of another detection can be.
+  double ReachOf(const Node& origin) const {
+    const Eigen::Vector3d& p = scene_.detections[origin.detection].ray;
+    double squared = 0;
+    for (size_t d = 0; d < depths_.size(); ++d)
+      for (const double s : {origin.min_depth, origin.max_depth})
+        for (const double t : {depths_[d].min, depths_[d].max})
+          squared = std::max(squared, (s * p - t * scene_.detections[d].ray).squaredNorm());
+    return std::sqrt(squared) + 1e-9;
+  }
+
+  static std::vector<Eigen::Vector3d> Centers(const ObjectScene& scene) {
+    std::vector<Eigen::Vector3d> centers;
+    for (const SceneObject& object : scene.objects) centers.push_back(object.ellipsoid.center);
+    return centers;
+  }
+
+  // Calls visit(node) for the nodes of other detections that are compatible with the start.
+  // `near` is scratch memory.
+  template <typename Visitor>
+  void VisitCompatible(const Start& start, std::vector<int>& near, Visitor&& visit) const {
+    const Node& origin = start.origin;
+    grid_.FindNear(scene_.objects[origin.object].ellipsoid.center, ReachOf(origin), near);
+    for (const int o : near)
+      for (const int d : scene_.objects[o].detections) {
+        if (std::ranges::find(start.done, d) != start.done.end()) continue;
+        const Node node = MakeNode(scene_, d, o);
+        if (AreCompatible(scene_, origin, node)) visit(node);
+      }
+  }
+
+  // How well the distance of two objects agrees with the depths that their sizes suggest, at
+  // most 1.
+  double Agreement(const Node& a, const Node& b) const {
+    constexpr double kSigma = 0.3;  // of the logarithm of the ratio
+    const double between =
+        (scene_.objects[a.object].ellipsoid.center - scene_.objects[b.object].ellipsoid.center)
+            .norm();
+    const double expected = (a.depth * scene_.detections[a.detection].ray -
+                             b.depth * scene_.detections[b.detection].ray)
+                                .norm();
+    const double off = std::log(between / expected) / kSigma;
+    return std::exp(-off * off / 2);
+  }
+
+  void KeepBest(std::vector<Start>& starts) const {
+    int most = 0;
+    std::vector<double> best(scene_.detections.size());
+    std::vector<int> near;
+    for (Start& start : starts) {
+      std::ranges::fill(best, -1);
+      VisitCompatible(start, near, [&](const Node& node) {
+        best[node.detection] = std::max(best[node.detection], Agreement(start.origin, node));
+      });
+      for (const double agreement : best) {
+        if (agreement < 0) continue;
+        ++start.support;
+        start.agreement += agreement;
+      }
+      most = std::max(most, start.support);
+    }
+    std::erase_if(starts, [&](const Start& start) { return start.support < kLeastSupport * most; });
+    std::ranges::stable_sort(starts, std::ranges::greater{}, &Start::agreement);
+    starts.resize(std::min(starts.size(), kMostStarts));
+  }
+
+  const ObjectScene& scene_;
+  std::vector<int> detections_;
+  std::vector<Depths> depths_;  // by detection
+  ObjectGrid grid_;
+};
 
 // The ratio of predicted to measured size of one of the boxes from which a pose was made; 0 behind
 // the camera.
@@ -127,20 +264,17 @@ std::vector<Eigen::Vector3d> UpDirections(const ObjectScene& scene) {
 // Makes guesses of the pose from pairs and triplets of nodes.
 class GroupGuesser {
  public:
-  GroupGuesser(const ObjectScene& scene) : scene_(scene), ups_(UpDirections(scene)) {
-    for (int d = 0; d < static_cast<int>(scene.detections.size()); ++d)
-      for (const int o : scene.detections[d].objects) nodes_.push_back(MakeNode(scene, d, o));
-  }
+  explicit GroupGuesser(const ObjectScene& scene) : scene_(scene), ups_(UpDirections(scene)) {}
 
   std::vector<PoseGuess> Run(Rng& rng) {
-    std::vector<Start> starts = FindStarts();
-    size_t most_triplets = kMaxTriplets;
-    if (scene_.objects.size() > kSmallMap) {
-      KeepBestSupported(starts);
-      most_triplets = std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1));
-    }
+    const Neighborhoods neighborhoods(scene_);
+    const std::vector<Start> starts = neighborhoods.FindStarts();
+    const size_t most_triplets =
+        neighborhoods.IsLargeMap()
+            ? std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1))
+            : kMaxTriplets;
     for (const Start& start : starts) {
-      scope_ = ScopeOf(scene_, start.origin);
+      scope_ = neighborhoods.ScopeOf(start.origin);
       for (const Node& other : start.neighbors) AddPair(start.origin, other);
       if (!scene_.up_in_cam) AddTriplets(start, most_triplets, rng);
     }
@@ -148,44 +282,6 @@ class GroupGuesser {
   }
 
  private:
-  // A node that hypotheses start from, and the nodes that are compatible with it.
-  struct Start {
-    Node origin;
-    std::vector<Node> neighbors;
-    int support = 0;  // number of distinct detections among the neighbors
-  };
-
-  std::vector<Start> FindStarts() const {
-    const std::vector<int> detections = DetectionsToStartFrom(scene_);
-    std::vector<Start> starts;
-    for (size_t i = 0; i < detections.size(); ++i) {
-      // Detections that were used as starts already are left out.
-      const std::span<const int> done = std::span(detections).first(i);
-      for (const Node& origin : nodes_) {
-        if (origin.detection != detections[i]) continue;
-        Start& start = starts.emplace_back(Start{origin, {}, 0});
-        int last = -1;  // nodes are ordered by detection
-        for (const Node& node : nodes_) {
-          if (std::ranges::find(done, node.detection) != done.end() ||
-              !AreCompatible(scene_, origin, node))
-            continue;
-          start.neighbors.push_back(node);
-          start.support += node.detection != last;
-          last = node.detection;
-        }
-      }
-    }
-    return starts;
-  }
-
-  // Drops starts that are compatible with few detections: the detection probably
-  // shows another object.
-  static void KeepBestSupported(std::vector<Start>& starts) {
-    int most = 0;
-    for (const Start& start : starts) most = std::max(most, start.support);
-    std::erase_if(starts, [&](const Start& start) { return start.support < kLeastSupport * most; });
-  }
-
   void AddPair(const Node& a, const Node& b) {
     const std::array rays = {scene_.detections[a.detection].ray,
                              scene_.detections[b.detection].ray};
@@ -229,7 +325,6 @@ class GroupGuesser {
 
   const ObjectScene& scene_;
   std::vector<Eigen::Vector3d> ups_;
-  std::vector<Node> nodes_;
   std::vector<int> scope_;
   std::vector<std::pair<size_t, size_t>> triplets_;
   std::vector<PoseGuess> guesses_;
@@ -249,27 +344,26 @@ std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   std::vector<PoseGuess> guesses;
   const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
-  for (const int d : DetectionsToStartFrom(scene)) {
-    const SceneDetection& detection = scene.detections[d];
-    for (const int o : detection.objects) {
-      const Node node = MakeNode(scene, d, o);
-      const std::vector<int> scope = ScopeOf(scene, node);
-      const Eigen::Vector3d& center = scene.objects[o].ellipsoid.center;
-      for (const Eigen::Vector3d& up : ups) {
-        const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(*scene.up, up);
-        for (int yaw = 0; yaw < kYaws; ++yaw) {
-          Rigid3 pose;
-          pose.rotation = tilt * Eigen::Quaterniond(Eigen::AngleAxisd(
-                                     2 * std::numbers::pi * yaw / kYaws, *scene.up));
-          const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
-          pose.translation = node.depth * detection.ray - rotation * center;
-          // The depth is corrected: it came from a sphere, but the object's outline from this side
-          // has another size.
-          const double ratio = SizeRatio(scene, node, pose, rotation);
-          if (!(ratio > 0.3 && ratio < 3)) continue;
-          pose.translation = ratio * node.depth * detection.ray - rotation * center;
-          guesses.push_back({pose, scene.ScorePose(pose, scope), ratio * node.depth});
-        }
+  const Neighborhoods neighborhoods(scene);
+  for (const Start& start : neighborhoods.FindStarts()) {
+    const Node& node = start.origin;
+    const SceneDetection& detection = scene.detections[node.detection];
+    const std::vector<int> scope = neighborhoods.ScopeOf(node);
+    const Eigen::Vector3d& center = scene.objects[node.object].ellipsoid.center;
+    for (const Eigen::Vector3d& up : ups) {
+      const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(*scene.up, up);
+      for (int yaw = 0; yaw < kYaws; ++yaw) {
+        Rigid3 pose;
+        pose.rotation = tilt * Eigen::Quaterniond(Eigen::AngleAxisd(
+                                   2 * std::numbers::pi * yaw / kYaws, *scene.up));
+        const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+        pose.translation = node.depth * detection.ray - rotation * center;
+        // The depth is corrected: it came from a sphere, but the object's outline from this side
+        // has another size.
+        const double ratio = SizeRatio(scene, node, pose, rotation);
+        if (!(ratio > 0.3 && ratio < 3)) continue;
+        pose.translation = ratio * node.depth * detection.ray - rotation * center;
+        guesses.push_back({pose, scene.ScorePose(pose, scope), ratio * node.depth});
       }
     }
   }

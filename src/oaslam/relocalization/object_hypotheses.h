@@ -23,8 +23,8 @@ bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angl
 // guesses does not grow with the cube of the map.
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
-// Guesses from single detections, over a grid of camera orientations. Empty unless the map knows
-// its vertical.
+// Guesses from single detections, over a grid of camera orientations; in a large map from those
+// that most other detections are compatible with. Empty unless the map knows its vertical.
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene);
 
 // The best `count` guesses that differ from each other.

@@ -38,27 +38,37 @@ struct Matching {
 };
 
 // An object that is at least partly in the image for a given pose.
-struct InView {
-  int object = 0;
+struct Seen {
+  Seen(int o, const EllipsoidView& v, const Box& b) : object(o), view(v), box(b) {}
+
+  int object;
   EllipsoidView view;
   Box box;
+  Eigen::Vector4d variance = Eigen::Vector4d::Zero();  // of the edges of its box
+  // Hidden edges count one-sided in the refinement of the pose; the score, which is evidence for
+  // the pose, counts all edges.
+  unsigned char hidden = 0;
+  bool is_expected = false;  // it should have been detected
 };
 
-std::vector<InView> FindInView(const ObjectScene& scene, const Rigid3& pose) {
-  std::vector<InView> in_view;
+std::vector<Seen> FindInView(const ObjectScene& scene, const Rigid3& pose) {
+  std::vector<Seen> in_view;
+  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o) {
+    const Eigen::Vector3d center = rotation * scene.spheres[o].head<3>() + pose.translation;
+    if (!MayOverlap(scene.image.bounds(), scene.camera, center, scene.spheres[o].w())) continue;
     const auto view = ViewEllipsoid(scene.objects[o].ellipsoid, pose);
     if (!view) continue;
     const Box box = OutlineBox(view->outline, scene.camera);
-    if (Intersection(box, scene.image.bounds()).Area() > 0) in_view.push_back({o, *view, box});
+    if (Intersection(box, scene.image.bounds()).Area() > 0) in_view.push_back(Seen(o, *view, box));
   }
   return in_view;
 }
 
-std::vector<Box> NearerBoxes(const ObjectScene& scene, const std::vector<InView>& in_view,
-                             const InView& than) {
+std::vector<Box> NearerBoxes(const ObjectScene& scene, const std::vector<Seen>& in_view,
+                             const Seen& than) {
   std::vector<Box> nearer;
-  for (const InView& other : in_view)
+  for (const Seen& other : in_view)
     if (other.view.center.z() + scene.objects[other.object].radius < than.view.center.z() &&
         !scene.AreTogether(other.object, than.object))
       nearer.push_back(other.box);
@@ -73,56 +83,54 @@ bool IsBehindMoving(const ObjectScene& scene, const Box& box) {
 // An object is not expected where a part of it, or the whole it is a part of, is matched: detectors
 // see wholes from afar and parts from near.
 void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& matches,
-                          std::vector<unsigned char>& is_expected) {
+                          std::vector<Seen>& in_view) {
   if (scene.classes.whole_of.empty()) return;
-  for (int o = 0; o < static_cast<int>(is_expected.size()); ++o)
-    if (is_expected[o] && std::ranges::any_of(matches, [&](const Match& m) {
-          return scene.AreTogether(m.object, o);
+  for (Seen& seen : in_view)
+    if (seen.is_expected && std::ranges::any_of(matches, [&](const Match& m) {
+          return scene.AreTogether(m.object, seen.object);
         }))
-      is_expected[o] = 0;
+      seen.is_expected = false;
 }
 
 Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
   Matching result;
+  std::vector<Seen> in_view = FindInView(scene, pose);
   const auto detections = static_cast<Eigen::Index>(scene.detections.size());
-  const auto objects = static_cast<Eigen::Index>(scene.objects.size());
+  const auto objects = static_cast<Eigen::Index>(in_view.size());
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(detections, objects);
-  const std::vector<InView> in_view = FindInView(scene, pose);
-  std::vector<Eigen::Vector4d> variances(objects);
-  // Hidden edges count one-sided in the refinement of the pose; the score, which is evidence for
-  // the pose, counts all edges.
-  std::vector<unsigned char> hidden(objects, 0);
-  std::vector<unsigned char> is_expected(objects, 0);
-  for (const InView& seen : in_view) {
-    const int o = seen.object;
-    const SceneObject& object = scene.objects[o];
-    if (SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() &&
-        scene.image.ShareShown(seen.box) > kMissedShare && !IsBehindMoving(scene, seen.box))
-      is_expected[o] = 1;
+  for (Eigen::Index o = 0; o < objects; ++o) {
+    Seen& seen = in_view[o];
+    const SceneObject& object = scene.objects[seen.object];
+    seen.is_expected = SizeOf(seen.box) > kMissedSizePx * scene.score.pixel_unit() &&
+                       scene.image.ShareShown(seen.box) > kMissedShare &&
+                       !IsBehindMoving(scene, seen.box);
     if (object.detections.empty()) continue;
-    variances[o] = EdgeVariance(seen.view, scene.camera, object.covariance);
-    hidden[o] = HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
+    seen.variance = EdgeVariance(seen.view, scene.camera, object.covariance);
+    seen.hidden =
+        HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
     for (const int d : object.detections)
       scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box,
-                                 variances[o]);
-  }
-  const std::vector<int> assigned = AssignMaximum(scores);
-  for (int d = 0; d < static_cast<int>(assigned.size()); ++d) {
-    const int o = assigned[d];
-    if (o < 0) continue;
-    const double sigma = scene.score.DetectorSigma(scene.detections[d].box);
-    const auto truncated = static_cast<unsigned char>(scene.detections[d].truncated | hidden[o]);
-    result.matches.push_back(
-        {d, o, scores(d, o), truncated, (variances[o].array() + sigma * sigma).rsqrt()});
-    result.llr += scores(d, o);
+                                 seen.variance);
   }
   // Where the detector gives few boxes for the objects in view, each missing detection counts less.
-  const double in_sight = static_cast<double>(std::ranges::count(is_expected, 1));
+  const auto in_sight = static_cast<double>(std::ranges::count(in_view, true, &Seen::is_expected));
   const double recall = std::min((static_cast<double>(detections) + 1) / (in_sight + 1), 1.0);
-  for (const Match& match : result.matches) is_expected[match.object] = 0;
-  ExcusePartsAndWholes(scene, result.matches, is_expected);
-  for (Eigen::Index o = 0; o < objects; ++o)
-    if (is_expected[o]) result.penalty -= std::log(1 - recall * scene.objects[o].detection_rate);
+  const std::vector<int> assigned = AssignMaximum(scores);
+  for (int d = 0; d < static_cast<int>(assigned.size()); ++d) {
+    if (assigned[d] < 0) continue;
+    Seen& seen = in_view[assigned[d]];
+    const double sigma = scene.score.DetectorSigma(scene.detections[d].box),
+                 score = scores(d, assigned[d]);
+    const auto truncated = static_cast<unsigned char>(scene.detections[d].truncated | seen.hidden);
+    result.matches.push_back(
+        {d, seen.object, score, truncated, (seen.variance.array() + sigma * sigma).rsqrt()});
+    result.llr += score;
+    seen.is_expected = false;
+  }
+  ExcusePartsAndWholes(scene, result.matches, in_view);
+  for (const Seen& seen : in_view)
+    if (seen.is_expected)
+      result.penalty -= std::log(1 - recall * scene.objects[seen.object].detection_rate);
   return result;
 }
 
@@ -226,15 +234,11 @@ Rigid3 RefineOnMatches(const Evidence& evidence, const std::vector<Match>& match
   return pose;
 }
 
-// The standard deviation of the camera's centre, which moves by -R^T times the
-// change of the translation.
-double PositionSigma(const Evidence& evidence, const std::vector<Match>& matches,
-                     const Rigid3& pose) {
+Eigen::Matrix<double, 6, 6> CovarianceOf(const Evidence& evidence,
+                                         const std::vector<Match>& matches, const Rigid3& pose) {
   Eigen::Matrix<double, 6, 6> information = Linearize(evidence, matches, pose, true).hessian;
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
-  const Eigen::Matrix<double, 6, 6> covariance =
-      information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
-  return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));
+  return information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
 }
 
 }  // namespace
@@ -257,8 +261,11 @@ ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& sta
   for (const Match& match : matching.matches)
     candidate.matched.emplace_back(scene.detections[match.detection].index,
                                    scene.objects[match.object].id);
-  if (!matching.matches.empty())
-    candidate.sigma_position = PositionSigma(evidence, matching.matches, candidate.cam_from_world);
+  if (matching.matches.empty()) return candidate;
+  candidate.covariance = CovarianceOf(evidence, matching.matches, candidate.cam_from_world);
+  // The camera's centre moves by -R^T times the change of the translation.
+  candidate.sigma_position =
+      std::sqrt(std::max(candidate.covariance.topLeftCorner<3, 3>().trace(), 0.0));
   return candidate;
 }
 

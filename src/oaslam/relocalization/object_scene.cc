@@ -34,44 +34,49 @@ SceneObject Prepare(ObjectId id, const Object& object) {
 
 CameraAttitudes AttitudesOf(const Map& map, const Eigen::Vector3d& up) {
   constexpr size_t kEnough = 200;
-  const size_t stride = map.keyframes.size() / kEnough + 1;
+  const auto stride = static_cast<uint32_t>(map.keyframes.size() / kEnough + 1);
   CameraAttitudes attitudes{1e9, -1e9, 0};
-  size_t index = 0, count = 0;
+  size_t count = 0;
   double side = 0, upright = 0;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
-    if (index++ % stride != 0) return;
-    const Eigen::Vector3d u = keyframe.cam_from_world.rotation * up;
+  const uint32_t first = map.keyframes.empty() ? 0 : map.keyframes.First().value;
+  for (uint32_t id = first; id < map.keyframes.Bound().value; id += stride) {
+    const Keyframe* keyframe = map.keyframes.Find(KeyframeId(id));
+    if (!keyframe) continue;
+    const Eigen::Vector3d u = keyframe->cam_from_world.rotation * up;
     const double pitch = std::atan2(-u.z(), std::hypot(u.x(), u.y()));
     attitudes.min_pitch = std::min(attitudes.min_pitch, pitch);
     attitudes.max_pitch = std::max(attitudes.max_pitch, pitch);
     side += u.x();
     upright -= u.y();
     ++count;
-  });
+  }
   if (count == 0) return {};
   attitudes.mean_roll = std::atan2(side, upright);
   return attitudes;
 }
 
-// Returns false only where the object's projection cannot overlap any box of its class. For a point
-// of a ball of radius a around c, the coordinate x / z differs from that of c by at most a (1 +
-// |c_x / c_z|) / (c_z - a).
-bool MayOverlap(const SceneObject& object, const Eigen::Vector3d& center,
-                const ObjectScene& scene) {
-  const double near = center.z() - object.reach;
-  if (near <= 0) return true;
-  const Eigen::Vector2d slope = center.head<2>() / center.z();
-  const double x = scene.camera.fx * slope.x() + scene.camera.cx + kBoxFromPixel,
-               y = scene.camera.fy * slope.y() + scene.camera.cy + kBoxFromPixel;
-  const double dx = scene.camera.fx * object.reach * (1 + std::abs(slope.x())) / near,
-               dy = scene.camera.fy * object.reach * (1 + std::abs(slope.y())) / near;
+bool MayOverlapItsBoxes(const ObjectScene& scene, const SceneObject& object,
+                        const Eigen::Vector3d& center) {
   return std::ranges::any_of(object.detections, [&](int d) {
-    const Box& box = scene.detections[d].box;
-    return x + dx > box.x1 && x - dx < box.x2 && y + dy > box.y1 && y - dy < box.y2;
+    return MayOverlap(scene.detections[d].box, scene.camera, center, object.reach);
   });
 }
 
 }  // namespace
+
+// For a point of a ball of radius a around c, the coordinate x / z differs from that of c by at
+// most a (1 + |c_x / c_z|) / (c_z - a).
+bool MayOverlap(const Box& box, const Camera& camera, const Eigen::Vector3d& center, double reach) {
+  if (center.z() + reach <= 0) return false;
+  const double near = center.z() - reach;
+  if (near <= 0) return true;
+  const Eigen::Vector2d slope = center.head<2>() / center.z();
+  const double x = camera.fx * slope.x() + camera.cx + kBoxFromPixel,
+               y = camera.fy * slope.y() + camera.cy + kBoxFromPixel;
+  const double dx = camera.fx * reach * (1 + std::abs(slope.x())) / near,
+               dy = camera.fy * reach * (1 + std::abs(slope.y())) / near;
+  return x + dx > box.x1 && x - dx < box.x2 && y + dy > box.y1 && y - dy < box.y2;
+}
 
 Eigen::Vector3d UpInCamera(double pitch, double roll) {
   return {std::sin(roll) * std::cos(pitch), -std::cos(roll) * std::cos(pitch), -std::sin(pitch)};
@@ -85,6 +90,10 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state == ObjectState::kMapped) objects.push_back(Prepare(id, object));
   });
+  for (const SceneObject& object : objects) {
+    const Eigen::Vector3d& center = object.ellipsoid.center;
+    spheres.emplace_back(center.x(), center.y(), center.z(), object.reach);
+  }
   for (const ObjectDetection& d : all_detections)
     if (d.score >= config.min_score && classes.IsMovable(d.category_id)) moving.push_back(d.box);
   std::vector<int> order;
@@ -99,7 +108,10 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
   order.resize(std::min({order.size(), static_cast<size_t>(config.max_detections), kMaxScored}));
   for (const int i : order) {
     const ObjectDetection& d = all_detections[i];
-    SceneDetection scene{i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), SizeOf(d.box),
+    const double size = SizeOf(d.box);
+    SceneDetection scene{i,           d.box,
+                         d.truncated, RayOf(camera, CenterPixel(d.box)),
+                         size,        std::sqrt(camera.fx * camera.fy) / (size / 2),
                          {}};
     for (int o = 0; o < static_cast<int>(objects.size()); ++o) {
       if (objects[o].category_id != d.category_id) continue;
@@ -122,7 +134,7 @@ double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int>
     const SceneObject& object = objects[o];
     if (object.detections.empty()) continue;
     const Eigen::Vector3d center = rotation * object.ellipsoid.center + cam_from_world.translation;
-    if (center.z() <= 0 || !MayOverlap(object, center, *this)) continue;
+    if (center.z() <= 0 || !MayOverlapItsBoxes(*this, object, center)) continue;
     const OutlineConic outline = OutlineOf(center, rotation * object.scaled_axes);
     if (!IsInFront(center.z(), outline)) continue;
     const Box predicted = OutlineBox(outline, camera);

@@ -32,9 +32,10 @@ struct SceneDetection {
   int index = 0;  // in the caller's list
   Box box;
   unsigned char truncated = 0;
-  Eigen::Vector3d ray;       // through the centre of the box, z = 1
-  double size = 0;           // px
-  std::vector<int> objects;  // of its class, indices into ObjectScene::objects
+  Eigen::Vector3d ray;          // through the centre of the box, z = 1
+  double size = 0;              // px
+  double depth_per_radius = 0;  // of an object that the box shows
+  std::vector<int> objects;     // of its class, indices into ObjectScene::objects
 };
 
 // The range of camera orientations during mapping, from which poses of a query are guessed.
@@ -48,7 +49,8 @@ struct ObjectScene {
   Camera camera;
   ObjectScore score;
   IdealImage image;
-  std::vector<SceneObject> objects;  // those in state kMapped
+  std::vector<SceneObject> objects;      // those in state kMapped
+  std::vector<Eigen::Vector4d> spheres;  // their centres and reaches, side by side in memory
   // Detections whose class is in the map, best detector score first.
   std::vector<SceneDetection> detections;
   // Boxes of classes that move: they may hide any object.
@@ -72,6 +74,11 @@ struct ObjectScene {
   // Whether the orientation agrees with the measured gravity, or else with how people hold cameras.
   bool IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const;
 };
+
+// Returns false only where an object whose longest half axis is `reach` cannot project into the
+// box. It takes no more than some nanoseconds.
+bool MayOverlap(const Box& box, const Camera& camera, const Eigen::Vector3d& center_in_cam,
+                double reach);
 
 // The vertical in the frame of a camera of given pitch and roll.
 Eigen::Vector3d UpInCamera(double pitch, double roll);

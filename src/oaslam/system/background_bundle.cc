@@ -1,13 +1,16 @@
 #include "oaslam/system/background_bundle.h"
 
+#include <utility>
+
 namespace oaslam {
 
-BackgroundBundle::BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index)
-    : begun_at_(frame_index), work_(new Work{map, {}, nullptr, false}) {
+BackgroundBundle::BackgroundBundle(const Map& map, std::vector<KeyframeId> window,
+                                   const BundleConfig& config, int frame_index)
+    : begun_at_(frame_index), work_(new Work{map, std::move(window), {}, nullptr, false}) {
   constexpr int kIterations = 20;
   thread_ = std::jthread([work = work_.get(), config](const std::stop_token& stop) {
     try {
-      work->correction = GlobalBundleAdjustment(work->map, kIterations, config, stop);
+      work->correction = WindowBundleAdjustment(work->map, work->window, kIterations, config, stop);
     } catch (...) {
       work->failure = std::current_exception();
     }
@@ -20,7 +23,9 @@ void BackgroundBundle::WaitAndApply(int min_shared_landmarks, Map& map) {
   if (work_->failure) std::rethrow_exception(work_->failure);
   if (!work_->correction.success) return;
   ApplyLateCorrection(work_->correction, work_->map, map);
-  for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, min_shared_landmarks);
+  const bool is_whole = work_->window.size() == work_->map.keyframes.size();
+  for (const KeyframeId id : is_whole ? map.keyframes.Ids() : work_->window)
+    if (map.keyframes.Contains(id)) map.UpdateCovisibility(id, min_shared_landmarks);
 }
 
 }  // namespace oaslam

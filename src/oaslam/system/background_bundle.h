@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <thread>
+#include <vector>
 
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/config.h"
@@ -11,12 +12,14 @@
 
 namespace oaslam {
 
-// A global bundle adjustment of a copy of the map, on a thread of its own. The destructor stops it
-// and waits for its thread.
+// A bundle adjustment of a copy of the map, on a thread of its own. The destructor stops it and
+// waits for its thread.
 class BackgroundBundle {
  public:
-  // `frame_index`: the current frame.
-  BackgroundBundle(const Map& map, const BundleConfig& config, int frame_index);
+  // `window`: the keyframes that are adjusted (WindowBundleAdjustment). `frame_index`: the current
+  // frame.
+  BackgroundBundle(const Map& map, std::vector<KeyframeId> window, const BundleConfig& config,
+                   int frame_index);
   BackgroundBundle(const BackgroundBundle&) = delete;
   BackgroundBundle& operator=(const BackgroundBundle&) = delete;
 
@@ -29,6 +32,7 @@ class BackgroundBundle {
  private:
   struct Work {
     Map map;
+    std::vector<KeyframeId> window;
     BundleCorrection correction;
     std::exception_ptr failure;
     std::atomic<bool> is_ready = false;

@@ -156,7 +156,9 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
 
   Rng rng(static_cast<uint64_t>(config.runner.seed));
   merged.trajectory = here.trajectory;
-  JoinPiece(joining.map, world_from_joining, config, rng, merged.map);
+  // Where the pieces are related by one end alone, their errors grow towards the other.
+  JoinPiece(joining.map, world_from_joining, config, rng, merged.map,
+            {.most = 12, .are_spread = true});
   AdoptPoses(joining.trajectory, world_from_joining.scale, merged.trajectory);
   SetClassRelations(relations, merged.map);
   OptimizePiece(config, merged.map);

@@ -54,7 +54,7 @@ void Mapper::Apply(const MapCommand& command) {
 
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
-  if (is_tied) background_bundle_.emplace(map_, config_.bundle, frame_index);
+  if (is_tied) AdjustInBackground(frame_index);
 }
 
 void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
@@ -68,7 +68,7 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
     ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
   unsettled_keyframes_.push_back(keyframe.id);
-  unsettled_keyframes_ = PackSettledKeyframes(unsettled_keyframes_, keyframe.id, map_);
+  unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   CloseLoop(keyframe.id, keyframe.frame.frame.index);
 }
 
@@ -83,7 +83,21 @@ void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
                                    loop->current.value, loop->old.value));
   last_loop_ = keyframe;
   ++map_.loops_closed;
-  background_bundle_.emplace(map_, config_.bundle, frame_index);
+  AdjustInBackground(frame_index);
+}
+
+void Mapper::AdjustInBackground(int frame_index) {
+  windows_ = AdjustmentWindows(map_);
+  std::ranges::reverse(windows_);
+  BeginNextWindow(frame_index);
+}
+
+void Mapper::BeginNextWindow(int frame_index) {
+  background_bundle_.reset();
+  if (windows_.empty()) return;
+  std::vector<KeyframeId> window = std::move(windows_.back());
+  windows_.pop_back();
+  background_bundle_.emplace(map_, std::move(window), config_.bundle, frame_index);
 }
 
 // Applies the background bundle adjustment: in live mode as soon as it is ready, else a fixed
@@ -97,15 +111,18 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
                           : command.frame_index >= background_bundle_->begun_at() + kFrames;
   if (!is_due && !command.adopt_adjustment) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
-  background_bundle_.reset();
+  if (command.adopt_adjustment) windows_.clear();
+  BeginNextWindow(command.frame_index);
   return true;
 }
 
 void Mapper::Finish() {
-  background_bundle_.reset();  // the global bundle adjustment below replaces it
+  background_bundle_.reset();  // the adjustment below replaces it
+  windows_.clear();
   constexpr int kIterations = 20;
   if (map_.keyframes.size() <= 2) return;
-  ApplyCorrection(GlobalBundleAdjustment(map_, kIterations, config_.bundle), map_);
+  for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))
+    ApplyCorrection(WindowBundleAdjustment(map_, window, kIterations, config_.bundle), map_);
   RefitMovedObjects(config_.objects, map_);
 }
 

@@ -58,7 +58,9 @@ class Mapper {
   void Join(const JoiningMap& joining, int frame_index);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
+  void AdjustInBackground(int frame_index);
   bool AdoptBackgroundBundle(const MapCommand& command);
+  void BeginNextWindow(int frame_index);
 
   SlamConfig config_;
   Map map_;
@@ -68,6 +70,7 @@ class Mapper {
   LoopDetector loop_detector_;
   KeyframeId last_loop_;                               // keyframe that closed the last loop
   std::optional<BackgroundBundle> background_bundle_;  // after a loop
+  std::vector<std::vector<KeyframeId>> windows_;       // still to be adjusted, the next one last
 };
 
 }  // namespace oaslam

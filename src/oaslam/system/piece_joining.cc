@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <set>
 #include <utility>
 #include <vector>
@@ -16,20 +17,30 @@
 namespace oaslam {
 namespace {
 
-// Closes up to kMaxTies loops between keyframes of the other piece and of the map. The first
-// keyframe of the map stays fixed. Returns whether any loop was closed.
+// In an order in which the first few are spread over all of them: first, middle, quarters,
+// eighths...
+std::vector<KeyframeId> Spread(const std::vector<KeyframeId>& ids) {
+  std::vector<KeyframeId> spread;
+  const size_t whole = std::bit_ceil(ids.size());
+  for (size_t step = whole; step > 0; step /= 2)
+    for (size_t i = 0; i < ids.size(); i += step)
+      if (step == whole || i % (2 * step) != 0) spread.push_back(ids[i]);
+  return spread;
+}
+
+// Closes loops between keyframes of the other piece and of the map. The first keyframe of the map
+// stays fixed. Returns whether any loop was closed.
 bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& of_other,
-         const SlamConfig& config, Rng& rng, Map& map) {
-  constexpr int kMaxTies = 3;
+         const PieceTies& wanted, const SlamConfig& config, Rng& rng, Map& map) {
   int ties = 0;
   std::set<KeyframeId> untied(of_map.begin(), of_map.end());
-  for (const KeyframeId id : of_other) {
+  for (const KeyframeId id : wanted.are_spread ? Spread(of_other) : of_other) {
     const auto tie = FindTie(map, id, untied, rng);
     if (!tie || !CorrectLoop(*tie, config.mapping.min_shared_landmarks, map, of_map.front()))
       continue;
     Log(LogLevel::kDebug, fmt::format("pieces tied at keyframes {} and {} by {} landmarks",
                                       id.value, tie->old.value, tie->old_landmarks.size()));
-    if (++ties == kMaxTies) break;
+    if (++ties == wanted.most) break;
     untied.erase(tie->old);
     for (const Covisible& c : map.keyframes.At(tie->old).covisible) untied.erase(c.keyframe);
   }
@@ -39,12 +50,12 @@ bool Tie(const std::vector<KeyframeId>& of_map, const std::vector<KeyframeId>& o
 }  // namespace
 
 bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
-               Rng& rng, Map& map) {
+               Rng& rng, Map& map, const PieceTies& ties) {
   const std::vector<KeyframeId> before = map.keyframes.Ids(), joined = other.keyframes.Ids();
   JoinMap(other, world_from_other, map);
   const std::vector<ObjectId> objects = other.objects.Ids();
   MergeDuplicates(map, std::set<ObjectId>(objects.begin(), objects.end()), config.objects);
-  return Tie(before, joined, config, rng, map);
+  return Tie(before, joined, ties, config, rng, map);
 }
 
 void OptimizePiece(const SlamConfig& config, Map& map) {

@@ -233,8 +233,8 @@ TEST(Pipeline, MayEndAtAnyMoment) {
 TEST(BackgroundBundle, EndsWithItsOwnerAndCorrectsWhatHasGrown) {
   const synthetic::World world = synthetic::MakeWorld({});
   Map map = synthetic::MakeMap(world, {.position_noise = 0.03}).map;
-  { const BackgroundBundle stopped(map, BundleConfig{}, 0); }
-  BackgroundBundle bundle(map, BundleConfig{}, 3);
+  { const BackgroundBundle stopped(map, map.keyframes.Ids(), BundleConfig{}, 0); }
+  BackgroundBundle bundle(map, map.keyframes.Ids(), BundleConfig{}, 3);
   EXPECT_EQ(bundle.begun_at(), 3);
   map.RetireKeyframe(KeyframeId(4));
   const Map before = map;

@@ -117,10 +117,13 @@ Relocalization Relocalizer::JoinObjects(const Frame& frame, const Map& map,
 
 std::vector<ObjectPoseCandidate> Relocalizer::CandidatesByObjects(
     const Frame& frame, const Map& map, const std::optional<Eigen::Vector3d>& gravity_in_cam,
-    Rng& rng) const {
+    Rng& rng, ObjectTrails* trails) const {
   const Camera& camera = map.cameras[frame.camera];
   if (IsAsInPaper())
     return RelocalizeByObjectsAsInPaper(frame.detections, camera, map, config_.relocalization, rng);
+  if (trails)
+    return trails->Follow(frame.timestamp, frame.detections, camera, map, config_.relocalization,
+                          gravity_in_cam, rng);
   return RelocalizeByObjects(frame.detections, camera, map, config_.relocalization, gravity_in_cam,
                              rng);
 }
@@ -130,10 +133,8 @@ double Relocalizer::ConfidenceIn(const ObjectPoseCandidate& candidate) const {
 }
 
 Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
-                                      const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                                      const std::vector<ObjectPoseCandidate>& candidates,
                                       Rng& rng) const {
-  const std::vector<ObjectPoseCandidate> candidates =
-      CandidatesByObjects(frame, map, gravity_in_cam, rng);
   Relocalization result;
   for (const ObjectPoseCandidate& c : candidates)
     result.candidates.push_back({c.cam_from_world, c.score});
@@ -145,6 +146,8 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
       if (!report.success || !Agree(report, c)) continue;
       Relocalization confirmed = JoinObjects(frame, map, report, PoseEvidence::kPointsAndObjects);
       confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, ConfidenceIn(c));
+      confirmed.objects_suffice = c.accepted;
+      confirmed.relative_sigma = RelativeSigma(map, c);
       confirmed.object_score = c.score;
       confirmed.object_margin = c.margin;
       confirmed.candidates = std::move(result.candidates);
@@ -171,12 +174,15 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
 }
 
 Relocalization Relocalizer::Find(const Frame& frame, const Map& map, RelocalizationMode mode,
-                                 const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
+                                 const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
+                                 ObjectTrails* trails) {
   const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
   Relocalization result;
   if (use_points) result = ByPoints(frame, map, mode == RelocalizationMode::kPointsAndObjects, rng);
   if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {
-    Relocalization by_objects = ByObjects(frame, map, use_points, gravity_in_cam, rng);
+    const std::vector<ObjectPoseCandidate> candidates =
+        CandidatesByObjects(frame, map, gravity_in_cam, rng, trails);
+    Relocalization by_objects = ByObjects(frame, map, use_points, candidates, rng);
     const bool are_both_vain = use_points && by_objects.evidence == PoseEvidence::kNone;
     const std::string why_neither =
         frame.detections.empty() ? result.why_not : WhyNeither(result.why_not, by_objects.why_not);

@@ -9,6 +9,7 @@
 #include "oaslam/map/map.h"
 #include "oaslam/matching/place_index.h"
 #include "oaslam/relocalization/by_objects.h"
+#include "oaslam/relocalization/object_trails.h"
 #include "oaslam/relocalization/report.h"
 #include "oaslam/slam.h"
 #include "oaslam/util/rng.h"
@@ -22,8 +23,10 @@ struct Relocalization {
   std::vector<LandmarkId> landmarks;  // by key point; empty where objects alone support the pose
   int inliers = 0;
   int matched_objects = 0;
-  double sigma_position = 0;  // map units
-  // For a pose by objects alone: sigma_position divided by the mean distance to its objects.
+  bool objects_suffice = false;  // where points confirm objects: these would be enough evidence
+  double sigma_position = 0;     // map units
+  // Of the pose by objects, before points are joined: sigma of its position divided by the mean
+  // distance to its objects.
   double relative_sigma = 0;
   double confidence = 0;                       // [0, 1], of the best hypothesis, accepted or not
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
@@ -46,9 +49,11 @@ class Relocalizer {
   explicit Relocalizer(const SlamConfig& config) : config_(config) {}
 
   // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without
-  // features is found by objects only.
+  // features is found by objects only. `trails`: what the objects of the frames before told, which
+  // counts, too (not by the paper's method); none to find each frame by itself.
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
-                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
+                      const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
+                      ObjectTrails* trails = nullptr);
 
   // Finds a frame whose camera is not known. `raw` holds key points and boxes of the original
   // image, and its camera in `map` gives the image's size and has no distortion; the focal length
@@ -67,12 +72,12 @@ class Relocalizer {
                              const RelocalizationReport& by_points, PoseEvidence evidence) const;
   std::vector<ObjectPoseCandidate> CandidatesByObjects(
       const Frame& frame, const Map& map, const std::optional<Eigen::Vector3d>& gravity_in_cam,
-      Rng& rng) const;
+      Rng& rng, ObjectTrails* trails) const;
   // 0 for poses by the paper's method, which have no confidence.
   double ConfidenceIn(const ObjectPoseCandidate& candidate) const;
   bool IsAsInPaper() const { return config_.relocalization.objects == "paper"; }
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
-                           const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) const;
+                           const std::vector<ObjectPoseCandidate>& candidates, Rng& rng) const;
   const PlaceIndex& IndexOf(const Map& map);
   static void LeadWithAccepted(Relocalization& found);
 

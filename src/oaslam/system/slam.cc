@@ -73,6 +73,7 @@ class Slam::Impl {
     atlas_ = std::move(atlas);
     camera_index_ = camera_index;
     audit_ = {};
+    trails_ = {};
     last_timestamp_.reset();
     has_told_failure_ = false;
   }
@@ -94,12 +95,19 @@ class Slam::Impl {
     throw MappingError(failure);
   }
 
+  void CheckTimestamp(double timestamp) const {
+    if (!std::isfinite(timestamp)) throw InputError("time stamp is not finite");
+    if (last_timestamp_ && !(timestamp > *last_timestamp_))
+      throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
+                                   timestamp, *last_timestamp_));
+  }
+
   TrackingResult Process(const ImageInput& input);
   Session& session() { return atlas_->main(); }
   const Session& session() const { return atlas_->main(); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
                             const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                            double ms_features);
+                            double ms_features, ObjectTrails* trails = nullptr);
   RelocalizationResult FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode,
                                              const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
@@ -131,15 +139,13 @@ class Slam::Impl {
   bool has_told_failure_ = false;
   ObjectAudit audit_;
   int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
+  ObjectTrails trails_;                   // of FollowByObjects
   std::optional<double> last_timestamp_;
 };
 
 TrackingResult Slam::Impl::Process(const ImageInput& input) {
   ExpectMapping();
-  if (!std::isfinite(input.timestamp)) throw InputError("time stamp is not finite");
-  if (last_timestamp_ && !(input.timestamp > *last_timestamp_))
-    throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
-                                 input.timestamp, *last_timestamp_));
+  CheckTimestamp(input.timestamp);
   const Stopwatch total;
   const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
   const Frame frame = MakeFrame(input, next_index_, keypoints);
@@ -176,12 +182,12 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
 
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
                                       const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                                      double ms_features) {
-  // A fresh random generator for each image: the answer does not depend on the images before.
+                                      double ms_features, ObjectTrails* trails) {
+  // A fresh random generator for each image: no answer depends on the random numbers before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
   const Relocalization found =
-      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng);
+      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng, trails);
   RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
@@ -266,12 +272,26 @@ RelocalizationResult Slam::RelocalizeByObjects(
   return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
 }
 
+RelocalizationResult Slam::FollowByObjects(double timestamp,
+                                           const std::vector<Detection>& detections,
+                                           const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  CheckGravity(gravity_in_cam);
+  impl_->CheckTimestamp(timestamp);
+  const Frame frame{
+      0, timestamp, impl_->camera_index_, {}, CheckedDetections(impl_->camera_, detections), false};
+  impl_->last_timestamp_ = timestamp;
+  return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0, &impl_->trails_);
+}
+
 void Slam::SetMapping(bool enabled) {
   impl_->is_mapping_ = enabled;
   impl_->atlas_->SetMapping(enabled);
 }
 
-void Slam::ForceRelocalization() { impl_->atlas_->ForceRelocalization(); }
+void Slam::ForceRelocalization() {
+  impl_->atlas_->ForceRelocalization();
+  impl_->trails_ = {};
+}
 
 FrameView SlamAccess::View(const Slam& slam) {
   const Session& session = slam.impl_->atlas_->main();

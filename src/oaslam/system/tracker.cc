@@ -152,23 +152,37 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   motion_.reset();
   last_.reset();
   const Relocalization found =
-      relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_);
+      relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_,
+                        mapping_ ? nullptr : &object_trails_);
   relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects,
                      found.why_not};
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
-  if (found.evidence == PoseEvidence::kObjects) {
-    const bool is_shown = found.relative_sigma <= config_.tracking.max_object_sigma;
-    Outcome outcome = is_shown ? ShowObjectPose(frame, map, found) : Outcome{};
-    KeepUntracked(frame, is_shown);
-    outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
-    return outcome;
-  }
+  if (found.evidence == PoseEvidence::kObjects) return ReportObjectPose(frame, map, found);
   const TrackReport tracked = TrackFound(frame, map, found);
+  if (!tracked.success && found.objects_suffice && !mapping_)
+    return ReportObjectPose(frame, map, found);
   if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
   relocalized_time_ = frame.timestamp;
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
+}
+
+// A pose that is not sure enough to build on is reported only without mapping, and not kept.
+Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
+                                           const Relocalization& found) {
+  const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
+  Outcome outcome;
+  if (is_sure) {
+    outcome = ShowObjectPose(frame, map, found);
+  } else if (!mapping_) {
+    outcome = Outcome::Tracked(TrackingState::kObjects, found.cam_from_world, 0, 0);
+    outcome.objects = found.matched_objects;
+    outcome.confidence = found.confidence;
+  }
+  KeepUntracked(frame, is_sure);
+  outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
+  return outcome;
 }
 
 // Confirms a pose that was found by points in the local map.
@@ -280,6 +294,7 @@ FrameView Tracker::View() const {
 }
 
 void Tracker::ForceRelocalization() {
+  object_trails_ = {};
   if (phase_ != Phase::kTracking) return;
   phase_ = Phase::kLost;
   motion_.reset();

@@ -140,6 +140,7 @@ class Tracker {
   Outcome FindLate(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                    TrackingState state);
+  Outcome ReportObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   bool IsOnProbation(const Frame& frame)
       const;  // shortly after a relocalization by points, which must still prove itself
@@ -201,6 +202,7 @@ class Tracker {
   SlamConfig config_;
   Initializer initializer_;
   Relocalizer relocalizer_;
+  ObjectTrails object_trails_;  // while the camera is lost, without mapping
   RelocalizationMode relocalization_mode_ = RelocalizationMode::kPointsAndObjects;
   Rng rng_;
   Phase phase_ = Phase::kInitializing;

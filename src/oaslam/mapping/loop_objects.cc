@@ -1,0 +1,136 @@
+#include "oaslam/mapping/loop_objects.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ellipsoid.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kGroup = 10;  // keyframes about an end
+
+std::set<KeyframeId> Around(const Map& map, KeyframeId end) {
+  const std::vector<KeyframeId> neighbours = map.CovisibleKeyframes(end, kGroup);
+  std::set<KeyframeId> group(neighbours.begin(), neighbours.end());
+  group.insert(end);
+  return group;
+}
+
+// An image in which objects were detected, mapped or not.
+struct Shot {
+  KeyframeId reference;
+  Rigid3 cam_from_world;
+  int camera = 0;
+  std::vector<std::pair<int, Box>> boxes;  // with their categories
+};
+
+// What was seen about one end of the loop.
+struct End {
+  std::map<int, Shot> shots;   // by frame
+  std::set<ObjectId> objects;  // mapped ones
+};
+
+End Look(const Map& map, KeyframeId keyframe) {
+  const std::set<KeyframeId> group = Around(map, keyframe);
+  End end;
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (map.classes.IsMovable(object.category_id)) return;
+    for (const ObjectObservation& o : object.observations) {
+      const auto carried = map.ResolveKeyframe(o.reference);
+      if (!carried || !group.contains(carried->by)) continue;
+      Shot& shot = end.shots[o.frame_index];
+      shot.reference = carried->by;
+      shot.cam_from_world = o.cam_from_reference * *map.ResolvePose(o.reference);
+      shot.camera = o.camera;
+      shot.boxes.emplace_back(object.category_id, o.box);
+      if (object.state == ObjectState::kMapped) end.objects.insert(id);
+    }
+  });
+  return end;
+}
+
+Ellipsoid Moved(const Ellipsoid& ellipsoid, const Similarity& motion) {
+  return {motion * ellipsoid.center, motion.scale * ellipsoid.half_axes,
+          (motion.rotation * ellipsoid.rotation).normalized()};
+}
+
+// Whether half of the landmarks in a box are nearer than the object, as those of a wall in front of
+// it are.
+bool IsBehindLandmarks(const Map& map, const Keyframe& keyframe, const Ellipsoid& ellipsoid) {
+  const auto box = ProjectToBox(ellipsoid, keyframe.cam_from_world, map.cameras[keyframe.camera]);
+  if (!box) return true;
+  const double depth = (keyframe.cam_from_world * ellipsoid.center).z();
+  int nearer = 0, all = 0;
+  for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    const Landmark* landmark = map.landmarks.Find(keyframe.landmarks[i]);
+    const Eigen::Vector2f& px = keyframe.features->keypoints[i].px;
+    if (!landmark || px.x() < box->x1 || px.x() > box->x2 || px.y() < box->y1 || px.y() > box->y2)
+      continue;
+    ++all;
+    nearer +=
+        (keyframe.cam_from_world * landmark->position).z() < depth - ellipsoid.half_axes.maxCoeff();
+  }
+  return 2 * nearer > all;
+}
+
+enum class Showing { kNothing, kObject, kNoObject };
+
+// What an image says of an object of this class that is there: nothing where it would be small, cut
+// or hidden.
+Showing Judge(const Map& map, const Shot& shot, int category, const Ellipsoid& ellipsoid) {
+  constexpr double kLeastSize = 40;  // detector pixels
+  constexpr double kInside = 0.95, kSameBox = 0.1, kHidden = 0.2;
+  const Camera& camera = map.cameras[shot.camera];
+  const Keyframe& keyframe = map.keyframes.At(shot.reference);
+  const auto box = ProjectToBox(ellipsoid, shot.cam_from_world, camera);
+  if (!box || ShareInside(*box, keyframe.features->bounds) < kInside) return Showing::kNothing;
+  for (const auto& [seen_category, seen] : shot.boxes)
+    if (seen_category == category && IoU(seen, *box) > kSameBox) return Showing::kObject;
+  const bool may_be_hidden = std::ranges::any_of(
+      shot.boxes, [&](const auto& seen) { return ShareInside(*box, seen.second) > kHidden; });
+  if (SizeOf(*box) < kLeastSize * DetectorPixel(camera) || may_be_hidden ||
+      IsBehindLandmarks(map, keyframe, ellipsoid))
+    return Showing::kNothing;
+  return Showing::kNoObject;
+}
+
+// Adds what the images of one end say of the objects of the other, taken there by `motion`.
+void Compare(const Map& map, const End& from, const Similarity& motion, const End& to,
+             LoopObjects& result) {
+  constexpr int kShots = 3;
+  for (const ObjectId id : from.objects) {
+    if (to.objects.contains(id)) continue;
+    const Object& object = map.objects.At(id);
+    const Ellipsoid moved = Moved(object.ellipsoid, motion);
+    int shown = 0, missing = 0;
+    for (const auto& [frame, shot] : to.shots) {
+      const Showing showing = Judge(map, shot, object.category_id, moved);
+      shown += showing == Showing::kObject;
+      missing += showing == Showing::kNoObject;
+    }
+    result.agreeing += shown >= kShots;
+    result.contradicting += shown == 0 && missing >= kShots;
+  }
+}
+
+}  // namespace
+
+LoopObjects CompareObjects(const Map& map, const LoopClosure& loop) {
+  const End here = Look(map, loop.current), there = Look(map, loop.old);
+  LoopObjects result;
+  Compare(map, here, loop.old_from_current, there, result);
+  Compare(map, there, loop.old_from_current.Inverse(), here, result);
+  return result;
+}
+
+bool AreObjectsAgainst(const LoopObjects& objects) {
+  return objects.contradicting >= 3 && objects.contradicting > 2 * objects.agreeing;
+}
+
+}  // namespace oaslam

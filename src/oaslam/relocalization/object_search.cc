@@ -1,0 +1,59 @@
+#include "oaslam/relocalization/object_search.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "oaslam/relocalization/object_hypotheses.h"
+#include "oaslam/relocalization/object_refinement.h"
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kRefined = 12;  // the number of best guesses that are refined
+constexpr size_t kFewGuesses = 5;
+// Poses that differ by more than this are distinct: 15 cm at 1.5 m, or 8 degrees.
+constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
+// Where the vertical is measured, wrong poses have less freedom, and this share of the evidence
+// suffices, with one object less (tools/acceptance --scan).
+constexpr double kGravityShare = 15.0 / 17;  // of relocalization.accept_evidence
+
+void Refine(const ObjectScene& scene, const std::vector<PoseGuess>& guesses,
+            std::vector<FoundPose>& refined) {
+  for (const PoseGuess& guess : SelectDistinct(guesses, kRefined))
+    refined.push_back({RefineObjectPose(scene, guess.cam_from_world), guess.depth});
+  std::ranges::stable_sort(refined, [](const FoundPose& a, const FoundPose& b) {
+    return a.candidate.score > b.candidate.score;
+  });
+}
+
+}  // namespace
+
+bool AreElsewhere(const FoundPose& a, const FoundPose& b) {
+  return AreDifferent(a.candidate.cam_from_world, b.candidate.cam_from_world,
+                      kElsewherePerDepth * a.depth, kElsewhereAngle);
+}
+
+ObjectDemands::ObjectDemands(const ObjectScene& scene, const RelocalizationConfig& config)
+    : margin(config.accept_margin),
+      evidence(config.accept_evidence * (scene.up_in_cam ? kGravityShare : 1)),
+      objects(config.accept_objects - (scene.up_in_cam ? 1 : 0)) {}
+
+bool ObjectDemands::AreMetBy(const ObjectPoseCandidate& candidate, int matched_objects) const {
+  return candidate.margin > margin && candidate.Evidence() > evidence && matched_objects >= objects;
+}
+
+std::vector<FoundPose> SearchPoses(const ObjectScene& scene, const ObjectDemands& demands,
+                                   Rng& rng) {
+  std::vector<FoundPose> refined;
+  const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
+  Refine(scene, guesses, refined);
+  // Guesses from single objects find poses that groups do not, but they are many and mostly wrong.
+  // They are omitted if a guess from a group already has a score that will be accepted, unless a
+  // pose elsewhere has half that score.
+  if (guesses.size() < kFewGuesses || refined.empty() ||
+      refined.front().candidate.score < demands.evidence)
+    Refine(scene, GuessFromSingles(scene), refined);
+  return refined;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,104 @@
+#include "oaslam/relocalization/object_trails.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "oaslam/relocalization/object_refinement.h"
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kFollowed = 8, kReturned = 5;  // poses
+constexpr double kForgotten = 1;                // seconds without a detection
+// The time in which an image's share of the mean score falls to 1/e, seconds.
+constexpr double kMemory = 0.6;
+// The errors of boxes are alike for about this long (as in the fit of ellipsoids, six images at 30
+// Hz): images that follow each other faster count less as evidence.
+constexpr double kIndependent = 0.2;  // seconds
+
+double WeightOf(double seconds) { return std::clamp(seconds / kIndependent, 1e-3, 1.0); }
+
+}  // namespace
+
+// Refines the predicted pose of a trail by the boxes of the newest image.
+void ObjectTrails::GoOn(Trail& trail, const ObjectScene& scene, double seconds) {
+  trail.motion.Predict(seconds);
+  const PosePrior prior{trail.motion.cam_from_world(), trail.motion.covariance().inverse()};
+  ObjectPoseCandidate& now = trail.newest.candidate;
+  now = RefineObjectPose(scene, prior.cam_from_world, prior);
+  if (now.matched.empty())
+    now.cam_from_world = prior.cam_from_world;
+  else
+    trail.motion.Correct(now.cam_from_world, now.covariance);
+  now.covariance = trail.motion.covariance();
+  now.sigma_position = std::sqrt(now.covariance.topLeftCorner<3, 3>().trace());
+  const double weight = WeightOf(seconds), kept = std::exp(-seconds / kMemory);
+  trail.score = kept * trail.score + weight * now.score;
+  trail.weight = kept * trail.weight + weight;
+}
+
+void ObjectTrails::KeepDistinct(std::vector<Trail> trails, double timestamp) {
+  std::ranges::stable_sort(trails,
+                           [](const Trail& a, const Trail& b) { return a.score > b.score; });
+  trails_.clear();
+  for (Trail& trail : trails) {
+    if (std::ranges::any_of(trails_,
+                            [&](const Trail& t) { return !AreElsewhere(t.newest, trail.newest); }))
+      continue;
+    for (const auto& [detection, object] : trail.newest.candidate.matched)
+      trail.matched_at.insert_or_assign(object, timestamp);
+    std::erase_if(trail.matched_at,
+                  [&](const auto& matched) { return timestamp - matched.second > kForgotten; });
+    trails_.push_back(std::move(trail));
+    if (trails_.size() == kFollowed) break;
+  }
+}
+
+// The newest poses of the best trails. All scores are divided by the weight of the best one, since
+// a rival that is new has not explained the images before.
+std::vector<ObjectPoseCandidate> ObjectTrails::Candidates() const {
+  std::vector<ObjectPoseCandidate> candidates;
+  for (const Trail& trail : trails_) {
+    if (candidates.size() == kReturned) break;
+    const size_t rival = candidates.empty() ? 1 : 0;
+    const double rival_score = rival < trails_.size() ? std::max(trails_[rival].score, 0.0) : 0;
+    ObjectPoseCandidate& candidate = candidates.emplace_back(trail.newest.candidate);
+    candidate.score = trail.score / trails_.front().weight;
+    candidate.margin = (trail.score - rival_score) / trails_.front().weight;
+  }
+  return candidates;
+}
+
+std::vector<ObjectPoseCandidate> ObjectTrails::Follow(
+    double timestamp, std::span<const ObjectDetection> detections, const Camera& camera,
+    const Map& map, const RelocalizationConfig& config,
+    const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
+  const ObjectScene scene(detections, camera, map, config, gravity_in_cam);
+  if (scene.detections.empty()) return {};
+  const double seconds = timestamp_ ? timestamp - *timestamp_ : 0;
+  timestamp_ = timestamp;
+  std::vector<Trail> trails;
+  if (seconds <= kForgotten) trails = std::move(trails_);
+  for (Trail& trail : trails) GoOn(trail, scene, seconds);
+  const ObjectDemands demands(scene, config);
+  for (const FoundPose& found : SearchPoses(scene, demands, rng)) {
+    const ObjectPoseCandidate& pose = found.candidate;
+    if (pose.matched.empty()) continue;
+    trails.push_back({found,
+                      MotionFilter(pose.cam_from_world, pose.covariance, found.depth),
+                      pose.score,
+                      1,
+                      {}});
+  }
+  KeepDistinct(std::move(trails), timestamp);
+  std::vector<ObjectPoseCandidate> candidates = Candidates();
+  if (candidates.empty()) return {};
+  ObjectPoseCandidate& best = candidates.front();
+  best.accepted = !best.matched.empty() &&
+                  demands.AreMetBy(best, static_cast<int>(trails_.front().matched_at.size()));
+  return candidates;
+}
+
+}  // namespace oaslam

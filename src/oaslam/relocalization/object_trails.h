@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/config.h"
+#include "oaslam/estimation/motion_filter.h"
+#include "oaslam/map/frame.h"
+#include "oaslam/map/map.h"
+#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/relocalization/object_search.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+// Finds a camera by its detected objects over successive images: the poses that it may have are
+// each followed by the boxes, as a camera moves that keeps its velocity. A pose is judged by its
+// mean score over the last images, and so is that of its best rival: a wrong pose rarely explains
+// the boxes of many images as well as those of one.
+class ObjectTrails {
+ public:
+  // As RelocalizeByObjects, for an image with a time stamp (seconds) after that of the last call;
+  // scores and margins are those of the trails, and the objects of the last second count as
+  // matched for the acceptance. An image without detections of mapped classes changes nothing.
+  std::vector<ObjectPoseCandidate> Follow(double timestamp,
+                                          std::span<const ObjectDetection> detections,
+                                          const Camera& camera, const Map& map,
+                                          const RelocalizationConfig& config,
+                                          const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                                          Rng& rng);
+
+ private:
+  // A pose that was followed up to the newest image.
+  struct Trail {
+    FoundPose newest;
+    MotionFilter motion;
+    // Sums over its images, of which those long ago count less: of scores and of weights.
+    double score = 0, weight = 1;
+    std::map<ObjectId, double> matched_at;  // time stamp
+  };
+
+  static void GoOn(Trail& trail, const ObjectScene& scene, double seconds);
+  void KeepDistinct(std::vector<Trail> trails, double timestamp);
+  std::vector<ObjectPoseCandidate> Candidates() const;
+
+  std::vector<Trail> trails_;  // by score, best first; distinct
+  std::optional<double> timestamp_;
+};
+
+}  // namespace oaslam
