@@ -104,8 +104,7 @@ std::vector<std::vector<KeyframeId>> AdjustmentWindows(const Map& map) {
 BundleCorrection WindowBundleAdjustment(const Map& map, const std::vector<KeyframeId>& window,
                                         int iterations, const BundleConfig& config,
                                         const std::stop_token& stop) {
-  if (window.size() == map.keyframes.size())
-    return GlobalBundleAdjustment(map, iterations, config, stop);
+  if (window == map.keyframes.Ids()) return GlobalBundleAdjustment(map, iterations, config, stop);
   BundleSelection selection;
   for (const KeyframeId id : window)
     if (map.keyframes.Contains(id) && id != map.keyframes.First())
@@ -141,7 +140,8 @@ void ApplyLateCorrection(const BundleCorrection& correction, const Map& correcte
   for (const auto& [id, pose] : correction.poses)
     if (const Keyframe* keyframe = map.keyframes.Find(id))
       motions[id] = pose.Inverse() * keyframe->cam_from_world;
-  if (!corrected.keyframes.empty()) motions.try_emplace(corrected.keyframes.First());
+  // Keyframes outside of the window have not moved.
+  corrected.keyframes.ForEach([&](KeyframeId id, const Keyframe&) { motions.try_emplace(id); });
   for (const KeyframeId id : AddedTo(map.keyframes, corrected.keyframes)) {
     Keyframe& late = map.keyframes.MutableAt(id);
     const auto neighbour = std::ranges::find_if(

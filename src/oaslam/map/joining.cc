@@ -37,7 +37,7 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
     map.landmarks.Insert(id, std::move(landmark));
   });
   other.objects.ForEach([&](ObjectId id, Object object) {
-    if (object.state != ObjectState::kTentative) MoveObject(world_from_other, object);
+    MoveObject(world_from_other, object);
     for (ObjectObservation& o : object.observations) o.cam_from_reference.translation *= scale;
     map.objects.Insert(id, std::move(object));
   });

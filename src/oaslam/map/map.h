@@ -81,7 +81,8 @@ struct Object {
   int category_id = 0;
   std::string name;  // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
-  Ellipsoid ellipsoid;  // world; meaningless while tentative
+  // World. While tentative: where its own landmarks are, if it is known by these, else meaningless.
+  Ellipsoid ellipsoid;
   // Center, log half axes, yaw about up.
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
   double detection_rate = 0.9;  // P_D: share of frames in view that detected it
@@ -98,6 +99,8 @@ struct Object {
   std::vector<ObjectObservation> observations;  // ascending by frame; thinned
   std::vector<LandmarkId> landmarks;     // ascending; landmarks of key points inside its boxes
   std::vector<uint16_t> landmark_votes;  // parallel: how often each was inside
+  // Not mapped, but with landmarks enough to know it by when it is seen again. Not saved.
+  bool known_by_landmarks = false;
 };
 
 // The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <future>
-#include <memory>
 #include <optional>
 #include <set>
 #include <vector>
@@ -46,10 +45,9 @@ class LoopDetector {
   void UpdatePlaces(const Map& map);
   void UpdateIndex(const Map& map, KeyframeId current);
 
-  // Shared with the copies of a mapper, which never change it.
-  std::shared_ptr<const PlaceIndex> index_;
+  std::optional<PlaceIndex> index_;
   uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the newest index was made, or begun
-  std::shared_future<std::shared_ptr<const PlaceIndex>> next_index_;
+  std::future<PlaceIndex> next_index_;
   KeyframeId next_begun_at_;
   Table<KeyframeId, Keyframe> known_;  // as of the last call
   std::vector<KeyframePlace> places_;  // of `known_`, ascending by id

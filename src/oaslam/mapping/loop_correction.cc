@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "oaslam/bundle/pose_graph.h"
@@ -28,10 +29,18 @@ constexpr int kMinEdgeShared = 50;
 // it.
 constexpr size_t kMaxNodes = 500;
 
-// The keyframes that are nodes of the pose graph, ascending.
-std::vector<KeyframeId> NodesOf(const std::vector<KeyframeId>& ids, std::set<KeyframeId> always) {
+// Whether a keyframe sees nothing of what the one before it saw: the camera was elsewhere, or lost.
+bool IsAfterGap(const Map& map, KeyframeId before, KeyframeId id) {
+  const std::vector<Covisible>& covisible = map.keyframes.At(id).covisible;
+  return std::ranges::find(covisible, before, &Covisible::keyframe) == covisible.end();
+}
+
+// The keyframes that are nodes of the pose graph, ascending; those after a gap always are.
+std::vector<KeyframeId> NodesOf(const Map& map, const std::vector<KeyframeId>& ids,
+                                std::set<KeyframeId> always) {
   const size_t stride = (ids.size() + kMaxNodes - 1) / kMaxNodes;
-  for (size_t i = 0; i < ids.size(); i += stride) always.insert(ids[i]);
+  for (size_t i = 0; i < ids.size(); ++i)
+    if (i % stride == 0 || IsAfterGap(map, ids[i - 1], ids[i])) always.insert(ids[i]);
   return {always.begin(), always.end()};
 }
 
@@ -90,7 +99,7 @@ void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
 void MoveObjects(const NodeMotions& motions, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     Object& object = map.objects.MutableAt(id);
-    if (object.state == ObjectState::kTentative || object.observations.empty()) continue;
+    if (object.observations.empty()) continue;
     const auto carried =
         map.ResolveKeyframe(object.observations[object.observations.size() / 2].reference);
     if (!carried) continue;
@@ -112,7 +121,8 @@ Similarity Between(const Similarity& first, const Similarity& second, double sha
 bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   NodeMotions motions{map.keyframes.Ids(), {}};
   if (!held.IsValid()) held = motions.ids.front();
-  const std::vector<KeyframeId> node_ids = NodesOf(motions.ids, {held, loop.old, loop.current});
+  const std::vector<KeyframeId> node_ids =
+      NodesOf(map, motions.ids, {held, loop.old, loop.current});
   std::vector<Similarity> nodes;
   for (const KeyframeId id : node_ids) nodes.emplace_back(map.keyframes.At(id).cam_from_world);
   const std::vector<PoseGraphEdge> edges = EdgesBetween(map, motions.ids, node_ids, nodes);
@@ -130,12 +140,16 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
     node_motions.push_back((*moved)[i].Inverse() * nodes[i]);
   for (const KeyframeId id : motions.ids) {
     const auto node = static_cast<size_t>(NodeOf(node_ids, id));
-    if (node_ids[node] == id || node + 1 == node_ids.size()) {
+    // Beyond a gap another part of the map begins.
+    const auto next = std::ranges::lower_bound(
+        motions.ids, node + 1 < node_ids.size() ? node_ids[node + 1] : KeyframeId());
+    const bool is_last = next == motions.ids.end() || IsAfterGap(map, *std::prev(next), *next);
+    if (node_ids[node] == id || is_last) {
       motions.new_from_old.push_back(node_motions[node]);
       continue;
     }
-    const double share = static_cast<double>(id.value - node_ids[node].value) /
-                         (node_ids[node + 1].value - node_ids[node].value);
+    const double share =
+        static_cast<double>(id.value - node_ids[node].value) / (next->value - node_ids[node].value);
     motions.new_from_old.push_back(Between(node_motions[node], node_motions[node + 1], share,
                                            map.keyframes.At(id).cam_from_world.OriginInSource()));
   }
@@ -153,7 +167,7 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
 }
 
 // The keyframes whose covisibility is computed anew: all of a small map, of a large one those about
-// the ends of the loop, where landmarks were merged.
+// the ends of the loop, where landmarks will be merged.
 std::vector<KeyframeId> KeyframesToLink(const Map& map, const std::vector<KeyframeId>& ends,
                                         const std::vector<LandmarkId>& old) {
   if (map.keyframes.size() <= kMaxNodes) return map.keyframes.Ids();
@@ -172,14 +186,14 @@ bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, Ke
   const std::vector<LandmarkId> old = LandmarksAround(map, loop.old);
   if (!SpreadCorrection(loop, held, map)) return false;
 
+  const std::vector<KeyframeId> to_link = KeyframesToLink(map, ends, old);
   std::vector<FusionCandidate> seen;
   for (const auto& [keypoint, landmark] : loop.old_landmarks) seen.push_back({landmark, keypoint});
   ApplyFusion(seen, loop.current, map);
   for (const KeyframeId id : ends)
     ApplyFusion(FindFusionCandidates(map, id, old, kFusionRadiusPx), id, map);
   for (const LandmarkId id : map.landmarks.Ids()) map.UpdateLandmarkGeometry(id);
-  for (const KeyframeId id : KeyframesToLink(map, ends, old))
-    map.UpdateCovisibility(id, min_shared_landmarks);
+  for (const KeyframeId id : to_link) map.UpdateCovisibility(id, min_shared_landmarks);
   return true;
 }
 

@@ -231,18 +231,15 @@ void LoopDetector::UpdateIndex(const Map& map, KeyframeId current) {
   constexpr uint32_t kKeyframesToMakeIt = 30;
   if (next_index_.valid() && current.value >= next_begun_at_.value + kKeyframesToMakeIt) {
     index_ = next_index_.get();
-    next_index_ = {};
   }
   if (next_index_.valid() || (index_ && map.next_landmark <= kGrowth * indexed_up_to_)) return;
   indexed_up_to_ = map.next_landmark;
   if (map.landmarks.size() < kLarge) {
-    index_ = std::make_shared<const PlaceIndex>(map);
+    index_.emplace(map);
     return;
   }
   next_begun_at_ = current;
-  next_index_ = std::async(std::launch::async, [map] {
-                  return std::make_shared<const PlaceIndex>(map);
-                }).share();
+  next_index_ = std::async(std::launch::async, [map] { return PlaceIndex(map); });
 }
 
 std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {

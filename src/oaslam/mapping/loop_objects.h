@@ -18,7 +18,8 @@ struct LoopObjects {
 // landmarks. Objects that were seen from both ends, or whose classes move, say nothing.
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop);
 
-// Whether the objects refute the loop: several contradict, and more than agree. Corridors, windows
+// Whether the objects refute the loop: several contradict, and more than twice as
+// many as agree. Corridors, windows
 // and posters look alike by their points; what stands about them does not.
 bool AreObjectsAgainst(const LoopObjects& objects);
 

@@ -13,6 +13,7 @@
 #include "oaslam/map/parts.h"
 #include "oaslam/objects/box_motion.h"
 #include "oaslam/objects/life_cycle.h"
+#include "oaslam/objects/own_landmarks.h"
 
 namespace oaslam {
 namespace {
@@ -25,9 +26,6 @@ constexpr double kWellInsideShare = 0.8;
 constexpr double kMinMissedSize = 14;
 // Seconds after which the errors of a detector are independent.
 constexpr double kIndependentInterval = 0.2;
-// A landmark belongs to an object if it was inside the object's boxes at least a third as often as
-// the most frequent one.
-constexpr int kVoteDivisor = 3, kMinVotes = 3;
 
 struct Candidate {
   ObjectId object_id;
@@ -40,28 +38,6 @@ struct Candidate {
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
-
-std::vector<LandmarkId> OwnLandmarks(const Object& object) {
-  std::vector<LandmarkId> own;
-  if (object.landmark_votes.empty()) return own;
-  const int most = *std::ranges::max_element(object.landmark_votes);
-  const int enough = std::max(most / kVoteDivisor, kMinVotes);
-  for (size_t i = 0; i < object.landmarks.size(); ++i)
-    if (object.landmark_votes[i] >= enough) own.push_back(object.landmarks[i]);
-  return own;
-}
-
-int CountShared(const std::vector<LandmarkId>& a, const std::vector<LandmarkId>& b) {
-  int shared = 0;
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
-    if (*i == *j) ++shared;
-    if (*i <= *j)
-      ++i;
-    else
-      ++j;
-  }
-  return shared;
-}
 
 // Decides which objects an image may show: those whose sphere, three times as large as they, is
 // partly inside the cone about the image.
@@ -96,8 +72,8 @@ bool IsFresh(const ObjectTrack& track, const Frame& frame, const ObjectsConfig& 
 }
 
 // Brings the open tracks up to date with the map: removes those whose object was dropped or is no
-// longer near the view, redirects those whose object was merged, and adds tracks for mapped objects
-// that have none.
+// longer near the view, redirects those whose object was merged, and adds tracks for the objects of
+// the map in view that have none: mapped ones, and those that are known by their landmarks.
 void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& view,
                      const ObjectsConfig& config, ObjectTracks& tracks) {
   tracks.places.Update(snapshot.objects);
@@ -117,7 +93,7 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& vi
     if (is_kept) kept.push_back(track);
   }
   for (const ObjectPlace& place : tracks.places.all())
-    if (place.is_mapped && view.MayShow(place))
+    if ((place.is_mapped || place.is_known_by_landmarks) && view.MayShow(place))
       kept.push_back({.object = place.id, .category_id = place.category_id, .in_map = true});
   // Of several tracks of one object, keep the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
@@ -171,14 +147,17 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
     c.object_id = tracks.open[i].object;
     c.motion = MotionSince(tracks.open[i], tracked, snapshot, least_depth);
     c.object = snapshot.objects.Find(tracks.open[i].object);
-    if (c.object && c.object->state != ObjectState::kTentative) {
+    const bool has_ellipsoid = c.object && c.object->state != ObjectState::kTentative;
+    // What is not mapped, and not tracked at present, is known by its landmarks alone.
+    if (has_ellipsoid && (c.IsMapped() || tracks.open[i].last_frame >= 0)) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
       if (c.projection) c.share_inside = image.ShareShown(*c.projection);
       c.depth = (tracked.cam_from_world * c.object->ellipsoid.center).z();
       c.radius = std::cbrt(c.object->ellipsoid.half_axes.prod());
       if (c.share_inside < kMinVisibleShare) c.projection.reset();
-      c.landmarks = OwnLandmarks(*c.object);
     }
+    if (has_ellipsoid || (c.object && c.object->known_by_landmarks))
+      c.landmarks = OwnLandmarks(*c.object);
     candidates.push_back(std::move(c));
   }
   return candidates;

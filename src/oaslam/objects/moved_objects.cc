@@ -52,6 +52,7 @@ std::optional<Object> FromNewer(const Map& map, ObjectId id, size_t begin,
   AdoptModel(*model, views, object);
   object.landmarks.clear();
   object.landmark_votes.clear();
+  object.known_by_landmarks = false;
   object.state =
       object.evidence >= config.min_observations ? ObjectState::kMapped : ObjectState::kInitialized;
   object.absence = 0;
@@ -98,14 +99,15 @@ struct Succession {
   bool is_pending = false;
 };
 
-Succession FindSuccessor(const Map& map, ObjectId id) {
+Succession FindSuccessor(const Map& map, ObjectId id, const ImageTime& now,
+                         const ObjectsConfig& config) {
   const Object& object = map.objects.At(id);
   Succession found;
   double least = kSameSize;
   map.objects.ForEach([&](ObjectId other_id, const Object& other) {
     if (other_id == id || IsProvenAbsent(other.absence) || !MaySucceed(object, other)) return;
     if (other.state != ObjectState::kMapped) {
-      found.is_pending = true;
+      found.is_pending |= !IsForgotten(UnseenSince(other, now), config);
       return;
     }
     const double difference = std::abs(LogSize(object) - LogSize(other));
@@ -160,7 +162,7 @@ void ResolveAbsent(const ImageTime& now, const ObjectsConfig& config, Map& map) 
         Move(id, std::move(*moved), map);
         continue;
       }
-    const Succession succession = FindSuccessor(map, id);
+    const Succession succession = FindSuccessor(map, id, now, config);
     if (succession.successor.IsValid()) {
       Succeed(id, succession.successor, map);
     } else if (succession.is_pending ||

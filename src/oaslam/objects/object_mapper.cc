@@ -14,6 +14,7 @@
 #include "oaslam/objects/object_merging.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/occlusion.h"
+#include "oaslam/objects/own_landmarks.h"
 #include "oaslam/objects/presence.h"
 #include "oaslam/objects/upright.h"
 #include "oaslam/util/log.h"
@@ -117,12 +118,13 @@ void Refit(ObjectId id, const ObjectPlaces& places, const ImageTime& now,
   const std::vector<BoxView> views = VisibleViews(map, places, id, object, config);
   const std::optional<ObjectModel> model = FitObjectModel(map, views, start, config);
   if (model) AdoptModel(*model, views, object);
-  const ObjectEvidence evidence{model.has_value(), object.evidence,
-                                model ? model->overlap : ViewOverlap{},
-                                IsForgotten(UnseenSince(object, now), config)};
+  const ObjectEvidence evidence{
+      model.has_value(), object.evidence, model ? model->overlap : ViewOverlap{},
+      !object.known_by_landmarks && IsForgotten(UnseenSince(object, now), config)};
   const auto next = NextState(object.state, evidence, config);
   if (!next) return Drop(id, "unseen since", map);
   object.state = model ? *next : ObjectState::kTentative;
+  RecognizeByLandmarks(map, config, object);
   const bool is_contradicted = model && IsContradicted(evidence.overlap, config) &&
                                evidence.observations >= config.min_observations;
   map.objects.MutableAt(id) = std::move(object);
@@ -136,7 +138,7 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
     const Object& object = map.objects.At(id);
     // Such an object is kept until it is found elsewhere (moved_objects.h).
     const bool is_waiting = IsProvenAbsent(object.absence);
-    if (object.state != ObjectState::kMapped && !is_waiting &&
+    if (object.state != ObjectState::kMapped && !is_waiting && !object.known_by_landmarks &&
         IsForgotten(UnseenSince(object, now), config))
       Drop(id, "unseen since", map);
   }
@@ -149,7 +151,8 @@ std::set<ObjectId> MovedObjects(const Map& map, const ObjectPlaces& places,
                                 const ObjectsConfig& config, Predicate&& is_concerned) {
   std::set<ObjectId> moved;
   for (const ObjectPlace& place : places.all())
-    if (is_concerned(place) && HasMoved(map, places, place.id, config)) moved.insert(place.id);
+    if (!place.is_tentative && is_concerned(place) && HasMoved(map, places, place.id, config))
+      moved.insert(place.id);
   return moved;
 }
 
@@ -180,10 +183,23 @@ class Surroundings {
 };
 
 // Objects of a loaded map have no time of the present run: they count as seen now.
-void BeginTime(const ImageTime& now, Map& map) {
-  for (const ObjectId id : map.objects.Ids())
-    if (!map.objects.At(id).last_seen_time)
-      map.objects.MutableAt(id).last_seen_time = now.timestamp;
+void BeginTime(const ImageTime& now, const ObjectsConfig& config, Map& map) {
+  for (const ObjectId id : map.objects.Ids()) {
+    if (map.objects.At(id).last_seen_time) continue;
+    Object& object = map.objects.MutableAt(id);
+    object.last_seen_time = now.timestamp;
+    RecognizeByLandmarks(map, config, object);
+  }
+}
+
+// Landmarks are also erased while their object is not in view. The objects about the camera are
+// reviewed, so that no more wait to be seen again than the landmarks there can tell apart.
+void ReviewWaiting(const ObjectPlaces& places, const Surroundings& surroundings,
+                   const ObjectsConfig& config, Map& map) {
+  for (const ObjectPlace& place : places.all())
+    if (place.is_known_by_landmarks && surroundings.Contain(place) &&
+        !IsKnownByLandmarks(map, config, map.objects.At(place.id)))
+      map.objects.MutableAt(place.id).known_by_landmarks = false;
 }
 
 }  // namespace
@@ -191,12 +207,13 @@ void BeginTime(const ImageTime& now, Map& map) {
 void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
                    const ObjectsConfig& config) {
   UpdateUp(map);
-  BeginTime(now, map);
+  BeginTime(now, config, map);
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);
   const ObjectPlaces places(map.objects);
   const Surroundings surroundings(map, sightings);
+  ReviewWaiting(places, surroundings, config, map);
   changed.merge(MovedObjects(
       map, places, config, [&](const ObjectPlace& place) { return surroundings.Contain(place); }));
   for (const ObjectId id : changed) Refit(id, places, now, config, map);

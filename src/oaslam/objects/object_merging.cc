@@ -20,7 +20,7 @@ namespace {
 constexpr int kSideBySide = 3;
 constexpr double kMinMergedIoU = 0.5;  // least mean overlap of the common model
 
-int CountShared(const Object& a, const Object& b) {
+int CountSharedLandmarks(const Object& a, const Object& b) {
   constexpr int kMinVotes = 3;  // votes that chance does not explain
   int shared = 0;
   for (size_t i = 0, j = 0; i < a.landmarks.size() && j < b.landmarks.size();) {
@@ -34,13 +34,14 @@ int CountShared(const Object& a, const Object& b) {
   return shared;
 }
 
+bool HasEllipsoid(const Object& object) { return object.state != ObjectState::kTentative; }
+
 bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
-  if (a.category_id != b.category_id || a.state == ObjectState::kTentative ||
-      b.state == ObjectState::kTentative)
-    return false;
-  return IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
-         Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center) ||
-         CountShared(a, b) > config.min_shared_points;
+  if (a.category_id != b.category_id) return false;
+  if (CountSharedLandmarks(a, b) > config.min_shared_points) return true;
+  return HasEllipsoid(a) && HasEllipsoid(b) &&
+         (IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
+          Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center));
 }
 
 // The number of images with separate boxes of both. The observations of both
@@ -65,9 +66,10 @@ Object Union(const Map& map, const Object& a, const Object& b) {
   joint.evidence += b.evidence;
   joint.last_seen_frame = std::max(a.last_seen_frame, b.last_seen_frame);
   joint.last_seen_time = std::max(a.last_seen_time, b.last_seen_time);
-  if (b.state == ObjectState::kMapped) joint.state = ObjectState::kMapped;
+  joint.state = std::max({a.state, b.state, ObjectState::kInitialized});
   if (joint.name.empty()) joint.name = b.name;
   AddVotes(b.landmarks, b.landmark_votes, joint);
+  joint.known_by_landmarks = false;
   return joint;
 }
 
@@ -81,11 +83,13 @@ std::optional<Joint> Join(const Map& map, const ObjectPlaces& places, ObjectId k
                           const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   Joint joint{Union(map, a, b), {}};
-  const Ellipsoid* better = a.evidence >= b.evidence ? &a.ellipsoid : &b.ellipsoid;
+  const Object* better = a.evidence >= b.evidence ? &a : &b;
+  if (!HasEllipsoid(*better)) better = better == &a ? &b : &a;
+  const Ellipsoid* start = HasEllipsoid(*better) ? &better->ellipsoid : nullptr;
   std::vector<BoxView> views = ViewsOf(map, joint.object.observations);
   const ObjectId own[] = {kept, gone};
-  if (config.model != "paper") MarkHiddenEdges(map, places, own, *better, views);
-  const auto model = FitObjectModel(map, views, better, config);
+  if (start && config.model != "paper") MarkHiddenEdges(map, places, own, *start, views);
+  const auto model = FitObjectModel(map, views, start, config);
   if (!model) return std::nullopt;
   AdoptModel(*model, views, joint.object);
   joint.overlap = model->overlap;
@@ -105,6 +109,10 @@ void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
 bool AreNear(const ObjectPlace& a, const ObjectPlace& b) {
   constexpr double kSizes = 10;
   return (a.center - b.center).norm() <= kSizes * (a.radius + b.radius);
+}
+
+bool IsMapped(const Map& map, ObjectId id) {
+  return map.objects.At(id).state == ObjectState::kMapped;
 }
 
 void TryMerge(Map& map, const ObjectPlaces& places, ObjectId kept, ObjectId gone,
@@ -161,7 +169,9 @@ void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsC
       if (b.id == a.id || b.category_id != a.category_id || !AreNear(a, b) ||
           !map.objects.Contains(b.id))
         continue;
-      TryMerge(map, places, std::min(a.id, b.id), std::max(a.id, b.id), config);
+      const bool keeps_a =
+          IsMapped(map, a.id) == IsMapped(map, b.id) ? a.id < b.id : IsMapped(map, a.id);
+      TryMerge(map, places, keeps_a ? a.id : b.id, keeps_a ? b.id : a.id, config);
     }
   }
 }

@@ -485,6 +485,30 @@ TEST(Association, SharedLandmarksOutweighOverlap) {
   EXPECT_EQ(AssociateObjects(tracked, map, {}, {}).sightings[0].object, ObjectId(0));
 }
 
+TEST(Association, WhatHasNoEllipsoidYetIsFoundAgainByItsLandmarks) {
+  Map map = EmptyMap();
+  Object passed = MappedCup({0, 0, 2});
+  passed.state = ObjectState::kTentative;
+  passed.known_by_landmarks = true;
+  auto features = std::make_shared<Features>();
+  TrackedFrame tracked = FrameWith(900, {{41, 0.9, {300, 200, 340, 240}, 0}});
+  for (uint32_t i = 0; i < 12; ++i) {
+    passed.landmarks.push_back(LandmarkId(i));
+    passed.landmark_votes.push_back(3);
+    Keypoint keypoint;
+    keypoint.px = {320, 220};
+    features->keypoints.push_back(keypoint);
+    tracked.landmarks.push_back(LandmarkId(i));
+  }
+  tracked.frame.features = features;
+  map.objects.Insert(ObjectId(0), passed);
+  EXPECT_EQ(AssociateObjects(tracked, map, ObjectTracks::ContinueFrom(map), {}).sightings[0].object,
+            ObjectId(0));
+  map.objects.MutableAt(ObjectId(0)).known_by_landmarks = false;
+  EXPECT_TRUE(
+      AssociateObjects(tracked, map, ObjectTracks::ContinueFrom(map), {}).sightings[0].is_new);
+}
+
 TEST(Association, FollowsMergedAndDroppedObjects) {
   Map map = EmptyMap();
   map.objects.Insert(ObjectId(0), MappedCup({0, 0, -5}));
@@ -587,6 +611,76 @@ TEST(Merging, OneObjectTrackedTwiceBecomesOne) {
   EXPECT_EQ(*map.ResolveObject(ObjectId(1)), ObjectId(0));
   EXPECT_EQ(map.objects.At(ObjectId(0)).total_observations, 200);
   EXPECT_EQ(map.objects.At(ObjectId(0)).state, ObjectState::kMapped);
+}
+
+// A book passed twice, half a minute apart, from two sides: each time too briefly to tell where it
+// is, and tracked as two objects. `own` landmarks are on it.
+Map PassedTwice(int own, const ObjectsConfig& config) {
+  constexpr int kImages = 15, kPause = 900;
+  const TrueObject book = Table()[2];
+  Map map = EmptyMap();
+  const auto features = std::make_shared<const Features>();
+  std::vector<LandmarkId> landmarks;
+  Rng rng(4);
+  for (int i = 0; i < own; ++i)
+    landmarks.push_back(map.AddLandmark(
+        book.ellipsoid.center +
+            0.05 * Eigen::Vector3d(rng.Gaussian(1), rng.Gaussian(1), rng.Gaussian(1)),
+        KeyframeId(0)));
+  for (int i = 0; i < 2 * kImages; ++i) {
+    const bool again = i >= kImages;
+    const int frame = again ? kPause + i : i;
+    const double angle = 0.005 * i + (again ? 0.6 : 0);
+    const Rigid3 pose = LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7}, {0, 0, 0.05});
+    const KeyframeId id(static_cast<uint32_t>(i));
+    map.keyframes.Insert(id, {frame, frame / 30.0, 0, pose, features, {}, {}});
+    ObjectSighting sighting;
+    sighting.object = ObjectId(again);
+    sighting.category_id = book.category_id;
+    sighting.is_new = i % kImages == 0;
+    sighting.timestamp = frame / 30.0;
+    sighting.observation = {frame, id, Rigid3(), 0, *ProjectToBox(book.ellipsoid, pose, kCamera),
+                            0.8,   0};
+    sighting.landmarks = landmarks;
+    UpdateObjects(map, std::span(&sighting, 1), {frame, frame / 30.0}, config);
+  }
+  return map;
+}
+
+TEST(Merging, WhatIsPassedTwiceBrieflyIsKnownByItsLandmarks) {
+  const Map map = PassedTwice(15, {});
+  ASSERT_EQ(map.objects.size(), 1U);
+  const Object& book = map.objects.At(ObjectId(0));
+  EXPECT_EQ(book.state, ObjectState::kMapped);
+  EXPECT_LT((book.ellipsoid.center - Table()[2].ellipsoid.center).norm(), 0.02);
+}
+
+TEST(Merging, AMappedObjectKeepsItsId) {
+  Map map = SplitMap(false);
+  Object early = map.objects.At(ObjectId(0)), late = early;
+  early.state = ObjectState::kInitialized;
+  early.observations.resize(early.observations.size() / 2);
+  late.observations.erase(
+      late.observations.begin(),
+      late.observations.begin() + static_cast<std::ptrdiff_t>(early.observations.size()));
+  map.merged_objects = {};
+  map.objects.MutableAt(ObjectId(0)) = early;
+  map.objects.Insert(ObjectId(1), late);
+  MergeDuplicates(map, {ObjectId(0)}, {});
+  EXPECT_FALSE(map.objects.Contains(ObjectId(0)));
+  ASSERT_TRUE(map.objects.Contains(ObjectId(1)));
+  EXPECT_EQ(map.objects.At(ObjectId(1)).state, ObjectState::kMapped);
+  EXPECT_EQ(*map.ResolveObject(ObjectId(0)), ObjectId(1));
+}
+
+TEST(Merging, WhatHasFewLandmarksIsForgottenAndSoDoesThePaper) {
+  ObjectsConfig paper;
+  paper.model = "paper";
+  for (const Map& map : {PassedTwice(5, {}), PassedTwice(15, paper)}) {
+    EXPECT_FALSE(map.objects.Contains(ObjectId(0)));
+    ASSERT_TRUE(map.objects.Contains(ObjectId(1)));  // the second pass, still in view
+    EXPECT_EQ(map.objects.At(ObjectId(1)).state, ObjectState::kTentative);
+  }
 }
 
 TEST(Merging, ObjectsSeenSideBySideStayTwo) {

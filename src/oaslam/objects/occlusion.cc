@@ -29,7 +29,7 @@ double FarthestView(const std::vector<BoxView>& views, const Eigen::Vector3d& po
 void MarkHiddenEdges(const Map& map, const ObjectPlaces& places, std::span<const ObjectId> own,
                      const Ellipsoid& ellipsoid, std::vector<BoxView>& views) {
   const int category = map.objects.At(own.front()).category_id;
-  const double reach = FarthestView(views, ellipsoid.center);
+  const double reach = FarthestView(views, ellipsoid.center) + ellipsoid.half_axes.maxCoeff();
   std::vector<Occluder> others;
   for (const ObjectPlace& place : places.all()) {
     if (!place.is_mapped || (place.center - ellipsoid.center).norm() > reach + place.radius)

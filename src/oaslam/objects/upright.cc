@@ -230,7 +230,7 @@ void UpdateUp(Map& map) {
     cameras.push_back(keyframe->cam_from_world.rotation.toRotationMatrix());
     if (keyframe->gravity_in_cam) measured.push_back({cameras.back(), *keyframe->gravity_in_cam});
   }
-  const auto count = static_cast<int>(measured.size());
+  const auto count = static_cast<int>(measured.size() * stride);  // of all keyframes, about
   if (count >= std::min(map.up_keyframes, kEnoughMeasured))
     if (const auto upright = UprightFromGravity(measured)) {
       map.up = upright->up;

@@ -23,7 +23,7 @@ void BackgroundBundle::WaitAndApply(int min_shared_landmarks, Map& map) {
   if (work_->failure) std::rethrow_exception(work_->failure);
   if (!work_->correction.success) return;
   ApplyLateCorrection(work_->correction, work_->map, map);
-  const bool is_whole = work_->window.size() == work_->map.keyframes.size();
+  const bool is_whole = work_->window == work_->map.keyframes.Ids();
   for (const KeyframeId id : is_whole ? map.keyframes.Ids() : work_->window)
     if (map.keyframes.Contains(id)) map.UpdateCovisibility(id, min_shared_landmarks);
 }

@@ -20,6 +20,7 @@ void Mapper::Apply(const MapCommand& command) {
     const uint64_t version = map_.version;
     map_ = *command.successor;
     map_.version = version;
+    unsettled_keyframes_ = map_.keyframes.Ids();
   }
   map_.next_landmark = std::max(map_.next_landmark, command.first_landmark);
   if (command.classes) SetClassRelations(*command.classes, map_);
@@ -54,6 +55,7 @@ void Mapper::Apply(const MapCommand& command) {
 
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
+  unsettled_keyframes_ = map_.keyframes.Ids();
   if (is_tied) AdjustInBackground(frame_index);
 }
 
@@ -70,6 +72,7 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   unsettled_keyframes_.push_back(keyframe.id);
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   CloseLoop(keyframe.id, keyframe.frame.frame.index);
+  if (!background_bundle_) BeginNextWindow(keyframe.frame.frame.index);
 }
 
 void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
@@ -111,8 +114,9 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
                           : command.frame_index >= background_bundle_->begun_at() + kFrames;
   if (!is_due && !command.adopt_adjustment) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
-  if (command.adopt_adjustment) windows_.clear();
-  BeginNextWindow(command.frame_index);
+  background_bundle_.reset();
+  // The other windows wait for the next keyframe where nothing may move the map for now.
+  if (!command.adopt_adjustment) BeginNextWindow(command.frame_index);
   return true;
 }
 

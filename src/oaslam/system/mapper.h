@@ -44,7 +44,10 @@ struct MapCommand {
 class Mapper {
  public:
   Mapper(const SlamConfig& config, Map map)
-      : config_(config), map_(std::move(map)), rng_(static_cast<uint64_t>(config.runner.seed)) {}
+      : config_(config),
+        map_(std::move(map)),
+        rng_(static_cast<uint64_t>(config.runner.seed)),
+        unsettled_keyframes_(map_.keyframes.Ids()) {}
 
   void Apply(const MapCommand& command);
 

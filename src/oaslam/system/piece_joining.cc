@@ -61,7 +61,8 @@ bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamC
 void OptimizePiece(const SlamConfig& config, Map& map) {
   constexpr int kIterations = 20;
   if (map.keyframes.size() > 2) {
-    ApplyCorrection(GlobalBundleAdjustment(map, kIterations, config.bundle), map);
+    for (const std::vector<KeyframeId>& window : AdjustmentWindows(map))
+      ApplyCorrection(WindowBundleAdjustment(map, window, kIterations, config.bundle), map);
     RefitMovedObjects(config.objects, map);
   }
   ++map.version;

@@ -19,7 +19,7 @@ struct PieceTies {
 bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
                Rng& rng, Map& map, const PieceTies& ties = {});
 
-// A global bundle adjustment of a map that no session works on; objects follow.
+// A bundle adjustment of all of a map that no session works on; objects follow.
 void OptimizePiece(const SlamConfig& config, Map& map);
 
 }  // namespace oaslam

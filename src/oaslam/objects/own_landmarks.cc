@@ -1,0 +1,66 @@
+#include "oaslam/objects/own_landmarks.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace oaslam {
+namespace {
+
+std::vector<Eigen::Vector3d> PositionsOf(const Map& map, std::span<const LandmarkId> landmarks) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const LandmarkId id : landmarks)
+    if (const Landmark* landmark = map.landmarks.Find(id)) positions.push_back(landmark->position);
+  return positions;
+}
+
+}  // namespace
+
+std::vector<LandmarkId> OwnLandmarks(const Object& object) {
+  constexpr int kVoteDivisor = 3, kMinVotes = 3;
+  std::vector<LandmarkId> own;
+  if (object.landmark_votes.empty()) return own;
+  const int most = *std::ranges::max_element(object.landmark_votes);
+  const int enough = std::max(most / kVoteDivisor, kMinVotes);
+  for (size_t i = 0; i < object.landmarks.size(); ++i)
+    if (object.landmark_votes[i] >= enough) own.push_back(object.landmarks[i]);
+  return own;
+}
+
+int CountShared(std::span<const LandmarkId> a, std::span<const LandmarkId> b) {
+  int shared = 0;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (*i == *j) ++shared;
+    if (*i <= *j)
+      ++i;
+    else
+      ++j;
+  }
+  return shared;
+}
+
+bool IsKnownByLandmarks(const Map& map, const ObjectsConfig& config, const Object& object) {
+  if (object.state == ObjectState::kMapped || config.model == "paper") return false;
+  return std::ssize(PositionsOf(map, OwnLandmarks(object))) >= config.min_shared_points;
+}
+
+void RecognizeByLandmarks(const Map& map, const ObjectsConfig& config, Object& object) {
+  object.known_by_landmarks = IsKnownByLandmarks(map, config, object);
+  if (!object.known_by_landmarks || object.state != ObjectState::kTentative) return;
+  std::vector<Eigen::Vector3d> positions = PositionsOf(map, OwnLandmarks(object));
+  // The median of each coordinate: some landmarks in its boxes are those of the wall behind it.
+  const auto middle = static_cast<std::ptrdiff_t>(positions.size() / 2);
+  Eigen::Vector3d center, spread;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto median = [&](auto&& value_of) {
+      std::ranges::nth_element(positions, positions.begin() + middle, {}, value_of);
+      return value_of(positions[static_cast<size_t>(middle)]);
+    };
+    center[axis] = median([&](const Eigen::Vector3d& p) { return p[axis]; });
+    spread[axis] =
+        median([&](const Eigen::Vector3d& p) { return std::abs(p[axis] - center[axis]); });
+  }
+  object.ellipsoid = {center, Eigen::Vector3d::Constant(spread.norm()),
+                      Eigen::Quaterniond::Identity()};
+}
+
+}  // namespace oaslam
