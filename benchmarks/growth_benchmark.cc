@@ -243,11 +243,11 @@ void OpenToTheFirstPose(benchmark::State& state) {
         building.FrameAt(building.DeskNear(kStart * static_cast<double>(state.range(0))), rng);
     const size_t before = mallinfo2().uordblks;
     SavedMap saved;
-    const double load_ms = Timed([&] { saved = LoadMap(FileOf(state)); });
+    const double load_ms = WallTimed([&] { saved = LoadMap(FileOf(state)); });
     state.counters["memory"] = static_cast<double>(mallinfo2().uordblks - before);
     load.Add(load_ms);
     Relocalizer relocalizer{SlamConfig{}};
-    first.Add(load_ms + Timed([&] {
+    first.Add(load_ms + WallTimed([&] {
                 is_found = relocalizer
                                .Find(frame.frame, saved.map, RelocalizationMode::kPointsAndObjects,
                                      std::nullopt, rng)
