@@ -189,9 +189,7 @@ EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphe
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views) {
   // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video
   // of 30 Hz: with these the errors of boxes from other sides are about as large as predicted.
-  // Besides, furniture is no ellipsoid, which puts an edge off by an eighth of the box's side: with
-  // that most centres of large things are within two standard deviations (docs/results.md).
-  constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10, kEdgePerSide = 0.12;
+  constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10;
   ShapeCovariance information = ShapeCovariance::Zero();
   for (const BoxView& view : views) {
     const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world);
@@ -205,9 +203,8 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;
       const Eigen::Matrix<double, 7, 1> j = jacobian.row(row).head<7>().transpose();
-      const double shape = kEdgePerSide * (row % 2 == 0 ? view.box.Width() : view.box.Height());
-      const double variance = kEdgeVariance * unit * unit + shape * shape;
-      information.noalias() += view.weight * j * j.transpose() / (kCorrelatedViews * variance);
+      information.noalias() +=
+          view.weight * j * j.transpose() / (kCorrelatedViews * kEdgeVariance * unit * unit);
     }
   }
   const Eigen::Matrix<double, 4, 3> prior = ShapePriorRows(kPriorWeightPx / kNoisePx, true);

@@ -79,8 +79,7 @@ Ellipsoid MakeUpright(const Ellipsoid& ellipsoid, const Eigen::Vector3d& up);
 using ShapeCovariance = Eigen::Matrix<double, 7, 7>;
 
 // Covariance of the centre, the log half axes and the rotation about the third axis. It assumes box
-// edges with a noise of 4 px and of .12 of the box's side, correlated over 6 views, and the shape
-// prior.
+// edges with 4 px noise, correlated over 6 views, and the shape prior.
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views);
 
 }  // namespace oaslam

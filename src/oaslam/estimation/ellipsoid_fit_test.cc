@@ -180,18 +180,15 @@ TEST(MakeUpright, KeepsAnUprightEllipsoid) {
 }
 
 TEST(Covariance, PredictsTheSpreadOfFits) {
-  // Noise of 4 px and .12 of the box's side that stays the same over 6 successive views, as the
-  // covariance assumes.
+  // Noise of 4 px that stays the same over 6 successive views, as the covariance assumes.
   Rng rng(8);
   double squared = 0, predicted = 0;
   const int trials = 60;
   for (int trial = 0; trial < trials; ++trial) {
     auto views = ViewsOf(TrueObject(), 60, 0, rng);
     for (size_t i = 0; i < views.size(); i += 6) {
-      const double across = std::hypot(4, 0.12 * views[i].box.Width()),
-                   down = std::hypot(4, 0.12 * views[i].box.Height());
-      const Eigen::Vector4d noise(rng.Gaussian(across), rng.Gaussian(down), rng.Gaussian(across),
-                                  rng.Gaussian(down));
+      const Eigen::Vector4d noise(rng.Gaussian(4), rng.Gaussian(4), rng.Gaussian(4),
+                                  rng.Gaussian(4));
       for (size_t k = i; k < i + 6; ++k) {
         Box& b = views[k].box;
         b = {b.x1 + noise[0], b.y1 + noise[1], b.x2 + noise[2], b.y2 + noise[3]};

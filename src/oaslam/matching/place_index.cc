@@ -13,7 +13,7 @@ constexpr size_t kLargeMap = 200000;  // landmarks
 constexpr int kMaxHamming = 64;
 constexpr size_t kMaxHits = 8;
 constexpr size_t kRanked = 1000;  // keyframes with most votes among which the places are chosen
-constexpr int kNeighbours = 5;   // covisible keyframes that belong to a place besides its first
+constexpr int kNeighbours = 5;    // covisible keyframes that belong to a place besides its first
 
 DescriptorIndex MakeIndex(const Map& map) {
   std::vector<Descriptor> descriptors;
