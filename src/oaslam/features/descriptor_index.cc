@@ -4,9 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdlib>
-#include <future>
 #include <numeric>
-#include <thread>
 #include <utility>
 
 #include "oaslam/util/check.h"
@@ -17,7 +15,6 @@ namespace {
 
 constexpr int kDescriptorBits = 256;
 constexpr uint32_t kMeanBucket = 4;  // larger buckets find more neighbours but take longer
-constexpr size_t kLarge = 200000;    // descriptors
 constexpr int kMaxBits = 24;         // of a key: a million landmarks need 20
 
 // Bit positions, sorted by how evenly they split the descriptors: even splits make small buckets.
@@ -54,8 +51,8 @@ DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vecto
   for (int i = distinct - 1; i > 0; --i) std::swap(order[i], order[rng.Index(i + 1)]);
   order.resize(static_cast<size_t>(distinct));
 
-  const auto fill = [&](int t) {
-    std::vector<uint32_t> keys(descriptors_.size());
+  std::vector<uint32_t> keys(descriptors_.size());
+  for (int t = 0; t < kTables; ++t) {
     Table& table = tables_[t];
     // Where all tables together have more bits than a descriptor, some bits are used twice.
     for (int b = t * bits; b < (t + 1) * bits; ++b) table.bits.push_back(order[b % distinct]);
@@ -68,19 +65,7 @@ DescriptorIndex::DescriptorIndex(std::vector<Descriptor> descriptors, std::vecto
     table.items.resize(keys.size());
     std::vector<uint32_t> next(table.begin.begin(), table.begin.end() - 1);
     for (uint32_t i = 0; i < keys.size(); ++i) table.items[next[keys[i]]++] = i;
-  };
-  // The tables of a large index are made by several threads; they do not depend on each other.
-  const bool is_large = descriptors_.size() > kLarge;
-  const int threads =
-      is_large ? std::max(1, static_cast<int>(std::thread::hardware_concurrency())) : 1;
-  std::vector<std::future<void>> others;
-  const auto fill_every = [&](int first) {
-    for (int t = first; t < kTables; t += threads) fill(t);
-  };
-  for (int first = 1; first < threads; ++first)
-    others.push_back(std::async(std::launch::async, fill_every, first));
-  fill_every(0);
-  for (std::future<void>& other : others) other.get();
+  }
 }
 
 std::vector<DescriptorIndex::Hit> DescriptorIndex::Query(const Descriptor& descriptor,

@@ -115,9 +115,12 @@ void Map::RetireKeyframe(KeyframeId id) {
   const Rigid3 cam_from_parent =
       keyframe.cam_from_world * keyframes.At(parent).cam_from_world.Inverse();
   // Those that it carried are carried by its parent from now on, so that no chains grow with time.
-  for (const KeyframeId carried : retired.Ids())
-    if (retired.At(carried).parent == id)
-      retired.MutableAt(carried) = {parent, retired.At(carried).cam_from_parent * cam_from_parent};
+  std::vector<KeyframeId> carried;
+  retired.ForEach([&](KeyframeId child, const RetiredKeyframe& r) {
+    if (r.parent == id) carried.push_back(child);
+  });
+  for (const KeyframeId child : carried)
+    retired.MutableAt(child) = {parent, retired.At(child).cam_from_parent * cam_from_parent};
   retired.Insert(id, {parent, cam_from_parent});
   keyframes.Erase(id);
 }
