@@ -82,7 +82,7 @@ void ForgetErasedLandmarks(const Map& map, Object& object) {
 
 // The observations as views, with hidden edges marked; the paper's model treats
 // all boxes as complete.
-std::vector<BoxView> VisibleViews(const Map& map, const ObjectPlaces& places, ObjectId id,
+std::vector<BoxView> VisibleViews(const Map& map, std::span<const ObjectPlace> places, ObjectId id,
                                   const Object& object, const ObjectsConfig& config) {
   std::vector<BoxView> views = ViewsOf(map, object.observations);
   if (object.state != ObjectState::kTentative && config.model != "paper")
@@ -90,7 +90,7 @@ std::vector<BoxView> VisibleViews(const Map& map, const ObjectPlaces& places, Ob
   return views;
 }
 
-bool HasMoved(const Map& map, const ObjectPlaces& places, ObjectId id,
+bool HasMoved(const Map& map, std::span<const ObjectPlace> places, ObjectId id,
               const ObjectsConfig& config) {
   const Object& object = map.objects.At(id);
   const ViewOverlap overlap = MeasureOverlap(
@@ -105,7 +105,7 @@ void Drop(ObjectId id, const std::string& reason, Map& map) {
   map.objects.Erase(id);
 }
 
-void Refit(ObjectId id, const ObjectPlaces& places, const ImageTime& now,
+void Refit(ObjectId id, std::span<const ObjectPlace> places, const ImageTime& now,
            const ObjectsConfig& config, Map& map) {
   Object object = map.objects.At(id);
   object.was_mapped |= object.state == ObjectState::kMapped;
@@ -147,10 +147,10 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
 // Objects whose ellipsoids no longer fit their boxes as before, since their keyframes have moved:
 // of those that `is_concerned` accepts.
 template <typename Predicate>
-std::set<ObjectId> MovedObjects(const Map& map, const ObjectPlaces& places,
+std::set<ObjectId> MovedObjects(const Map& map, std::span<const ObjectPlace> places,
                                 const ObjectsConfig& config, Predicate&& is_concerned) {
   std::set<ObjectId> moved;
-  for (const ObjectPlace& place : places.all())
+  for (const ObjectPlace& place : places)
     if (!place.is_tentative && is_concerned(place) && HasMoved(map, places, place.id, config))
       moved.insert(place.id);
   return moved;
@@ -194,9 +194,9 @@ void BeginTime(const ImageTime& now, const ObjectsConfig& config, Map& map) {
 
 // Landmarks are also erased while their object is not in view. The objects about the camera are
 // reviewed, so that no more wait to be seen again than the landmarks there can tell apart.
-void ReviewWaiting(const ObjectPlaces& places, const Surroundings& surroundings,
+void ReviewWaiting(std::span<const ObjectPlace> places, const Surroundings& surroundings,
                    const ObjectsConfig& config, Map& map) {
-  for (const ObjectPlace& place : places.all())
+  for (const ObjectPlace& place : places)
     if (place.is_known_by_landmarks && surroundings.Contain(place) &&
         !IsKnownByLandmarks(map, config, map.objects.At(place.id)))
       map.objects.MutableAt(place.id).known_by_landmarks = false;
@@ -211,7 +211,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
   std::set<ObjectId> changed;
   for (const ObjectSighting& sighting : sightings)
     if (const auto id = Receive(sighting, map)) changed.insert(*id);
-  const ObjectPlaces places(map.objects);
+  const std::vector<ObjectPlace> places = PlacesOf(map.objects);
   const Surroundings surroundings(map, sightings);
   ReviewWaiting(places, surroundings, config, map);
   changed.merge(MovedObjects(
@@ -224,7 +224,7 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
 
 void RefitMovedObjects(const ObjectsConfig& config, Map& map) {
   UpdateUp(map);
-  const ObjectPlaces places(map.objects);
+  const std::vector<ObjectPlace> places = PlacesOf(map.objects);
   const std::set<ObjectId> moved =
       MovedObjects(map, places, config, [](const ObjectPlace&) { return true; });
   const ImageTime no_time_passed;  // no object counts as unseen

@@ -79,8 +79,8 @@ struct Joint {
 };
 
 // Fits one ellipsoid to the observations of both; nothing if that fails.
-std::optional<Joint> Join(const Map& map, const ObjectPlaces& places, ObjectId kept, ObjectId gone,
-                          const ObjectsConfig& config) {
+std::optional<Joint> Join(const Map& map, std::span<const ObjectPlace> places, ObjectId kept,
+                          ObjectId gone, const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   Joint joint{Union(map, a, b), {}};
   const Object* better = a.evidence >= b.evidence ? &a : &b;
@@ -115,7 +115,7 @@ bool IsMapped(const Map& map, ObjectId id) {
   return map.objects.At(id).state == ObjectState::kMapped;
 }
 
-void TryMerge(Map& map, const ObjectPlaces& places, ObjectId kept, ObjectId gone,
+void TryMerge(Map& map, std::span<const ObjectPlace> places, ObjectId kept, ObjectId gone,
               const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
   if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return;
@@ -154,17 +154,17 @@ void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16
 
 bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
   if (map.objects.At(kept).category_id != map.objects.At(gone).category_id) return false;
-  std::optional<Joint> joint = Join(map, ObjectPlaces(map.objects), kept, gone, config);
+  std::optional<Joint> joint = Join(map, PlacesOf(map.objects), kept, gone, config);
   if (!joint) return false;
   Replace(std::move(joint->object), kept, gone, map);
   return true;
 }
 
 void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsConfig& config) {
-  const ObjectPlaces places(map.objects);
-  for (const ObjectPlace& a : places.all()) {
+  const std::vector<ObjectPlace> places = PlacesOf(map.objects);
+  for (const ObjectPlace& a : places) {
     if (!changed.contains(a.id)) continue;
-    for (const ObjectPlace& b : places.all()) {
+    for (const ObjectPlace& b : places) {
       if (!map.objects.Contains(a.id)) break;
       if (b.id == a.id || b.category_id != a.category_id || !AreNear(a, b) ||
           !map.objects.Contains(b.id))

@@ -18,13 +18,13 @@ struct ObjectPlace {
   double radius = 0;                                 // largest half axis
 };
 
-// The places of a map's objects, side by side in memory: where an object's neighbours are looked
-// for, the cost for each object of a large map is some nanoseconds.
+// The places of a map's objects, ascending by id. Side by side in memory: where an object's
+// neighbours are looked for, the cost for each object of a large map is some nanoseconds.
+std::vector<ObjectPlace> PlacesOf(const Table<ObjectId, Object>& objects);
+
+// The same, kept up to date with the snapshots of a map.
 class ObjectPlaces {
  public:
-  ObjectPlaces() = default;
-  explicit ObjectPlaces(const Table<ObjectId, Object>& objects) { Update(objects); }
-
   // Looks only at objects that may have changed since the last call. Keeps a copy of the table.
   void Update(const Table<ObjectId, Object>& objects);
 

@@ -19,7 +19,9 @@ TEST(ObjectPlaces, FollowTheTable) {
   objects.Insert(ObjectId(3), At(3, ObjectState::kMapped));
   objects.Insert(ObjectId(70), At(70, ObjectState::kInitialized));
   objects.Insert(ObjectId(71), At(71, ObjectState::kTentative));
-  ObjectPlaces places(objects);
+  ObjectPlaces places;
+  places.Update(objects);
+  EXPECT_EQ(PlacesOf(objects).size(), 2U);
   ASSERT_EQ(places.all().size(), 2U);  // a tentative object has no place
   EXPECT_TRUE(places.all()[0].is_mapped);
   EXPECT_EQ(places.all()[0].radius, 0.3);

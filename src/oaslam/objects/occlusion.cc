@@ -26,12 +26,13 @@ double FarthestView(const std::vector<BoxView>& views, const Eigen::Vector3d& po
 
 }  // namespace
 
-void MarkHiddenEdges(const Map& map, const ObjectPlaces& places, std::span<const ObjectId> own,
-                     const Ellipsoid& ellipsoid, std::vector<BoxView>& views) {
+void MarkHiddenEdges(const Map& map, std::span<const ObjectPlace> places,
+                     std::span<const ObjectId> own, const Ellipsoid& ellipsoid,
+                     std::vector<BoxView>& views) {
   const int category = map.objects.At(own.front()).category_id;
   const double reach = FarthestView(views, ellipsoid.center) + ellipsoid.half_axes.maxCoeff();
   std::vector<Occluder> others;
-  for (const ObjectPlace& place : places.all()) {
+  for (const ObjectPlace& place : places) {
     if (!place.is_mapped || (place.center - ellipsoid.center).norm() > reach + place.radius)
       continue;
     const Object* object = map.objects.Find(place.id);

@@ -164,7 +164,7 @@ TEST(Parts, HideNothingOfTheirWholeNorItOfThem) {
   const auto hidden = [&] {
     std::vector<BoxView> views = {
         {Rigid3(), &map.cameras[0], *ProjectToBox(part.ellipsoid, Rigid3(), kCamera), 0.9, 0}};
-    MarkHiddenEdges(map, ObjectPlaces(map.objects), std::span(&own, 1), part.ellipsoid, views);
+    MarkHiddenEdges(map, PlacesOf(map.objects), std::span(&own, 1), part.ellipsoid, views);
     return views[0].truncated;
   };
   EXPECT_NE(hidden(), 0);
