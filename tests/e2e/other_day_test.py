@@ -125,13 +125,27 @@ class Days(unittest.TestCase):
         # One may fail: rooms tip over with the last bits of the arithmetic, which differ between processors.
         self.assertLessEqual(len(set(self.moved) - set(standing)), 1)
 
-    @unittest.expectedFailure  # an object is given up after seconds of absence only, which nobody who walks past gives (objects/presence)
+    def left_behind(self):
+        """The things that were moved of which an object still stands in the old place."""
+        _, others = told_apart(self.after, self.things_b, self.to_world)
+        return [name for name, thing in self.things_b.items() if thing["moved"] and any(
+            o["category_id"] == thing["category_id"] and share_off(o, self.things_a[name], self.to_world) < SAME_PLACE for o in others)]
+
+    def test_what_is_looked_through_is_found_out(self):
+        # On day B landmarks are seen through the old places of a ball, a bottle and a teddy bear; the other things are too flat, or nobody looks that way.
+        before = [name for name, thing in self.things_b.items() if thing["moved"] and name in told_apart(self.before, self.things_a, self.a_to_world)[0]]
+        self.assertGreaterEqual(len(before), 7)
+        self.assertLessEqual(len(self.left_behind()), len(before) - 1)
+
+    @unittest.expectedFailure  # what nobody looks through, or watches for seconds, is not given up (objects/presence, objects/sight_lines)
     def test_moved_things_stand_nowhere_else(self):
+        self.assertFalse(set(self.moved) & set(self.left_behind()))
+
+    def test_moved_things_stand_once_in_their_new_place(self):
         _, others = told_apart(self.after, self.things_b, self.to_world)
         for name in self.moved:
-            for thing, place in ((self.things_a[name], "old"), (self.things_b[name], "new")):
-                twice = [o["id"] for o in others if o["category_id"] == thing["category_id"] and share_off(o, thing, self.to_world) < SAME_PLACE]
-                self.assertFalse(twice, f"{name}, {place} place")
+            twice = [o["id"] for o in others if o["category_id"] == self.things_b[name]["category_id"] and share_off(o, self.things_b[name], self.to_world) < SAME_PLACE]
+            self.assertFalse(twice, name)
 
     def test_cameras_of_both_days_are_kept(self):
         shown = oaslam("info", self.joint)

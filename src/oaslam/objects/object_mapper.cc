@@ -16,6 +16,7 @@
 #include "oaslam/objects/occlusion.h"
 #include "oaslam/objects/own_landmarks.h"
 #include "oaslam/objects/presence.h"
+#include "oaslam/objects/sight_lines.h"
 #include "oaslam/objects/upright.h"
 #include "oaslam/util/log.h"
 
@@ -168,7 +169,10 @@ class Surroundings {
       centers_.push_back(map.keyframes.At(id).cam_from_world.OriginInSource());
       depth_ = std::max(depth_, map.MedianDepth(id));
     }
+    keyframes_ = WithNeighbors(map, std::vector(references.begin(), references.end()));
   }
+  // Those that images refer to, and their neighbours.
+  std::span<const KeyframeId> Keyframes() const { return keyframes_; }
   // Where the depth of the scene is unknown everything belongs to them.
   bool Contain(const ObjectPlace& place) const {
     constexpr double kDepths = 10;
@@ -178,6 +182,7 @@ class Surroundings {
   }
 
  private:
+  std::vector<KeyframeId> keyframes_;
   std::vector<Eigen::Vector3d> centers_;
   double depth_ = 0;  // median
 };
@@ -202,6 +207,16 @@ void ReviewWaiting(std::span<const ObjectPlace> places, const Surroundings& surr
       map.objects.MutableAt(place.id).known_by_landmarks = false;
 }
 
+// An object that the camera looks through counts as absent.
+void WeighSightLines(ObjectId id, std::span<const KeyframeId> keyframes, Map& map) {
+  const Object* object = map.objects.Find(id);
+  if (!object || object->state != ObjectState::kMapped) return;
+  const double absence = object->absence + SeenThroughEvidence(map, *object, keyframes);
+  if (!IsProvenAbsent(absence)) return;
+  Log(LogLevel::kDebug, "the camera looks through the place of " + Described(id, *object));
+  map.objects.MutableAt(id).absence = absence;
+}
+
 }  // namespace
 
 void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const ImageTime& now,
@@ -217,9 +232,17 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
   changed.merge(MovedObjects(
       map, places, config, [&](const ObjectPlace& place) { return surroundings.Contain(place); }));
   for (const ObjectId id : changed) Refit(id, places, now, config, map);
+  for (const ObjectPlace& place : places)
+    if (surroundings.Contain(place)) WeighSightLines(place.id, surroundings.Keyframes(), map);
   ResolveAbsent(now, config, map);
   MergeDuplicates(map, changed, config);
   DropUnseen(now, config, map);
+}
+
+void ReviewPlaces(const ObjectsConfig& config, Map& map) {
+  const std::vector<KeyframeId> keyframes = map.keyframes.Ids();
+  for (const ObjectId id : map.objects.Ids()) WeighSightLines(id, keyframes, map);
+  ResolveAbsent({}, config, map);
 }
 
 void RefitMovedObjects(const ObjectsConfig& config, Map& map) {

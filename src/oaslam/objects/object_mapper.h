@@ -22,4 +22,8 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
 // Map::up. No time passes, so that no object is dropped for not being seen.
 void RefitMovedObjects(const ObjectsConfig& config, Map& map);
 
+// To be called when all keyframes are where they stay: objects that any keyframe looks through are
+// moved or erased (sight_lines.h), also where the camera passed before it was found in the map.
+void ReviewPlaces(const ObjectsConfig& config, Map& map);
+
 }  // namespace oaslam

@@ -46,7 +46,6 @@ void ObjectGrid::FindNear(const Eigen::Vector3d& place, double distance,
           add(entry->second);
       }
   }
-  std::ranges::sort(near);
 }
 
 }  // namespace oaslam

@@ -152,11 +152,12 @@ class Neighborhoods {
       }
     return depths;
   }
-  // About the distance within which neighbours are looked for.
+  // About the distance within which neighbours are looked for, and some more: few large cells are
+  // faster than many small ones.
   static double UsualReach(const std::vector<Depths>& depths) {
     double reach = 1e-9;
     for (const Depths& d : depths) reach = std::max(reach, d.max);
-    return reach;
+    return 4 * reach;
   }
   // How far from the origin's object any object of another detection can be.
   double ReachOf(const Node& origin) const {
@@ -189,33 +190,39 @@ class Neighborhoods {
       }
   }
 
-  // How well the distance of two objects agrees with the depths that their sizes suggest, at
-  // most 1.
-  double Agreement(const Node& a, const Node& b) const {
-    constexpr double kSigma = 0.3;  // of the logarithm of the ratio
+  // By how much the distance of two objects differs from the one that their sizes suggest: the
+  // square of the ratio of the larger to the smaller.
+  double SquaredRatio(const Node& a, const Node& b) const {
     const double between =
         (scene_.objects[a.object].ellipsoid.center - scene_.objects[b.object].ellipsoid.center)
-            .norm();
+            .squaredNorm();
     const double expected = (a.depth * scene_.detections[a.detection].ray -
                              b.depth * scene_.detections[b.detection].ray)
-                                .norm();
-    const double off = std::log(between / expected) / kSigma;
+                                .squaredNorm();
+    return between > expected ? between / expected : expected / between;
+  }
+  // How well they agree, at most 1.
+  static double Agreement(double squared_ratio) {
+    constexpr double kSigma = 0.3;  // of the logarithm of the ratio
+    const double off = std::log(squared_ratio) / 2 / kSigma;
     return std::exp(-off * off / 2);
   }
 
   void KeepBest(std::vector<Start>& starts) const {
+    constexpr double kNone = std::numeric_limits<double>::max();
     int most = 0;
-    std::vector<double> best(scene_.detections.size());
+    std::vector<double> least_ratios(scene_.detections.size());
     std::vector<int> near;
     for (Start& start : starts) {
-      std::ranges::fill(best, -1);
+      std::ranges::fill(least_ratios, kNone);
       VisitCompatible(start, near, [&](const Node& node) {
-        best[node.detection] = std::max(best[node.detection], Agreement(start.origin, node));
+        double& least = least_ratios[node.detection];
+        least = std::min(least, SquaredRatio(start.origin, node));
       });
-      for (const double agreement : best) {
-        if (agreement < 0) continue;
+      for (const double ratio : least_ratios) {
+        if (ratio == kNone) continue;
         ++start.support;
-        start.agreement += agreement;
+        start.agreement += Agreement(ratio);
       }
       most = std::max(most, start.support);
     }
@@ -293,12 +300,29 @@ class GroupGuesser {
     }
   }
 
+  // Pairs of neighbors that are compatible: of all, or of as many drawn at random.
+  void FindTriplets(const std::vector<Node>& neighbors, Rng& rng) {
+    constexpr size_t kMostPairs = 20'000;
+    triplets_.clear();
+    const size_t count = neighbors.size();
+    const auto try_pair = [&](size_t i, size_t j) {
+      if (AreCompatible(scene_, neighbors[i], neighbors[j])) triplets_.emplace_back(i, j);
+    };
+    if (count > 0 && count * (count - 1) / 2 > kMostPairs) {
+      const auto draw = [&] { return static_cast<size_t>(rng.Index(static_cast<int>(count))); };
+      for (size_t k = 0; k < kMostPairs; ++k) {
+        const size_t i = draw();
+        try_pair(i, draw());
+      }
+      return;
+    }
+    for (size_t i = 0; i < count; ++i)
+      for (size_t j = i + 1; j < count; ++j) try_pair(i, j);
+  }
+
   void AddTriplets(const Start& start, size_t most, Rng& rng) {
     const std::vector<Node>& neighbors = start.neighbors;
-    triplets_.clear();
-    for (size_t i = 0; i < neighbors.size(); ++i)
-      for (size_t j = i + 1; j < neighbors.size(); ++j)
-        if (AreCompatible(scene_, neighbors[i], neighbors[j])) triplets_.emplace_back(i, j);
+    FindTriplets(neighbors, rng);
     for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
       if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);

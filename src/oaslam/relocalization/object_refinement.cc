@@ -51,10 +51,26 @@ struct Seen {
   bool is_expected = false;  // it should have been detected
 };
 
-std::vector<Seen> FindInView(const ObjectScene& scene, const Rigid3& pose) {
+// The objects that are not too far from a camera for being a detection, or for being missed. The
+// camera may come closer by half.
+std::vector<int> FindNear(const ObjectScene& scene, const Rigid3& pose) {
+  double least_px = kMissedSizePx * scene.score.pixel_unit();
+  for (const SceneDetection& d : scene.detections) least_px = std::min(least_px, d.size);
+  const double farthest = 2 * 2 * std::max(scene.camera.fx, scene.camera.fy) / least_px;  // reaches
+  const Eigen::Vector3d eye = pose.OriginInSource();
+  std::vector<int> near;
+  for (int o = 0; o < static_cast<int>(scene.spheres.size()); ++o)
+    if ((scene.spheres[o].head<3>() - eye).squaredNorm() <
+        std::pow(farthest * scene.spheres[o].w(), 2))
+      near.push_back(o);
+  return near;
+}
+
+std::vector<Seen> FindInView(const ObjectScene& scene, const std::vector<int>& near,
+                             const Rigid3& pose) {
   std::vector<Seen> in_view;
   const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
-  for (int o = 0; o < static_cast<int>(scene.objects.size()); ++o) {
+  for (const int o : near) {
     const Eigen::Vector3d center = rotation * scene.spheres[o].head<3>() + pose.translation;
     if (!MayOverlap(scene.image.bounds(), scene.camera, center, scene.spheres[o].w())) continue;
     const auto view = ViewEllipsoid(scene.objects[o].ellipsoid, pose);
@@ -92,9 +108,9 @@ void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& ma
       seen.is_expected = false;
 }
 
-Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
+Matching MatchBoxes(const ObjectScene& scene, const std::vector<int>& near, const Rigid3& pose) {
   Matching result;
-  std::vector<Seen> in_view = FindInView(scene, pose);
+  std::vector<Seen> in_view = FindInView(scene, near, pose);
   const auto detections = static_cast<Eigen::Index>(scene.detections.size());
   const auto objects = static_cast<Eigen::Index>(in_view.size());
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(detections, objects);
@@ -105,7 +121,7 @@ Matching MatchBoxes(const ObjectScene& scene, const Rigid3& pose) {
                        scene.image.ShareShown(seen.box) > kMissedShare &&
                        !IsBehindMoving(scene, seen.box);
     if (object.detections.empty()) continue;
-    seen.variance = EdgeVariance(seen.view, scene.camera, object.covariance);
+    seen.variance = EdgeVariance(seen.view, scene.camera, *object.covariance);
     seen.hidden =
         HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
     for (const int d : object.detections)
@@ -248,11 +264,12 @@ ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& sta
   const Evidence evidence{scene, prior};
   ObjectPoseCandidate candidate;
   candidate.cam_from_world = start;
-  Matching matching = MatchBoxes(scene, start);
+  const std::vector<int> near = FindNear(scene, start);
+  Matching matching = MatchBoxes(scene, near, start);
   for (int round = 0; round < kRounds && !matching.matches.empty(); ++round) {
     candidate.cam_from_world =
         RefineOnMatches(evidence, matching.matches, candidate.cam_from_world);
-    matching = MatchBoxes(scene, candidate.cam_from_world);
+    matching = MatchBoxes(scene, near, candidate.cam_from_world);
   }
   candidate.llr = matching.llr;
   candidate.score = matching.llr * static_cast<double>(matching.matches.size()) /

@@ -24,7 +24,7 @@ SceneObject Prepare(ObjectId id, const Object& object) {
   scene.scaled_axes = ScaledAxes(object.ellipsoid);
   scene.radius = std::cbrt(object.ellipsoid.half_axes.prod());
   scene.reach = object.ellipsoid.half_axes.maxCoeff();
-  scene.covariance = object.covariance;
+  scene.covariance = &object.covariance;
   const Eigen::Vector3d axes = object.ellipsoid.half_axes.cwiseAbs2().cwiseProduct(
       object.covariance.diagonal().segment<3>(3));
   scene.variance = object.covariance.topLeftCorner<3, 3>().trace() / 3 + axes.mean();
@@ -87,20 +87,22 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
                          const RelocalizationConfig& config,
                          const std::optional<Eigen::Vector3d>& gravity_in_cam)
     : camera(query_camera), score(query_camera), image(query_camera), classes(map.classes) {
+  objects.reserve(map.objects.size());
+  spheres.reserve(map.objects.size());
+  std::map<int, std::vector<int>> objects_of_class;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (object.state == ObjectState::kMapped) objects.push_back(Prepare(id, object));
-  });
-  for (const SceneObject& object : objects) {
+    if (object.state != ObjectState::kMapped) return;
+    objects_of_class[object.category_id].push_back(static_cast<int>(objects.size()));
+    objects.push_back(Prepare(id, object));
     const Eigen::Vector3d& center = object.ellipsoid.center;
-    spheres.emplace_back(center.x(), center.y(), center.z(), object.reach);
-  }
+    spheres.emplace_back(center.x(), center.y(), center.z(), objects.back().reach);
+  });
   for (const ObjectDetection& d : all_detections)
     if (d.score >= config.min_score && classes.IsMovable(d.category_id)) moving.push_back(d.box);
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(all_detections.size()); ++i) {
     const ObjectDetection& d = all_detections[i];
-    const bool known =
-        std::ranges::find(objects, d.category_id, &SceneObject::category_id) != objects.end();
+    const bool known = objects_of_class.contains(d.category_id);
     if (d.score >= config.min_score && known && d.box.Area() > 0) order.push_back(i);
   }
   std::ranges::stable_sort(
@@ -109,17 +111,13 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
   for (const int i : order) {
     const ObjectDetection& d = all_detections[i];
     const double size = SizeOf(d.box);
-    SceneDetection scene{i,           d.box,
-                         d.truncated, RayOf(camera, CenterPixel(d.box)),
-                         size,        std::sqrt(camera.fx * camera.fy) / (size / 2),
-                         {}};
-    for (int o = 0; o < static_cast<int>(objects.size()); ++o) {
-      if (objects[o].category_id != d.category_id) continue;
-      scene.objects.push_back(o);
-      objects[o].detections.push_back(static_cast<int>(detections.size()));
-    }
-    detections.push_back(std::move(scene));
+    detections_of_class_[d.category_id].push_back(static_cast<int>(detections.size()));
+    detections.push_back({i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), size,
+                          std::sqrt(camera.fx * camera.fy) / (size / 2),
+                          objects_of_class.at(d.category_id)});
   }
+  for (const auto& [category, of_class] : detections_of_class_)
+    for (const int o : objects_of_class.at(category)) objects[o].detections = of_class;
   up = map.up;
   if (!up) return;
   attitudes = AttitudesOf(map, *up);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,9 +24,9 @@ struct SceneObject {
   double radius = 0;            // of the sphere of the same volume
   double reach = 0;             // its longest half axis
   double variance = 0;          // of its outline, map units^2, the same in all directions
-  ShapeCovariance covariance;
-  double detection_rate = 0;    // share of views that detected it during mapping
-  std::vector<int> detections;  // of its class, indices into ObjectScene::detections
+  const ShapeCovariance* covariance = nullptr;  // of the map
+  double detection_rate = 0;                    // share of views that detected it during mapping
+  std::span<const int> detections;  // of its class, indices into ObjectScene::detections
 };
 
 struct SceneDetection {
@@ -44,7 +45,8 @@ struct CameraAttitudes {
   double mean_roll = 0;
 };
 
-// The detections of a query image and the objects of the map, arranged for scoring poses.
+// The detections of a query image and the objects of the map, arranged for scoring poses. Refers to
+// the map, and is not copied, since the objects refer to lists of it.
 struct ObjectScene {
   Camera camera;
   ObjectScore score;
@@ -63,6 +65,8 @@ struct ObjectScene {
   ObjectScene(std::span<const ObjectDetection> all_detections, const Camera& query_camera,
               const Map& map, const RelocalizationConfig& config,
               const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  ObjectScene(const ObjectScene&) = delete;
+  ObjectScene& operator=(const ObjectScene&) = delete;
 
   // A fast score of a pose: the sum over the detections of their best score among the objects of
   // `scope` (indices). The assignment is not one to one, and all edges have a common variance.
@@ -73,6 +77,9 @@ struct ObjectScene {
 
   // Whether the orientation agrees with the measured gravity, or else with how people hold cameras.
   bool IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const;
+
+ private:
+  std::map<int, std::vector<int>> detections_of_class_;
 };
 
 // Returns false only where an object whose longest half axis is `reach` cannot project into the

@@ -128,6 +128,7 @@ void Mapper::Finish() {
   for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))
     ApplyCorrection(WindowBundleAdjustment(map_, window, kIterations, config_.bundle), map_);
   RefitMovedObjects(config_.objects, map_);
+  ReviewPlaces(config_.objects, map_);
 }
 
 std::shared_ptr<const Map> Mapper::Publish() {

@@ -1,0 +1,167 @@
+#include "oaslam/objects/sight_lines.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "oaslam/objects/object_mapper.h"
+#include "oaslam/objects/presence.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kRadius = 0.12;
+const Eigen::Vector3d kPlace(0, 0, 0.3);
+
+// A camera that walks to the left and comes back, past a ball in front of a wall. Every landmark is
+// seen that the ball does not hide, and others on the ball.
+class Hall {
+ public:
+  enum class Ball { kThere, kGone, kOfGlass };
+
+  Hall() {
+    map_.cameras.push_back(synthetic::World().camera);
+    for (double x = -2; x <= 2; x += 0.08)
+      for (double z = -0.5; z <= 1.5; z += 0.08) wall_.push_back(Add({x, 1, z}));
+    for (double x = -0.09; x <= 0.09; x += 0.03)
+      for (double z = -0.06; z <= 0.06; z += 0.03) {
+        const double depth = std::sqrt(kRadius * kRadius - x * x - z * z);
+        ball_.push_back(Add(kPlace + Eigen::Vector3d(x, -depth, z)));
+      }
+  }
+
+  // A pass of six keyframes. Returns them.
+  std::vector<KeyframeId> Pass(Ball ball) {
+    std::vector<KeyframeId> pass;
+    for (int i = 0; i < 6; ++i) pass.push_back(AddKeyframe({-0.5 + 0.2 * i, -2, 0.5}, ball));
+    for (const KeyframeId id : pass) map_.UpdateCovisibility(id, 15);
+    return pass;
+  }
+
+  // The ball as an object that was detected in keyframes.
+  ObjectId Map(const std::vector<KeyframeId>& keyframes) {
+    Object object;
+    object.state = ObjectState::kMapped;
+    object.total_observations = 60;
+    object.ellipsoid = {kPlace, Eigen::Vector3d::Constant(kRadius), Eigen::Quaterniond::Identity()};
+    for (const KeyframeId id : keyframes) {
+      ObjectObservation observation;
+      observation.frame_index = map_.keyframes.At(id).frame_index;
+      observation.reference = id;
+      object.observations.push_back(observation);
+    }
+    object.last_seen_frame = object.observations.back().frame_index;
+    const ObjectId id(0);
+    map_.objects.Insert(id, object);
+    return id;
+  }
+
+  oaslam::Map& map() { return map_; }
+
+ private:
+  LandmarkId Add(const Eigen::Vector3d& position) {
+    return map_.AddLandmark(position, KeyframeId(0));
+  }
+
+  static bool IsHidden(const Eigen::Vector3d& eye, const Eigen::Vector3d& point) {
+    const Eigen::Vector3d line = (point - eye).normalized(), to_ball = kPlace - eye;
+    return (to_ball - line * line.dot(to_ball)).norm() < kRadius;
+  }
+
+  KeyframeId AddKeyframe(const Eigen::Vector3d& eye, Ball ball) {
+    std::vector<LandmarkId> seen;
+    for (const LandmarkId id : wall_)
+      if (ball != Ball::kThere || !IsHidden(eye, map_.landmarks.At(id).position))
+        seen.push_back(id);
+    if (ball != Ball::kGone) seen.insert(seen.end(), ball_.begin(), ball_.end());
+    Keyframe keyframe;
+    keyframe.frame_index = 10 * static_cast<int>(next_);
+    keyframe.cam_from_world = synthetic::LookAt(eye, {eye.x(), 1, 0.5});
+    auto features = std::make_shared<Features>();
+    features->keypoints.resize(seen.size());
+    features->descriptors.resize(seen.size());
+    keyframe.features = std::move(features);
+    keyframe.landmarks.resize(seen.size());
+    const KeyframeId id(next_++);
+    map_.keyframes.Insert(id, std::move(keyframe));
+    for (size_t i = 0; i < seen.size(); ++i)
+      map_.AddObservation(seen[i], id, static_cast<uint32_t>(i));
+    return id;
+  }
+
+  oaslam::Map map_;
+  std::vector<LandmarkId> wall_, ball_;
+  uint32_t next_ = 0;
+};
+
+TEST(SightLines, StopAtWhatIsThereAndPassWhereItWas) {
+  Hall hall;
+  const auto before = hall.Pass(Hall::Ball::kThere), after = hall.Pass(Hall::Ball::kGone);
+  const Ellipsoid& ball = hall.map().objects.At(hall.Map(before)).ellipsoid;
+  const SightLines there = CountSightLines(hall.map(), ball, before),
+                   gone = CountSightLines(hall.map(), ball, after);
+  EXPECT_EQ(there.through, 0);
+  EXPECT_GT(there.stopped, 5);
+  EXPECT_GT(gone.through, 10);
+  EXPECT_EQ(gone.stopped, 0);
+}
+
+TEST(SightLines, ProveThatAThingIsGone) {
+  Hall hall;
+  const ObjectId ball = hall.Map(hall.Pass(Hall::Ball::kThere));
+  const auto again = hall.Pass(Hall::Ball::kThere);
+  EXPECT_LE(SeenThroughEvidence(hall.map(), hall.map().objects.At(ball), again), 0);
+  const auto after = hall.Pass(Hall::Ball::kGone);
+  EXPECT_TRUE(IsProvenAbsent(SeenThroughEvidence(hall.map(), hall.map().objects.At(ball), after)));
+}
+
+TEST(SightLines, SayNothingOfWhatOneLooksThrough) {
+  Hall hall;
+  const ObjectId glass = hall.Map(hall.Pass(Hall::Ball::kOfGlass));
+  const auto again = hall.Pass(Hall::Ball::kOfGlass);
+  EXPECT_FALSE(
+      IsProvenAbsent(SeenThroughEvidence(hall.map(), hall.map().objects.At(glass), again)));
+}
+
+TEST(SightLines, SayNothingBeforeTheLastDetection) {
+  Hall hall;
+  const auto before = hall.Pass(Hall::Ball::kGone), after = hall.Pass(Hall::Ball::kThere);
+  const ObjectId ball = hall.Map(after);
+  EXPECT_EQ(SeenThroughEvidence(hall.map(), hall.map().objects.At(ball), before), 0);
+}
+
+TEST(SightLines, SayNothingWhereThePlaceIsNotKnownFromCommonLandmarks) {
+  Hall hall;
+  const ObjectId ball = hall.Map(hall.Pass(Hall::Ball::kThere));
+  auto after = hall.Pass(Hall::Ball::kGone);
+  // The new pass sees landmarks of its own, although they are in the same places.
+  Map& map = hall.map();
+  for (const KeyframeId id : after)
+    for (const LandmarkId landmark : std::vector(map.keyframes.At(id).landmarks)) {
+      if (!landmark.IsValid()) continue;
+      const LandmarkId copy = map.AddLandmark(map.landmarks.At(landmark).position, id);
+      const auto& seen = map.keyframes.At(id).landmarks;
+      const auto keypoint = static_cast<uint32_t>(std::ranges::find(seen, landmark) - seen.begin());
+      map.EraseObservation(landmark, id);
+      map.AddObservation(copy, id, keypoint);
+    }
+  for (const KeyframeId id : map.keyframes.Ids()) map.UpdateCovisibility(id, 15);
+  EXPECT_EQ(SeenThroughEvidence(map, map.objects.At(ball), after), 0);
+}
+
+TEST(SightLines, WhatTheyProveGoneIsErased) {
+  Hall hall;
+  const ObjectId ball = hall.Map(hall.Pass(Hall::Ball::kThere));
+  ReviewPlaces({}, hall.map());
+  EXPECT_TRUE(hall.map().objects.Contains(ball));
+  hall.Pass(Hall::Ball::kGone);
+  ReviewPlaces({}, hall.map());
+  EXPECT_FALSE(hall.map().objects.Contains(ball));
+}
+
+}  // namespace
+}  // namespace oaslam
