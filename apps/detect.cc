@@ -18,7 +18,7 @@ namespace {
 struct DetectOptions {
   CommonOptions common;
   DetectorSettings detector;
-  std::string images, out;
+  std::string images, path, out;
   bool resume = false;
 };
 
@@ -61,15 +61,20 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
   }
 }
 
-int RunDetect(const DetectOptions& options) {
+int RunDetect(DetectOptions options) {
+  if (options.images.empty()) options.images = options.path;
+  if (options.images.empty()) throw InputError("detect: no images given: oaslam detect PATH");
+  if (options.detector.model.empty()) options.detector.model = "default";
+  if (!options.detector.IsGiven()) throw InputError("detect: --detector none finds nothing");
   const std::unique_ptr<Detector> detector = LoadDetector(options.detector);
   EnsureOutputFile(options.out);
   InstallInterruptHandler();
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
   const auto source = OpenImages(options.images, range);
-  spdlog::info("{}: layout {}, input {}x{}", options.detector.model, ToString(detector->layout()),
-               detector->input_size().width, detector->input_size().height);
+  spdlog::info("{}: layout {}, input {}x{}", NameOfDetector(options.detector),
+               ToString(detector->layout()), detector->input_size().width,
+               detector->input_size().height);
   Found found;
   if (options.resume && std::filesystem::exists(options.out)) {
     found.images = LoadDetections(options.out).images();
@@ -98,11 +103,10 @@ void AddDetectCommand(CLI::App& app) {
   auto options = std::make_shared<DetectOptions>();
   CLI::App* command =
       app.add_subcommand("detect", "Run an object detector on images and save what it finds");
-  command
-      ->add_option("--images", options->images,
-                   "TUM folder, list file, folder of images, video, or webcam:N")
-      ->required();
-  AddDetectorOptions(*command, options->detector)->required();
+  auto* images = command->add_option("--images", options->images,
+                                     "TUM folder, list file, folder of images, video, or webcam:N");
+  command->add_option("path", options->path, "the images, as for --images")->excludes(images);
+  AddDetectorOptions(*command, options->detector);
   command->add_option("--out", options->out, "Where to write the detections (JSON)")
       ->required()
       ->type_name("FILE");

@@ -11,18 +11,26 @@ namespace oaslam::apps {
 
 // Options of commands that can run an object detector.
 struct DetectorSettings {
-  std::string model;  // path, empty: none
+  std::string model;  // a file, "default", or "none"; empty: none
   std::string layout = "auto";
   int size = 0;  // side of the network's square input; 0: that of the file
   double min_score = DetectorOptions{}.min_score;
+  int every = 0;  // objects are looked for in each so manyth image; 0: where the view has changed
+
+  bool IsGiven() const { return !model.empty() && model != "none"; }
 };
 
 // --detector, --detector-layout, --detector-size, --detector-min-score; `settings` must outlive the
 // parsing. Returns the option --detector.
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings);
+// --detect-every.
+void AddDetectEveryOption(CLI::App& app, DetectorSettings& settings);
 
 // Nothing where no model was given. Throws InputError.
 std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);
+
+// "YOLOX-nano (COCO)" for the default detector, else the name of the file.
+std::string NameOfDetector(const DetectorSettings& settings);
 
 // The classes of --classes, else those named in the detector's file (the detector may be null or
 // have no names), else COCO's.

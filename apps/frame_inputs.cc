@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <opencv2/core/utility.hpp>
+#include <thread>
+#include <utility>
 
 #include "camera_choice.h"
 #include "oaslam/formats/camera_file.h"
-#include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
 
@@ -15,9 +17,9 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
   if (!sources.gravity.empty()) gravity_ = GravityTrack::Load(sources.gravity);
   detector_ = LoadDetector(sources.detector);
-  // Only a network profits from OpenCV's threads: for the small images of a pyramid the threads
-  // cost more than they gain.
-  if (!detector_) cv::setNumThreads(1);
+  // For the small images of a pyramid OpenCV's threads cost more than they gain, and a detector
+  // that works ahead has threads of its own.
+  if (!detector_ || !sources.live) cv::setNumThreads(1);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
   range.color_if_free = sources.for_display;
@@ -27,15 +29,19 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
     latest_ = latest.get();
     images_ = std::move(latest);
   }
-  ahead_ = NextReadable();
-  if (!ahead_) throw InputError(fmt::format("{}: no readable image", sources.images));
+  std::optional<InputImage> first = NextReadable();
+  if (!first) throw InputError(fmt::format("{}: no readable image", sources.images));
+  const cv::Size size = first->image.size();
   const bool is_auto = IsAutoCamera(sources.camera);
-  camera_ = sources.known_camera
-                ? *sources.known_camera
-                : LoadCamera(is_auto ? "fov:65" : sources.camera, ahead_->image.size());
-  if (sources.live && detector_)
-    background_ = std::make_unique<BackgroundDetector>(
-        [this](const cv::Mat& image) { return detector_->Detect(image); });
+  camera_ = sources.known_camera ? *sources.known_camera
+                                 : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
+  if (detector_) StartDetector(sources);
+  // A growing folder, or a camera, would keep an image waiting for the ones after it.
+  if (pool_ && !range.follow && !sources.images.starts_with("webcam:"))
+    most_ahead_ = static_cast<size_t>(4 * pool_->threads());
+  const bool is_chosen = Choose(*first);
+  read_.push_back({std::move(*first), is_chosen});
+  ++read_count_;
   if (camera_.is_guess && !sources.known_camera && !is_auto)
     spdlog::warn("{}: a guess, not a calibration; expect a bent map", sources.camera);
 }
@@ -57,23 +63,63 @@ std::optional<InputImage> FrameInputs::NextReadable() {
   return std::nullopt;
 }
 
-std::optional<FrameInput> FrameInputs::Next() {
-  std::optional<InputImage> image = ahead_ ? std::exchange(ahead_, std::nullopt) : NextReadable();
-  if (!image) return std::nullopt;
-  FrameInput frame{image->index,
-                   image->name,
-                   {image->image, image->timestamp, {}, false, gravity_.At(image->timestamp)},
-                   image->path,
-                   image->orientation};
+void FrameInputs::StartDetector(const Sources& sources) {
+  if (sources.live) {
+    background_ = std::make_unique<BackgroundDetector>(
+        [this](const cv::Mat& image) { return detector_->Detect(image); });
+    return;
+  }
+  constexpr unsigned kMostThreads = 4;
+  const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
+  std::vector<DetectorPool::Detect> detectors;
+  detectors.push_back([this](const cv::Mat& image) { return detector_->Detect(image); });
+  for (unsigned i = 1; i < threads; ++i)
+    detectors.push_back([copy = std::shared_ptr<Detector>(LoadDetector(sources.detector))](
+                            const cv::Mat& image) { return copy->Detect(image); });
+  pool_ = std::make_unique<DetectorPool>(std::move(detectors));
+  detect_every_ = sources.detector.every;
+}
+
+bool FrameInputs::Choose(const InputImage& image) {
+  if (!pool_) return false;
+  return detect_every_ > 0 ? read_count_ % detect_every_ == 0
+                           : view_change_.Choose(image.image, image.timestamp);
+}
+
+void FrameInputs::Read(size_t ahead, bool is_lost) {
+  while (read_.size() < ahead + 1) {
+    std::optional<InputImage> image = NextReadable();
+    if (!image) break;
+    const bool is_chosen = Choose(*image);
+    read_.push_back({std::move(*image), is_chosen});
+    ++read_count_;
+  }
+  // While the camera is lost, images that are not chosen will probably be asked for, too.
+  if (pool_)
+    for (ReadImage& read : read_)
+      if ((read.is_chosen || is_lost) && !read.found.valid())
+        read.found = pool_->Add(read.image.image);
+}
+
+std::optional<FrameInput> FrameInputs::Next(bool is_lost) {
+  is_lost = is_lost && detect_every_ == 0;
+  Read(most_ahead_, is_lost);
+  if (read_.empty()) return std::nullopt;
+  ReadImage read = std::move(read_.front());
+  read_.pop_front();
+  InputImage& image = read.image;
+  FrameInput frame{image.index,
+                   image.name,
+                   {image.image, image.timestamp, {}, false, gravity_.At(image.timestamp)},
+                   image.path,
+                   image.orientation};
   if (background_) {
     frame.input.detections_follow = true;
-  } else if (detector_) {
-    const Stopwatch watch;
-    frame.input.detections = detector_->Detect(image->image);
-    pace_.busy_ms += watch.WallMs();
-    ++pace_.images;
-  } else {
-    frame.input.detections = detections_.Find(image->name);
+  } else if (!pool_) {
+    frame.input.detections = detections_.Find(image.name);
+  } else if (read.is_chosen || is_lost) {
+    frame.input.detections = read.found.get();
+    ++looked_at_;
   }
   return frame;
 }

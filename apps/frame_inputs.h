@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <deque>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -8,6 +11,8 @@
 #include "detector_options.h"
 #include "gravity_file.h"
 #include "oaslam/detection/background_detector.h"
+#include "oaslam/detection/detector_pool.h"
+#include "oaslam/detection/view_change.h"
 #include "oaslam/formats/detection_file.h"
 #include "oaslam/images/image_source.h"
 #include "oaslam/images/latest_image.h"
@@ -23,6 +28,12 @@ struct FrameInput {
   Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
 };
 
+// Whether a camera that looks for itself in a map has no pose by points: objects may tell where it
+// is.
+inline bool IsLost(TrackingState state) {
+  return state == TrackingState::kLost || state == TrackingState::kObjects;
+}
+
 // The speed of a detector.
 struct DetectorPace {
   int images = 0;
@@ -31,7 +42,8 @@ struct DetectorPace {
 
 // Images with their time stamps and detections, from files or from a detector. Skips, with a
 // warning, images that are missing or unreadable, and those whose time stamp is not after the one
-// before.
+// before. A detector works ahead on threads of its own; which images it looks at, and what it
+// finds, does not depend on its speed.
 class FrameInputs {
  public:
   struct Sources {
@@ -55,7 +67,9 @@ class FrameInputs {
   bool is_live() const { return latest_ != nullptr; }
   // The number of images of a live source that were missed while another was processed.
   int dropped() const { return latest_ ? latest_->dropped() : 0; }
-  std::optional<FrameInput> Next();
+  // The next image. `is_lost`: the camera is lost, or not found yet: objects are looked for in the
+  // image even where the view has hardly changed.
+  std::optional<FrameInput> Next(bool is_lost);
 
   // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
   // once they are ready.
@@ -72,23 +86,42 @@ class FrameInputs {
   // To be called once all images are read: warns where no gravity sample was near any image.
   void CheckGravity() const { gravity_.WarnIfUnused(); }
   DetectorPace pace() const {
-    return background_ ? DetectorPace{background_->images(), background_->busy_ms()} : pace_;
+    if (background_) return {background_->images(), background_->busy_ms()};
+    if (!pool_) return {};
+    // Detections that were made ahead for a lost camera may not have been needed.
+    const double ms = pool_->busy_ms() / std::max(pool_->images(), 1);
+    return {looked_at_, looked_at_ * ms};
   }
 
  private:
+  // An image that was read, perhaps ahead of its turn.
+  struct ReadImage {
+    InputImage image;
+    bool is_chosen = false;                       // for the detector
+    std::future<std::vector<Detection>> found{};  // valid once the detector has the image
+  };
+
   std::optional<InputImage> NextReadable();
+  void StartDetector(const Sources& sources);
+  // Reads images, those within `ahead` of the next one.
+  void Read(size_t ahead, bool is_lost);
+  bool Choose(const InputImage& image);
 
   std::unique_ptr<ImageSource> images_;
   const LatestImageSource* latest_ = nullptr;  // images_ if the source is live
-  std::optional<InputImage> ahead_;            // an image that was read early for its size
+  std::deque<ReadImage> read_;                 // ahead: the first one early, for its size
+  size_t most_ahead_ = 0;                      // images
+  int read_count_ = 0, looked_at_ = 0;
   Camera camera_;
   DetectionTable detections_;
   GravityTrack gravity_;
   std::unique_ptr<Detector> detector_;
   std::optional<double> last_timestamp_;
-  DetectorPace pace_;  // of detections made in the foreground
-  // The detector in the background; destroyed before `detector_`.
+  int detect_every_ = 0;  // 0: where the view changes
+  ViewChange view_change_;
+  // The detector in the background (live), or its copies (else); destroyed before `detector_`.
   std::unique_ptr<BackgroundDetector> background_;
+  std::unique_ptr<DetectorPool> pool_;
 };
 
 }  // namespace oaslam::apps

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "beside.h"
 #include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
@@ -26,6 +27,7 @@ namespace {
 
 struct LocalizeOptions {
   CommonOptions common;
+  PlainForm plain;
   DetectorSettings detector;
   RecordingSettings recording;
   std::vector<std::string> models;
@@ -163,7 +165,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamCo
   RelocalizationResult best;
   int found = 0;
   for (int i = 0; i < kMaxImages && found < kEnough && !Interrupted(); ++i) {
-    const std::optional<FrameInput> frame = inputs.Next();
+    const std::optional<FrameInput> frame = inputs.Next(true);
     if (!frame) break;
     RelocalizationResult r = slam.RelocalizeWithUnknownCamera(
         frame->input, RelocalizationModeOf(options.relocalization));
@@ -201,9 +203,11 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
                       slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
+  bool is_lost = true;
   std::exception_ptr failure;
   try {
-    while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
+    while (const std::optional<FrameInput> frame =
+               Interrupted() ? std::nullopt : inputs.Next(is_lost)) {
       if (MustForget(options, done)) LoadMap(options, slam);
       RelocalizationResult result;
       if (options.every_frame) {
@@ -213,6 +217,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
         recording.Add(*frame, result);
       } else {
         const TrackingResult tracked = slam.Process(frame->input);
+        is_lost = IsLost(tracked.state);
         recording.Add(slam, *frame, tracked);
         result = FromTracking(tracked);
       }
@@ -264,7 +269,21 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   results.SetPresence(slam.Presence());
 }
 
-int Localize(const LocalizeOptions& options) {
+// Chooses what is not said.
+LocalizeOptions Complete(LocalizeOptions options) {
+  if (options.plain.IsUsed()) {
+    options.images = options.plain.images;
+    if (options.detector.model.empty() && options.detections.empty())
+      options.detector.model = "default";
+    if (options.out.empty()) options.out = FolderBeside(options.images, ".localized");
+    EnsureNoResults(options.out, options.plain);
+  }
+  if (options.out.empty()) throw InputError("localize: needs --out");
+  return options;
+}
+
+int Localize(const LocalizeOptions& given) {
+  const LocalizeOptions options = Complete(given);
   if (options.recording.IsAskedFor() && options.images.empty())
     throw InputError("localize: --record needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
@@ -294,16 +313,18 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  command->add_option(
+  auto* images = command->add_option(
       "--images", options->images,
       "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
+  AddPlainForm(*command, options->plain, images);
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "
                       "map, or found by its points");
   auto* detections =
       command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
-  command->add_option("--out", options->out, "folder for the results")->required();
+  AddDetectEveryOption(*command, options->detector);
+  command->add_option("--out", options->out, "folder for the results; by default beside PATH");
   command
       ->add_option("--relocalization", options->relocalization,
                    "points, objects or points+objects (default)")

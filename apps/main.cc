@@ -26,6 +26,25 @@ void InstallLogger() {
   });
 }
 
+// What the command can do, by what a person wants to do.
+constexpr const char* kOverview =
+    R"(oaslam: SLAM with points and objects, from one camera, that finds its way back
+
+Map a video:                      oaslam run walk.mp4
+Look at the map in the browser:   oaslam view walk.oaslam
+Watch it grow, from a webcam:     oaslam run webcam:0 --viewer
+Find other images in the map:     oaslam localize --map walk.oaslam/map.oaslam other.mp4
+Go on in the map another day:     oaslam run later.mp4 --map-in walk.oaslam/map.oaslam
+Join two maps made apart:         oaslam merge a.map b.map --out both.map
+Export to Blender, COLMAP, ...:   oaslam export --map FILE --format gltf --out desk.glb
+Map objects from known poses:     oaslam map-objects --help
+Find objects in images:           oaslam detect walk.mp4 --out detections.json
+Compare with ground truth:        oaslam evaluate --help
+What is in a map, and edit it:    oaslam info FILE, oaslam objects FILE, oaslam anchors FILE
+
+oaslam COMMAND --help lists the options of a command, oaslam --help the commands.
+)";
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -46,7 +65,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddExportCommand(app);
   oaslam::apps::AddViewCommand(app);
   if (argc < 2) {
-    fmt::print("{}", app.help());
+    fmt::print("{}", kOverview);
     // A script that forgot the command gets an error.
     return 1;
   }

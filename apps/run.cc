@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <thread>
 
+#include "beside.h"
 #include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
@@ -25,6 +27,7 @@ namespace {
 
 struct RunOptions {
   CommonOptions common;
+  PlainForm plain;
   DetectorSettings detector;
   ScaleSettings scale;
   ViewerSettings viewer;
@@ -171,7 +174,38 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
   return estimate;
 }
 
-int Run(const RunOptions& options) {
+// Chooses what is not said.
+RunOptions Complete(RunOptions options) {
+  if (options.plain.IsUsed()) {
+    options.images = options.plain.images;
+    if (options.detector.model.empty() && options.detections.empty())
+      options.detector.model = "default";
+    if (options.out.empty()) options.out = FolderBeside(options.images, ".oaslam");
+    EnsureNoResults(options.out, options.plain);
+    if (options.map_out.empty()) options.map_out = options.out + "/map.oaslam";
+    if (options.mode.empty() && options.images.starts_with("webcam:")) options.mode = "live";
+  }
+  if (options.images.empty()) throw InputError("run: no images given: oaslam run PATH");
+  if (options.out.empty()) throw InputError("run: --images needs --out");
+  return options;
+}
+
+// The images, for `oaslam view`; empty where it could not read them with the same time stamps.
+std::string PathToFindAgain(const RunOptions& options) {
+  std::error_code error;
+  if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s)
+    return "";
+  return std::filesystem::absolute(options.images, error).lexically_normal().string();
+}
+
+void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int images) {
+  if (options.detector.IsGiven())
+    spdlog::info("detector: {}, {} of {} images looked at", NameOfDetector(options.detector),
+                 pace.images, images);
+}
+
+int Run(const RunOptions& given) {
+  const RunOptions options = Complete(given);
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
@@ -209,6 +243,7 @@ int Run(const RunOptions& options) {
   first_frame = FirstFreeFrame(SlamAccess::Export(slam));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
+  if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
   LiveView view(options.viewer, options.images, slam, groundtruth, models, options.common.quiet);
   Recording recording(options.recording, models, slam, inputs.camera());
@@ -216,6 +251,7 @@ int Run(const RunOptions& options) {
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
+  bool is_lost = !options.map_in.empty();
   // The first error; it is reported after all results have been saved.
   std::exception_ptr failure;
   const auto attempt = [&](const auto& step) {
@@ -229,13 +265,14 @@ int Run(const RunOptions& options) {
     while (!Interrupted()) {
       pace.Delay(view.Obey(slam, reset));
       if (Interrupted()) break;
-      const std::optional<FrameInput> frame = inputs.Next();
+      const std::optional<FrameInput> frame = inputs.Next(is_lost);
       if (!frame) break;
       if (is_live && !inputs.is_live() && !pace.Wait(frame->input.timestamp)) {
         ++dropped;
         continue;
       }
       const TrackingResult result = slam.Process(frame->input);
+      is_lost = IsLost(result.state);
       results.Add(frame->index, result);
       inputs.DetectLate(result.frame, frame->input.image);
       AddLateDetections(inputs, slam, results);
@@ -250,6 +287,7 @@ int Run(const RunOptions& options) {
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
+  SayDetectorPace(options, inputs.pace(), done);
   const bool interrupted = Interrupted();
   attempt([&] { slam.Finish(); });
   slam.Shutdown();
@@ -278,6 +316,8 @@ int Run(const RunOptions& options) {
   if (!options.common.quiet)
     fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", tracked,
                done, saved.map.keyframes.size(), saved.map.landmarks.size(), options.out);
+  if (options.plain.IsUsed() && !options.common.quiet)
+    fmt::print("to look at it: oaslam view {}\n", options.out);
   view.Finish(saved, interrupted);
   return interrupted ? 130 : 0;
 }
@@ -288,15 +328,15 @@ void AddRunCommand(CLI::App& app) {
   auto* command =
       app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
-  command
-      ->add_option("--images", options->images,
-                   "TUM folder, list file, folder of images, video, or webcam:N")
-      ->required();
+  auto* images = command->add_option("--images", options->images,
+                                     "TUM folder, list file, folder of images, video, or webcam:N");
+  AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
   auto* detections =
       command->add_option("--detections", options->detections, "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
-  command->add_option("--out", options->out, "folder for the results")->required();
+  AddDetectEveryOption(*command, options->detector);
+  command->add_option("--out", options->out, "folder for the results; by default beside PATH");
   command->add_option("--map-out", options->map_out, "save the map to this file");
   command->add_option("--map-in", options->map_in,
                       "start from this map: relocalize in it, go on mapping");

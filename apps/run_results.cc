@@ -173,6 +173,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["version"] = OASLAM_VERSION;
   summary["seed"] = config_.runner.seed;
   summary["mode"] = config_.runner.mode;
+  if (!images_.empty()) summary["images"] = images_;
   summary["frames"] = frames_.size();
   summary["tracked"] = trajectory.size();
   summary["keyframes"] = saved.map.keyframes.size();

@@ -23,6 +23,8 @@ class RunResults {
   // Records the detections that came later for a frame that was added before.
   void Detected(int frame, int detections, std::optional<int> objects);
   // `wall_s`: the wall time during which the detector could work.
+  // The images of the run, so that they are found again; empty: not recorded.
+  void SetImages(std::string images) { images_ = std::move(images); }
   void SetDetectorPace(const DetectorPace& pace, double wall_s) {
     pace_ = pace;
     detector_wall_s_ = wall_s;
@@ -52,6 +54,7 @@ class RunResults {
   Camera camera_;
   std::optional<CameraEstimate> estimate_;
   int main_piece_ = 0;
+  std::string images_;
   DetectorPace pace_;
   double detector_wall_s_ = 0;
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source

@@ -166,8 +166,8 @@ void View(const ViewOptions& options) {
                                                    : LoadTrajectory(options.groundtruth);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
-  const std::unique_ptr<ImageSource> images =
-      options.images.empty() ? nullptr : OpenImages(options.images, range);
+  const std::string& source = options.images.empty() ? run.images : options.images;
+  const std::unique_ptr<ImageSource> images = source.empty() ? nullptr : OpenImages(source, range);
   const EndSignal end;
   cv::setNumThreads(1);
 

@@ -5,6 +5,8 @@ get_property(room_targets GLOBAL PROPERTY OASLAM_ROOM_TARGETS)
 install(TARGETS oaslam ${room_targets} EXPORT oaslam ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/models DESTINATION ${CMAKE_INSTALL_DATADIR}/oaslam)
+
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/oaslam)
 install(EXPORT oaslam NAMESPACE oaslam:: FILE oaslamTargets.cmake DESTINATION ${config_dir})
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/oaslamConfig.cmake.in ${PROJECT_BINARY_DIR}/oaslamConfig.cmake

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs missing packages for building and testing, on Debian 12 and Ubuntu 24.04. Does nothing if none is missing.
+# Installs missing packages for building, on Debian 12 and 13 and Ubuntu 24.04. Does nothing if none is missing.
+#   --tests     also those that the tests and benchmarks need
 #   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -33,9 +34,13 @@ packages=(
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content
-  libgtest-dev libgmock-dev libbenchmark-dev python3                        # tests and benchmarks
-  assimp-utils colmap ffmpeg                                                # tests: readers of what is exported, writer of videos
 )
+if [ "${1:-}" = --tests ]; then
+  packages+=(
+    libgtest-dev libgmock-dev libbenchmark-dev python3                      # tests and benchmarks
+    assimp-utils colmap ffmpeg                                              # readers of what is exported, writer of videos
+  )
+fi
 
 if ! command -v dpkg-query >/dev/null; then
   echo "setup: not a Debian or Ubuntu system; install the equivalents of: ${packages[*]}" >&2

@@ -21,6 +21,11 @@ run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/examples/minimal -B ${work}/build -G ${GEN
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/minimal ${SOURCE_DIR}/data/sample/map_front/video.mp4 525 120)
 
+set(clip_out "${out}")
+# The installed command finds its detector.
+run(${CMAKE_COMMAND} -E env --unset=OASLAM_MODELS ${work}/install/bin/oaslam detect ${SOURCE_DIR}/data/sample/map_front/video.mp4 --to 1 --out ${work}/boxes.json)
+set(out "${clip_out}")
+
 # The clip must be tracked to its end, and give a map.
 if(NOT out MATCHES "\n119 tracking ")
   message(FATAL_ERROR "the last frame was not tracked:\n${out}")

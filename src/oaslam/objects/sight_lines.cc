@@ -133,8 +133,11 @@ double SeenThroughEvidence(const Map& map, const Object& object,
     return (map.keyframes.At(id).cam_from_world * center).norm() > reach;
   });
   const SightLines lines = CountSightLines(map, object.ellipsoid, since);
-  if (lines.through == 0 || CountCommon(map, WithNeighbors(map, since), detecting) < kMinCommon)
-    return 0;
+  // From another side one may look through a part of a chair; what ends on it shows that it is
+  // there.
+  const bool is_clear =
+      lines.through > 0 && lines.through >= kThroughWhereGone * (lines.through + lines.stopped);
+  if (!is_clear || CountCommon(map, WithNeighbors(map, since), detecting) < kMinCommon) return 0;
   const SightLines before = CountSightLines(map, object.ellipsoid, detecting);
   const double share =
       (before.through + kPriorThrough) / (before.through + before.stopped + kPriorLines);

@@ -23,8 +23,9 @@ SightLines CountSightLines(const Map& map, const Ellipsoid& ellipsoid,
 
 // The log-likelihood ratio that an object is gone, against it is there, of the sight lines from
 // those of the keyframes that are newer than its last detection; nats. How often one looks through
-// it while it is there (chairs, glasses) is known from the keyframes that detected it. 0 where the
-// keyframes of both times have too few landmarks in common to tell its place.
+// it while it is there (chairs, glasses) is known from the keyframes that detected it. 0 where less
+// than four fifths of the lines pass, since something is there then, and where the keyframes of
+// both times have too few landmarks in common to tell its place.
 double SeenThroughEvidence(const Map& map, const Object& object,
                            std::span<const KeyframeId> keyframes);
 

@@ -161,15 +161,27 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
 
 std::string MapFileIn(const std::string& folder) {
   std::vector<std::string> found;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".map" && entry.is_regular_file())
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const fs::path extension = entry.path().extension();
+    if ((extension == ".map" || extension == ".oaslam") && entry.is_regular_file())
       found.push_back(entry.path().string());
+  }
   if (found.size() > 1) {
     std::ranges::sort(found);
     throw InputError(
         fmt::format("{}: has {} map files; choose one with --map", folder, found.size()));
   }
   return found.empty() ? "" : found[0];
+}
+
+// "images" of summary.json; empty where there is none, or nothing is there any more.
+std::string ImagesIn(const std::string& summary) {
+  std::error_code error;
+  const json content = json::parse(ReadTextFile(summary), nullptr, false);
+  if (!content.is_object() || !content.contains("images") || !content["images"].is_string())
+    return "";
+  const std::string images = content["images"].get<std::string>();
+  return fs::exists(images, error) ? images : "";
 }
 
 }  // namespace
@@ -182,6 +194,8 @@ SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int 
     return is_folder && fs::exists(fs::path(path) / name) ? (fs::path(path) / name).string() : "";
   };
   SavedRun run;
+  if (const std::string summary = in_folder("summary.json"); !summary.empty())
+    run.images = ImagesIn(summary);
   if (const std::string notes = in_folder("frames.csv"); !notes.empty())
     run.notes = LoadNotes(notes);
   // The map counts the images that were processed, frames.csv those of the source.

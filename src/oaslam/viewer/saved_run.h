@@ -14,6 +14,7 @@ struct SavedRun {
   std::vector<FrameNote> notes;  // of frames.csv where there is one, else of the trajectory
   // Empty where there are only text files: objects, keyframes, trajectory.
   std::string map_file;
+  std::string images;  // those the map was made of; empty where the folder does not tell it
 };
 
 // Loads a map file, or a folder written by `oaslam run`, `localize` or `map-objects`: its map

@@ -1,0 +1,71 @@
+#include "oaslam/detection/detector_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <semaphore>
+#include <stdexcept>
+#include <vector>
+
+namespace oaslam {
+namespace {
+
+std::vector<Detection> TellValue(const cv::Mat& image) {
+  return {{.category_id = image.at<int>(0), .score = 0.9, .box = {0, 0, 1, 1}}};
+}
+
+cv::Mat Image(int value) { return cv::Mat(1, 1, CV_32S, cv::Scalar(value)); }
+
+TEST(DetectorPool, EachFutureHasTheDetectionsOfItsImage) {
+  DetectorPool pool({TellValue, TellValue, TellValue});
+  EXPECT_EQ(pool.threads(), 3);
+  std::vector<std::future<std::vector<Detection>>> found;
+  for (int i = 0; i < 100; ++i) found.push_back(pool.Add(Image(i)));
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(found[static_cast<size_t>(i)].get()[0].category_id, i);
+  EXPECT_EQ(pool.images(), 100);
+  EXPECT_GE(pool.busy_ms(), 0);
+}
+
+TEST(DetectorPool, WorksOnAsManyImagesAsThereAreThreads) {
+  std::counting_semaphore<2> begun(0), go_on(0);
+  const auto wait = [&](const cv::Mat& image) {
+    begun.release();
+    go_on.acquire();
+    return TellValue(image);
+  };
+  DetectorPool pool({wait, wait});
+  auto first = pool.Add(Image(1)), second = pool.Add(Image(2));
+  begun.acquire();
+  begun.acquire();  // both, before either has ended
+  go_on.release(2);
+  EXPECT_EQ(first.get()[0].category_id, 1);
+  EXPECT_EQ(second.get()[0].category_id, 2);
+}
+
+TEST(DetectorPool, RethrowsAndGoesOn) {
+  DetectorPool pool({[](const cv::Mat& image) {
+    if (image.at<int>(0) == 1) throw std::runtime_error("no");
+    return TellValue(image);
+  }});
+  auto bad = pool.Add(Image(1)), good = pool.Add(Image(2));
+  EXPECT_THROW(bad.get(), std::runtime_error);
+  EXPECT_EQ(good.get()[0].category_id, 2);
+}
+
+TEST(DetectorPool, EndsWithImagesThatWait) {
+  std::counting_semaphore<100> go_on(0);
+  std::vector<std::future<std::vector<Detection>>> found;
+  {
+    DetectorPool pool({[&](const cv::Mat& image) {
+      go_on.acquire();
+      return TellValue(image);
+    }});
+    for (int i = 0; i < 10; ++i) found.push_back(pool.Add(Image(i)));
+    go_on.release(100);
+  }
+  for (auto& future : found)
+    EXPECT_EQ(future.wait_for(std::chrono::seconds(0)), std::future_status::ready);
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,117 @@
+"""What a newcomer types: a video and nothing else."""
+import json
+import os
+import shutil
+import tempfile
+import unittest
+
+import harness
+from harness import oaslam
+
+
+class Newcomer(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_newcomer_")
+        cls.video, cls.out = cls.path("walk.mp4"), cls.path("walk.oaslam")
+        shutil.copy(os.path.join(harness.SAMPLE, "map_front", "video.mp4"), cls.video)
+        cls.made = oaslam("run", cls.video, "--to", 220)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def path(cls, name):
+        return os.path.join(cls.folder, name)
+
+    def test_nothing_but_a_video(self):
+        self.assertEqual(self.made.code, 0, self.made)
+        self.assertRegex(self.made.err, r"camera: focal length 5[0-4]\d\.\d \+- .* estimated")
+        self.assertRegex(self.made.err, r"detector: YOLOX-nano \(COCO\), \d+ of 220 images looked at")
+        self.assertEqual(self.made.out.strip().splitlines()[-1], f"to look at it: oaslam view {self.out}")
+        summary = harness.read_json(os.path.join(self.out, "summary.json"))
+        self.assertGreater(summary["tracked"], 210)
+        self.assertGreaterEqual(summary["objects"], 3)
+        self.assertEqual(summary["images"], self.video)
+        # Not every image of a slow camera is worth a look.
+        self.assertGreater(summary["detector"]["images"], 30)
+        self.assertLess(summary["detector"]["images"], 150)
+        self.assertTrue(os.path.exists(os.path.join(self.out, "map.svg")))
+        self.assertEqual(oaslam("info", os.path.join(self.out, "map.oaslam")).code, 0)
+
+    def test_the_same_on_every_run(self):
+        again = self.path("again")
+        done = oaslam("run", self.video, "--to", 220, "--out", again)
+        self.assertEqual(done.code, 0, done)
+        for name in ("trajectory.txt", "objects.json"):
+            self.assertEqual(harness.read_bytes(os.path.join(self.out, name)), harness.read_bytes(os.path.join(again, name)))
+
+    def test_results_are_not_overwritten_unasked(self):
+        done = oaslam("run", self.video, "--to", 50)
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("walk.oaslam: there are results already; --force", done.err)
+        copy = self.path("copy.oaslam")
+        shutil.copytree(self.out, copy)
+        forced = oaslam("run", self.video, "--to", 60, "--out", copy, "--force", "--detector", "none")
+        self.assertEqual(forced.code, 0, forced)
+        self.assertEqual(harness.read_json(os.path.join(copy, "summary.json"))["frames"], 60)
+
+    def test_where_nothing_can_be_written_is_said_before_the_run(self):
+        done = oaslam("run", self.video, "--out", os.path.join(self.video, "out"))
+        self.assertEqual(done.code, 1, done)
+        self.assertNotIn("estimating", done.err)
+        self.assertIn("walk.mp4/out", done.err)
+
+    def test_find_other_images_in_the_map(self):
+        other = self.path("other.mp4")
+        shutil.copy(os.path.join(harness.SAMPLE, "query_around", "video.mp4"), other)
+        done = oaslam("localize", "--map", os.path.join(self.out, "map.oaslam"), other, "--to", 20)
+        self.assertEqual(done.code, 0, done)
+        self.assertGreater(len(harness.read_tum(self.path("other.localized/poses.txt"))), 15)
+
+    def test_detections_mean_no_detector(self):
+        clip = os.path.join(harness.SAMPLE, "map_front")
+        done = oaslam("run", self.video, "--to", 60, "--camera", f"{clip}/camera.yaml", "--detections", f"{clip}/detections.json", "--out", self.path("given"))
+        self.assertEqual(done.code, 0, done)
+        self.assertNotIn("detector", harness.read_json(self.path("given/summary.json")))
+
+    def test_detect(self):
+        for every in ([], ["--detector", "default"]):
+            done = oaslam("detect", self.video, "--to", 3, "--out", self.path("boxes.json"), *every)
+            self.assertEqual(done.code, 0, done)
+            self.assertEqual(len(harness.read_json(self.path("boxes.json"))), 3)
+
+    def test_detect_every(self):
+        clip = os.path.join(harness.SAMPLE, "map_front")
+        done = oaslam("run", "--images", self.video, "--camera", f"{clip}/camera.yaml", "--to", 45, "--detector", "default", "--detect-every", 10,
+                      "--out", self.path("tenth"))
+        self.assertEqual(done.code, 0, done)
+        self.assertEqual(harness.read_json(self.path("tenth/summary.json"))["detector"]["images"], 5)
+
+    def test_the_model_is_looked_for_where_one_is_told(self):
+        os.environ["OASLAM_MODELS"] = self.path("nowhere")
+        try:
+            done = oaslam("run", self.video, "--out", self.path("x"))
+        finally:
+            del os.environ["OASLAM_MODELS"]
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("nowhere/yolox_nano.onnx; set OASLAM_MODELS", done.err)
+
+    def test_what_cannot_be_understood(self):
+        for args, message in ((["run"], "no images given"), (["run", "--images", self.video], "--images needs --out"), (["detect", "--out", "x.json"], "no images given"),
+                              (["run", self.video, "--images", self.video], "excludes"), (["run", self.path("no.mp4")], "no.mp4"),
+                              (["run", self.video, "--out", self.path("y"), "--detect-every", 0], "--detect-every")):
+            done = oaslam(*args)
+            self.assertNotEqual(done.code, 0, args)
+            self.assertIn(message, done.err, args)
+
+    def test_alone_it_says_what_it_can_do(self):
+        done = oaslam()
+        self.assertEqual(done.code, 1)
+        for command in ("run walk.mp4", "view walk.oaslam", "localize --map", "merge", "export", "detect"):
+            self.assertIn(f"oaslam {command}", done.out)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
