@@ -9,9 +9,9 @@ namespace oaslam {
 class ViewChange {
  public:
   // Whether the image should be looked at: the first one, those whose view has moved by more than
-  // 0.6 % of the image's width since the last chosen one, and one at least every 0.15 seconds, since
-  // what is seen longer is better known.
-  // `image`: 8-bit, grey or BGR, all of one size; `timestamp`: seconds, ascending.
+  // 0.6 % of the image's width since the last chosen one, and one at least every 0.15 seconds,
+  // since what is seen longer is better known. `image`: 8-bit, grey or BGR, all of one size;
+  // `timestamp`: seconds, ascending.
   bool Choose(const cv::Mat& image, double timestamp);
 
  private:
