@@ -19,7 +19,7 @@
 namespace oaslam::apps {
 namespace {
 
-std::atomic<bool> interrupted = false;  // set by a signal handler, read by several threads
+std::atomic<bool> got_signal = false;  // set by a signal handler, read by several threads
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr const char* kPlainPattern = "%^%l%$: %v";
@@ -206,11 +206,11 @@ void ProgressBar::Finish() {
 
 void InstallInterruptHandler() {
   struct sigaction action = {};
-  action.sa_handler = [](int) { interrupted = true; };
+  action.sa_handler = [](int) { got_signal = true; };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
 }
 
-bool Interrupted() { return interrupted; }
+bool Interrupted() { return got_signal; }
 
 }  // namespace oaslam::apps

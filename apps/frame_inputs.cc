@@ -107,12 +107,15 @@ std::optional<FrameInput> FrameInputs::Next(bool is_lost) {
   if (read_.empty()) return std::nullopt;
   ReadImage read = std::move(read_.front());
   read_.pop_front();
-  InputImage& image = read.image;
-  FrameInput frame{image.index,
-                   image.name,
-                   {image.image, image.timestamp, {}, false, gravity_.At(image.timestamp)},
-                   image.path,
-                   image.orientation};
+  const InputImage& image = read.image;
+  FrameInput frame;
+  frame.index = image.index;
+  frame.name = image.name;
+  frame.path = image.path;
+  frame.orientation = image.orientation;
+  frame.input.image = image.image;
+  frame.input.timestamp = image.timestamp;
+  frame.input.gravity_in_cam = gravity_.At(image.timestamp);
   if (background_) {
     frame.input.detections_follow = true;
   } else if (!pool_) {

@@ -15,7 +15,7 @@
 namespace oaslam::apps {
 namespace {
 
-constexpr int kWaitMs = 100;  // interval at which Ctrl-C is checked
+constexpr int kCheckMs = 100;  // interval at which Ctrl-C is checked
 
 }  // namespace
 
@@ -141,7 +141,7 @@ double LiveView::Obey(Slam& slam, const std::function<void()>& reset) {
     for (const ViewerCommand& command : viewer_->TakeCommands(wait_ms))
       CarryOut(command, slam, reset);
     ShowStatus();
-    wait_ms = kWaitMs;
+    wait_ms = kCheckMs;
   } while (status_.paused && steps_ == 0 && !Interrupted());
   if (!status_.paused) steps_ = 0;
   if (steps_ > 0) --steps_;
@@ -179,7 +179,7 @@ void LiveView::Finish(const SavedMap& saved, bool interrupted) {
   if (settings_.stay && !interrupted) {
     spdlog::info("finished; the viewer stays at {} until Ctrl-C", viewer_->url());
     while (!Interrupted())
-      for (const ViewerCommand& command : viewer_->TakeCommands(kWaitMs))
+      for (const ViewerCommand& command : viewer_->TakeCommands(kCheckMs))
         if (command.IsOfAnchors())
           viewer_->ShowEvent(frame_, "anchor", "the run is over: open its map with oaslam view");
   }

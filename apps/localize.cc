@@ -134,7 +134,7 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
 }
 
 // Begins to look for the camera, knowing nothing of it.
-void LoadMap(const LocalizeOptions& options, Slam& slam) {
+void BeginInMap(const LocalizeOptions& options, Slam& slam) {
   slam.Load(options.map, options.piece);
   UseClassFile(options.common, slam);
 }
@@ -195,7 +195,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       options.common);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
-  LoadMap(options, slam);
+  BeginInMap(options, slam);
   slam.SetMapping(false);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
@@ -208,7 +208,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   try {
     while (const std::optional<FrameInput> frame =
                Interrupted() ? std::nullopt : inputs.Next(is_lost)) {
-      if (MustForget(options, done)) LoadMap(options, slam);
+      if (MustForget(options, done)) BeginInMap(options, slam);
       RelocalizationResult result;
       if (options.every_frame) {
         result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode,
@@ -250,12 +250,12 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   GravityTrack gravity =
       options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
   Slam slam(config, camera);
-  LoadMap(options, slam);
+  BeginInMap(options, slam);
   ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
   int done = 0;
   for (const TimedDetections& image : images) {
     if (Interrupted()) break;
-    if (MustForget(options, done)) LoadMap(options, slam);
+    if (MustForget(options, done)) BeginInMap(options, slam);
     const std::optional<Eigen::Vector3d> gravity_in_cam = gravity.At(image.timestamp);
     const RelocalizationResult result =
         options.every_frame

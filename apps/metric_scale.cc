@@ -12,14 +12,14 @@
 namespace oaslam::apps {
 namespace {
 
-double ParseNumber(const std::string& option, const std::string& text, const std::string& what) {
-  const std::optional<double> value = oaslam::ParseNumber(text);
+double NumberOf(const std::string& option, const std::string& text, const std::string& what) {
+  const std::optional<double> value = ParseNumber(text);
   if (!value) throw InputError(fmt::format("{}: {} \"{}\" is not a number", option, what, text));
   return *value;
 }
 
 double ParseMetres(const std::string& option, const std::string& text) {
-  const double metres = ParseNumber(option, text, "length");
+  const double metres = NumberOf(option, text, "length");
   if (metres < 1e-3 || metres > 1e4)
     throw InputError(fmt::format("{}: length {} m, allowed: 0.001 to 10000", option, text));
   return metres;
@@ -92,8 +92,8 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
     const size_t colon = times.find(':');
     if (colon == std::string::npos)
       throw InputError(fmt::format("{}: expected gt or T1:T2=METRES", text_));
-    from_s_ = ParseNumber(text_, times.substr(0, colon), "time stamp");
-    to_s_ = ParseNumber(text_, times.substr(colon + 1), "time stamp");
+    from_s_ = NumberOf(text_, times.substr(0, colon), "time stamp");
+    to_s_ = NumberOf(text_, times.substr(colon + 1), "time stamp");
     metres_ = ParseMetres(text_, metres);
   }
 }

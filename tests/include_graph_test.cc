@@ -135,6 +135,22 @@ std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
   return found;
 }
 
+// Types that two headers define: all rooms share a namespace, and the linker takes the functions of
+// either for both.
+std::vector<std::string> TypesDefinedTwice(const std::vector<SourceFile>& files) {
+  static const std::regex type(R"(^(?:struct|class|enum class) (\w+)[^;{]*\{)");
+  std::set<std::string> defined, twice;
+  for (const SourceFile& file : files) {
+    if (!file.path.ends_with(".h")) continue;
+    std::istringstream lines(file.text);
+    std::smatch match;
+    for (std::string line; std::getline(lines, line);)
+      if (std::regex_search(line, match, type) && !defined.insert(match[1]).second)
+        twice.insert(match[1]);
+  }
+  return {twice.begin(), twice.end()};
+}
+
 std::vector<SourceFile> FilesUnder(const std::filesystem::path& folder, const std::string& prefix) {
   std::vector<SourceFile> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -156,6 +172,14 @@ TEST(IncludeGraph, TheCodeKeepsToTheArchitecture) {
   ASSERT_GT(files.size(), 20u);
   EXPECT_THAT(Violations(Architecture(), files), ::testing::IsEmpty());
   EXPECT_THAT(UndefinedTypes(files), ::testing::IsEmpty());
+  EXPECT_THAT(TypesDefinedTwice(files), ::testing::IsEmpty());
+}
+
+TEST(IncludeGraph, TypesOfOneNameAreFound) {
+  EXPECT_THAT(
+      TypesDefinedTwice({{"exports/a.h", "struct Scene {\n};\nstruct Other;\n"},
+                         {"relocalization/b.h", "class Scene : Base {\n};\nstruct Other {\n};\n"}}),
+      ::testing::ElementsAre("Scene"));
 }
 
 TEST(IncludeGraph, TypesThatAreNotInstalledAreFound) {

@@ -272,7 +272,7 @@ class BadInput(unittest.TestCase):
         self.assertEqual(oaslam("--help").code, 0)
         alone = oaslam()
         self.assertEqual(alone.code, 1, alone)
-        self.assertEqual(alone.out, oaslam("--help").out)
+        self.assertIn("oaslam run walk.mp4", alone.out)
         self.assertEqual(alone.err, "")
 
 

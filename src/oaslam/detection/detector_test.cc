@@ -15,7 +15,7 @@
 namespace oaslam {
 namespace {
 
-constexpr char kModel[] = "models/yolox_nano.onnx";
+constexpr char kModel[] = OASLAM_SOURCE_DIR "/data/models/yolox_nano.onnx";
 
 double Iou(const Box& a, const Box& b) {
   const Box both{std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2),
@@ -45,9 +45,8 @@ TEST(Detector, RefusesFilesThatAreNoDetector) {
 // The detections.json of the sequence was made with this model (see its README):
 // we must find the same.
 TEST(Detector, FindsWhatTheModelFoundBefore) {
-  OASLAM_SKIP_WITHOUT_DATA(kModel);
   OASLAM_SKIP_WITHOUT_DATA("redkitchen/rgb");
-  const auto detector = Detector::Load(*testing::FindData(kModel));
+  const auto detector = Detector::Load(kModel);
   EXPECT_EQ(detector->layout(), DetectorLayout::kYolox);
   EXPECT_EQ(detector->input_size(), cv::Size(416, 416));
   EXPECT_EQ(detector->class_count(), 80);
@@ -74,16 +73,14 @@ TEST(Detector, FindsWhatTheModelFoundBefore) {
 }
 
 TEST(Detector, AnOverrideThatDoesNotFitIsRefused) {
-  OASLAM_SKIP_WITHOUT_DATA(kModel);
-  const std::string path = *testing::FindData(kModel);
+  const std::string path = kModel;
   EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8}),
               ::testing::HasSubstr("not a detector of layout 'yolov8'"));
   EXPECT_THAT(ErrorOf(path, {.input_size = {640, 640}}), ::testing::HasSubstr("made for 416"));
 }
 
 TEST(Detector, ATruncatedModelIsRefused) {
-  OASLAM_SKIP_WITHOUT_DATA(kModel);
-  std::ifstream whole(*testing::FindData(kModel), std::ios::binary);
+  std::ifstream whole(kModel, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(whole), {}};
   const std::filesystem::path half = std::filesystem::temp_directory_path() / "oaslam_half.onnx";
   std::ofstream(half, std::ios::binary) << bytes.substr(0, bytes.size() / 2);

@@ -143,7 +143,7 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
   if (views.empty()) return fit;
   const int parameters = upright ? 7 : kShapeParameters;
   const double depth = MedianDepth(views, start.center);
-  NormalEquations normal = Linearize(views, fit.ellipsoid, options);
+  EllipsoidEquations normal = Linearize(views, fit.ellipsoid, options);
   double damping = 1e-3;
   for (int iteration = 0; iteration < options.max_iterations && normal.in_front > 0; ++iteration) {
     using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kShapeParameters,

@@ -137,7 +137,7 @@ TEST(EllipsoidFit, CostIsThatOfTheNormalEquations) {
     const EllipsoidFitOptions options{.residual = residual};
     Ellipsoid e = TrueObject();
     e.half_axes *= 1.1;
-    const NormalEquations normal = Linearize(views, e, options);
+    const EllipsoidEquations normal = Linearize(views, e, options);
     EXPECT_NEAR(normal.cost, EvaluateCost(views, e, options), 1e-6 * normal.cost);
     // The gradient: half the derivative of the cost (exact also with a robust loss).
     for (int k = 0; k < kShapeParameters; ++k) {

@@ -54,7 +54,7 @@ double ScaleOf(const BoxView& view) {
 }
 
 void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidual kind,
-                NormalEquations& normal) {
+                EllipsoidEquations& normal) {
   const auto add = [&](const auto& residual, const auto& jacobian, auto&& mask) {
     const double scale = ScaleOf(view);
     const Loss loss = LossOf(kind, scale * residual.squaredNorm());
@@ -132,9 +132,9 @@ Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pai
   return weight_px * rows;
 }
 
-NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
-                          const EllipsoidFitOptions& options) {
-  NormalEquations normal;
+EllipsoidEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
+                             const EllipsoidFitOptions& options) {
+  EllipsoidEquations normal;
   for (const BoxView& view : views) {
     if (const auto seen = ViewEllipsoid(ellipsoid, view.cam_from_world)) {
       Accumulate(view, *seen, options.residual, normal);

@@ -8,7 +8,7 @@
 namespace oaslam {
 
 // Quadratic model of the robust cost at an ellipsoid: cost + 2 gradient^T x + x^T hessian x.
-struct NormalEquations {
+struct EllipsoidEquations {
   Eigen::Matrix<double, kShapeParameters, kShapeParameters> hessian =
       Eigen::Matrix<double, kShapeParameters, kShapeParameters>::Zero();
   ShapeVector gradient = ShapeVector::Zero();
@@ -30,8 +30,8 @@ struct WassersteinResidual {
 };
 WassersteinResidual ComputeWasserstein(const Ellipse& detected, const Ellipse& projected);
 
-NormalEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
-                          const EllipsoidFitOptions& options);
+EllipsoidEquations Linearize(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
+                             const EllipsoidFitOptions& options);
 
 // The cost alone.
 double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,

@@ -109,7 +109,7 @@ void ExportColmap(const std::string& folder, const SavedMap& saved, const Keyfra
   std::string cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (size_t i = 0; i < map.cameras.size(); ++i) cameras += CameraLine(i, map.cameras[i]);
   const std::set<LandmarkId> seen = SeenLandmarks(map, images);
-  const std::map<LandmarkId, Rgb> colors = LandmarkColors(map, images, folder);
+  const std::map<LandmarkId, Rgb> colors = ColorsOfLandmarks(map, images, folder);
   std::string views =
       "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# POINTS2D[] as (X Y POINT3D_ID)\n";
   for (const auto& [id, image] : images)

@@ -26,7 +26,7 @@ double LinearFromSrgb(unsigned char value) {  // IEC 61966-2-1
 // their numbers are those of the map.
 class Document {
  public:
-  explicit Document(const SavedMap& saved) : saved_(saved), objects_(SceneObjects(saved)) {
+  explicit Document(const SavedMap& saved) : saved_(saved), objects_(ExportedObjects(saved)) {
     nodes_.push_back(
         {{"name", "map"},
          {"rotation", Numbers(Eigen::Quaterniond(YUpFromWorld(saved.map)).normalized())},
@@ -45,7 +45,7 @@ class Document {
   void AddNode(Json node);
 
   const SavedMap& saved_;
-  std::vector<SceneObject> objects_;
+  std::vector<ExportedObject> objects_;
   GltfBuffer buffer_;
   Json nodes_ = Json::array(), children_ = Json::array(), meshes_ = Json::array(),
        materials_ = Json::array(), cameras_ = Json::array();
@@ -83,7 +83,7 @@ void Document::AddObjects() {
     indices.insert(indices.end(), triangle.begin(), triangle.end());
   const int positions = buffer_.AddVectors(sphere.vertices), faces = buffer_.AddIndices(indices);
   std::map<int, size_t> mesh_of_class;
-  for (const SceneObject& o : objects_) {
+  for (const ExportedObject& o : objects_) {
     const int category = o.object->category_id;
     const std::string class_name = NameOf(saved_.class_names, category);
     if (!mesh_of_class.contains(category))

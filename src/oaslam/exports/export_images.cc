@@ -102,8 +102,8 @@ KeyframeImages ImagesByTime(const Map& map) {
   return images;
 }
 
-std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images,
-                                         const std::string& folder) {
+std::map<LandmarkId, Rgb> ColorsOfLandmarks(const Map& map, const KeyframeImages& images,
+                                            const std::string& folder) {
   struct Sum {
     Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
     int views = 0;

@@ -83,7 +83,7 @@ void ExportNerfstudio(const std::string& folder, const SavedMap& saved,
     json["frames"].push_back(std::move(frame));
   }
   ColoredMesh cloud;
-  for (const auto& [id, color] : LandmarkColors(map, images, folder)) {
+  for (const auto& [id, color] : ColorsOfLandmarks(map, images, folder)) {
     cloud.vertices.push_back(z_up_from_world * map.landmarks.At(id).position);
     cloud.colors.push_back(color);
   }

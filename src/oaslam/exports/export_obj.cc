@@ -65,9 +65,9 @@ class ObjWriter {
   size_t vertices_ = 0, normals_ = 0, base_ = 0;
 };
 
-void WriteObjects(ObjWriter& obj, const std::vector<SceneObject>& objects) {
+void WriteObjects(ObjWriter& obj, const std::vector<ExportedObject>& objects) {
   const TriangleMesh sphere = UnitSphere();
-  for (const SceneObject& o : objects) {
+  for (const ExportedObject& o : objects) {
     const Ellipsoid& e = o.object->ellipsoid;
     obj.Begin(fmt::format("{}_{}", o.label, o.id.value),
               fmt::format("class_{}", o.object->category_id));
@@ -102,7 +102,7 @@ std::string Material(const std::string& name, const Rgb& color) {
 
 void ExportObj(const std::string& path, const SavedMap& saved) {
   const Map& map = saved.map;
-  const std::vector<SceneObject> objects = SceneObjects(saved);
+  const std::vector<ExportedObject> objects = ExportedObjects(saved);
   ObjWriter obj(YUpFromWorld(map));
   WriteObjects(obj, objects);
   if (!map.landmarks.empty()) {
@@ -129,7 +129,7 @@ void ExportObj(const std::string& path, const SavedMap& saved) {
                           Material("trajectory", kTrajectoryColor) +
                           Material("keyframes", kKeyframeColor);
   std::set<int> classes;
-  for (const SceneObject& o : objects)
+  for (const ExportedObject& o : objects)
     if (classes.insert(o.object->category_id).second)
       materials += Material(fmt::format("class_{}", o.object->category_id), o.color);
   const std::filesystem::path material_path = std::filesystem::path(path).replace_extension(".mtl");

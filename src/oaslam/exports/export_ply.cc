@@ -50,7 +50,7 @@ void ExportPly(const std::string& path, const SavedMap& saved, bool ellipsoids) 
   mesh.colors.assign(mesh.vertices.size(), kLandmarkColor);
   if (ellipsoids) {
     const TriangleMesh sphere = UnitSphere();
-    for (const SceneObject& o : SceneObjects(saved)) {
+    for (const ExportedObject& o : ExportedObjects(saved)) {
       const auto first = static_cast<uint32_t>(mesh.vertices.size());
       const Eigen::Matrix3d axes = ScaledAxes(o.object->ellipsoid);
       for (const Eigen::Vector3d& v : sphere.vertices)

@@ -48,8 +48,8 @@ KeyframeImages FindImages(const Map& map, const std::string& source,
 
 // The mean colour of the pixels that show each landmark, in those of the images that exist; grey
 // for the others.
-std::map<LandmarkId, Rgb> LandmarkColors(const Map& map, const KeyframeImages& images,
-                                         const std::string& folder);
+std::map<LandmarkId, Rgb> ColorsOfLandmarks(const Map& map, const KeyframeImages& images,
+                                            const std::string& folder);
 
 // Writes cameras.txt, images.txt and points3D.txt to `folder`. Key points are in (distorted) pixels
 // of the camera model that is written there.

@@ -314,7 +314,7 @@ TEST(MapExport, ColorsAreThoseOfThePixels) {
       ppm += x < 320 ? std::string("\xC8\0\0", 3) : std::string("\0\0\xC8", 3);
   images.at(KeyframeId(1)).path = "a.ppm";
   folder.Write("a.ppm", ppm);
-  const auto colors = LandmarkColors(saved.map, images, folder.path());
+  const auto colors = ColorsOfLandmarks(saved.map, images, folder.path());
   ASSERT_EQ(colors.size(), saved.map.landmarks.size());
   const Keyframe& keyframe = saved.map.keyframes.At(KeyframeId(1));
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
@@ -322,7 +322,7 @@ TEST(MapExport, ColorsAreThoseOfThePixels) {
     if (std::abs(x - 319) < 3) continue;
     EXPECT_EQ(colors.at(keyframe.landmarks[i]), x < 319 ? (Rgb{200, 0, 0}) : (Rgb{0, 0, 200})) << x;
   }
-  EXPECT_EQ(LandmarkColors(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second,
+  EXPECT_EQ(ColorsOfLandmarks(saved.map, ImagesByTime(saved.map), folder.path()).begin()->second,
             kLandmarkColor);
 }
 

@@ -37,9 +37,9 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
-std::vector<SceneObject> SceneObjects(const SavedMap& saved) {
+std::vector<ExportedObject> ExportedObjects(const SavedMap& saved) {
   std::map<int, Rgb> colors;
-  std::vector<SceneObject> objects;
+  std::vector<ExportedObject> objects;
   saved.map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
     colors[object.category_id];
@@ -51,7 +51,7 @@ std::vector<SceneObject> SceneObjects(const SavedMap& saved) {
   });
   size_t next = 0;
   for (auto& [category, color] : colors) color = ParseColor(PaletteColor(next++));
-  for (SceneObject& o : objects) o.color = colors.at(o.object->category_id);
+  for (ExportedObject& o : objects) o.color = colors.at(o.object->category_id);
   return objects;
 }
 

@@ -16,7 +16,7 @@ using Rgb = std::array<unsigned char, 3>;
 constexpr Rgb kLandmarkColor = {150, 154, 160}, kTrajectoryColor = {27, 127, 168},
               kKeyframeColor = {224, 142, 27};
 
-struct SceneObject {
+struct ExportedObject {
   ObjectId id;
   const Object* object = nullptr;
   std::string label;  // its own name, else that of its class
@@ -24,7 +24,7 @@ struct SceneObject {
 };
 
 // The mapped objects, ascending by id.
-std::vector<SceneObject> SceneObjects(const SavedMap& saved);
+std::vector<ExportedObject> ExportedObjects(const SavedMap& saved);
 
 // Final poses of the frames, run after run; those of the keyframes, by time, where the
 // map has no trajectory.

@@ -33,8 +33,8 @@ struct Candidate {
   std::optional<Box> projection;   // of its ellipsoid, if enough of it is inside the image
   double share_inside = 0;
   double depth = 0, radius = 0;  // depth of its centre; radius of the sphere of the same volume
-  std::vector<LandmarkId> landmarks;   // landmarks that belong to it
-  std::optional<CameraMotion> motion;  // since its last box; nothing where that is not known
+  std::vector<LandmarkId> landmarks;     // landmarks that belong to it
+  std::optional<MotionSinceBox> motion;  // since its last box; nothing where that is not known
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
@@ -125,16 +125,16 @@ std::optional<double> LeastDepth(const TrackedFrame& tracked, const Map& snapsho
   return *near / 2;
 }
 
-std::optional<CameraMotion> MotionSince(const ObjectTrack& track, const TrackedFrame& tracked,
-                                        const Map& snapshot,
-                                        const std::optional<double>& least_depth) {
+std::optional<MotionSinceBox> MotionSince(const ObjectTrack& track, const TrackedFrame& tracked,
+                                          const Map& snapshot,
+                                          const std::optional<double>& least_depth) {
   if (track.last_frame < 0 || !least_depth) return std::nullopt;
   const std::optional<Rigid3> reference_from_world = snapshot.ResolvePose(track.reference);
   if (!reference_from_world) return std::nullopt;
   const Rigid3 then_from_world = track.cam_from_reference * *reference_from_world;
   const Rigid3 now_from_then = tracked.cam_from_world * then_from_world.Inverse();
   // Nothing is nearer than the way between two images, either.
-  return CameraMotion{now_from_then, std::max(*least_depth, now_from_then.translation.norm())};
+  return MotionSinceBox{now_from_then, std::max(*least_depth, now_from_then.translation.norm())};
 }
 
 std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& snapshot,

@@ -22,7 +22,7 @@ Box BoxAfterMotion(const Box& earlier, const Rigid3& now_from_then, double inver
 }
 
 double OverlapAfterMotion(const Box& earlier, const Box& detected, unsigned char truncated,
-                          const CameraMotion& motion, const Camera& camera) {
+                          const MotionSinceBox& motion, const Camera& camera) {
   // The inverse depth w for which R x + w t is nearly parallel to the line of sight s of the
   // detection: the least squares of (R x + w t) x s = 0.
   const Eigen::Vector3d sight = RayOf(camera, CenterPixel(detected)).normalized();

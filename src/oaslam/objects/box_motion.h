@@ -7,7 +7,7 @@
 namespace oaslam {
 
 // How the camera has moved between two images, and how near to it things can have been.
-struct CameraMotion {
+struct MotionSinceBox {
   Rigid3 now_from_then;
   double min_depth = 0;  // in the earlier camera, in units of the map; 0: no bound
 };
@@ -24,6 +24,6 @@ Box BoxAfterMotion(const Box& earlier, const Rigid3& now_from_then, double inver
 // between two images, so that the earlier box itself overlaps nothing.) `truncated`: edges of the
 // detected box at the image border (EdgeBit).
 double OverlapAfterMotion(const Box& earlier, const Box& detected, unsigned char truncated,
-                          const CameraMotion& motion, const Camera& camera);
+                          const MotionSinceBox& motion, const Camera& camera);
 
 }  // namespace oaslam

@@ -38,7 +38,7 @@ TEST(BoxMotion, AtTheTrueDepthTheBoxLiesOnTheDetection) {
 TEST(BoxMotion, TheDepthIsFound) {
   for (const double depth : {0.8, 2.0, 10.0}) {
     const TwoViews views = Step(Ball({0.05 * depth, -0.05 * depth, depth}));
-    const CameraMotion motion{views.now_from_then, 0.5};
+    const MotionSinceBox motion{views.now_from_then, 0.5};
     EXPECT_GT(OverlapAfterMotion(views.then, views.now, 0, motion, kCamera), 0.85) << depth;
   }
 }
