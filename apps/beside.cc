@@ -12,12 +12,12 @@ namespace oaslam::apps {
 namespace fs = std::filesystem;
 
 void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images) {
-  app.add_option(
-         "path", form.images,
-         "the images, as for --images; what is not said is chosen: the camera is estimated, "
-         "the default detector used, and results are written beside the images")
-      ->excludes(images);
-  app.add_flag("--force", form.force, "overwrite the results that are there");
+  auto* path = app.add_option(
+      "path", form.images,
+      "the images, as for --images; what is not said is chosen: the camera is estimated, "
+      "the default detector used, and results are written beside the images");
+  path->excludes(images);
+  app.add_flag("--force", form.force, "overwrite the results that are there")->needs(path);
 }
 
 std::string FolderBeside(const std::string& images, const std::string& suffix) {
@@ -34,12 +34,19 @@ std::string FolderBeside(const std::string& images, const std::string& suffix) {
   return (path.parent_path() / name).string() + suffix;
 }
 
-void EnsureNoResults(const std::string& folder, const PlainForm& form) {
+void Complete(const PlainForm& form, const std::string& suffix, const PlainChoices& choices) {
+  if (!form.IsUsed()) return;
   std::error_code error;
-  if (form.force || !fs::is_directory(folder, error) || fs::is_empty(folder, error)) return;
-  throw InputError(fmt::format(
-      "{}: there are results already; --force overwrites them, --out DIR writes elsewhere",
-      folder));
+  if (!form.images.starts_with("webcam:") && !fs::exists(form.images, error))
+    throw InputError(fmt::format("{}: there is no such file or folder", form.images));
+  choices.images = form.images;
+  if (choices.detector.model.empty() && choices.detections.empty())
+    choices.detector.model = "default";
+  if (choices.out.empty()) choices.out = FolderBeside(form.images, suffix);
+  if (!form.force && fs::is_directory(choices.out, error) && !fs::is_empty(choices.out, error))
+    throw InputError(fmt::format(
+        "{}: there are results already; --force overwrites them, --out DIR writes elsewhere",
+        choices.out));
 }
 
 }  // namespace oaslam::apps

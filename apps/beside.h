@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "detector_options.h"
+
 namespace oaslam::apps {
 
 // The form of a command for people: `oaslam run walk.mp4`. What is not said is chosen, and results
@@ -21,7 +23,17 @@ void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images);
 // the same folder; of a camera "webcam:0", "webcam_0.oaslam" in the working folder.
 std::string FolderBeside(const std::string& images, const std::string& suffix);
 
-// Throws InputError if the folder has results already and is not to be overwritten.
-void EnsureNoResults(const std::string& folder, const PlainForm& form);
+// What a command is told, and what is chosen where it is not.
+struct PlainChoices {
+  std::string& images;
+  const std::string& detections;
+  DetectorSettings& detector;
+  std::string& out;
+};
+
+// Chooses the images, the detector and the folder, with this suffix, if this form is used. Throws
+// InputError if there are no such images, or if the folder has results already and is not to be
+// overwritten.
+void Complete(const PlainForm& form, const std::string& suffix, const PlainChoices& choices);
 
 }  // namespace oaslam::apps

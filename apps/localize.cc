@@ -271,13 +271,8 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
 
 // Chooses what is not said.
 LocalizeOptions Complete(LocalizeOptions options) {
-  if (options.plain.IsUsed()) {
-    options.images = options.plain.images;
-    if (options.detector.model.empty() && options.detections.empty())
-      options.detector.model = "default";
-    if (options.out.empty()) options.out = FolderBeside(options.images, ".localized");
-    EnsureNoResults(options.out, options.plain);
-  }
+  Complete(options.plain, ".localized",
+           {options.images, options.detections, options.detector, options.out});
   if (options.out.empty()) throw InputError("localize: needs --out");
   return options;
 }

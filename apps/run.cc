@@ -176,12 +176,9 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
 
 // Chooses what is not said.
 RunOptions Complete(RunOptions options) {
+  Complete(options.plain, ".oaslam",
+           {options.images, options.detections, options.detector, options.out});
   if (options.plain.IsUsed()) {
-    options.images = options.plain.images;
-    if (options.detector.model.empty() && options.detections.empty())
-      options.detector.model = "default";
-    if (options.out.empty()) options.out = FolderBeside(options.images, ".oaslam");
-    EnsureNoResults(options.out, options.plain);
     if (options.map_out.empty()) options.map_out = options.out + "/map.oaslam";
     if (options.mode.empty() && options.images.starts_with("webcam:")) options.mode = "live";
   }

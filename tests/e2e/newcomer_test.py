@@ -106,6 +106,13 @@ class Newcomer(unittest.TestCase):
             self.assertNotEqual(done.code, 0, args)
             self.assertIn(message, done.err, args)
 
+    def test_images_that_are_not_there_leave_nothing_behind(self):
+        for command in (["run"], ["localize", "--map", os.path.join(self.out, "map.oaslam")]):
+            done = oaslam(*command, self.path("wlak.mp4"))
+            self.assertEqual(done.code, 1, done)
+            self.assertIn("wlak.mp4: there is no such file", done.err)
+        self.assertFalse([name for name in os.listdir(self.folder) if name.startswith("wlak")])
+
     def test_alone_it_says_what_it_can_do(self):
         done = oaslam()
         self.assertEqual(done.code, 1)
