@@ -43,7 +43,11 @@ void Complete(const PlainForm& form, const std::string& suffix, const PlainChoic
   if (choices.detector.model.empty() && choices.detections.empty())
     choices.detector.model = "default";
   if (choices.out.empty()) choices.out = FolderBeside(form.images, suffix);
-  if (!form.force && fs::is_directory(choices.out, error) && !fs::is_empty(choices.out, error))
+  // What run and localize write at their end.
+  const auto has = [&](const char* name) {
+    return fs::exists(fs::path(choices.out) / name, error);
+  };
+  if (!form.force && (has("summary.json") || has("poses.txt")))
     throw InputError(fmt::format(
         "{}: there are results already; --force overwrites them, --out DIR writes elsewhere",
         choices.out));

@@ -18,10 +18,11 @@ constexpr const char* kDefaultModel = "yolox_nano.onnx";
 // Where the models may be: the folder in the environment, else beside the installed command, or
 // beside the build folder of the repository.
 std::vector<fs::path> ModelFolders() {
-  if (const char* given = std::getenv("OASLAM_MODELS")) return {given};
+  if (const char* given = std::getenv("OASLAM_MODELS"); given && *given) return {given};
   std::error_code error;
   const fs::path command = fs::read_symlink("/proc/self/exe", error).parent_path();
-  return {command / "../share/oaslam/models", command / "../../data/models"};
+  return {command / "../share/oaslam/models", command / "../../data/models",
+          command / "../data/models"};
 }
 
 std::string DefaultModel() {

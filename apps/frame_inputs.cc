@@ -19,7 +19,7 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   detector_ = LoadDetector(sources.detector);
   // For the small images of a pyramid OpenCV's threads cost more than they gain, and a detector
   // that works ahead has threads of its own.
-  if (!detector_ || !sources.live) cv::setNumThreads(1);
+  cv::setNumThreads(detector_ && sources.live ? -1 : 1);
   ImageSourceOptions range = FrameRange(common);
   range.color = detector_ != nullptr;
   range.color_if_free = sources.for_display;

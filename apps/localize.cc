@@ -63,6 +63,8 @@ class LocalizeResults {
   void SetFocalLength(double focal_length) { focal_length_ = focal_length; }
   void SetPresence(std::vector<ObjectPresence> presence) { presence_ = std::move(presence); }
 
+  int count() const { return count_; }  // images so far
+
   void Finish(const SavedMap& saved, bool quiet) {
     frames_.flush();
     SavePresence(saved);
@@ -295,7 +297,8 @@ int Localize(const LocalizeOptions& given) {
   } catch (const std::exception&) {
     failure = std::current_exception();
   }
-  results.Finish(saved, options.common.quiet);
+  // Nothing is written where the inputs were refused.
+  if (!failure || results.count() > 0) results.Finish(saved, options.common.quiet);
   if (failure) std::rethrow_exception(failure);
   return Interrupted() ? 130 : 0;
 }

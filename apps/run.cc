@@ -190,7 +190,8 @@ RunOptions Complete(RunOptions options) {
 // The images, for `oaslam view`; empty where it could not read them with the same time stamps.
 std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
-  if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s)
+  if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s ||
+      options.common.exif_rotation)
     return "";
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }

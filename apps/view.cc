@@ -166,8 +166,17 @@ void View(const ViewOptions& options) {
                                                    : LoadTrajectory(options.groundtruth);
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
-  const std::string& source = options.images.empty() ? run.images : options.images;
-  const std::unique_ptr<ImageSource> images = source.empty() ? nullptr : OpenImages(source, range);
+  // Images that the folder names may have changed since: then the map is shown without them.
+  const auto open_recorded = [&]() -> std::unique_ptr<ImageSource> {
+    try {
+      return run.images.empty() ? nullptr : OpenImages(run.images, range);
+    } catch (const InputError& problem) {
+      spdlog::warn("{}: shown without pictures", problem.what());
+      return nullptr;
+    }
+  };
+  const std::unique_ptr<ImageSource> images =
+      options.images.empty() ? open_recorded() : OpenImages(options.images, range);
   const EndSignal end;
   cv::setNumThreads(1);
 

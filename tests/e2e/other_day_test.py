@@ -132,7 +132,7 @@ class Days(unittest.TestCase):
             o["category_id"] == thing["category_id"] and share_off(o, self.things_a[name], self.to_world) < SAME_PLACE for o in others)]
 
     def test_what_is_looked_through_is_found_out(self):
-        # On day B landmarks are seen through the old places of a ball, a bottle and a teddy bear; the other things are too flat, or nobody looks that way.
+        # On day B landmarks are seen through the old places of a ball and a bottle; the other things are too flat, or nobody looks that way.
         before = [name for name, thing in self.things_b.items() if thing["moved"] and name in told_apart(self.before, self.things_a, self.a_to_world)[0]]
         self.assertGreaterEqual(len(before), 7)
         self.assertLessEqual(len(self.left_behind()), len(before) - 1)

@@ -23,7 +23,8 @@ void UpdateObjects(Map& map, std::span<const ObjectSighting> sightings, const Im
 void RefitMovedObjects(const ObjectsConfig& config, Map& map);
 
 // To be called when all keyframes are where they stay: objects that any keyframe looks through are
-// moved or erased (sight_lines.h), also where the camera passed before it was found in the map.
+// moved, set aside or erased (sight_lines.h, moved_objects.h), also where the camera passed before
+// it was found in the map.
 void ReviewPlaces(const ObjectsConfig& config, Map& map);
 
 }  // namespace oaslam

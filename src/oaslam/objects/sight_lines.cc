@@ -22,7 +22,8 @@ constexpr double kFarther = 1.5;
 constexpr int kMinCommon = 15;
 // The share of lines through the place of a thing that is gone: others may stand there.
 constexpr double kThroughWhereGone = 0.8;
-// The share through a thing that is there, before any was seen: one in ten.
+// The share through a thing that is there, before any was seen: one in twenty, which
+// counts as ten lines.
 constexpr double kPriorThrough = 0.5, kPriorLines = 10;
 
 enum class Line { kElsewhere, kThrough, kStopped };
@@ -38,6 +39,8 @@ class SightLineJudge {
   Line Judge(const Eigen::Vector3d& eye, const Eigen::Vector3d& landmark) const {
     const Eigen::Vector3d from = ball_from_world_ * (eye - center_),
                           line = ball_from_world_ * (landmark - eye);
+    if (from.norm() < kBehind)
+      return Line::kElsewhere;  // a camera over a bed looks past its middle
     const double nearest = -from.dot(line) / line.squaredNorm();  // 0: the eye, 1: the landmark
     if (!(nearest > 0) || (from + nearest * line).norm() > kMiddle) return Line::kElsewhere;
     const double landmark_radius = (from + line).norm();

@@ -153,6 +153,14 @@ TEST(SightLines, SayNothingWhereThePlaceIsNotKnownFromCommonLandmarks) {
   EXPECT_EQ(SeenThroughEvidence(map, map.objects.At(ball), after), 0);
 }
 
+TEST(SightLines, FromInsideAThingTellNothing) {
+  Hall hall;
+  const auto pass = hall.Pass(Hall::Ball::kGone);
+  // As a bed is: the cameras are over it.
+  const Ellipsoid bed{{0, -1.5, 0.4}, {2, 2, 1}, Eigen::Quaterniond::Identity()};
+  EXPECT_EQ(CountSightLines(hall.map(), bed, pass).through, 0);
+}
+
 TEST(SightLines, WhatTheyProveGoneIsErased) {
   Hall hall;
   const ObjectId ball = hall.Map(hall.Pass(Hall::Ball::kThere));
