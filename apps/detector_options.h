@@ -15,7 +15,7 @@ struct DetectorSettings {
   std::string layout = "auto";
   int size = 0;  // side of the network's square input; 0: that of the file
   double min_score = DetectorOptions{}.min_score;
-  int every = 0;  // objects are looked for in each so manyth image; 0: where the view has changed
+  int every = 0;  // every Nth image is looked at; 0: those whose view has changed
 
   bool IsGiven() const { return !model.empty() && model != "none"; }
 };

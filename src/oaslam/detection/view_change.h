@@ -22,7 +22,8 @@ class ViewChange {
 
 // By how much the second of two images has moved against the first, as a share of their width: the
 // mean difference of grey levels, which is that of brightness constancy, motion times gradient
-// (Horn and Schunck 1981). Only small motions are told apart: large ones give some percent.
+// (Horn and Schunck 1981). As the gradient has all directions, about two thirds of a motion are
+// measured. Only small motions are told apart: large ones give some percent.
 double ShareMoved(const cv::Mat& from, const cv::Mat& to);
 
 }  // namespace oaslam
