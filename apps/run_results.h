@@ -22,9 +22,9 @@ class RunResults {
   }
   // Records the detections that came later for a frame that was added before.
   void Detected(int frame, int detections, std::optional<int> objects);
-  // `wall_s`: the wall time during which the detector could work.
   // The images of the run, so that they are found again; empty: not recorded.
   void SetImages(std::string images) { images_ = std::move(images); }
+  // `wall_s`: the wall time during which the detector could work.
   void SetDetectorPace(const DetectorPace& pace, double wall_s) {
     pace_ = pace;
     detector_wall_s_ = wall_s;
