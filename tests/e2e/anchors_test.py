@@ -1,8 +1,6 @@
 """Virtual content keeps its place on the bench and on an object when the map is saved and loaded, and in a run that is relocalized in it."""
 import math
 import os
-import shutil
-import tempfile
 import unittest
 
 import harness
@@ -21,10 +19,10 @@ def anchors_of(map_file):
     return {row[0]: ([float(x) for x in row[3:6]], " ".join(row[6:])) for row in rows}
 
 
-class Anchors(unittest.TestCase):
+class Anchors(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_anchors_")
+        super().setUpClass()
         cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
         cls.slam = oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)
         assert cls.slam.code == 0, cls.slam
@@ -33,10 +31,6 @@ class Anchors(unittest.TestCase):
         mapped = [o for o in harness.read_json(os.path.join(cls.run_folder, "objects.json")) if o["category"] == "teddy bear"]
         cls.teddy_id = mapped[0]["id"]
         cls.placed = oaslam("anchors", cls.map, "--place", f"sign=flag@object:{cls.teddy_id}", "--place", f"tree=tree@keyframe:{cls.pixel_of(SPOT)}")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     @classmethod
     def pixel_of(cls, spot):

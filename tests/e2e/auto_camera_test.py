@@ -1,9 +1,7 @@
 """Runs without a calibration: the camera is estimated from the images."""
 import os
 import re
-import shutil
 import subprocess
-import tempfile
 import unittest
 
 import harness
@@ -18,19 +16,13 @@ def without_camera(name):
     return ["--images", f"{folder}/video.mp4", "--detections", f"{folder}/detections.json"]
 
 
-class AutoCamera(unittest.TestCase):
+class AutoCamera(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_auto_camera_")
+        super().setUpClass()
         cls.out, cls.map = os.path.join(cls.folder, "run"), os.path.join(cls.folder, "desk.map")
         cls.slam = oaslam("run", *without_camera("map_front"), "--out", cls.out, "--map-out", cls.map, "--groundtruth", harness.groundtruth("map_front"))
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def setUp(self):
-        self.assertEqual(self.slam.code, 0, self.slam)
+        cls.made = [cls.slam]
 
     def focal_of(self, folder):
         with open(os.path.join(folder, "camera.yaml")) as f:

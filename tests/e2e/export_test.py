@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import subprocess
-import tempfile
 import unittest
 
 import harness
@@ -31,25 +30,21 @@ def ideal_error_px(saved):
     return rms(math.dist(project(saved, k, saved.landmarks[l]), saved.keypoints[k][n]) for l, k, n in saved.observations)
 
 
-class Export(unittest.TestCase):
+class Export(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_export_")
-        cls.run_out, cls.path = os.path.join(cls.folder, "run"), os.path.join(cls.folder, "desk.map")
-        done = oaslam("run", *harness.clip("map_front"), "--out", cls.run_out, "--map-out", cls.path)
+        super().setUpClass()
+        cls.run_out, cls.map_file = os.path.join(cls.folder, "run"), os.path.join(cls.folder, "desk.map")
+        done = oaslam("run", *harness.clip("map_front"), "--out", cls.run_out, "--map-out", cls.map_file)
         assert done.code == 0, done
-        cls.map = MapFile(cls.path)
+        cls.map = MapFile(cls.map_file)
         cls.seen = [(landmark, keyframe, cls.map.keypoints[keyframe][keypoint]) for landmark, keyframe, keypoint in cls.map.observations]
         cls.error_px = ideal_error_px(cls.map)
         assert len(cls.map.objects) > 10 and len(cls.map.landmarks) > 500
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
     def export(self, form, name, *options, path=None):
         out = os.path.join(self.folder, name)
-        outcome = oaslam("export", "--map", path or self.path, "--format", form, "--out", out, *options)
+        outcome = oaslam("export", "--map", path or self.map_file, "--format", form, "--out", out, *options)
         self.assertEqual(outcome.code, 0, outcome)
         return out
 
@@ -359,18 +354,18 @@ class Export(unittest.TestCase):
         for options, words in (
                 (("--map", "/nowhere.map", "--format", "ply", "--out", out), "/nowhere.map"),
                 (("--map", noise, "--format", "ply", "--out", out), "noise.map"),
-                (("--map", self.path, "--format", "stl", "--out", out), "stl"),
-                (("--map", self.path, "--format", "gltf", "--out", out + ".txt"), ".glb"),
-                (("--map", self.path, "--format", "obj", "--out", out + ".mtl"), ".obj"),
-                (("--map", self.path, "--format", "ply", "--out", self.folder), "folder"),
-                (("--map", self.path, "--format", "ply", "--out", noise + "/a.ply"), "noise.map"),
-                (("--map", self.path, "--format", "colmap", "--out", noise), "noise.map"),
-                (("--map", self.path, "--format", "ply", "--out", out, "--images", video), "--images"),
-                (("--map", self.path, "--format", "tum", "--out", out, "--ellipsoids"), "--ellipsoids"),
-                (("--map", self.path, "--format", "colmap", "--out", out, "--images", "/nowhere.mp4"), "/nowhere.mp4"),
-                (("--map", self.path, "--format", "colmap", "--out", out, "--images", video, "--from", "1", "--fps", "0.001"), "--fps"),
-                (("--map", self.path, "--format", "colmap", "--out", out, "--images", "webcam:0"), "webcam"),
-                (("--map", self.path, "--format", "ply"), "--out")):
+                (("--map", self.map_file, "--format", "stl", "--out", out), "stl"),
+                (("--map", self.map_file, "--format", "gltf", "--out", out + ".txt"), ".glb"),
+                (("--map", self.map_file, "--format", "obj", "--out", out + ".mtl"), ".obj"),
+                (("--map", self.map_file, "--format", "ply", "--out", self.folder), "folder"),
+                (("--map", self.map_file, "--format", "ply", "--out", noise + "/a.ply"), "noise.map"),
+                (("--map", self.map_file, "--format", "colmap", "--out", noise), "noise.map"),
+                (("--map", self.map_file, "--format", "ply", "--out", out, "--images", video), "--images"),
+                (("--map", self.map_file, "--format", "tum", "--out", out, "--ellipsoids"), "--ellipsoids"),
+                (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", "/nowhere.mp4"), "/nowhere.mp4"),
+                (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", video, "--from", "1", "--fps", "0.001"), "--fps"),
+                (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", "webcam:0"), "webcam"),
+                (("--map", self.map_file, "--format", "ply"), "--out")):
             outcome = oaslam("export", *options)
             self.assertGreater(outcome.code, 0, (options, outcome))
             self.assertIn(words, outcome.err + outcome.out)

@@ -2,10 +2,8 @@
 import math
 import os
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
 import harness
@@ -15,15 +13,7 @@ FRAMES = 120
 VERTICAL = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "vertical")
 
 
-class Gravity(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_gravity_")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
+class Gravity(harness.InFolder):
     def samples(self, name, later=0.0, step=3):
         """Samples of a slow, slightly noisy sensor in the true camera."""
         path = os.path.join(self.folder, name)

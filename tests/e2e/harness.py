@@ -3,7 +3,10 @@ import csv
 import json
 import math
 import os
+import shutil
 import subprocess
+import tempfile
+import unittest
 
 BINARY = os.environ["OASLAM_BINARY"]
 EXTRACT = os.environ.get("OASLAM_EXTRACT_FRAMES", "")
@@ -22,6 +25,24 @@ class Outcome:
 def oaslam(*args, timeout=300):
     done = subprocess.run([BINARY, *map(str, args)], capture_output=True, text=True, timeout=timeout)
     return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+class InFolder(unittest.TestCase):
+    """Tests of one class share a folder, and what the class runs beforehand, each of which must succeed."""
+    made = ()  # outcomes
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="oaslam_")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+
+    @classmethod
+    def path(cls, name):
+        return os.path.join(cls.folder, name)
+
+    def setUp(self):
+        for run in self.made:
+            self.assertEqual(run.code, 0, run)
 
 
 def clip(name):

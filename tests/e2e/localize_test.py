@@ -1,7 +1,5 @@
 """Localization in a saved map of the sample, and SLAM that goes on in it."""
 import os
-import shutil
-import tempfile
 import unittest
 import xml.etree.ElementTree
 
@@ -9,19 +7,12 @@ import harness
 from harness import oaslam
 
 
-class Localize(unittest.TestCase):
+class Localize(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_localize_")
+        super().setUpClass()
         cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
-        cls.slam = oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def setUp(self):
-        self.assertEqual(self.slam.code, 0, self.slam)
+        cls.made = [oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)]
 
     def localize(self, name, *args):
         """Lines of frames.csv, and metres of error of each pose."""

@@ -1,9 +1,7 @@
 """Two maps made apart become one where they show the same place, and do not where they only look alike."""
 import json
 import os
-import shutil
 import subprocess
-import tempfile
 import unittest
 
 import harness
@@ -11,10 +9,10 @@ from harness import oaslam
 from sample_boxes import things
 
 
-class Merge(unittest.TestCase):
+class Merge(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_merge_")
+        super().setUpClass()
         cls.first, cls.second = cls.path("first.map"), cls.path("second.map")
         # Half of the walk each, with 2.7 seconds in common; the second has a unit of its own, a camera of another name, and class names of its own.
         camera, classes = cls.path("camera.yaml"), cls.path("classes.yaml")
@@ -25,18 +23,6 @@ class Merge(unittest.TestCase):
         of_second = [camera if option == harness.clip("map_front")[3] else option for option in harness.clip("map_front")]
         cls.made = [oaslam("run", *harness.clip("map_front"), "--to", 230, "--out", cls.path("first"), "--map-out", cls.first),
                     oaslam("run", *of_second, "--classes", classes, "--from", 150, "--out", cls.path("second"), "--map-out", cls.second)]
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder, name)
-
-    def setUp(self):
-        for run in self.made:
-            self.assertEqual(run.code, 0, run)
 
     def merge(self, first, second, *args):
         out = self.path("merged.map")

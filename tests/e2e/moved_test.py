@@ -3,8 +3,6 @@ import json
 import math
 import os
 import random
-import shutil
-import tempfile
 import unittest
 
 import harness
@@ -15,20 +13,16 @@ CUP = "cup_8"
 SHIFT = (0.02, -0.25, 0.0)  # metres: nearer to the camera
 
 
-class Moved(unittest.TestCase):
+class Moved(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_moved_")
+        super().setUpClass()
         cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
-        cls.slam = oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)
+        cls.made = [oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)]
         cls.moved, cls.gone = cls.detections("moved.json", True), cls.detections("gone.json", False)
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
     def setUp(self):
-        self.assertEqual(self.slam.code, 0, self.slam)
+        super().setUp()
         self.to_world = harness.map_alignment(self.run_folder)
         self.before = harness.read_json(os.path.join(self.run_folder, "objects.json"))
         self.cup = min(self.before, key=lambda o: self.off(o, (0, 0, 0)) if o["category"] == "cup" else 9)

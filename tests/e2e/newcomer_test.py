@@ -2,34 +2,26 @@
 import json
 import os
 import shutil
-import tempfile
 import unittest
+import unittest.mock
 
 import harness
 from harness import oaslam
 
 
-class Newcomer(unittest.TestCase):
+class Newcomer(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_newcomer_")
+        super().setUpClass()
         cls.video, cls.out = cls.path("walk.mp4"), cls.path("walk.oaslam")
         shutil.copy(os.path.join(harness.SAMPLE, "map_front", "video.mp4"), cls.video)
-        cls.made = oaslam("run", cls.video, "--to", 220)
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder, name)
+        cls.mapped = oaslam("run", cls.video, "--to", 220)
+        cls.made = [cls.mapped]
 
     def test_nothing_but_a_video(self):
-        self.assertEqual(self.made.code, 0, self.made)
-        self.assertRegex(self.made.err, r"camera: focal length 5[0-4]\d\.\d \+- .* estimated")
-        self.assertRegex(self.made.err, r"detector: YOLOX-nano \(COCO\), \d+ of 220 images looked at")
-        self.assertEqual(self.made.out.strip().splitlines()[-1], f"to look at it: oaslam view {self.out}")
+        self.assertRegex(self.mapped.err, r"camera: focal length 5[0-4]\d\.\d \+- .* estimated")
+        self.assertRegex(self.mapped.err, r"detector: YOLOX-nano \(COCO\), \d+ of 220 images looked at")
+        self.assertEqual(self.mapped.out.strip().splitlines()[-1], f"to look at it: oaslam view {self.out}")
         summary = harness.read_json(os.path.join(self.out, "summary.json"))
         self.assertGreater(summary["tracked"], 210)
         self.assertGreaterEqual(summary["objects"], 3)
@@ -90,11 +82,8 @@ class Newcomer(unittest.TestCase):
         self.assertEqual(harness.read_json(self.path("tenth/summary.json"))["detector"]["images"], 5)
 
     def test_the_model_is_looked_for_where_one_is_told(self):
-        os.environ["OASLAM_MODELS"] = self.path("nowhere")
-        try:
+        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS=self.path("nowhere")):
             done = oaslam("run", self.video, "--out", self.path("x"))
-        finally:
-            del os.environ["OASLAM_MODELS"]
         self.assertEqual(done.code, 1, done)
         self.assertIn("nowhere/yolox_nano.onnx; set OASLAM_MODELS", done.err)
 

@@ -1,25 +1,20 @@
 """oaslam objects: listing and editing the objects of a map."""
 import os
 import shutil
-import tempfile
 import unittest
 
 import harness
 from harness import oaslam
 
 
-class Objects(unittest.TestCase):
+class Objects(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_edit_")
+        super().setUpClass()
         cls.out, cls.map = os.path.join(cls.folder, "out"), os.path.join(cls.folder, "desk.map")
         done = oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:], "--out", cls.out, "--map-out", cls.map)
         assert done.code == 0, done
         cls.objects = harness.read_json(os.path.join(cls.out, "objects.json"))
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     def listed(self, path):
         outcome = oaslam("objects", path)

@@ -4,9 +4,7 @@ Needs flat31_walk_a and flat31_walk_b under OASLAM_DATA, and is skipped (77) wit
 """
 import math
 import os
-import shutil
 import sys
-import tempfile
 import unittest
 
 import harness
@@ -66,24 +64,19 @@ def aligned(poses, folder):
     return harness.similarity(harness.pairs(poses, truth_of(folder)))
 
 
-class Days(unittest.TestCase):
+class Days(harness.InFolder):
     """One map of day A, gone on with on day B."""
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_days_")
-        cls.out_a, cls.out_b, map_a = (os.path.join(cls.folder, name) for name in ("a", "b", "a.map"))
-        cls.joint = os.path.join(cls.folder, "joint.map")
+        super().setUpClass()
+        cls.out_a, cls.out_b, map_a = (cls.path(name) for name in ("a", "b", "a.map"))
+        cls.joint = cls.path("joint.map")
         cls.made = [oaslam("run", *walk(DAY_A), "--out", cls.out_a, "--map-out", map_a),
                     oaslam("run", *walk(DAY_B), "--map-in", map_a, "--out", cls.out_b, "--map-out", cls.joint)]
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
     def setUp(self):
-        for run in self.made:
-            self.assertEqual(run.code, 0, run)
+        super().setUp()
         self.poses = harness.read_tum(os.path.join(self.out_b, "trajectory.txt"))
         self.a_to_world = aligned(harness.read_tum(os.path.join(self.out_a, "keyframes.txt")), DAY_A)
         self.to_world = aligned(self.poses, DAY_B)
@@ -154,7 +147,7 @@ class Days(unittest.TestCase):
             self.assertRegex(shown.out, rf"camera \d+ +{name}")
 
 
-class Rooms(unittest.TestCase):
+class Rooms(harness.InFolder):
     """Maps of parts of the walks, each of one room or two."""
 
     PARTS = {"kitchen and office": (DAY_A, 650, 1100), "office and living room": (DAY_A, 1860, 2100), "office on day B": (DAY_B, 340, 600),
@@ -162,21 +155,9 @@ class Rooms(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_rooms_")
+        super().setUpClass()
         cls.made = [oaslam("run", *walk(*part), "--out", cls.path(name), "--map-out", cls.path(name + ".map")) for name, part in cls.PARTS.items()]
         cls.made.append(oaslam("run", *harness.clip("map_front"), "--to", 200, "--out", cls.path("desk"), "--map-out", cls.path("desk.map")))
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder, name)
-
-    def setUp(self):
-        for run in self.made:
-            self.assertEqual(run.code, 0, run)
 
     def merge(self, first, second, *args):
         out = self.path("merged.map")

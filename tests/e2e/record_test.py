@@ -1,8 +1,6 @@
 """--record: a video with one picture for each image, the same results with and without it, and refused options."""
 import os
-import shutil
 import subprocess
-import tempfile
 import unittest
 
 import harness
@@ -22,24 +20,14 @@ def without_times(path):
     return [{k: v for k, v in row.items() if "ms" not in k} for row in harness.read_csv(path)]
 
 
-class Record(unittest.TestCase):
+class Record(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_record_")
+        super().setUpClass()
         cls.map, cls.video = cls.path("desk.map"), cls.path("desk.mp4")
         cls.clip = [*harness.clip("map_front"), "--to", COUNT]
         cls.recorded = oaslam("run", *cls.clip, "--out", cls.path("recorded"), "--map-out", cls.map, "--record", cls.video)
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder, name)
-
-    def setUp(self):
-        self.assertEqual(self.recorded.code, 0, self.recorded)
+        cls.made = [cls.recorded]
 
     def test_a_frame_for_each_image(self):
         self.assertEqual(len(frames_of(self.video, self.path("frames"))), COUNT)

@@ -1,7 +1,6 @@
 """SLAM on the sample: its files, the map, the same bytes on a second run."""
 import math
 import os
-import shutil
 import subprocess
 import tempfile
 import unittest
@@ -34,31 +33,24 @@ def check_objects(test, path, sim):
         test.assertAlmostEqual(math.hypot(*o["rotation"]), 1, places=4)
 
 
-class Sample(unittest.TestCase):
+class Sample(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_sample_")
+        super().setUpClass()
         cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
-        cls.slam = oaslam("run", *harness.clip("map_front"), "--groundtruth", harness.groundtruth("map_front"),
-                          "--out", cls.run_folder, "--map-out", cls.map)
+        cls.made = [oaslam("run", *harness.clip("map_front"), "--groundtruth", harness.groundtruth("map_front"),
+                           "--out", cls.run_folder, "--map-out", cls.map)]
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def path(self, name):
+    def result(self, name):
         return os.path.join(self.run_folder, name)
-
-    def setUp(self):
-        self.assertEqual(self.slam.code, 0, self.slam)
 
     def test_every_file_is_there(self):
         for name in FILES:
-            self.assertGreater(os.path.getsize(self.path(name)), 0, name)
-        xml.etree.ElementTree.parse(self.path("map.svg"))
+            self.assertGreater(os.path.getsize(self.result(name)), 0, name)
+        xml.etree.ElementTree.parse(self.result("map.svg"))
 
     def test_frames(self):
-        frames = harness.read_csv(self.path("frames.csv"))
+        frames = harness.read_csv(self.result("frames.csv"))
         self.assertEqual(sorted(frames[0]), sorted(FRAME_COLUMNS))
         self.assertEqual([int(f["frame"]) for f in frames], list(range(450)))
         self.assertLessEqual({f["state"] for f in frames}, STATES)
@@ -72,37 +64,37 @@ class Sample(unittest.TestCase):
 
     def test_trajectory_against_ground_truth(self):
         truth = harness.read_tum(harness.groundtruth("map_front"))
-        final = harness.read_tum(self.path("trajectory.txt"))
+        final = harness.read_tum(self.result("trajectory.txt"))
         self.assertGreater(len(final), 0.9 * 450)
         for name, bound in (("trajectory.txt", 0.015), ("keyframes.txt", 0.01), ("trajectory_live.txt", 0.06)):
-            matched = harness.pairs(harness.read_tum(self.path(name)), truth)
+            matched = harness.pairs(harness.read_tum(self.result(name)), truth)
             self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), bound, name)
         for _, position, q in final:
             self.assertTrue(all(math.isfinite(v) for v in position))
             self.assertAlmostEqual(math.hypot(*q), 1, places=5)
 
     def test_summary(self):
-        summary = harness.read_json(self.path("summary.json"))
+        summary = harness.read_json(self.result("summary.json"))
         self.assertLessEqual(SUMMARY_KEYS, set(summary))
         self.assertEqual(summary["frames"], 450)
-        self.assertEqual(summary["tracked"], len(harness.read_tum(self.path("trajectory.txt"))))
-        self.assertEqual(summary["keyframes"], len(harness.read_tum(self.path("keyframes.txt"))))
-        self.assertEqual(summary["objects"], len(harness.read_json(self.path("objects.json"))))
+        self.assertEqual(summary["tracked"], len(harness.read_tum(self.result("trajectory.txt"))))
+        self.assertEqual(summary["keyframes"], len(harness.read_tum(self.result("keyframes.txt"))))
+        self.assertEqual(summary["objects"], len(harness.read_json(self.result("objects.json"))))
         self.assertGreater(summary["landmarks"], 500)
         self.assertGreater(summary["mean_iou"], 0.6)
         self.assertLess(summary["ate"], 0.015)
 
     def test_objects_are_where_they_are(self):
-        check_objects(self, self.path("objects.json"), harness.map_alignment(self.run_folder))
+        check_objects(self, self.result("objects.json"), harness.map_alignment(self.run_folder))
 
     def test_the_map_can_be_read_back(self):
         info = oaslam("info", self.map)
         self.assertEqual(info.code, 0, info)
-        self.assertIn(str(harness.read_json(self.path("summary.json"))["landmarks"]), info.out.replace(",", ""))
+        self.assertIn(str(harness.read_json(self.result("summary.json"))["landmarks"]), info.out.replace(",", ""))
 
     def test_evaluate(self):
         plot = os.path.join(self.folder, "trajectory.svg")
-        outcome = oaslam("evaluate", "trajectory", self.path("trajectory.txt"), harness.groundtruth("map_front"), "--plot", plot)
+        outcome = oaslam("evaluate", "trajectory", self.result("trajectory.txt"), harness.groundtruth("map_front"), "--plot", plot)
         self.assertEqual(outcome.code, 0, outcome)
         self.assertIn("ATE", outcome.out.upper())
         xml.etree.ElementTree.parse(plot)

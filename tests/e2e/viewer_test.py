@@ -5,7 +5,6 @@ import shutil
 import signal
 import socket
 import subprocess
-import tempfile
 import threading
 import time
 import unittest
@@ -53,17 +52,13 @@ class Program:
             return answer
 
 
-class Viewer(unittest.TestCase):
+class Viewer(harness.InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_viewer_")
+        super().setUpClass()
         cls.out, cls.map = os.path.join(cls.folder, "plain"), os.path.join(cls.folder, "desk.map")
         done = oaslam("run", *harness.clip("map_front"), "--to", "200", "--out", cls.out, "--map-out", cls.map)
         assert done.code == 0, done
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     def setUp(self):
         self.program = None
