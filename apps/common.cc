@@ -14,7 +14,6 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/config_file.h"
-#include "oaslam/formats/text.h"
 
 namespace oaslam::apps {
 namespace {
@@ -74,19 +73,12 @@ void AddExifOption(CLI::App& app, CommonOptions& options) {
 }
 
 void AddFollowOption(CLI::App& app, CommonOptions& options) {
-  const auto set = [&options](const std::string& text) {
-    // The value that CLI11 passes for an option without value.
-    const bool is_bare = text.empty() || text == "true";
-    const std::optional<double> seconds = is_bare ? 0 : ParseNumber(text);
-    if (!seconds) throw CLI::ValidationError("--follow " + text, "expected seconds");
-    options.follow_s = *seconds;
-  };
-  app.add_option_function<std::string>(
-         "--follow", set,
+  app.add_option(
+         "--follow", options.follow_s,
          "The folder of images grows: take new ones as they come, until a file named stop is in "
          "it, Ctrl-C, or SECONDS without one")
       ->type_name("[SECONDS]")
-      ->expected(0, 1);
+      ->check(CLI::Range(0.0, 1e6));
 }
 
 void AddPieceOption(CLI::App& app, int& piece) {

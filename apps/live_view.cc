@@ -4,13 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
-#include <cmath>
 
 #include "common.h"
-#include "oaslam/error.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
-#include "oaslam/formats/text.h"
 #include "oaslam/system/slam_access.h"
+#include "optional_values.h"
 
 namespace oaslam::apps {
 namespace {
@@ -20,19 +18,11 @@ constexpr int kCheckMs = 100;  // interval at which Ctrl-C is checked
 }  // namespace
 
 void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
-  auto* viewer = app.add_option_function<std::vector<std::string>>(
-      "--viewer",
-      [&settings](const std::vector<std::string>& given) {
-        const std::optional<double> port = given.empty() || given[0].empty() || given[0] == "{}"
-                                               ? kViewerPort
-                                               : ParseNumber(given[0]);
-        if (!port || *port < 0 || *port > 65535 || *port != std::floor(*port))
-          throw InputError(fmt::format("--viewer {}: allowed: a port from 0 to 65535", given[0]));
-        settings.port = static_cast<int>(*port);
-      },
+  auto* viewer = app.add_option(
+      "--viewer", settings.port,
       fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free",
                   kViewerPort));
-  viewer->type_name("[PORT]")->expected(0, 1);
+  viewer->type_name("[PORT]")->check(CLI::Range(0, 65535));
   app.add_option(
          "--bind", settings.bind,
          "address the page is served at; 0.0.0.0: open to other machines, which may look only")

@@ -15,8 +15,6 @@
 
 namespace oaslam::apps {
 
-constexpr int kViewerPort = 8340;
-
 struct ViewerSettings {
   std::optional<int> port;  // --viewer [PORT]: nothing: no viewer
   std::string bind = "127.0.0.1";

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "oaslam/error.h"
 #include "oaslam/util/log.h"
+#include "optional_values.h"
 
 namespace {
 
@@ -70,7 +71,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   try {
-    app.parse(argc, argv);
+    app.parse(oaslam::apps::WithOptionalValues(argc, argv));
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   } catch (const oaslam::InputError& error) {

@@ -20,6 +20,7 @@
 #include "oaslam/images/image_source.h"
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
+#include "optional_values.h"
 
 namespace oaslam::apps {
 namespace {

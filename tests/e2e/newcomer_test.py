@@ -95,6 +95,16 @@ class Newcomer(harness.InFolder):
             self.assertNotEqual(done.code, 0, args)
             self.assertIn(message, done.err, args)
 
+    def test_values_that_may_be_left_out_are_numbers(self):
+        for options in (["--viewer"], ["--viewer", 0], ["--viewer=0"], ["--follow"], ["--follow", 2.5], ["--viewer", "--follow"]):
+            done = oaslam("run", *options, "no.mp4")
+            self.assertEqual(done.code, 1, done)
+            self.assertIn("no.mp4: there is no such file", done.err)
+        for bad in (["--viewer=no.mp4"], ["--viewer", 99999], ["--follow=soon"], ["--follow", -3]):
+            done = oaslam("run", *bad, "no.mp4")
+            self.assertGreater(done.code, 0, done)
+            self.assertIn(bad[0].split("=")[0], done.err)
+
     def test_images_that_are_not_there_leave_nothing_behind(self):
         for command in (["run"], ["localize", "--map", os.path.join(self.out, "map.oaslam")]):
             done = oaslam(*command, self.path("wlak.mp4"))

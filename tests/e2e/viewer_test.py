@@ -211,9 +211,10 @@ class Viewer(harness.InFolder):
             outcome = oaslam("view", *options, timeout=20)
             self.assertNotEqual(outcome.code, 0, outcome)
             self.assertIn(words, outcome.err, outcome)
-        outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", "x")
-        self.assertEqual(outcome.code, 1, outcome)
-        self.assertIn("--viewer x", outcome.err)
+        for port in ("x", "70000", "-1", "0.5"):
+            outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), f"--viewer={port}")
+            self.assertGreater(outcome.code, 0, outcome)
+            self.assertRegex(outcome.err, f"--viewer.*{port}")
 
     def test_a_run_is_the_same_watched_or_not(self):
         """Viewers may stop reading, send many requests, or vanish."""
