@@ -102,8 +102,7 @@ void AddCommonOptions(CLI::App& app, CommonOptions& options) {
   AddQuietOption(app, options);
 }
 
-SlamConfig LoadConfiguration(const CommonOptions& options) {
-  SlamConfig config;
+SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config) {
   if (!options.config.empty()) LoadConfig(options.config, config);
   for (const std::string& assignment : options.set) ApplySetting(assignment, config);
   if (const auto problems = config.Validate(); !problems.empty())

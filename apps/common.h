@@ -34,8 +34,8 @@ void AddClassesOption(CLI::App& app, CommonOptions& options);
 // All of them. `options` must outlive the parsing.
 void AddCommonOptions(CLI::App& app, CommonOptions& options);
 
-// --config, then --set, then validation; all problems in one InputError.
-SlamConfig LoadConfiguration(const CommonOptions& options);
+// --config, then --set, then validation; all problems in one InputError. `config`: the defaults.
+SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config = {});
 // The classes of --classes, else those of COCO.
 Classes LoadClasses(const CommonOptions& options);
 ImageSourceOptions FrameRange(const CommonOptions& options);

@@ -48,7 +48,10 @@ SlamConfig Configure(const RunOptions& options) {
   CommonOptions common = options.common;
   if (!options.mode.empty()) common.set.push_back("runner.mode=" + options.mode);
   if (options.seed) common.set.push_back(fmt::format("runner.seed={}", *options.seed));
-  return LoadConfiguration(common);
+  SlamConfig defaults;
+  if (options.plain.IsUsed() && options.images.starts_with("webcam:"))
+    defaults.runner.mode = "live";
+  return LoadConfiguration(common, defaults);
 }
 
 // Delays images to the rate of their time stamps, and tells which came too late.
@@ -178,10 +181,8 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
 RunOptions Complete(RunOptions options) {
   Complete(options.plain, ".oaslam",
            {options.images, options.detections, options.detector, options.out});
-  if (options.plain.IsUsed()) {
-    if (options.map_out.empty()) options.map_out = options.out + "/map.oaslam";
-    if (options.mode.empty() && options.images.starts_with("webcam:")) options.mode = "live";
-  }
+  if (options.plain.IsUsed() && options.map_out.empty())
+    options.map_out = options.out + "/map.oaslam";
   if (options.images.empty()) throw InputError("run: no images given: oaslam run PATH");
   if (options.out.empty()) throw InputError("run: --images needs --out");
   return options;
@@ -208,6 +209,7 @@ int Run(const RunOptions& given) {
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == "live";
+  if (is_live) spdlog::info("live: images that come too late are dropped");
   InstallInterruptHandler();  // the first image of a growing folder may take long to come
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}

@@ -105,6 +105,16 @@ class Newcomer(harness.InFolder):
             self.assertGreater(done.code, 0, done)
             self.assertIn(bad[0].split("=")[0], done.err)
 
+    def test_a_camera_is_live_unless_told_otherwise(self):
+        config = self.path("config.yaml")
+        with open(config, "w") as f:
+            f.write("runner:\n  mode: sequential\n")
+        for options, is_live in (([], True), (["--config", config], False), (["--set", "runner.mode=lockstep"], False), (["--mode", "lockstep"], False)):
+            done = oaslam("run", "webcam:99", "--out", self.path("camera"), *options)
+            self.assertEqual(done.code, 1, done)
+            self.assertIn("webcam:99: cannot be opened", done.err)
+            self.assertEqual("live: " in done.err, is_live, done)
+
     def test_images_that_are_not_there_leave_nothing_behind(self):
         for command in (["run"], ["localize", "--map", os.path.join(self.out, "map.oaslam")]):
             done = oaslam(*command, self.path("wlak.mp4"))
