@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images) {
   auto* path = app.add_option(
       "path", form.images,
-      "the images, as for --images; what is not said is chosen: the camera is estimated, "
-      "the default detector used, and results are written beside the images");
+      "the images, as for --images; unless told otherwise, the default detector is used, and "
+      "results are written beside the images");
   path->excludes(images);
   app.add_flag("--force", form.force, "overwrite the results that are there")->needs(path);
 }
@@ -29,7 +29,10 @@ std::string FolderBeside(const std::string& images, const std::string& suffix) {
   fs::path path = fs::path(images).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();  // "walk/"
   std::error_code error;
-  if (path == "." || path == "..") path = fs::canonical(path, error);
+  if (path == "." || path.filename() == "..") path = fs::canonical(path, error);
+  if (!path.has_filename())
+    throw InputError(
+        fmt::format("{}: there is nothing beside it: --out DIR says where to write", images));
   const fs::path name = fs::is_directory(path, error) ? path.filename() : path.stem();
   return (path.parent_path() / name).string() + suffix;
 }

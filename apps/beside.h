@@ -7,8 +7,9 @@
 
 namespace oaslam::apps {
 
-// The form of a command for people: `oaslam run walk.mp4`. What is not said is chosen, and results
-// are written beside the images. With --images instead, the form for scripts, nothing is chosen.
+// The form of run and localize for people: `oaslam run walk.mp4`. Unless told otherwise, the
+// default detector is used, and results are written beside the images. With --images instead, the
+// form for scripts, there is a detector only where one is given, and --out must be.
 struct PlainForm {
   std::string images;  // positional argument; empty: the other form
   bool force = false;  // write into a folder that has results already
@@ -20,7 +21,8 @@ struct PlainForm {
 void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images);
 
 // The folder for results beside images: "walk.mp4" and the suffix ".oaslam" give "walk.oaslam" in
-// the same folder; of a camera "webcam:0", "webcam_0.oaslam" in the working folder.
+// the same folder; of a camera "webcam:0", "webcam_0.oaslam" in the working folder. Throws
+// InputError for "/".
 std::string FolderBeside(const std::string& images, const std::string& suffix);
 
 // What a command is told, and what is chosen where it is not.

@@ -22,8 +22,8 @@ class Outcome:
         return f"exit {self.code}\nstdout: {self.out[-2000:]}\nstderr: {self.err[-4000:]}"
 
 
-def oaslam(*args, timeout=300):
-    done = subprocess.run([BINARY, *map(str, args)], capture_output=True, text=True, timeout=timeout)
+def oaslam(*args, timeout=300, cwd=None):
+    done = subprocess.run([BINARY, *map(str, args)], capture_output=True, text=True, timeout=timeout, cwd=cwd)
     return Outcome(done.returncode, done.stdout, done.stderr)
 
 

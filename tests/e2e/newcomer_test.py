@@ -2,6 +2,7 @@
 import json
 import os
 import shutil
+import subprocess
 import unittest
 import unittest.mock
 
@@ -114,6 +115,18 @@ class Newcomer(harness.InFolder):
             self.assertEqual(done.code, 1, done)
             self.assertIn("webcam:99: cannot be opened", done.err)
             self.assertEqual("live: " in done.err, is_live, done)
+
+    def test_results_are_beside_a_folder_however_it_is_named(self):
+        images = self.path("images")
+        subprocess.run([harness.EXTRACT, self.video, images, "0", "3"], check=True)
+        os.makedirs(os.path.join(images, "a", "b"))
+        for name, cwd in ((images, None), (images + "/", None), (".", images), ("..", images + "/a"), ("../..", images + "/a/b"), ("a/..", images)):
+            done = oaslam("run", name, "--detector", "none", "--camera", "fov:60", cwd=cwd)
+            self.assertEqual(done.code, 0, (name, done))
+            shutil.rmtree(self.path("images.oaslam"))
+        done = oaslam("run", "/", "--detector", "none", "--camera", "fov:60")
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("error: /: there is nothing beside it: --out", done.err)
 
     def test_images_that_are_not_there_leave_nothing_behind(self):
         for command in (["run"], ["localize", "--map", os.path.join(self.out, "map.oaslam")]):
