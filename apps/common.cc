@@ -122,24 +122,38 @@ ImageSourceOptions FrameRange(const CommonOptions& options) {
   return range;
 }
 
-void EnsureOutputFolder(const std::string& path) {
+OutputFolder::OutputFolder(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
+  // The dot stands for the folder itself in "out/", too.
+  for (fs::path p = (fs::absolute(path) / ".").lexically_normal().parent_path();
+       !fs::exists(p, error); p = p.parent_path())
+    created_.push_back(p);
   fs::create_directories(path, error);
-  if (!fs::is_directory(path, error))
-    throw InputError(fmt::format("{}: the folder cannot be created", path));
+  const bool is_there = fs::is_directory(path, error);
   const fs::path probe = fs::path(path) / fmt::format(".oaslam-{}", getpid());
-  const bool writable = static_cast<bool>(std::ofstream(probe) << "x" << std::flush);
+  const bool is_writable = is_there && static_cast<bool>(std::ofstream(probe) << "x" << std::flush);
   fs::remove(probe, error);
-  if (!writable) throw InputError(fmt::format("{}: the folder cannot be written to", path));
+  if (is_writable) return;
+  RemoveWhatIsEmpty();
+  throw InputError(
+      fmt::format("{}: the folder cannot be {}", path, is_there ? "written to" : "created"));
 }
 
-void EnsureOutputFile(const std::string& path, const std::string& option) {
+OutputFolder::~OutputFolder() { RemoveWhatIsEmpty(); }
+
+void OutputFolder::RemoveWhatIsEmpty() {
+  std::error_code error;
+  for (const std::filesystem::path& folder : created_)
+    if (!std::filesystem::remove(folder, error)) return;
+}
+
+OutputFolder FolderOfOutputFile(const std::string& path, const std::string& option) {
   if (std::filesystem::is_directory(path))
     throw InputError(fmt::format("{}: a folder, {} asks for a file", path, option));
   const std::string folder = std::filesystem::path(path).parent_path().string();
   try {
-    EnsureOutputFolder(folder.empty() ? "." : folder);
+    return OutputFolder(folder.empty() ? "." : folder);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{} {}: {}", option, path, error.what()));
   }

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,10 +41,26 @@ SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config = {
 Classes LoadClasses(const CommonOptions& options);
 ImageSourceOptions FrameRange(const CommonOptions& options);
 
-// Creates the folder and checks that it can be written to. Throws InputError.
-void EnsureOutputFolder(const std::string& path);
-// The same for the folder of a file, which must not be a folder itself. `option` gave the path.
-void EnsureOutputFile(const std::string& path, const std::string& option = "--out");
+// A folder for results. What was created is removed at the end if it is still empty, as it is where
+// the input is refused.
+class OutputFolder {
+ public:
+  // Creates the folder and checks that it can be written to. Throws InputError.
+  explicit OutputFolder(const std::string& path);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+ private:
+  void RemoveWhatIsEmpty();
+
+  std::vector<std::filesystem::path> created_;  // the innermost one first
+};
+
+// The folder of a file, which must not be a folder itself. `option` gave the path. Throws
+// InputError.
+[[nodiscard]] OutputFolder FolderOfOutputFile(const std::string& path,
+                                              const std::string& option = "--out");
 
 // Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
 class ProgressBar {

@@ -67,7 +67,7 @@ int RunDetect(DetectOptions options) {
   if (options.detector.model.empty()) options.detector.model = "default";
   if (!options.detector.IsGiven()) throw InputError("detect: --detector none finds nothing");
   const std::unique_ptr<Detector> detector = LoadDetector(options.detector);
-  EnsureOutputFile(options.out);
+  const OutputFolder folder = FolderOfOutputFile(options.out);
   InstallInterruptHandler();
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;

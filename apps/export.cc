@@ -31,20 +31,20 @@ void CheckExtension(const ExportOptions& options) {
     throw InputError(options.out + ": --format obj asks for a file .obj");
 }
 
-void CheckOptions(const ExportOptions& options) {
+OutputFolder Check(const ExportOptions& options) {
   if (!options.images.empty() && !IsFolderFormat(options.format))
     throw InputError("--images is for --format colmap and nerfstudio");
   if (options.ellipsoids && options.format != "ply")
     throw InputError("--ellipsoids is for --format ply; obj and gltf always have them");
-  if (IsFolderFormat(options.format)) return EnsureOutputFolder(options.out);
+  if (IsFolderFormat(options.format)) return OutputFolder(options.out);
   CheckExtension(options);
-  EnsureOutputFile(options.out);
+  return FolderOfOutputFile(options.out);
 }
 
 void Export(const ExportOptions& options) {
   const SavedMap saved = LoadPiece(options.map, options.piece);
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
-  CheckOptions(options);
+  const OutputFolder folder = Check(options);
   if (IsFolderFormat(options.format)) {
     ImageSourceOptions range = FrameRange(options.common);
     range.color = true;

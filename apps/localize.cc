@@ -2,7 +2,6 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -40,15 +39,10 @@ struct LocalizeOptions {
 // Writes poses.txt, candidates.txt and frames.csv (docs/formats.md).
 class LocalizeResults {
  public:
-  explicit LocalizeResults(const std::string& folder)
-      : folder_(folder), frames_(folder + "/frames.csv") {
-    if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder));
-    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
-               "features,ms,object_score,object_margin,focal_length\n";
-  }
+  explicit LocalizeResults(const std::string& folder) : folder_(folder) {}
 
   void Add(int index, double timestamp, const RelocalizationResult& r) {
-    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
+    frames_ += fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
                            index, timestamp, ToString(r.evidence), r.confidence, r.inlier_points,
                            r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score,
                            r.object_margin, r.camera ? r.camera->fx : focal_length_);
@@ -66,7 +60,7 @@ class LocalizeResults {
   int count() const { return count_; }  // images so far
 
   void Finish(const SavedMap& saved, bool quiet) {
-    frames_.flush();
+    WriteTextFile(folder_ + "/frames.csv", frames_);
     SavePresence(saved);
     SaveTrajectory(folder_ + "/poses.txt", poses_);
     SaveScoredPoses(folder_ + "/candidates.txt", candidates_);
@@ -107,7 +101,9 @@ class LocalizeResults {
 
   std::string folder_;
   std::vector<ObjectPresence> presence_;
-  std::ofstream frames_;
+  std::string frames_ =
+      "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,"
+      "ms,object_score,object_margin,focal_length\n";
   std::vector<StampedPose> poses_;
   std::vector<ScoredPose> candidates_;
   std::array<int, 4> by_evidence_{};
@@ -285,7 +281,7 @@ int Localize(const LocalizeOptions& given) {
     throw InputError("localize: --record needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadPiece(options.map, options.piece);
-  EnsureOutputFolder(options.out);
+  const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
   InstallInterruptHandler();
   std::exception_ptr failure;

@@ -118,8 +118,10 @@ void MapObjects(const Options& options) {
   const Classes classes = LoadClasses(options.common);
   const Camera camera = LoadCamera(options.camera, {0, 0});
   const std::vector<PosedDetections> frames = PoseDetections(options, camera);
-  EnsureOutputFolder(options.out);
-  if (!options.map_out.empty()) EnsureOutputFile(options.map_out, "--map-out");
+  const OutputFolder folder(options.out);
+  const OutputFolder map_folder = options.map_out.empty()
+                                      ? OutputFolder(options.out)
+                                      : FolderOfOutputFile(options.map_out, "--map-out");
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
   const KnownPoseMap result =
       MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,

@@ -214,8 +214,10 @@ int Run(const RunOptions& given) {
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
-  EnsureOutputFolder(options.out);
-  if (!options.map_out.empty()) EnsureOutputFile(options.map_out, "--map-out");
+  const OutputFolder folder(options.out);
+  const OutputFolder map_folder = options.map_out.empty()
+                                      ? OutputFolder(options.out)
+                                      : FolderOfOutputFile(options.map_out, "--map-out");
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detections, options.detector, is_live,

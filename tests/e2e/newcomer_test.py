@@ -133,7 +133,15 @@ class Newcomer(harness.InFolder):
             done = oaslam(*command, self.path("wlak.mp4"))
             self.assertEqual(done.code, 1, done)
             self.assertIn("wlak.mp4: there is no such file", done.err)
-        self.assertFalse([name for name in os.listdir(self.folder) if name.startswith("wlak")])
+        noise, outs = self.path("noise.mp4"), (self.path("new/folder"), self.path("new/maps"))
+        with open(noise, "w") as f:
+            f.write("no video")
+        for command in (["run"], ["run", "--out", outs[0] + "/", "--map-out", outs[1] + "/x.map"], ["localize", "--map", os.path.join(self.out, "map.oaslam")],
+                        ["detect", "--out", outs[0] + "/boxes.json"]):
+            done = oaslam(*command, noise)
+            self.assertEqual(done.code, 1, done)
+            self.assertIn("noise.mp4", done.err)
+        self.assertFalse([name for name in os.listdir(self.folder) if name.startswith(("wlak", "noise.", "new")) and name != "noise.mp4"])
 
     def test_alone_it_says_what_it_can_do(self):
         done = oaslam()
