@@ -13,15 +13,20 @@
 
 namespace oaslam::apps {
 
-FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
-  if (!sources.detections.empty()) detections_ = LoadDetections(sources.detections);
-  if (!sources.gravity.empty()) gravity_ = GravityTrack::Load(sources.gravity);
-  detector_ = LoadDetector(sources.detector);
+SideInputs::SideInputs(const std::string& detections_file, const std::string& gravity_file,
+                       const DetectorSettings& detector_settings)
+    : detector(LoadDetector(detector_settings)) {
+  if (!detections_file.empty()) detections = LoadDetections(detections_file);
+  if (!gravity_file.empty()) gravity = GravityTrack::Load(gravity_file);
+}
+
+FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
+    : side_(std::move(side)), is_lost_(sources.in_map) {
   // For the small images of a pyramid OpenCV's threads cost more than they gain, and a detector
   // that works ahead has threads of its own.
-  cv::setNumThreads(detector_ && sources.live ? -1 : 1);
+  cv::setNumThreads(side_.detector && sources.live ? -1 : 1);
   ImageSourceOptions range = FrameRange(common);
-  range.color = detector_ != nullptr;
+  range.color = side_.detector != nullptr;
   range.color_if_free = sources.for_display;
   images_ = OpenImages(sources.images, range);
   if (sources.live && (range.follow || sources.images.starts_with("webcam:"))) {
@@ -35,7 +40,7 @@ FrameInputs::FrameInputs(const Sources& sources, const CommonOptions& common) {
   const bool is_auto = IsAutoCamera(sources.camera);
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
-  if (detector_) StartDetector(sources);
+  if (side_.detector) StartDetector(sources);
   // A growing folder, or a camera, would keep an image waiting for the ones after it.
   if (pool_ && !range.follow && !sources.images.starts_with("webcam:"))
     most_ahead_ = static_cast<size_t>(4 * pool_->threads());
@@ -66,13 +71,13 @@ std::optional<InputImage> FrameInputs::NextReadable() {
 void FrameInputs::StartDetector(const Sources& sources) {
   if (sources.live) {
     background_ = std::make_unique<BackgroundDetector>(
-        [this](const cv::Mat& image) { return detector_->Detect(image); });
+        [this](const cv::Mat& image) { return side_.detector->Detect(image); });
     return;
   }
   constexpr unsigned kMostThreads = 4;
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
   std::vector<DetectorPool::Detect> detectors;
-  detectors.push_back([this](const cv::Mat& image) { return detector_->Detect(image); });
+  detectors.push_back([this](const cv::Mat& image) { return side_.detector->Detect(image); });
   for (unsigned i = 1; i < threads; ++i)
     detectors.push_back([copy = std::shared_ptr<Detector>(LoadDetector(sources.detector))](
                             const cv::Mat& image) { return copy->Detect(image); });
@@ -86,7 +91,7 @@ bool FrameInputs::Choose(const InputImage& image) {
                            : view_change_.Choose(image.image, image.timestamp);
 }
 
-void FrameInputs::Read(size_t ahead, bool is_lost) {
+void FrameInputs::Read(size_t ahead, bool looks_at_all) {
   while (read_.size() < ahead + 1) {
     std::optional<InputImage> image = NextReadable();
     if (!image) break;
@@ -97,13 +102,13 @@ void FrameInputs::Read(size_t ahead, bool is_lost) {
   // While the camera is lost, images that are not chosen will probably be asked for, too.
   if (pool_)
     for (ReadImage& read : read_)
-      if ((read.is_chosen || is_lost) && !read.found.valid())
+      if ((read.is_chosen || looks_at_all) && !read.found.valid())
         read.found = pool_->Add(read.image.image);
 }
 
-std::optional<FrameInput> FrameInputs::Next(bool is_lost) {
-  is_lost = is_lost && detect_every_ == 0;
-  Read(most_ahead_, is_lost);
+std::optional<FrameInput> FrameInputs::Next() {
+  const bool looks_at_all = is_lost_ && detect_every_ == 0;
+  Read(most_ahead_, looks_at_all);
   if (read_.empty()) return std::nullopt;
   ReadImage read = std::move(read_.front());
   read_.pop_front();
@@ -115,12 +120,12 @@ std::optional<FrameInput> FrameInputs::Next(bool is_lost) {
   frame.orientation = image.orientation;
   frame.input.image = image.image;
   frame.input.timestamp = image.timestamp;
-  frame.input.gravity_in_cam = gravity_.At(image.timestamp);
+  frame.input.gravity_in_cam = side_.gravity.At(image.timestamp);
   if (background_) {
     frame.input.detections_follow = true;
   } else if (!pool_) {
-    frame.input.detections = detections_.Find(image.name);
-  } else if (read.is_chosen || is_lost) {
+    frame.input.detections = side_.detections.Find(image.name);
+  } else if (read.is_chosen || looks_at_all) {
     frame.input.detections = read.found.get();
     ++looked_at_;
   }

@@ -28,16 +28,23 @@ struct FrameInput {
   Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
 };
 
-// Whether a camera that looks for itself in a map has no pose by points: objects may tell where it
-// is.
-inline bool IsLost(TrackingState state) {
-  return state == TrackingState::kLost || state == TrackingState::kObjects;
-}
-
 // The speed of a detector.
 struct DetectorPace {
   int images = 0;
   double busy_ms = 0;
+};
+
+// What a command is given besides images: read before any image is looked at, so that a mistake in
+// it is said at once.
+struct SideInputs {
+  SideInputs() = default;
+  // Throws InputError. Empty paths: nothing.
+  SideInputs(const std::string& detections_file, const std::string& gravity_file,
+             const DetectorSettings& detector_settings);
+
+  DetectionTable detections;
+  GravityTrack gravity;
+  std::unique_ptr<Detector> detector;  // null: none
 };
 
 // Images with their time stamps and detections, from files or from a detector. Skips, with a
@@ -48,28 +55,33 @@ class FrameInputs {
  public:
   struct Sources {
     // `camera`: as for LoadCamera; "auto" or empty: any camera of the images' size.
-    std::string images, camera, detections;
+    std::string images, camera;
     DetectorSettings detector;
     // A camera or a growing folder gives its newest image, and the detector
     // works in the background.
     bool live = false;
-    bool for_display = false;              // in colour where that costs nothing
-    std::string gravity;                   // file; empty: none
+    bool for_display = false;  // in colour where that costs nothing
+    // The camera looks for itself in a map: it is lost until it is found.
+    bool in_map = false;
     std::optional<Camera> known_camera{};  // used instead of `camera`
   };
 
-  FrameInputs(const Sources& sources, const CommonOptions& common);
+  FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common);
 
   const Camera& camera() const { return camera_; }
   int size() const { return images_->size(); }
-  const Detector* detector() const { return detector_.get(); }  // null: none
   // Whether the source is live: images come when they are taken.
   bool is_live() const { return latest_ != nullptr; }
   // The number of images of a live source that were missed while another was processed.
   int dropped() const { return latest_ ? latest_->dropped() : 0; }
-  // The next image. `is_lost`: the camera is lost, or not found yet: objects are looked for in the
-  // image even where the view has hardly changed.
-  std::optional<FrameInput> Next(bool is_lost);
+  // The next image. While the camera is lost, objects are looked for even where the view has hardly
+  // changed.
+  std::optional<FrameInput> Next();
+  // Tells whether the camera has a pose by points in the last image; else objects may tell where it
+  // is.
+  void SetState(TrackingState state) {
+    is_lost_ = state == TrackingState::kLost || state == TrackingState::kObjects;
+  }
 
   // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
   // once they are ready.
@@ -84,7 +96,7 @@ class FrameInputs {
     if (background_) background_->Wait();
   }
   // To be called once all images are read: warns where no gravity sample was near any image.
-  void CheckGravity() const { gravity_.WarnIfUnused(); }
+  void CheckGravity() const { side_.gravity.WarnIfUnused(); }
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
     if (!pool_) return {};
@@ -104,7 +116,7 @@ class FrameInputs {
   std::optional<InputImage> NextReadable();
   void StartDetector(const Sources& sources);
   // Reads images, those within `ahead` of the next one.
-  void Read(size_t ahead, bool is_lost);
+  void Read(size_t ahead, bool looks_at_all);
   bool Choose(const InputImage& image);
 
   std::unique_ptr<ImageSource> images_;
@@ -113,13 +125,12 @@ class FrameInputs {
   size_t most_ahead_ = 0;                      // images
   int read_count_ = 0, looked_at_ = 0;
   Camera camera_;
-  DetectionTable detections_;
-  GravityTrack gravity_;
-  std::unique_ptr<Detector> detector_;
+  SideInputs side_;
+  bool is_lost_;
   std::optional<double> last_timestamp_;
   int detect_every_ = 0;  // 0: where the view changes
   ViewChange view_change_;
-  // The detector in the background (live), or its copies (else); destroyed before `detector_`.
+  // The detector in the background (live), or its copies (else); destroyed before `side_`.
   std::unique_ptr<BackgroundDetector> background_;
   std::unique_ptr<DetectorPool> pool_;
 };

@@ -33,6 +33,10 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
       ->needs(viewer);
 }
 
+void CheckAddress(const ViewerSettings& settings) {
+  if (settings.port) Viewer({.address = settings.bind, .port = *settings.port});
+}
+
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
                                           const std::vector<StampedPose>& trajectory) {
   constexpr size_t kMinPoses = 20;  // fewer poses do not determine the scale well

@@ -23,6 +23,9 @@ struct ViewerSettings {
 
 void AddViewerOptions(CLI::App& app, ViewerSettings& settings);
 
+// Throws InputError where the page cannot be served, without serving it.
+void CheckAddress(const ViewerSettings& settings);
+
 // Ground truth in the frame of a trajectory, for the viewer; empty where they do not fit.
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
                                           const std::vector<StampedPose>& trajectory);

@@ -145,25 +145,28 @@ bool MustForget(const LocalizeOptions& options, int done) {
 FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::optional<Camera>& known) {
   return {.images = options.images,
           .camera = options.camera,
-          .detections = options.detections,
           .detector = options.detector,
           .live = false,
           .for_display = options.recording.IsAskedFor(),
-          .gravity = options.gravity,
+          .in_map = true,
           .known_camera = known};
+}
+
+SideInputs SideInputsOf(const LocalizeOptions& options) {
+  return {options.detections, options.gravity, options.detector};
 }
 
 // The camera of a source with one camera: among the first images found in the map, that of the one
 // with the most points.
 std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
   constexpr int kEnough = 5, kMaxImages = 200;
-  FrameInputs inputs(SourcesOf(options, std::nullopt), options.common);
+  FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(options), options.common);
   Slam slam(config, inputs.camera());
   slam.Load(options.map, options.piece);
   RelocalizationResult best;
   int found = 0;
   for (int i = 0; i < kMaxImages && found < kEnough && !Interrupted(); ++i) {
-    const std::optional<FrameInput> frame = inputs.Next(true);
+    const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
     RelocalizationResult r = slam.RelocalizeWithUnknownCamera(
         frame->input, RelocalizationModeOf(options.relocalization));
@@ -187,25 +190,24 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamCo
 void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
                     LocalizeResults& results) {
   const bool is_auto = IsAutoCamera(options.camera);
+  Recording recording(options.recording,
+                      LoadModels(options.models, options.recording.IsAskedFor()));
   FrameInputs inputs(
       SourcesOf(options,
                 is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt),
-      options.common);
+      SideInputsOf(options), options.common);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
   BeginInMap(options, slam);
   slam.SetMapping(false);
   const RelocalizationMode mode = RelocalizationModeOf(options.relocalization);
   slam.SetRelocalizationMode(mode);
-  Recording recording(options.recording, LoadModels(options.models, options.recording.IsAskedFor()),
-                      slam, inputs.camera());
+  recording.Begin(slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
-  bool is_lost = true;
   std::exception_ptr failure;
   try {
-    while (const std::optional<FrameInput> frame =
-               Interrupted() ? std::nullopt : inputs.Next(is_lost)) {
+    while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
       if (MustForget(options, done)) BeginInMap(options, slam);
       RelocalizationResult result;
       if (options.every_frame) {
@@ -215,7 +217,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
         recording.Add(*frame, result);
       } else {
         const TrackingResult tracked = slam.Process(frame->input);
-        is_lost = IsLost(tracked.state);
+        inputs.SetState(tracked.state);
         recording.Add(slam, *frame, tracked);
         result = FromTracking(tracked);
       }

@@ -32,11 +32,14 @@ CLI::Option* AddRecordingOptions(CLI::App& app, RecordingSettings& settings) {
       ->type_name("FILE");
 }
 
-Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models,
-                     const Slam& slam, const Camera& camera)
-    : models_(std::move(models)), camera_(camera) {
-  if (!settings.IsAskedFor()) return;
-  video_.emplace(settings.path);
+Recording::Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models)
+    : models_(std::move(models)) {
+  if (settings.IsAskedFor()) video_.emplace(settings.path);
+}
+
+void Recording::Begin(const Slam& slam, const Camera& camera) {
+  if (!video_) return;
+  camera_ = camera;
   SavedMap saved = SlamAccess::Export(slam);
   names_ = std::move(saved.class_names);
   map_ = std::move(saved.map);

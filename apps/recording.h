@@ -30,8 +30,9 @@ class Recording {
  public:
   // `models` must have their meshes loaded. Throws InputError where the video's
   // file cannot be written.
-  Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models,
-            const Slam& slam, const Camera& camera);
+  Recording(const RecordingSettings& settings, std::shared_ptr<const ModelLibrary> models);
+  // To be called before the first image.
+  void Begin(const Slam& slam, const Camera& camera);
 
   // Adds an image just given to Process, with the map that the tracker saw.
   void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);

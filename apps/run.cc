@@ -133,10 +133,9 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
   }
 }
 
-// Estimates the camera before the run where it is not given. Other inputs are checked first.
+// Estimates the camera before the run where it is not given.
 std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
   if (!options.camera.IsEstimated()) return std::nullopt;
-  if (!options.detections.empty()) LoadDetections(options.detections);
   return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config,
                         options.common);
 }
@@ -214,23 +213,28 @@ int Run(const RunOptions& given) {
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
+  SideInputs side(options.detections, options.gravity, options.detector);
+  const bool has_detector = side.detector != nullptr;
+  const Classes classes = ClassesFor(options.common, side.detector.get());
+  const MetricScale scale(options.scale, classes.names, groundtruth);
+  const auto models = LoadModels(options.models, options.recording.IsAskedFor());
+  CheckAddress(options.viewer);
   const OutputFolder folder(options.out);
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)
                                       : FolderOfOutputFile(options.map_out, "--map-out");
+  Recording recording(options.recording, models);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
   FrameInputs inputs(
-      {options.images, options.camera.camera, options.detections, options.detector, is_live,
-       options.viewer.port || options.recording.IsAskedFor(), options.gravity,
+      {options.images, options.camera.camera, options.detector, is_live,
+       options.viewer.port || options.recording.IsAskedFor(), !options.map_in.empty(),
        first_estimate ? std::optional(first_estimate->camera) : std::nullopt},
-      options.common);
-  const Classes classes = ClassesFor(options.common, inputs.detector());
-  const MetricScale scale(options.scale, classes.names, groundtruth);
+      std::move(side), options.common);
 
   Slam slam(config, inputs.camera());
   const auto set_classes = [&](bool is_loaded) {
     // A class file applies from now on; without one a loaded map keeps its relations.
-    if (!is_loaded || inputs.detector() || !options.common.classes.empty())
+    if (!is_loaded || has_detector || !options.common.classes.empty())
       slam.SetClassNames(classes.names);
     if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
   };
@@ -246,14 +250,12 @@ int Run(const RunOptions& given) {
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));
-  const auto models = LoadModels(options.models, options.recording.IsAskedFor());
   LiveView view(options.viewer, options.images, slam, groundtruth, models, options.common.quiet);
-  Recording recording(options.recording, models, slam, inputs.camera());
+  recording.Begin(slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
-  bool is_lost = !options.map_in.empty();
   // The first error; it is reported after all results have been saved.
   std::exception_ptr failure;
   const auto attempt = [&](const auto& step) {
@@ -267,14 +269,14 @@ int Run(const RunOptions& given) {
     while (!Interrupted()) {
       pace.Delay(view.Obey(slam, reset));
       if (Interrupted()) break;
-      const std::optional<FrameInput> frame = inputs.Next(is_lost);
+      const std::optional<FrameInput> frame = inputs.Next();
       if (!frame) break;
       if (is_live && !inputs.is_live() && !pace.Wait(frame->input.timestamp)) {
         ++dropped;
         continue;
       }
       const TrackingResult result = slam.Process(frame->input);
-      is_lost = IsLost(result.state);
+      inputs.SetState(result.state);
       results.Add(frame->index, result);
       inputs.DetectLate(result.frame, frame->input.image);
       AddLateDetections(inputs, slam, results);

@@ -2,6 +2,7 @@
 import json
 import os
 import shutil
+import socket
 import subprocess
 import unittest
 import unittest.mock
@@ -55,6 +56,23 @@ class Newcomer(harness.InFolder):
         self.assertEqual(done.code, 1, done)
         self.assertNotIn("estimating", done.err)
         self.assertIn("walk.mp4/out", done.err)
+
+    def test_what_is_named_is_read_before_the_camera_is_estimated(self):
+        noise = self.path("noise.txt")
+        with open(noise, "w") as f:
+            f.write("no number\n")
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            for options, words in ((["--detector", noise], "noise.txt"), (["--detector", "none", "--gravity", noise], "noise.txt:1"),
+                                   (["--detections", noise], "noise.txt"), (["--classes", self.path("none.yaml")], "none.yaml"), (["--map-in", noise], "noise.txt"),
+                                   (["--scale-object", "cup"], "--scale-object"), (["--scale-object", "cpu=1"], "cpu"), (["--groundtruth", noise], "noise.txt"),
+                                   (["--scale-from", "gt"], "--groundtruth"), (["--record", self.path("walk.avi")], "walk.avi"),
+                                   (["--record", self.path("new.mp4"), "--model", self.path("none.glb")], "none.glb"),
+                                   (["--viewer", taken.getsockname()[1]], str(taken.getsockname()[1])), (["--refine-camera", "--camera", noise], "noise.txt")):
+                done = oaslam("run", self.video, "--out", self.path("refused"), *options)
+                self.assertEqual(done.code, 1, (options, done))
+                self.assertIn(words, done.err)
+                self.assertNotIn("estimating", done.err, options)
+                self.assertFalse(os.path.exists(self.path("refused")), options)
 
     def test_find_other_images_in_the_map(self):
         other = self.path("other.mp4")
