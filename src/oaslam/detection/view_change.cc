@@ -1,12 +1,16 @@
 #include "oaslam/detection/view_change.h"
 
 #include <algorithm>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace oaslam {
 namespace {
 
-constexpr double kMoved = 0.006;  // of the width
+// The mean of the cosine's magnitude over all directions: of a motion, gradients in all directions
+// measure this share.
+constexpr double kMeanCosine = 2 / std::numbers::pi;
+constexpr double kMoved = 0.006 / kMeanCosine;  // of the width
 constexpr double kMostSeconds = 0.15, kTimeSlack = 1e-3;
 constexpr int kWidth = 80;
 constexpr double kLeastGradient = 0.5;  // grey levels; less is noise
@@ -33,7 +37,7 @@ double MeanGradient(const cv::Mat& small) {
 double ShareMoved(const cv::Mat& from, double gradient, const cv::Mat& to) {
   cv::Mat difference;
   cv::absdiff(from, to, difference);
-  return cv::mean(difference)[0] / gradient / kWidth;
+  return cv::mean(difference)[0] / gradient / kWidth / kMeanCosine;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace oaslam {
 class ViewChange {
  public:
   // Whether the image should be looked at: the first one, those whose view has moved by more than
-  // 0.6 % of the image's width since the last chosen one, and one at least every 0.15 seconds,
+  // 0.94 % of the image's width since the last chosen one, and one at least every 0.15 seconds,
   // since what is seen longer is better known. `image`: 8-bit, grey or BGR, all of one size;
   // `timestamp`: seconds, ascending.
   bool Choose(const cv::Mat& image, double timestamp);
@@ -20,10 +20,11 @@ class ViewChange {
   double chosen_time_ = 0;
 };
 
-// By how much the second of two images has moved against the first, as a share of their width: the
-// mean difference of grey levels, which is that of brightness constancy, motion times gradient
-// (Horn and Schunck 1981). As the gradient has all directions, about two thirds of a motion are
-// measured. Only small motions are told apart: large ones give some percent.
+// By how much the second of two images has moved against the first, as a share of their width. By
+// constancy of brightness (Horn and Schunck 1981) a grey level changes by motion times gradient;
+// over gradients in all directions, the mean change is 2/pi of the motion times their mean length.
+// Where all have one direction, up to pi/2 of the motion is measured, or nothing. Only small
+// motions are told apart: large ones give some percent.
 double ShareMoved(const cv::Mat& from, const cv::Mat& to);
 
 }  // namespace oaslam
