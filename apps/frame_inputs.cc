@@ -43,7 +43,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   if (side_.detector) StartDetector(sources);
   // A growing folder, or a camera, would keep an image waiting for the ones after it.
   if (pool_ && !range.follow && !sources.images.starts_with("webcam:"))
-    most_ahead_ = static_cast<size_t>(4 * pool_->threads());
+    most_ahead_ = pool_->MostAhead(first->image);
   const bool is_chosen = Choose(*first);
   read_.push_back({std::move(*first), is_chosen});
   ++read_count_;

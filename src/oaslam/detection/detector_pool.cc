@@ -1,5 +1,6 @@
 #include "oaslam/detection/detector_pool.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -25,6 +26,12 @@ std::future<std::vector<Detection>> DetectorPool::Add(const cv::Mat& image) {
   waiting_.push_back({image, {}});
   changed_.notify_one();
   return waiting_.back().found.get_future();
+}
+
+size_t DetectorPool::MostAhead(const cv::Mat& image) const {
+  constexpr size_t kForEachThread = 4, kMostBytes = size_t{256} << 20;
+  const size_t bytes = std::max(image.total() * image.elemSize(), size_t{1});
+  return std::clamp(kMostBytes / bytes, size_t{1}, kForEachThread * threads_.size());
 }
 
 void DetectorPool::Run(const std::stop_token& stop, const Detect& detect) {

@@ -30,7 +30,10 @@ class DetectorPool {
   // The image must not be changed meanwhile.
   std::future<std::vector<Detection>> Add(const cv::Mat& image);
 
-  int threads() const { return static_cast<int>(threads_.size()); }
+  // As many images of this size as may be added beyond the one that is asked for next: four for
+  // each thread, so that all are busy, but not more than 256 MiB of them, as long as it is one.
+  size_t MostAhead(const cv::Mat& image) const;
+
   int images() const;      // number of images processed
   double busy_ms() const;  // time spent on them, of all threads
 

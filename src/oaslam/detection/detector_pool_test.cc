@@ -18,7 +18,6 @@ cv::Mat Image(int value) { return cv::Mat(1, 1, CV_32S, cv::Scalar(value)); }
 
 TEST(DetectorPool, EachFutureHasTheDetectionsOfItsImage) {
   DetectorPool pool({TellValue, TellValue, TellValue});
-  EXPECT_EQ(pool.threads(), 3);
   std::vector<std::future<std::vector<Detection>>> found;
   for (int i = 0; i < 100; ++i) found.push_back(pool.Add(Image(i)));
   for (int i = 0; i < 100; ++i) EXPECT_EQ(found[static_cast<size_t>(i)].get()[0].category_id, i);
@@ -40,6 +39,15 @@ TEST(DetectorPool, WorksOnAsManyImagesAsThereAreThreads) {
   go_on.release(2);
   EXPECT_EQ(first.get()[0].category_id, 1);
   EXPECT_EQ(second.get()[0].category_id, 2);
+}
+
+TEST(DetectorPool, LargeImagesAreFewAhead) {
+  const DetectorPool pool({TellValue, TellValue, TellValue, TellValue});
+  EXPECT_EQ(pool.MostAhead(cv::Mat(480, 640, CV_8UC3)), 16U);
+  const cv::Mat of_4k(2160, 3840, CV_8UC3);
+  EXPECT_EQ(pool.MostAhead(of_4k), 10U);
+  EXPECT_LT(10 * of_4k.total() * of_4k.elemSize(), size_t{256} << 20);
+  EXPECT_EQ(pool.MostAhead(cv::Mat(20000, 20000, CV_8UC3)), 1U);
 }
 
 TEST(DetectorPool, RethrowsAndGoesOn) {
