@@ -41,6 +41,23 @@ class Newcomer(harness.InFolder):
         for name in ("trajectory.txt", "objects.json"):
             self.assertEqual(harness.read_bytes(os.path.join(self.out, name)), harness.read_bytes(os.path.join(again, name)))
 
+    def test_the_same_where_the_camera_is_lost(self):
+        # On one processor the detector has fewer threads, reads less far ahead, and is slower.
+        clip, processors, outs = harness.clip("lost_and_back")[:4], os.sched_getaffinity(0), (self.path("lost"), self.path("lost_again"))
+        for out, allowed in zip(outs, (processors, {min(processors)})):
+            os.sched_setaffinity(0, allowed)
+            try:
+                done = oaslam("run", *clip, "--detector", "default", "--out", out, "--map-out", out + ".map")
+            finally:
+                os.sched_setaffinity(0, processors)
+            self.assertEqual(done.code, 0, done)
+        frames, again = ([{k: v for k, v in row.items() if "ms" not in k} for row in harness.read_csv(os.path.join(out, "frames.csv"))] for out in outs)
+        self.assertGreater(sum(f["state"] == "lost" for f in frames), 10)
+        self.assertEqual(frames, again)
+        self.assertEqual(*(harness.read_json(os.path.join(out, "summary.json"))["detector"]["images"] for out in outs))
+        for name in (".map", "/trajectory.txt", "/trajectory_live.txt", "/objects.json"):
+            self.assertEqual(*(harness.read_bytes(out + name) for out in outs), name)
+
     def test_results_are_not_overwritten_unasked(self):
         done = oaslam("run", self.video, "--to", 50)
         self.assertEqual(done.code, 1, done)
