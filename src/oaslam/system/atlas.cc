@@ -220,8 +220,7 @@ void Atlas::PromoteGrowingPiece() {
 // Moves the map and the trajectory of a session to the waiting pieces.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
-  // In live mode the camera does not wait for a global bundle adjustment.
-  rest.adopt_adjustment = config_.runner.mode != "live";
+  rest.adopt_adjustment = true;
   session.SubmitAndWait(std::move(rest));
   if (!failure_) failure_ = session.failure();
   const std::shared_ptr<const Map> map = session.snapshot();

@@ -5,12 +5,13 @@
 namespace oaslam {
 
 BackgroundBundle::BackgroundBundle(const Map& map, std::vector<KeyframeId> window,
-                                   const BundleConfig& config, int frame_index)
+                                   const BundleConfig& config, int frame_index,
+                                   const WindowAdjustment& adjust)
     : begun_at_(frame_index), work_(new Work{map, std::move(window), {}, nullptr, false}) {
   constexpr int kIterations = 20;
-  thread_ = std::jthread([work = work_.get(), config](const std::stop_token& stop) {
+  thread_ = std::jthread([work = work_.get(), config, adjust](const std::stop_token& stop) {
     try {
-      work->correction = WindowBundleAdjustment(work->map, work->window, kIterations, config, stop);
+      work->correction = adjust(work->map, work->window, kIterations, config, stop);
     } catch (...) {
       work->failure = std::current_exception();
     }

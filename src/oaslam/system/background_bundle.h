@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <exception>
+#include <functional>
 #include <memory>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -12,6 +14,10 @@
 
 namespace oaslam {
 
+// As WindowBundleAdjustment: map, window, iterations, configuration, request to stop.
+using WindowAdjustment = std::function<BundleCorrection(
+    const Map&, const std::vector<KeyframeId>&, int, const BundleConfig&, const std::stop_token&)>;
+
 // A bundle adjustment of a copy of the map, on a thread of its own. The destructor stops it and
 // waits for its thread.
 class BackgroundBundle {
@@ -19,7 +25,7 @@ class BackgroundBundle {
   // `window`: the keyframes that are adjusted (WindowBundleAdjustment). `frame_index`: the current
   // frame.
   BackgroundBundle(const Map& map, std::vector<KeyframeId> window, const BundleConfig& config,
-                   int frame_index);
+                   int frame_index, const WindowAdjustment& adjust = WindowBundleAdjustment);
   BackgroundBundle(const BackgroundBundle&) = delete;
   BackgroundBundle& operator=(const BackgroundBundle&) = delete;
 

@@ -56,7 +56,9 @@ void Mapper::Apply(const MapCommand& command) {
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = map_.keyframes.Ids();
-  if (is_tied) AdjustInBackground(frame_index);
+  // An adjustment that began before the piece came would leave it where it is.
+  const bool is_outdated = IsLive() && background_bundle_;
+  if (is_tied || is_outdated) AdjustInBackground(frame_index);
 }
 
 void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
@@ -100,19 +102,24 @@ void Mapper::BeginNextWindow(int frame_index) {
   if (windows_.empty()) return;
   std::vector<KeyframeId> window = std::move(windows_.back());
   windows_.pop_back();
-  background_bundle_.emplace(map_, std::move(window), config_.bundle, frame_index);
+  background_bundle_.emplace(map_, std::move(window), config_.bundle, frame_index, adjust_);
 }
 
-// Applies the background bundle adjustment: in live mode as soon as it is ready, else a fixed
-// number of frames after its start, so that results are the same on every run. Returns whether it
-// has moved the map.
-bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
+// Whether the background bundle adjustment is applied now. In live mode that is with the first
+// keyframe after it is ready: nothing waits for it, and while the camera is lost, which makes no
+// keyframe then, the map stays where it is. Else a fixed number of frames after its start, so that
+// results are the same on every run.
+bool Mapper::IsAdjustmentDue(const MapCommand& command) const {
   constexpr int kFrames = 30;  // the mapper waits for it where it takes longer
   if (!background_bundle_) return false;
-  const bool is_due = config_.runner.mode == "live"
-                          ? background_bundle_->IsReady()
-                          : command.frame_index >= background_bundle_->begun_at() + kFrames;
-  if (!is_due && !command.adopt_adjustment) return false;
+  if (IsLive()) return command.keyframe && background_bundle_->IsReady();
+  return command.adopt_adjustment ||
+         command.frame_index >= background_bundle_->begun_at() + kFrames;
+}
+
+// Returns whether the background bundle adjustment has moved the map.
+bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
+  if (!IsAdjustmentDue(command)) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
   // The other windows wait for the next keyframe where nothing may move the map for now.

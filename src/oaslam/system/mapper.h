@@ -25,8 +25,8 @@ struct MapCommand {
   int frame_index = 0;
   // New landmarks get this id or a higher one.
   uint32_t first_landmark = 0;
-  // Wait for the bundle adjustment in the background and apply it, so that
-  // nothing moves the map later.
+  // Wait for the bundle adjustment in the background and apply it, so that nothing moves the map
+  // later. In live mode nothing waits for it; the map does not move until its next keyframe.
   bool adopt_adjustment = false;
   std::optional<ClassRelations> classes;
   // Replaces all anchors.
@@ -43,9 +43,11 @@ struct MapCommand {
 // The one writer of the map.
 class Mapper {
  public:
-  Mapper(const SlamConfig& config, Map map)
+  // `adjust` is what the background does after a loop; tests replace it.
+  Mapper(const SlamConfig& config, Map map, WindowAdjustment adjust = WindowBundleAdjustment)
       : config_(config),
         map_(std::move(map)),
+        adjust_(std::move(adjust)),
         rng_(static_cast<uint64_t>(config.runner.seed)),
         unsettled_keyframes_(map_.keyframes.Ids()) {}
 
@@ -62,11 +64,14 @@ class Mapper {
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
   void AdjustInBackground(int frame_index);
+  bool IsLive() const { return config_.runner.mode == "live"; }
+  bool IsAdjustmentDue(const MapCommand& command) const;
   bool AdoptBackgroundBundle(const MapCommand& command);
   void BeginNextWindow(int frame_index);
 
   SlamConfig config_;
   Map map_;
+  WindowAdjustment adjust_;
   Rng rng_;
   std::vector<LandmarkId> recent_landmarks_;
   std::vector<KeyframeId> unsettled_keyframes_;  // PackSettledKeyframes

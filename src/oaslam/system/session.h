@@ -28,8 +28,9 @@ class Session {
   }
   // Submits a command, waits until the mapper has applied it, and takes the resulting map.
   void SubmitAndWait(MapCommand command);
-  // Waits for all commands submitted and for the bundle adjustment in the background, adopts it,
-  // and takes the resulting map. `frame_index`: the newest frame.
+  // Waits for all commands submitted, and except in live mode for the bundle adjustment in the
+  // background, and takes the resulting map, which does not move before its next keyframe.
+  // `frame_index`: the newest frame.
   void FinishAdjustment(int frame_index);
   // Adds another piece to the map and waits until the mapper has done so. Returns false if mapping
   // has ended before.

@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "oaslam/map/next_ids.h"
+#include "oaslam/map/renumbering.h"
+#include "oaslam/system/mapper.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+const Eigen::Vector3d kMotion(10, 0, 0);  // world units
+
+// A mapper whose adjustments in the background end when the test says so, and move the whole map.
+// One begins when a piece that shows the same scene is joined with the map.
+class AdjustmentTest : public testing::Test {
+ protected:
+  AdjustmentTest() : map_(synthetic::MakeMap(synthetic::MakeWorld({}), {}).map) {}
+
+  Mapper MapperOf(const std::string& mode) {
+    SlamConfig config;
+    config.runner.mode = mode;
+    return Mapper(config, map_,
+                  [this](const Map& map, const std::vector<KeyframeId>&, int, const BundleConfig&,
+                         const std::stop_token& stop) {
+                    ++begun_;
+                    std::unique_lock lock(mutex_);
+                    if (!changed_.wait(lock, stop, [&] { return may_end_; })) ++stopped_;
+                    return MotionOf(map);
+                  });
+  }
+
+  void LetItEnd() {
+    const std::scoped_lock lock(mutex_);
+    may_end_ = true;
+    changed_.notify_all();
+  }
+
+  // A copy of the map of the scene, `copy` times as far behind in its ids.
+  MapCommand Joining(uint32_t copy, int frame_index) const {
+    NextIds first = NextIdsOf(map_);
+    first = {copy * first.keyframe, copy * first.landmark, copy * first.object};
+    Renumbering numbers{.first = first, .cameras = map_.cameras, .camera_of = {0}};
+    MapCommand command;
+    command.frame_index = frame_index;
+    command.joining =
+        JoiningMap{std::make_shared<const Map>(Renumbered({map_, {}}, numbers).map), Similarity()};
+    return command;
+  }
+
+  // A keyframe that sees what the first one of the map sees.
+  static MapCommand KeyframeOf(const Map& map, int frame_index) {
+    const KeyframeId first = map.keyframes.First();
+    const Keyframe& like = map.keyframes.At(first);
+    TrackedFrame seen;
+    seen.frame.index = frame_index;
+    seen.frame.timestamp = frame_index;
+    seen.frame.features = like.features;
+    seen.cam_from_world = like.cam_from_world;
+    seen.reference = first;
+    seen.landmarks = like.landmarks;
+    MapCommand command;
+    command.frame_index = frame_index;
+    command.keyframe = KeyframeInsertion{KeyframeId(NextIdsOf(map).keyframe), std::move(seen)};
+    return command;
+  }
+
+  // How far a keyframe has moved.
+  static double Moved(const Map& before, const Map& now, KeyframeId id) {
+    return (now.keyframes.At(id).cam_from_world.OriginInSource() -
+            before.keyframes.At(id).cam_from_world.OriginInSource())
+        .norm();
+  }
+
+  static BundleCorrection MotionOf(const Map& map) {
+    BundleCorrection correction;
+    correction.success = true;
+    map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+      correction.poses.emplace_back(
+          id, k.cam_from_world * Rigid3(Eigen::Quaterniond::Identity(), -kMotion));
+    });
+    map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
+      correction.points.emplace_back(id, l.position + kMotion);
+    });
+    return correction;
+  }
+
+  Map map_;
+  std::atomic<int> begun_ = 0, stopped_ = 0;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  bool may_end_ = false;
+};
+
+// This test does not end where a command waits for the adjustment. The map moves with a keyframe
+// only: a lost camera makes none, and links other pieces to the map as it is.
+TEST_F(AdjustmentTest, LiveNothingWaitsForIt) {
+  Mapper mapper = MapperOf("live");
+  mapper.Apply(Joining(1, 0));
+  const std::shared_ptr<const Map> before = mapper.Publish();
+  const KeyframeId first = before->keyframes.First();
+  MapCommand adopt;
+  adopt.adopt_adjustment = true;
+  for (adopt.frame_index = 1; adopt.frame_index < 100; ++adopt.frame_index) mapper.Apply(adopt);
+  mapper.Apply(KeyframeOf(*before, adopt.frame_index));
+  EXPECT_LT(Moved(*before, *mapper.Publish(), first), 1);
+  LetItEnd();
+  int keyframes = 0;
+  for (; keyframes < 1000; ++keyframes) {
+    const std::shared_ptr<const Map> map = mapper.Publish();
+    mapper.Apply(adopt);
+    EXPECT_LT(Moved(*map, *mapper.Publish(), first), 1);
+    mapper.Apply(KeyframeOf(*map, ++adopt.frame_index));
+    if (Moved(*map, *mapper.Publish(), first) > 9) break;
+    std::this_thread::yield();
+  }
+  EXPECT_LT(keyframes, 1000);
+}
+
+// A piece that is joined while an adjustment goes on does not stay behind where that ends.
+TEST_F(AdjustmentTest, LiveItBeginsAnewWithAPiece) {
+  Mapper mapper = MapperOf("live");
+  mapper.Apply(Joining(1, 0));
+  while (begun_ < 1) std::this_thread::yield();
+  MapCommand elsewhere = Joining(2, 1);  // too far away to be tied
+  elsewhere.joining->world_from_map =
+      Similarity(1, Eigen::Quaterniond::Identity(), Eigen::Vector3d(500, 0, 0));
+  mapper.Apply(elsewhere);
+  ASSERT_EQ(stopped_, 1);
+  while (begun_ < 2) std::this_thread::yield();
+}
+
+TEST_F(AdjustmentTest, ElseItIsAppliedAfterAFixedNumberOfFrames) {
+  for (const std::string mode : {"sequential", "lockstep"}) {
+    Mapper mapper = MapperOf(mode);
+    mapper.Apply(Joining(1, 0));
+    const std::shared_ptr<const Map> before = mapper.Publish();
+    const KeyframeId first = before->keyframes.First();
+    LetItEnd();
+    MapCommand nothing;
+    nothing.frame_index = 29;
+    mapper.Apply(nothing);
+    EXPECT_LT(Moved(*before, *mapper.Publish(), first), 1) << mode;
+    nothing.frame_index = 30;
+    mapper.Apply(nothing);
+    EXPECT_GT(Moved(*before, *mapper.Publish(), first), 9) << mode;
+  }
+}
+
+}  // namespace
+}  // namespace oaslam
