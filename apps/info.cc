@@ -85,7 +85,7 @@ void PrintInfo(const std::string& path) {
   const SavedMap saved = LoadMap(path);
   fmt::print("file         {}, {:.2f} MB\n", path,
              static_cast<double>(std::filesystem::file_size(path)) / 1e6);
-  fmt::print("integrity    ok (checksum and invariants verified)\n");
+  fmt::print("integrity    ok (checksums and invariants verified)\n");
   PrintCameras(saved.map);
   PrintPoints(saved.map);
   PrintTimes(saved);

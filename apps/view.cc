@@ -88,9 +88,9 @@ class AnchorFile {
  public:
   AnchorFile(std::string path, int piece) : path_(std::move(path)), piece_(piece) {}
 
-  // Writes the anchors into the file, which is replaced as a whole, since it has one checksum. The
-  // file is read for the first edit only. Throws InputError if the file no longer contains the map
-  // that is shown, since another program has written it.
+  // Writes the anchors into the file, which is replaced as a whole, so that it is never half new.
+  // The file is read for the first edit only. Throws InputError if the file no longer contains the
+  // map that is shown, since another program has written it.
   void Save(const Map& shown, const Anchors& anchors) {
     if (!saved_ || StampOfFile() != stamp_) Load();
     if (saved_->map.version != shown.version || saved_->map.anchors != shown.anchors)

@@ -214,7 +214,7 @@ class BadInput(unittest.TestCase):
                 f.write(damaged)
             self.assert_map_refused(path, name)
         for name, statement, word in (("newer.map", "PRAGMA user_version = 99", "99"),
-                                      ("changed.map", "UPDATE landmarks SET x = x + 1e-9 WHERE id = (SELECT max(id) FROM landmarks)", "checksum")):
+                                      ("changed.map", "UPDATE landmarks SET x = x + 1e-9 WHERE id = (SELECT max(id) FROM landmarks)", "landmarks")):
             path = os.path.join(self.folder, name)
             shutil.copy(whole, path)
             with sqlite3.connect(path) as database:

@@ -344,6 +344,8 @@ std::vector<std::string> Map::CheckInvariants() const {
                                        o.reference.value));
       if (!IsFinite(o.cam_from_reference))
         problems.push_back(fmt::format("object {}: pose of an observation not finite", id.value));
+      if (o.camera < 0 || o.camera >= static_cast<int>(cameras.size()))
+        problems.push_back(fmt::format("object {}: camera {} does not exist", id.value, o.camera));
     }
   });
   for (const auto& [name, anchor] : anchors) {

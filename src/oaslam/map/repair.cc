@@ -98,7 +98,8 @@ void RepairObjects(Map& map) {
     }
     RepairVotes(object);
     std::erase_if(object.observations, [&](const ObjectObservation& o) {
-      return !map.ResolvePose(o.reference) || !IsFinite(o.cam_from_reference);
+      return !map.ResolvePose(o.reference) || !IsFinite(o.cam_from_reference) || o.camera < 0 ||
+             o.camera >= static_cast<int>(map.cameras.size());
     });
   }
 }

@@ -94,6 +94,28 @@ class Table {
     return true;
   }
 
+  // Moves all values of another table, none of whose ids is in this one, into this one.
+  void Take(Table&& other) {
+    if (other.pages_.size() > pages_.size()) pages_.resize(other.pages_.size());
+    size_t left = other.size_;
+    for (uint32_t page = static_cast<uint32_t>(other.pages_.size()); left > 0;) {
+      std::shared_ptr<Page>& from = other.pages_[--page];
+      if (!from) continue;
+      const auto count =
+          static_cast<size_t>(std::ranges::count_if(from->slots, &std::optional<T>::has_value));
+      left -= count;
+      if (!pages_[page] && from->owner == other.epoch_) {
+        from->owner = epoch_;
+        pages_[page] = std::move(from);
+        size_ += count;
+        continue;
+      }
+      for (uint32_t slot = 0; slot < kPageSize; ++slot)
+        if (from->slots[slot]) Insert(Id(page * kPageSize + slot), *from->slots[slot]);
+    }
+    other = Table();
+  }
+
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
+#include <utility>
 
 #include "oaslam/util/ids.h"
 
@@ -32,6 +33,33 @@ TEST(Table, BothSidesMayWriteAfterACopy) {
   a.MutableAt(LandmarkId(1)) = 3;
   EXPECT_EQ(a.At(LandmarkId(1)), 3);
   EXPECT_EQ(b.At(LandmarkId(1)), 2);
+}
+
+TEST(Table, TakesTheValuesOfAnother) {
+  Table<LandmarkId, int> table, other;
+  for (uint32_t i = 0; i < 100; ++i) table.Insert(LandmarkId(i), 1);  // a page and a half
+  for (uint32_t i = 100; i < 300; i += 2) other.Insert(LandmarkId(i), 2);
+  const Table<LandmarkId, int> before = table;
+  table.Take(std::move(other));
+  EXPECT_EQ(table.size(), 200U);
+  EXPECT_EQ(before.size(), 100U);
+  EXPECT_EQ(table.At(LandmarkId(99)), 1);
+  EXPECT_EQ(table.At(LandmarkId(100)), 2);
+  EXPECT_EQ(table.At(LandmarkId(298)), 2);
+  EXPECT_FALSE(table.Contains(LandmarkId(101)));
+}
+
+// The pages of a table of which there is a copy are not taken, since the copy has them, too.
+TEST(Table, TakingLeavesCopiesAlone) {
+  Table<LandmarkId, int> table, other;
+  other.Insert(LandmarkId(1), 1);
+  const Table<LandmarkId, int> copy = other;
+  table.Take(std::move(other));
+  table.MutableAt(LandmarkId(1)) = 2;
+  EXPECT_EQ(copy.At(LandmarkId(1)), 1);
+  const Table<LandmarkId, int> snapshot = table;
+  table.MutableAt(LandmarkId(1)) = 3;
+  EXPECT_EQ(snapshot.At(LandmarkId(1)), 2);
 }
 
 TEST(Table, SharesPagesNobodyWrote) {

@@ -1,293 +1,37 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
+#include <atomic>
+#include <exception>
 #include <filesystem>
-#include <optional>
-#include <set>
+#include <functional>
+#include <map>
+#include <mutex>
 #include <span>
+#include <thread>
 #include <utility>
 
 #include "oaslam/error.h"
-#include "oaslam/formats/class_names.h"
-#include "oaslam/formats/text.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/storage/map_rows.h"
 #include "oaslam/storage/map_schema.h"
-#include "oaslam/storage/sqlite.h"
 
 namespace oaslam {
 namespace {
 
-constexpr int kMaxFrame = 1 << 30;
-
-template <typename T>
-std::vector<T> CopyOf(std::span<const std::byte> bytes) {
-  std::vector<T> values(bytes.size() / sizeof(T));
-  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
-  return values;
+// As in messages.
+std::string NameOf(const MapPart& part) {
+  if (part.name == "pieces") return fmt::format("piece {}", part.ids.first);
+  std::string name = part.name;
+  std::ranges::replace(name, '_', ' ');
+  return part.name == "keyframes" || part.name == "landmarks"
+             ? fmt::format("{} {} to {}", name, part.ids.first, part.ids.last)
+             : name;
 }
 
-// Reads the name of one of `known`.
-template <typename Enum, size_t N>
-Enum ReadWord(RowReader& row, const Enum (&known)[N]) {
-  const std::string text = row.Text();
-  for (const Enum value : known)
-    if (text == ToString(value)) return value;
-  row.Refuse(fmt::format("\"{}\" is not known", text));
-}
-
-constexpr LensModel kLensModels[] = {LensModel::kPinhole, LensModel::kFisheye};
-constexpr ObjectState kObjectStates[] = {ObjectState::kTentative, ObjectState::kInitialized,
-                                         ObjectState::kMapped};
-constexpr TrackingState kTrackingStates[] = {TrackingState::kInitializing, TrackingState::kTracking,
-                                             TrackingState::kRelocalized, TrackingState::kObjects,
-                                             TrackingState::kLost};
-
-int CategoryOf(std::string_view text, const RowReader& row) {
-  const std::optional<double> value = ParseNumber(text);
-  if (!value || *value != std::floor(*value) || *value < INT32_MIN || *value > INT32_MAX)
-    row.Refuse(fmt::format("\"{}\" is not a category", text));
-  return static_cast<int>(*value);
-}
-
-std::set<int> ReadMovable(RowReader& row) {
-  std::set<int> movable;
-  const std::string text = row.Text();
-  for (const std::string_view category : SplitFields(text))
-    movable.insert(CategoryOf(category, row));
-  return movable;
-}
-
-std::map<int, int> ReadParts(RowReader& row) {
-  std::map<int, int> whole_of;
-  const std::string text = row.Text();
-  for (const std::string_view pair : SplitFields(text)) {
-    const size_t colon = pair.find(':');
-    if (colon == std::string_view::npos)
-      row.Refuse(fmt::format("\"{}\" is not of the form part:whole", pair));
-    whole_of.emplace(CategoryOf(pair.substr(0, colon), row),
-                     CategoryOf(pair.substr(colon + 1), row));
-  }
-  if (const auto part = PartOfItself(whole_of))
-    row.Refuse(fmt::format("category {} is a part of itself", *part));
-  return whole_of;
-}
-
-void ReadMeta(Database& database, Checksum& checksum, Map& map) {
-  RowReader rows(database, checksum, "meta", "key", "key <> 'checksum'");
-  while (rows.Next()) {
-    const std::string key = rows.Text();
-    if (key == "map_version")
-      map.version = static_cast<uint64_t>(rows.Integer(INT64_MIN, INT64_MAX));
-    else if (key == "next_landmark")
-      map.next_landmark = static_cast<uint32_t>(rows.Integer(0, UINT32_MAX));
-    else if (key == "up_x" || key == "up_y" || key == "up_z") {
-      if (!map.up) map.up = Eigen::Vector3d::Zero();
-      (*map.up)[key[3] - 'x'] = rows.Real();
-    } else if (key == "up_keyframes") {
-      map.up_keyframes = static_cast<int>(rows.Integer(1, INT32_MAX));
-    } else if (key == "unit") {
-      if (const std::string unit = rows.Text(); unit != "metre")
-        rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
-      map.is_metric = true;
-    } else if (key == "movable") {
-      map.classes.movable = ReadMovable(rows);
-    } else if (key == "parts") {
-      map.classes.whole_of = ReadParts(rows);
-    } else
-      rows.Refuse(fmt::format("key \"{}\" is not known", key));
-  }
-}
-
-void ReadCameras(Database& database, Checksum& checksum, Map& map) {
-  RowReader rows(database, checksum, "cameras", "id");
-  while (rows.Next()) {
-    rows.Int(static_cast<int>(map.cameras.size()), static_cast<int>(map.cameras.size()));
-    Camera camera;
-    camera.name = rows.Text();
-    camera.model = ReadWord(rows, kLensModels);
-    camera.width = rows.Int(0);
-    camera.height = rows.Int(0);
-    for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = rows.Real();
-    for (double& k : camera.distortion) k = rows.Real();
-    camera.is_guess = rows.Int(0, 1) != 0;
-    map.cameras.push_back(std::move(camera));
-  }
-}
-
-std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
-  auto features = std::make_shared<Features>();
-  const auto count = static_cast<size_t>(row.Int(0, Features::kMaxKeypoints));
-  PyramidScales& pyramid = features->pyramid;
-  pyramid.levels = row.Int(1, PyramidScales::kMaxLevels);
-  pyramid.factor = static_cast<float>(row.Real());
-  pyramid.scale = {};
-  const auto scales = CopyOf<float>(row.Blob(pyramid.levels * sizeof(float)));
-  std::ranges::copy(scales, pyramid.scale.begin());
-  features->bounds = row.ReadBox();
-  if (!(features->bounds.Area() > 0)) row.Refuse("empty bounds");
-  features->keypoints.reserve(count);
-  for (const StoredKeypoint& k : CopyOf<StoredKeypoint>(row.Blob(count * sizeof(StoredKeypoint)))) {
-    if (!std::isfinite(k.x) || !std::isfinite(k.y) || k.octave < 0 || k.octave >= pyramid.levels)
-      row.Refuse("a key point out of range");
-    features->keypoints.push_back({{k.x, k.y}, k.angle_rad, static_cast<uint8_t>(k.octave)});
-  }
-  features->descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
-  features->BuildGrid();
-  return features;
-}
-
-void ReadKeyframes(Database& database, Checksum& checksum, Map& map) {
-  RowReader keyframes(database, checksum, "keyframes", "id");
-  while (keyframes.Next()) {
-    const auto id = keyframes.RequiredId<KeyframeId>();
-    Keyframe keyframe;
-    keyframe.frame_index = keyframes.Int(INT32_MIN, kMaxFrame);
-    keyframe.timestamp = keyframes.Real();
-    keyframe.camera = keyframes.Int();
-    keyframe.cam_from_world = keyframes.Pose();
-    map.keyframes.Insert(id, std::move(keyframe));
-  }
-  RowReader retired(database, checksum, "retired_keyframes", "id");
-  while (retired.Next()) {
-    const auto id = retired.RequiredId<KeyframeId>();
-    const auto parent = retired.RequiredId<KeyframeId>();
-    map.retired.Insert(id, {parent, retired.Pose()});
-  }
-  RowReader features(database, checksum, "features", "keyframe");
-  while (features.Next()) {
-    Keyframe* keyframe = map.keyframes.Mutable(features.RequiredId<KeyframeId>());
-    if (!keyframe) features.Refuse("no such keyframe");
-    keyframe->features = ReadFeatures(features);
-    keyframe->landmarks.resize(keyframe->features->keypoints.size());
-  }
-  RowReader covisibility(database, checksum, "covisibility", "keyframe, rank");
-  while (covisibility.Next()) {
-    Keyframe* keyframe = map.keyframes.Mutable(covisibility.RequiredId<KeyframeId>());
-    if (!keyframe) covisibility.Refuse("no such keyframe");
-    covisibility.Int();
-    const auto neighbor = covisibility.RequiredId<KeyframeId>();
-    keyframe->covisible.push_back({neighbor, covisibility.Int(0)});
-  }
-}
-
-void ReadLandmarks(Database& database, Checksum& checksum, Map& map) {
-  RowReader rows(database, checksum, "landmarks", "id");
-  while (rows.Next()) {
-    const auto id = rows.RequiredId<LandmarkId>();
-    Landmark landmark;
-    landmark.position = rows.Vector();
-    landmark.normal = rows.Vector();
-    landmark.min_distance = static_cast<float>(rows.Real());
-    landmark.max_distance = static_cast<float>(rows.Real());
-    landmark.first_keyframe = rows.OptionalId<KeyframeId>();
-    landmark.visible = rows.Int();
-    landmark.found = rows.Int();
-    const auto descriptor = rows.Blob(sizeof(Descriptor));
-    std::memcpy(landmark.descriptor.data(), descriptor.data(), sizeof(Descriptor));
-    map.landmarks.Insert(id, std::move(landmark));
-  }
-  RowReader observations(database, checksum, "observations", "landmark, keyframe");
-  while (observations.Next()) {
-    const auto id = observations.RequiredId<LandmarkId>();
-    const auto keyframe_id = observations.RequiredId<KeyframeId>();
-    const auto keypoint = static_cast<uint32_t>(observations.Int(0));
-    Landmark* landmark = map.landmarks.Mutable(id);
-    Keyframe* keyframe = map.keyframes.Mutable(keyframe_id);
-    if (!landmark || !keyframe || keypoint >= keyframe->landmarks.size())
-      observations.Refuse("of a keyframe or landmark that does not exist");
-    landmark->observations.push_back({keyframe_id, keypoint});
-    keyframe->landmarks[keypoint] = id;
-  }
-}
-
-void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& map) {
-  RowReader rows(database, checksum, "objects", "id");
-  while (rows.Next()) {
-    const auto id = rows.RequiredId<ObjectId>();
-    Object object;
-    object.category_id = rows.Int();
-    object.state = ReadWord(rows, kObjectStates);
-    object.ellipsoid.center = rows.Vector();
-    object.ellipsoid.half_axes = rows.Vector();
-    object.ellipsoid.rotation = rows.Rotation();
-    const auto covariance =
-        rows.Blob(sizeof(double) * static_cast<size_t>(object.covariance.size()));
-    std::memcpy(object.covariance.data(), covariance.data(), covariance.size());
-    object.detection_rate = rows.Real();
-    object.mean_iou = rows.Real();
-    object.total_observations = rows.Int(0);
-    object.evidence = object.total_observations;
-    object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
-    if (version >= 2) object.name = rows.Text();
-    map.objects.Insert(id, std::move(object));
-  }
-  const auto object_of = [&](RowReader& row) -> Object& {
-    Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
-    if (!object) row.Refuse("no such object");
-    return *object;
-  };
-  RowReader observations(database, checksum, "object_observations", "object, rank");
-  while (observations.Next()) {
-    Object& object = object_of(observations);
-    observations.Int();
-    ObjectObservation o;
-    o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
-    o.reference = observations.RequiredId<KeyframeId>();
-    o.cam_from_reference = observations.Pose();
-    o.camera = observations.Int(0, static_cast<int>(map.cameras.size()) - 1);
-    o.box = observations.ReadBox();
-    o.score = observations.Real();
-    o.truncated = static_cast<unsigned char>(observations.Int(0, 255));
-    object.observations.push_back(o);
-  }
-  RowReader landmarks(database, checksum, "object_landmarks", "object, landmark");
-  while (landmarks.Next()) {
-    Object& object = object_of(landmarks);
-    object.landmarks.push_back(landmarks.RequiredId<LandmarkId>());
-    object.landmark_votes.push_back(static_cast<uint16_t>(landmarks.Int(0, UINT16_MAX)));
-  }
-  RowReader merged(database, checksum, "merged_objects", "id");
-  while (merged.Next()) {
-    const auto id = merged.RequiredId<ObjectId>();
-    map.merged_objects.Insert(id, merged.OptionalId<ObjectId>());
-  }
-}
-
-void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
-  RowReader rows(database, checksum, "anchors", "name");
-  while (rows.Next()) {
-    std::string name = rows.Text();
-    Anchor anchor;
-    anchor.model = rows.Text();
-    anchor.size = rows.Real();
-    anchor.keyframe = rows.RequiredId<KeyframeId>();
-    anchor.cam_from_anchor = rows.Pose();
-    anchor.object = rows.OptionalId<ObjectId>();
-    anchor.offset = rows.Vector();
-    map.anchors.emplace(std::move(name), std::move(anchor));
-  }
-}
-
-void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
-  RowReader rows(database, checksum, "trajectory", "rank");
-  while (rows.Next()) {
-    rows.Int();
-    FramePose pose;
-    pose.frame_index = rows.Int(INT32_MIN, kMaxFrame);
-    pose.timestamp = rows.Real();
-    pose.reference = rows.OptionalId<KeyframeId>();
-    pose.cam_from_reference = rows.Pose();
-    pose.state = ReadWord(rows, kTrackingStates);
-    saved.trajectory.push_back(pose);
-  }
-  RowReader names(database, checksum, "class_names", "category_id");
-  while (names.Next()) {
-    const int id = names.Int();
-    saved.class_names[id] = names.Text();
-  }
-}
+// Which parts are to be read.
+using Choice = std::function<bool(const MapPart&)>;
 
 int64_t CheckKind(Database& database) {
   if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId)
@@ -300,9 +44,6 @@ int64_t CheckKind(Database& database) {
   if (version < 1)
     database.Refuse(
         fmt::format("is a map of format {}, expected 1 to {}", version, kMapFormatVersion));
-  std::string answer = database.QueryText("PRAGMA quick_check(1)");
-  std::ranges::replace(answer, '\n', ' ');
-  if (answer != "ok") database.Refuse("is damaged: " + answer);
   return version;
 }
 
@@ -321,53 +62,227 @@ bool Overlap(const Map& a, const Map& b) {
          Overlap(a.merged_objects, b.merged_objects);
 }
 
-SavedMap ReadContent(const std::string& name, Database& database);
+void CheckPieces(const Database& database, const SavedMap& saved) {
+  for (size_t i = 0; i < saved.pieces.size(); ++i) {
+    const Map& piece = saved.pieces[i].map;
+    if (piece.cameras != saved.map.cameras && !piece.keyframes.empty())
+      database.Refuse(fmt::format("is damaged: piece {} has other cameras than the map", i + 1));
+    bool overlaps = Overlap(saved.map, piece);
+    for (size_t k = 0; k < i; ++k) overlaps = overlaps || Overlap(saved.pieces[k].map, piece);
+    if (overlaps)
+      database.Refuse(fmt::format("is damaged: piece {} shares ids with another piece", i + 1));
+  }
+}
 
-void ReadPieces(const std::string& name, Database& database, Checksum& checksum, SavedMap& saved) {
-  RowReader rows(database, checksum, "pieces", "number");
+SavedMap ReadContent(std::span<Database> connections, const Choice& is_wanted);
+
+void ReadPieces(Database& database, Checksum& checksum, IdRange numbers, SavedMap& saved) {
+  RowReader rows(database, checksum, "pieces", "number",
+                 fmt::format("number BETWEEN {} AND {}", numbers.first, numbers.last));
   while (rows.Next()) {
-    const std::string piece_name = fmt::format("{}, piece {}", name, rows.Int(1));
-    Database content(piece_name, rows.BlobOfAnySize());
-    SavedMap piece = ReadContent(piece_name, content);
+    const int number = rows.Int(1);
+    Database content(fmt::format("{}, piece {}", database.path(), number), rows.BlobOfAnySize());
+    SavedMap piece = ReadContent({&content, 1}, [](const MapPart&) { return true; });
     if (!piece.pieces.empty()) content.Refuse("is damaged: has pieces itself");
-    if (piece.map.cameras != saved.map.cameras)
-      content.Refuse("is damaged: has other cameras than the map");
-    bool overlaps = Overlap(saved.map, piece.map);
-    for (const Piece& other : saved.pieces) overlaps = overlaps || Overlap(other.map, piece.map);
-    if (overlaps) content.Refuse("is damaged: shares ids with another piece");
     saved.pieces.push_back({std::move(piece.map), std::move(piece.trajectory)});
   }
 }
 
-SavedMap ReadContent(const std::string& name, Database& database) {
-  const int64_t version = CheckKind(database);
+// Formats 1 to 5: one checksum over everything.
+SavedMap ReadAsOne(Database& database, int64_t version) {
+  std::string answer = database.QueryText("PRAGMA quick_check(1)");
+  std::ranges::replace(answer, '\n', ' ');
+  if (answer != "ok") database.Refuse("is damaged: " + answer);
   SavedMap saved;
   Checksum checksum;
   ReadMeta(database, checksum, saved.map);
   ReadCameras(database, checksum, saved.map);
-  ReadKeyframes(database, checksum, saved.map);
-  ReadLandmarks(database, checksum, saved.map);
+  ReadKeyframes(database, checksum, {}, saved.map);
+  ReadRetiredKeyframes(database, checksum, saved.map);
+  ReadFeatures(database, checksum, {}, saved.map);
+  ReadCovisibility(database, checksum, {}, saved.map);
+  ReadLandmarks(database, checksum, {}, saved.map);
+  ReadObservations(database, checksum, {}, saved.map);
   ReadObjects(database, checksum, version, saved.map);
   ReadTrajectory(database, checksum, saved);
+  ReadClassNames(database, checksum, saved);
   if (version >= 3) ReadAnchors(database, checksum, saved.map);
-  if (version >= 5) ReadPieces(name, database, checksum, saved);
+  if (version >= 5) ReadPieces(database, checksum, {}, saved);
   if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex())
     database.Refuse("is damaged: the checksum does not match");
+  return saved;
+}
+
+// Reads the settings of the map and the list of its parts.
+std::vector<MapPart> ReadHead(Database& database, Map& map) {
+  Checksum checksum;
+  ReadMeta(database, checksum, map);
+  std::vector<MapPart> parts;
+  RowReader rows(database, checksum, "parts", "name, first");
+  while (rows.Next()) {
+    MapPart part{rows.Text(), {}, {}};
+    part.ids.first = static_cast<uint32_t>(rows.Int(0, RowReader::kMaxId));
+    part.ids.last = static_cast<uint32_t>(rows.Int(0, RowReader::kMaxId));
+    part.checksum = rows.Text();
+    if (!parts.empty() && parts.back().name == part.name && parts.back().ids.last >= part.ids.first)
+      rows.Refuse("overlaps the part before");
+    parts.push_back(std::move(part));
+  }
+  if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex())
+    database.Refuse("the checksum does not match");
+  return parts;
+}
+
+void ReadPart(Database& database, const MapPart& part, SavedMap& saved) {
+  Checksum checksum;
+  if (part.name == "cameras") {
+    ReadCameras(database, checksum, saved.map);
+  } else if (part.name == "keyframes") {
+    ReadKeyframes(database, checksum, part.ids, saved.map);
+    ReadFeatures(database, checksum, part.ids, saved.map);
+    ReadCovisibility(database, checksum, part.ids, saved.map);
+  } else if (part.name == "retired_keyframes") {
+    ReadRetiredKeyframes(database, checksum, saved.map);
+  } else if (part.name == "landmarks") {
+    ReadLandmarks(database, checksum, part.ids, saved.map);
+    ReadObservations(database, checksum, part.ids, saved.map);
+  } else if (part.name == "objects") {
+    ReadObjects(database, checksum, kMapFormatVersion, saved.map);
+  } else if (part.name == "trajectory") {
+    ReadTrajectory(database, checksum, saved);
+  } else if (part.name == "class_names") {
+    ReadClassNames(database, checksum, saved);
+  } else if (part.name == "anchors") {
+    ReadAnchors(database, checksum, saved.map);
+  } else if (part.name == "pieces") {
+    ReadPieces(database, checksum, part.ids, saved);
+  } else {
+    database.Refuse("is not known");
+  }
+  if (checksum.Hex() != part.checksum) database.Refuse("the checksum does not match");
+}
+
+// Moves what a part holds to the rest of the map, except for pieces.
+void Add(SavedMap&& part, SavedMap& saved) {
+  saved.map.keyframes.Take(std::move(part.map.keyframes));
+  saved.map.retired.Take(std::move(part.map.retired));
+  saved.map.landmarks.Take(std::move(part.map.landmarks));
+  saved.map.objects.Take(std::move(part.map.objects));
+  saved.map.merged_objects.Take(std::move(part.map.merged_objects));
+  saved.map.anchors.merge(std::move(part.map.anchors));
+  saved.class_names.merge(std::move(part.class_names));
+  if (!part.map.cameras.empty()) saved.map.cameras = std::move(part.map.cameras);
+  if (!part.trajectory.empty()) saved.trajectory = std::move(part.trajectory);
+}
+
+// Calls visit(connection, index) for all indices below `count`, on a thread for each connection.
+void ForEachIndex(std::span<Database> connections, size_t count,
+                  const std::function<void(Database&, size_t)>& visit) {
+  std::atomic<size_t> next = 0;
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const auto work = [&](Database& connection) {
+    try {
+      for (size_t i = next++; i < count; i = next++) visit(connection, i);
+    } catch (...) {
+      const std::scoped_lock lock(mutex);
+      failure = std::current_exception();
+      next = count;
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (Database& connection : connections.subspan(1))
+      threads.emplace_back([&] { work(connection); });
+    work(connections.front());
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+// Reads the parts on several threads. Damaged parts are all named in one message.
+SavedMap ReadParts(std::span<Database> connections, const Choice& is_wanted) {
+  SavedMap saved;
+  std::vector<MapPart> parts;
+  try {
+    parts = ReadHead(connections.front(), saved.map);
+  } catch (const DatabaseError& error) {
+    connections.front().Refuse("is damaged: the list of its parts: " + error.problem);
+  }
+  std::erase_if(parts,
+                [&](const MapPart& part) { return !is_wanted(part) && part.name != "pieces"; });
+  std::vector<std::string> problems(parts.size());
+  std::map<uint32_t, Piece> pieces;  // empty where not wanted
+  std::mutex mutex;
+  ForEachIndex(connections, parts.size(), [&](Database& connection, size_t i) {
+    const MapPart& part = parts[i];
+    SavedMap content;
+    try {
+      if (is_wanted(part)) ReadPart(connection, part, content);
+    } catch (const DatabaseError& error) {
+      problems[i] = fmt::format("{}: {}", NameOf(part), error.problem);
+      return;
+    }
+    const std::scoped_lock lock(mutex);
+    if (part.name == "pieces")
+      pieces[part.ids.first] = content.pieces.empty() ? Piece() : std::move(content.pieces.front());
+    Add(std::move(content), saved);
+  });
+  std::erase(problems, std::string());
+  constexpr size_t kTold = 5;
+  const size_t damaged = problems.size();
+  if (damaged > kTold) {
+    problems.resize(kTold);
+    problems.push_back(fmt::format("and {} more", damaged - kTold));
+  }
+  if (damaged > 0)
+    connections.front().Refuse(fmt::format("is damaged in {} of its {} parts: {}", damaged,
+                                           parts.size(), fmt::join(problems, "; ")));
+  for (auto& [number, piece] : pieces) saved.pieces.push_back(std::move(piece));
+  return saved;
+}
+
+// The connections are to one database.
+SavedMap ReadContent(std::span<Database> connections, const Choice& is_wanted) {
+  constexpr int64_t kFirstWithParts = 6;
+  Database& database = connections.front();
+  const int64_t version = CheckKind(database);
+  SavedMap saved =
+      version < kFirstWithParts ? ReadAsOne(database, version) : ReadParts(connections, is_wanted);
+  LinkKeyframes(database, saved.map);
+  CheckPieces(database, saved);
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
     database.Refuse("is damaged: " + problems.front());
   return saved;
 }
 
-}  // namespace
-
-SavedMap LoadMap(const std::string& path) {
+SavedMap Load(const std::string& path, const Choice& is_wanted) {
   std::error_code error;
   if (!std::filesystem::exists(path, error))
     throw InputError(fmt::format("{}: there is no such file", path));
   if (!std::filesystem::is_regular_file(path, error))
     throw InputError(fmt::format("{}: is not a file", path));
-  Database database(path, Database::Access::kReadOnly);
-  return ReadContent(path, database);
+  constexpr unsigned kMostThreads = 8;
+  const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
+  std::vector<Database> connections;
+  for (unsigned i = 0; i < threads; ++i)
+    connections.emplace_back(path, Database::Access::kReadOnly);
+  return ReadContent(connections, is_wanted);
+}
+
+}  // namespace
+
+SavedMap LoadMap(const std::string& path) {
+  return Load(path, [](const MapPart&) { return true; });
+}
+
+SavedMap LoadPiece(const std::string& path, int piece) {
+  SavedMap saved = Load(path, [&](const MapPart& part) {
+    if (part.name == "pieces") return static_cast<int>(part.ids.first) == piece;
+    return piece == 0 || part.name == "cameras" || part.name == "class_names";
+  });
+  LeadWithPiece(path, piece, saved);
+  saved.pieces.clear();
+  return saved;
 }
 
 }  // namespace oaslam

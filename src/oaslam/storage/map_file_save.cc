@@ -7,12 +7,14 @@
 #include <bit>
 #include <filesystem>
 #include <functional>
+#include <span>
+#include <tuple>
 
 #include "oaslam/error.h"
 #include "oaslam/map/repair.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/storage/map_part.h"
 #include "oaslam/storage/map_schema.h"
-#include "oaslam/storage/sqlite.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -56,18 +58,16 @@ void WriteCameras(Database& database, Checksum& checksum, const Map& map) {
   }
 }
 
-void WriteKeyframes(Database& database, Checksum& checksum, const Map& map) {
+void WriteKeyframes(Database& database, Checksum& checksum, std::span<const KeyframeId> ids,
+                    const Map& map) {
   RowWriter keyframes(database, checksum, "keyframes", 11);
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+  for (const KeyframeId id : ids) {
+    const Keyframe& k = map.keyframes.At(id);
     keyframes.Write(id, k.frame_index, k.timestamp, k.camera, k.cam_from_world);
-  });
-  RowWriter retired(database, checksum, "retired_keyframes", 9);
-  map.retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
-    retired.Write(id, r.parent, r.cam_from_parent);
-  });
+  }
   RowWriter features(database, checksum, "features", 11);
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    const Features& f = *keyframe.features;
+  for (const KeyframeId id : ids) {
+    const Features& f = *map.keyframes.At(id).features;
     std::vector<StoredKeypoint> keypoints;
     keypoints.reserve(f.keypoints.size());
     for (const Keypoint& k : f.keypoints)
@@ -76,27 +76,35 @@ void WriteKeyframes(Database& database, Checksum& checksum, const Map& map) {
                    BytesOf(f.pyramid.scale.data(), f.pyramid.levels), f.bounds,
                    BytesOf(keypoints.data(), keypoints.size()),
                    BytesOf(f.descriptors.data(), f.descriptors.size()));
-  });
+  }
   RowWriter covisibility(database, checksum, "covisibility", 4);
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+  for (const KeyframeId id : ids) {
     int rank = 0;
-    for (const Covisible& c : keyframe.covisible)
+    for (const Covisible& c : map.keyframes.At(id).covisible)
       covisibility.Write(id, rank++, c.keyframe, c.shared);
+  }
+}
+
+void WriteRetiredKeyframes(Database& database, Checksum& checksum, const Map& map) {
+  RowWriter retired(database, checksum, "retired_keyframes", 9);
+  map.retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
+    retired.Write(id, r.parent, r.cam_from_parent);
   });
 }
 
-void WriteLandmarks(Database& database, Checksum& checksum, const Map& map) {
+void WriteLandmarks(Database& database, Checksum& checksum, std::span<const LandmarkId> ids,
+                    const Map& map) {
   RowWriter landmarks(database, checksum, "landmarks", 13);
-  map.landmarks.ForEach([&](LandmarkId id, const Landmark& l) {
+  for (const LandmarkId id : ids) {
+    const Landmark& l = map.landmarks.At(id);
     landmarks.Write(id, l.position, l.normal, static_cast<double>(l.min_distance),
                     static_cast<double>(l.max_distance), l.first_keyframe, l.visible, l.found,
                     BytesOf(l.descriptor.data(), l.descriptor.size()));
-  });
+  }
   RowWriter observations(database, checksum, "observations", 3);
-  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
-    for (const Observation& o : landmark.observations)
+  for (const LandmarkId id : ids)
+    for (const Observation& o : map.landmarks.At(id).observations)
       observations.Write(id, o.keyframe, o.keypoint);
-  });
 }
 
 void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
@@ -131,28 +139,84 @@ void WriteAnchors(Database& database, Checksum& checksum, const Map& map) {
                a.cam_from_anchor, a.object, a.offset);
 }
 
-void WriteTrajectory(Database& database, Checksum& checksum, const SavedMap& saved) {
+void WriteTrajectory(Database& database, Checksum& checksum,
+                     const std::vector<FramePose>& trajectory) {
   RowWriter rows(database, checksum, "trajectory", 12);
   int rank = 0;
-  for (const FramePose& p : saved.trajectory)
+  for (const FramePose& p : trajectory)
     rows.Write(rank++, p.frame_index, p.timestamp, p.reference, p.cam_from_reference,
                ToString(p.state));
-  RowWriter names(database, checksum, "class_names", 2);
-  for (const auto& [id, name] : saved.class_names) names.Write(id, name);
+}
+
+void WriteClassNames(Database& database, Checksum& checksum, const ClassNames& names) {
+  RowWriter rows(database, checksum, "class_names", 2);
+  for (const auto& [id, name] : names) rows.Write(id, name);
 }
 
 void WriteContent(const SavedMap& saved, Database& database);
 
-// Each piece is stored as a map file of its own.
-void WritePieces(Database& database, Checksum& checksum, const std::vector<Piece>& pieces) {
+// A piece is stored as a map file of its own.
+void WritePiece(Database& database, Checksum& checksum, uint32_t number, const Piece& piece) {
+  Database in_memory("a piece of map");
+  WriteContent({piece.map, piece.trajectory, {}}, in_memory);
+  const std::vector<std::byte> content = in_memory.Content();
   RowWriter rows(database, checksum, "pieces", 2);
-  int number = 0;
-  for (const Piece& piece : pieces) {
-    Database in_memory("a piece of map");
-    WriteContent({piece.map, piece.trajectory, {}}, in_memory);
-    const std::vector<std::byte> content = in_memory.Content();
-    rows.Write(++number, std::span<const std::byte>(content));
-  }
+  rows.Write(number, std::span<const std::byte>(content));
+}
+
+// Writes the parts of a map, and returns the list of them.
+std::vector<MapPart> WriteParts(const SavedMap& saved, Database& database) {
+  const Map& map = saved.map;
+  std::vector<MapPart> parts;
+  // Calls write(checksum), which writes the rows of a part.
+  const auto add = [&](const char* name, IdRange ids, auto&& write) {
+    Checksum checksum;
+    write(checksum);
+    parts.push_back({name, ids, checksum.Hex()});
+  };
+  // Calls write(checksum, ids) for each `count` of the ids in turn.
+  const auto add_blocks = [&](const char* name, const auto& all, size_t count, auto&& write) {
+    for (size_t begin = 0; begin < all.size(); begin += count) {
+      const auto ids = std::span(all).subspan(begin, std::min(count, all.size() - begin));
+      add(name, {ids.front().value, ids.back().value},
+          [&](Checksum& checksum) { write(checksum, ids); });
+    }
+  };
+  add("cameras", {}, [&](Checksum& checksum) { WriteCameras(database, checksum, map); });
+  add_blocks("keyframes", map.keyframes.Ids(), kKeyframesOfAPart,
+             [&](Checksum& checksum, std::span<const KeyframeId> ids) {
+               WriteKeyframes(database, checksum, ids, map);
+             });
+  add("retired_keyframes", {},
+      [&](Checksum& checksum) { WriteRetiredKeyframes(database, checksum, map); });
+  add_blocks("landmarks", map.landmarks.Ids(), kLandmarksOfAPart,
+             [&](Checksum& checksum, std::span<const LandmarkId> ids) {
+               WriteLandmarks(database, checksum, ids, map);
+             });
+  add("objects", {}, [&](Checksum& checksum) { WriteObjects(database, checksum, map); });
+  add("trajectory", {},
+      [&](Checksum& checksum) { WriteTrajectory(database, checksum, saved.trajectory); });
+  add("class_names", {},
+      [&](Checksum& checksum) { WriteClassNames(database, checksum, saved.class_names); });
+  add("anchors", {}, [&](Checksum& checksum) { WriteAnchors(database, checksum, map); });
+  for (uint32_t number = 1; number <= saved.pieces.size(); ++number)
+    add("pieces", {number, number}, [&](Checksum& checksum) {
+      WritePiece(database, checksum, number, saved.pieces[number - 1]);
+    });
+  return parts;
+}
+
+// Writes the settings and the list of parts, with the checksum of both.
+void WriteHead(Database& database, const Map& map, std::vector<MapPart> parts) {
+  Checksum checksum;
+  WriteMeta(database, checksum, map);
+  // In the order in which they are read.
+  std::ranges::sort(parts, {}, [](const MapPart& p) { return std::tie(p.name, p.ids.first); });
+  RowWriter rows(database, checksum, "parts", 4);
+  for (const MapPart& part : parts)
+    rows.Write(std::string_view(part.name), part.ids.first, part.ids.last,
+               std::string_view(part.checksum));
+  database.Execute(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
 }
 
 void WriteContent(const SavedMap& saved, Database& database) {
@@ -163,16 +227,7 @@ void WriteContent(const SavedMap& saved, Database& database) {
                   kMapApplicationId, kMapFormatVersion));
   database.Execute("BEGIN");
   database.Execute(kMapSchema);
-  Checksum checksum;
-  WriteMeta(database, checksum, saved.map);
-  WriteCameras(database, checksum, saved.map);
-  WriteKeyframes(database, checksum, saved.map);
-  WriteLandmarks(database, checksum, saved.map);
-  WriteObjects(database, checksum, saved.map);
-  WriteTrajectory(database, checksum, saved);
-  WriteAnchors(database, checksum, saved.map);
-  WritePieces(database, checksum, saved.pieces);
-  database.Execute(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
+  WriteHead(database, saved.map, WriteParts(saved, database));
   database.Execute("COMMIT");
 }
 

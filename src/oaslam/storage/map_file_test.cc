@@ -23,6 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing::SizeIs;
 
 SavedMap MakeMap(uint64_t seed = 1) {
   Rng rng(seed);
@@ -86,7 +87,7 @@ TEST(MapFile, ReadsTheStoredFileOfEachEarlierFormat) {
     EXPECT_EQ(is_named, format >= 2);
     EXPECT_EQ(map.anchors.size(), format >= 3 ? 1u : 0u);
     EXPECT_EQ(map.up_keyframes, format >= 4 ? 7 : 0);
-    EXPECT_THAT(loaded.pieces, IsEmpty());
+    EXPECT_THAT(loaded.pieces, SizeIs(format >= 5 ? 1 : 0));
 
     SaveMap(folder / "now.map", loaded);
     SaveMap(folder / "again.map", LoadMap(folder / "now.map"));
@@ -148,7 +149,7 @@ TEST(MapFile, RefusesPiecesThatShareIds) {
   saved.pieces = {PieceOf(saved, 10000), PieceOf(saved, 10000)};
   SaveMap(folder / "a.map", saved);
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
-              AllOf(HasSubstr("a.map, piece 2"), HasSubstr("shares ids")));
+              AllOf(HasSubstr("a.map"), HasSubstr("piece 2 shares ids")));
 }
 
 TEST(MapFile, KeepsAnchors) {

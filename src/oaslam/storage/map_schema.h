@@ -6,8 +6,12 @@ namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
 // PRAGMA user_version. Version 1 had no names of objects, 2 no anchors, 3 no up_keyframes, 4 no
-// pieces.
-constexpr int32_t kMapFormatVersion = 5;
+// pieces; 1 to 5 had one checksum over everything instead of one for each part.
+constexpr int32_t kMapFormatVersion = 6;
+
+// The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
+// landmarks are in parts of this many ids, each about a megabyte; of pieces of map each is a part.
+constexpr uint32_t kKeyframesOfAPart = 64, kLandmarksOfAPart = 4096;
 
 // Documented in docs/formats.md: change both together. Poses are quaternion x y z w and
 // translation; blobs are little-endian.
@@ -47,6 +51,7 @@ CREATE TABLE anchors(name TEXT PRIMARY KEY, model TEXT, size REAL, keyframe INTE
   cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,
   cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL,
   object INTEGER, offset_x REAL, offset_y REAL, offset_z REAL) WITHOUT ROWID;
+CREATE TABLE parts(name TEXT, first INTEGER, last INTEGER, checksum TEXT, PRIMARY KEY(name, first)) WITHOUT ROWID;
 CREATE TABLE pieces(number INTEGER PRIMARY KEY, map BLOB);
 )sql";
 

@@ -32,11 +32,4 @@ void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {
   std::swap(chosen.trajectory, saved.trajectory);
 }
 
-SavedMap LoadPiece(const std::string& path, int piece) {
-  SavedMap saved = LoadMap(path);
-  LeadWithPiece(path, piece, saved);
-  saved.pieces.clear();
-  return saved;
-}
-
 }  // namespace oaslam

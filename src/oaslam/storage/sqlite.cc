@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "oaslam/error.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -27,7 +26,7 @@ Database::Database(std::string path, Access access) : path_(std::move(path)) {
   const int flags = access == Access::kReadOnly ? SQLITE_OPEN_READONLY
                                                 : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   sqlite3* handle = nullptr;
-  const int result = sqlite3_open_v2(path_.c_str(), &handle, flags, nullptr);
+  const int result = sqlite3_open_v2(path_.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   handle_.reset(handle);
   if (result != SQLITE_OK) Refuse(sqlite3_errstr(result));
 }
@@ -35,7 +34,8 @@ Database::Database(std::string path, Access access) : path_(std::move(path)) {
 Database::Database(std::string name) : path_(std::move(name)) {
   sqlite3* handle = nullptr;
   const int result =
-      sqlite3_open_v2(":memory:", &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+      sqlite3_open_v2(":memory:", &handle,
+                      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr);
   handle_.reset(handle);
   if (result != SQLITE_OK) Refuse(sqlite3_errstr(result));
 }
@@ -62,9 +62,7 @@ std::vector<std::byte> Database::Content() const {
   return {bytes.begin(), bytes.end()};
 }
 
-void Database::Refuse(const std::string& problem) const {
-  throw InputError(fmt::format("{}: {}", path_, problem));
-}
+void Database::Refuse(const std::string& problem) const { throw DatabaseError(path_, problem); }
 
 void Database::Execute(const std::string& sql) {
   if (sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)

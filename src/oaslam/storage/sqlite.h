@@ -8,8 +8,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "oaslam/error.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 #include "oaslam/util/ids.h"
@@ -32,7 +34,15 @@ class Checksum {
   uint64_t state_ = 0xcbf29ce484222325ULL;
 };
 
-// An open SQLite database; errors of SQLite become an InputError that names the path.
+// What is wrong with a database: the message is "path: problem".
+class DatabaseError : public InputError {
+ public:
+  DatabaseError(const std::string& path, std::string what_is_wrong)
+      : InputError(path + ": " + what_is_wrong), problem(std::move(what_is_wrong)) {}
+  std::string problem;
+};
+
+// An open SQLite database, for one thread at a time; errors of SQLite become a DatabaseError.
 class Database {
  public:
   enum class Access { kReadOnly, kCreate };
@@ -48,6 +58,7 @@ class Database {
   int64_t QueryInteger(const std::string& sql);
   std::string QueryText(const std::string& sql);
   sqlite3* handle() const { return handle_.get(); }
+  const std::string& path() const { return path_; }
   [[noreturn]] void Refuse(const std::string& problem) const;
 
  private:
@@ -110,16 +121,17 @@ class RowWriter {
 };
 
 // Reads the rows of a table in order, column by column, and adds them to the checksum. A value of a
-// wrong type or out of range is an InputError that names table and column.
+// wrong type or out of range is a DatabaseError that names table and column.
 class RowReader {
  public:
+  static constexpr uint32_t kMaxId = 100'000'000;  // so that a wrong id cannot ask for all memory
+
   RowReader(Database& database, Checksum& checksum, const std::string& table,
             const std::string& order, const std::string& where = "1");
 
   bool Next();
   int64_t Integer(int64_t min, int64_t max);
   int Int(int min = INT32_MIN, int max = INT32_MAX) { return static_cast<int>(Integer(min, max)); }
-  // Bounded, so that a wrong id cannot ask for all memory.
   template <typename Id>
   Id RequiredId() {
     return Id(static_cast<uint32_t>(Integer(0, kMaxId)));
@@ -140,7 +152,6 @@ class RowReader {
   [[noreturn]] void Refuse(const std::string& problem) const;
 
  private:
-  static constexpr int64_t kMaxId = 100'000'000;
   int NextColumn(int type);
 
   Checksum& checksum_;

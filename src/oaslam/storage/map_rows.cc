@@ -1,0 +1,327 @@
+#include "oaslam/storage/map_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "oaslam/formats/class_names.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/storage/map_schema.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kMaxFrame = 1 << 30;
+
+template <typename T>
+std::vector<T> CopyOf(std::span<const std::byte> bytes) {
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+// Condition for a column.
+std::string IsIn(const char* column, IdRange range) {
+  return fmt::format("{} BETWEEN {} AND {}", column, range.first, range.last);
+}
+
+template <typename Id, typename T>
+void InsertNew(Id id, T value, const RowReader& row, Table<Id, T>& table) {
+  if (table.Contains(id)) row.Refuse(fmt::format("{} occurs twice", id.value));
+  table.Insert(id, std::move(value));
+}
+
+// Reads the name of one of `known`.
+template <typename Enum, size_t N>
+Enum ReadWord(RowReader& row, const Enum (&known)[N]) {
+  const std::string text = row.Text();
+  for (const Enum value : known)
+    if (text == ToString(value)) return value;
+  row.Refuse(fmt::format("\"{}\" is not known", text));
+}
+
+constexpr LensModel kLensModels[] = {LensModel::kPinhole, LensModel::kFisheye};
+constexpr ObjectState kObjectStates[] = {ObjectState::kTentative, ObjectState::kInitialized,
+                                         ObjectState::kMapped};
+constexpr TrackingState kTrackingStates[] = {TrackingState::kInitializing, TrackingState::kTracking,
+                                             TrackingState::kRelocalized, TrackingState::kObjects,
+                                             TrackingState::kLost};
+
+int CategoryOf(std::string_view text, const RowReader& row) {
+  const std::optional<double> value = ParseNumber(text);
+  if (!value || *value != std::floor(*value) || *value < INT32_MIN || *value > INT32_MAX)
+    row.Refuse(fmt::format("\"{}\" is not a category", text));
+  return static_cast<int>(*value);
+}
+
+std::set<int> ReadMovable(RowReader& row) {
+  std::set<int> movable;
+  const std::string text = row.Text();
+  for (const std::string_view category : SplitFields(text))
+    movable.insert(CategoryOf(category, row));
+  return movable;
+}
+
+std::map<int, int> ReadParts(RowReader& row) {
+  std::map<int, int> whole_of;
+  const std::string text = row.Text();
+  for (const std::string_view pair : SplitFields(text)) {
+    const size_t colon = pair.find(':');
+    if (colon == std::string_view::npos)
+      row.Refuse(fmt::format("\"{}\" is not of the form part:whole", pair));
+    whole_of.emplace(CategoryOf(pair.substr(0, colon), row),
+                     CategoryOf(pair.substr(colon + 1), row));
+  }
+  if (const auto part = PartOfItself(whole_of))
+    row.Refuse(fmt::format("category {} is a part of itself", *part));
+  return whole_of;
+}
+
+std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
+  auto features = std::make_shared<Features>();
+  const auto count = static_cast<size_t>(row.Int(0, Features::kMaxKeypoints));
+  PyramidScales& pyramid = features->pyramid;
+  pyramid.levels = row.Int(1, PyramidScales::kMaxLevels);
+  pyramid.factor = static_cast<float>(row.Real());
+  pyramid.scale = {};
+  const auto scales = CopyOf<float>(row.Blob(pyramid.levels * sizeof(float)));
+  std::ranges::copy(scales, pyramid.scale.begin());
+  features->bounds = row.ReadBox();
+  if (!(features->bounds.Area() > 0)) row.Refuse("empty bounds");
+  features->keypoints.reserve(count);
+  for (const StoredKeypoint& k : CopyOf<StoredKeypoint>(row.Blob(count * sizeof(StoredKeypoint)))) {
+    if (!std::isfinite(k.x) || !std::isfinite(k.y) || k.octave < 0 || k.octave >= pyramid.levels)
+      row.Refuse("a key point out of range");
+    features->keypoints.push_back({{k.x, k.y}, k.angle_rad, static_cast<uint8_t>(k.octave)});
+  }
+  features->descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
+  features->BuildGrid();
+  return features;
+}
+
+}  // namespace
+
+void ReadMeta(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "meta", "key", "key <> 'checksum'");
+  while (rows.Next()) {
+    const std::string key = rows.Text();
+    if (key == "map_version")
+      map.version = static_cast<uint64_t>(rows.Integer(INT64_MIN, INT64_MAX));
+    else if (key == "next_landmark")
+      map.next_landmark = static_cast<uint32_t>(rows.Integer(0, UINT32_MAX));
+    else if (key == "up_x" || key == "up_y" || key == "up_z") {
+      if (!map.up) map.up = Eigen::Vector3d::Zero();
+      (*map.up)[key[3] - 'x'] = rows.Real();
+    } else if (key == "up_keyframes") {
+      map.up_keyframes = static_cast<int>(rows.Integer(1, INT32_MAX));
+    } else if (key == "unit") {
+      if (const std::string unit = rows.Text(); unit != "metre")
+        rows.Refuse(fmt::format("unit \"{}\", allowed: metre", unit));
+      map.is_metric = true;
+    } else if (key == "movable") {
+      map.classes.movable = ReadMovable(rows);
+    } else if (key == "parts") {
+      map.classes.whole_of = ReadParts(rows);
+    } else
+      rows.Refuse(fmt::format("key \"{}\" is not known", key));
+  }
+}
+
+void ReadCameras(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "cameras", "id");
+  while (rows.Next()) {
+    rows.Int(static_cast<int>(map.cameras.size()), static_cast<int>(map.cameras.size()));
+    Camera camera;
+    camera.name = rows.Text();
+    camera.model = ReadWord(rows, kLensModels);
+    camera.width = rows.Int(0);
+    camera.height = rows.Int(0);
+    for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = rows.Real();
+    for (double& k : camera.distortion) k = rows.Real();
+    camera.is_guess = rows.Int(0, 1) != 0;
+    map.cameras.push_back(std::move(camera));
+  }
+}
+
+void ReadKeyframes(Database& database, Checksum& checksum, IdRange range, Map& map) {
+  RowReader rows(database, checksum, "keyframes", "id", IsIn("id", range));
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<KeyframeId>();
+    Keyframe keyframe;
+    keyframe.frame_index = rows.Int(INT32_MIN, kMaxFrame);
+    keyframe.timestamp = rows.Real();
+    keyframe.camera = rows.Int();
+    keyframe.cam_from_world = rows.Pose();
+    InsertNew(id, std::move(keyframe), rows, map.keyframes);
+  }
+}
+
+void ReadRetiredKeyframes(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "retired_keyframes", "id");
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<KeyframeId>();
+    const auto parent = rows.RequiredId<KeyframeId>();
+    InsertNew(id, RetiredKeyframe{parent, rows.Pose()}, rows, map.retired);
+  }
+}
+
+void ReadFeatures(Database& database, Checksum& checksum, IdRange range, Map& map) {
+  RowReader rows(database, checksum, "features", "keyframe", IsIn("keyframe", range));
+  while (rows.Next()) {
+    Keyframe* keyframe = map.keyframes.Mutable(rows.RequiredId<KeyframeId>());
+    if (!keyframe) rows.Refuse("no such keyframe");
+    keyframe->features = ReadFeatures(rows);
+    keyframe->landmarks.resize(keyframe->features->keypoints.size());
+  }
+}
+
+void ReadCovisibility(Database& database, Checksum& checksum, IdRange range, Map& map) {
+  RowReader rows(database, checksum, "covisibility", "keyframe, rank", IsIn("keyframe", range));
+  while (rows.Next()) {
+    Keyframe* keyframe = map.keyframes.Mutable(rows.RequiredId<KeyframeId>());
+    if (!keyframe) rows.Refuse("no such keyframe");
+    rows.Int();
+    const auto neighbor = rows.RequiredId<KeyframeId>();
+    keyframe->covisible.push_back({neighbor, rows.Int(0)});
+  }
+}
+
+void ReadLandmarks(Database& database, Checksum& checksum, IdRange range, Map& map) {
+  RowReader rows(database, checksum, "landmarks", "id", IsIn("id", range));
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<LandmarkId>();
+    Landmark landmark;
+    landmark.position = rows.Vector();
+    landmark.normal = rows.Vector();
+    landmark.min_distance = static_cast<float>(rows.Real());
+    landmark.max_distance = static_cast<float>(rows.Real());
+    landmark.first_keyframe = rows.OptionalId<KeyframeId>();
+    landmark.visible = rows.Int();
+    landmark.found = rows.Int();
+    const auto descriptor = rows.Blob(sizeof(Descriptor));
+    std::memcpy(landmark.descriptor.data(), descriptor.data(), sizeof(Descriptor));
+    InsertNew(id, std::move(landmark), rows, map.landmarks);
+  }
+}
+
+void ReadObservations(Database& database, Checksum& checksum, IdRange range, Map& map) {
+  RowReader rows(database, checksum, "observations", "landmark, keyframe", IsIn("landmark", range));
+  while (rows.Next()) {
+    Landmark* landmark = map.landmarks.Mutable(rows.RequiredId<LandmarkId>());
+    if (!landmark) rows.Refuse("no such landmark");
+    const auto keyframe = rows.RequiredId<KeyframeId>();
+    landmark->observations.push_back({keyframe, static_cast<uint32_t>(rows.Int(0))});
+  }
+}
+
+void LinkKeyframes(const Database& database, Map& map) {
+  map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
+    for (const Observation& o : landmark.observations) {
+      Keyframe* keyframe = map.keyframes.Mutable(o.keyframe);
+      if (!keyframe || o.keypoint >= keyframe->landmarks.size())
+        database.Refuse(
+            fmt::format("is damaged: landmark {} is seen by keyframe {}, key point {}, which does "
+                        "not exist",
+                        id.value, o.keyframe.value, o.keypoint));
+      keyframe->landmarks[o.keypoint] = id;
+    }
+  });
+}
+
+void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& map) {
+  RowReader rows(database, checksum, "objects", "id");
+  while (rows.Next()) {
+    const auto id = rows.RequiredId<ObjectId>();
+    Object object;
+    object.category_id = rows.Int();
+    object.state = ReadWord(rows, kObjectStates);
+    object.ellipsoid.center = rows.Vector();
+    object.ellipsoid.half_axes = rows.Vector();
+    object.ellipsoid.rotation = rows.Rotation();
+    const auto covariance =
+        rows.Blob(sizeof(double) * static_cast<size_t>(object.covariance.size()));
+    std::memcpy(object.covariance.data(), covariance.data(), covariance.size());
+    object.detection_rate = rows.Real();
+    object.mean_iou = rows.Real();
+    object.total_observations = rows.Int(0);
+    object.evidence = object.total_observations;
+    object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
+    if (version >= 2) object.name = rows.Text();
+    InsertNew(id, std::move(object), rows, map.objects);
+  }
+  const auto object_of = [&](RowReader& row) -> Object& {
+    Object* object = map.objects.Mutable(row.RequiredId<ObjectId>());
+    if (!object) row.Refuse("no such object");
+    return *object;
+  };
+  RowReader observations(database, checksum, "object_observations", "object, rank");
+  while (observations.Next()) {
+    Object& object = object_of(observations);
+    observations.Int();
+    ObjectObservation o;
+    o.frame_index = observations.Int(INT32_MIN, kMaxFrame);
+    o.reference = observations.RequiredId<KeyframeId>();
+    o.cam_from_reference = observations.Pose();
+    o.camera = observations.Int();
+    o.box = observations.ReadBox();
+    o.score = observations.Real();
+    o.truncated = static_cast<unsigned char>(observations.Int(0, 255));
+    object.observations.push_back(o);
+  }
+  RowReader landmarks(database, checksum, "object_landmarks", "object, landmark");
+  while (landmarks.Next()) {
+    Object& object = object_of(landmarks);
+    object.landmarks.push_back(landmarks.RequiredId<LandmarkId>());
+    object.landmark_votes.push_back(static_cast<uint16_t>(landmarks.Int(0, UINT16_MAX)));
+  }
+  RowReader merged(database, checksum, "merged_objects", "id");
+  while (merged.Next()) {
+    const auto id = merged.RequiredId<ObjectId>();
+    InsertNew(id, merged.OptionalId<ObjectId>(), merged, map.merged_objects);
+  }
+}
+
+void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
+  RowReader rows(database, checksum, "anchors", "name");
+  while (rows.Next()) {
+    std::string name = rows.Text();
+    Anchor anchor;
+    anchor.model = rows.Text();
+    anchor.size = rows.Real();
+    anchor.keyframe = rows.RequiredId<KeyframeId>();
+    anchor.cam_from_anchor = rows.Pose();
+    anchor.object = rows.OptionalId<ObjectId>();
+    anchor.offset = rows.Vector();
+    map.anchors.emplace(std::move(name), std::move(anchor));
+  }
+}
+
+void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
+  RowReader rows(database, checksum, "trajectory", "rank");
+  while (rows.Next()) {
+    rows.Int();
+    FramePose pose;
+    pose.frame_index = rows.Int(INT32_MIN, kMaxFrame);
+    pose.timestamp = rows.Real();
+    pose.reference = rows.OptionalId<KeyframeId>();
+    pose.cam_from_reference = rows.Pose();
+    pose.state = ReadWord(rows, kTrackingStates);
+    saved.trajectory.push_back(pose);
+  }
+}
+
+void ReadClassNames(Database& database, Checksum& checksum, SavedMap& saved) {
+  RowReader names(database, checksum, "class_names", "category_id");
+  while (names.Next()) {
+    const int id = names.Int();
+    saved.class_names[id] = names.Text();
+  }
+}
+
+}  // namespace oaslam
