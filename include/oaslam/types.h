@@ -22,6 +22,13 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
+// A class that a detector gives a box, and how sure it is of it.
+struct Label {
+  int category_id = 0;
+  double score = 0;  // [0, 1]
+  bool operator==(const Label&) const = default;
+};
+
 // A detection of an object detector in one image.
 struct Detection {
   int category_id = 0;
@@ -30,6 +37,8 @@ struct Detection {
   // An ellipse around the object, [cx, cy, width, height, theta], in pixels and rad, where the
   // detector gives one. Slam does not use it.
   std::optional<std::array<double, 5>> ellipse{};
+  // Other classes that the box may show, each at most once, where the detector is not sure.
+  std::vector<Label> other_labels{};
 };
 
 // {x : |diag(1/half_axes) * rotation^T * (x - center)| <= 1}; rotation is world_from_object.

@@ -147,9 +147,9 @@ std::vector<Detection> Detector::Detect(const cv::Mat& image) {
   const std::vector<cv::Mat> outputs = impl_->Forward(letterbox.image, yolox);
   const cv::Mat& output = outputs[impl_->output];
   std::vector<Detection> found;
-  for (const Candidate& candidate : SuppressPerClass(
+  for (const Candidate& candidate : JoinLabels(SuppressPerClass(
            DecodeOutput(output, impl_->format, impl_->input_size, impl_->options.min_score),
-           impl_->options.max_iou)) {
+           impl_->options.max_iou))) {
     Detection d = candidate;
     d.box = FromLetterbox(letterbox, candidate.box, image.size());
     if (d.box.Area() <= 0) continue;

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <opencv2/dnn.hpp>
 #include <utility>
 
+#include "oaslam/geometry/box.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -62,17 +64,33 @@ DetectorLayout GuessLayout(int rows, int columns, const cv::Size& network_size, 
   return rows == GridCells(network_size) ? DetectorLayout::kYolox : DetectorLayout::kYolov5;
 }
 
-struct BestClass {
-  int id = 0;
-  float score = 0;
+// The scores of the classes of one candidate.
+struct ClassScores {
+  const float* first = nullptr;
+  int count = 0;
+  size_t step = 1;
+
+  float operator[](int c) const { return first[static_cast<size_t>(c) * step]; }
 };
 
-BestClass Best(const float* scores, int count, size_t step) {
-  BestClass best{0, scores[0]};
-  for (int c = 1; c < count; ++c)
-    if (const float score = scores[static_cast<size_t>(c) * step]; score > best.score)
-      best = {c, score};
+int BestClass(const ClassScores& scores) {
+  int best = 0;
+  for (int c = 1; c < scores.count; ++c)
+    if (scores[c] > scores[best]) best = c;
   return best;
+}
+
+// The classes next to the best one, the best of them first. `objectness`: factor of all scores.
+std::vector<Label> OtherLabels(const ClassScores& scores, int best, float objectness) {
+  constexpr float kShareOfBest = 0.2F;  // below it a class says nothing
+  constexpr size_t kMost = 3;
+  std::vector<Label> labels;
+  for (int c = 0; c < scores.count; ++c)
+    if (c != best && scores[c] > kShareOfBest * scores[best])
+      labels.push_back({c, objectness * scores[c]});
+  std::ranges::stable_sort(labels, std::greater(), &Label::score);
+  labels.resize(std::min(labels.size(), kMost));
+  return labels;
 }
 
 Box CenterBox(double cx, double cy, double w, double h) {
@@ -94,13 +112,16 @@ std::vector<Candidate> DecodeYolox(const cv::Mat& rows, int classes, const cv::S
     for (int y = 0; y < network_size.height / stride; ++y) {
       for (int x = 0; x < network_size.width / stride; ++x, ++row) {
         const float* r = rows.ptr<float>(row);
-        const BestClass best = Best(r + 5, classes, 1);
-        const Detection d{
-            .category_id = best.id,
-            .score = r[4] * best.score,
+        const ClassScores scores{r + 5, classes};
+        const int best = BestClass(scores);
+        Detection d{
+            .category_id = best,
+            .score = r[4] * scores[best],
             .box = CenterBox(stride * (x + double{r[0]}), stride * (y + double{r[1]}),
                              stride * std::exp(double{r[2]}), stride * std::exp(double{r[3]}))};
-        if (IsUsable(d, min_score)) found.push_back({d, row});
+        if (!IsUsable(d, min_score)) continue;
+        d.other_labels = OtherLabels(scores, best, r[4]);
+        found.push_back({std::move(d), row});
       }
     }
   }
@@ -112,11 +133,14 @@ std::vector<Candidate> DecodeYolov5(const cv::Mat& rows, int classes, double min
   for (int i = 0; i < rows.rows; ++i) {
     const float* r = rows.ptr<float>(i);
     if (!(r[4] > min_score)) continue;
-    const BestClass best = Best(r + 5, classes, 1);
-    const Detection d{.category_id = best.id,
-                      .score = r[4] * best.score,
-                      .box = CenterBox(r[0], r[1], r[2], r[3])};
-    if (IsUsable(d, min_score)) found.push_back({d, i});
+    const ClassScores scores{r + 5, classes};
+    const int best = BestClass(scores);
+    Detection d{.category_id = best,
+                .score = r[4] * scores[best],
+                .box = CenterBox(r[0], r[1], r[2], r[3])};
+    if (!IsUsable(d, min_score)) continue;
+    d.other_labels = OtherLabels(scores, best, r[4]);
+    found.push_back({std::move(d), i});
   }
   return found;
 }
@@ -126,11 +150,14 @@ std::vector<Candidate> DecodeYolov8(const cv::Mat& columns, int classes, double 
   const size_t step = columns.step1();
   for (int i = 0; i < columns.cols; ++i) {
     const float* c = columns.ptr<float>(0) + i;
-    const BestClass best = Best(c + 4 * step, classes, step);
-    const Detection d{.category_id = best.id,
-                      .score = best.score,
-                      .box = CenterBox(c[0], c[step], c[2 * step], c[3 * step])};
-    if (IsUsable(d, min_score)) found.push_back({d, i});
+    const ClassScores scores{c + 4 * step, classes, step};
+    const int best = BestClass(scores);
+    Detection d{.category_id = best,
+                .score = scores[best],
+                .box = CenterBox(c[0], c[step], c[2 * step], c[3 * step])};
+    if (!IsUsable(d, min_score)) continue;
+    d.other_labels = OtherLabels(scores, best, 1);
+    found.push_back({std::move(d), i});
   }
   return found;
 }
@@ -222,6 +249,26 @@ std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& f
                                ? matrix.at<float>(matrix.rows - format.masks + i, place)
                                : matrix.at<float>(place, matrix.cols - format.masks + i));
   return coefficients;
+}
+
+std::vector<Candidate> JoinLabels(const std::vector<Candidate>& candidates) {
+  constexpr double kSameBox = 0.7;  // IoU
+  std::vector<Candidate> joined;
+  for (const Candidate& candidate : candidates) {
+    const auto label_of = [&](Candidate& better) {
+      return IoU(better.box, candidate.box) < kSameBox
+                 ? better.other_labels.end()
+                 : std::ranges::find(better.other_labels, candidate.category_id,
+                                     &Label::category_id);
+    };
+    const auto same = std::ranges::find_if(
+        joined, [&](Candidate& better) { return label_of(better) != better.other_labels.end(); });
+    if (same == joined.end())
+      joined.push_back(candidate);
+    else
+      label_of(*same)->score = std::max(label_of(*same)->score, candidate.score);
+  }
+  return joined;
 }
 
 std::vector<Candidate> SuppressPerClass(const std::vector<Candidate>& candidates, double max_iou) {

@@ -52,6 +52,7 @@ std::optional<OutputFormat> RecognizeOutput(const std::vector<int>& shape,
 
 // Decodes the candidates with score > min_score of one output (float, batch of one), with boxes in
 // network pixels, in the order of the tensor.
+// Where the layout has scores of all classes, they have up to three other labels.
 std::vector<Candidate> DecodeOutput(const cv::Mat& output, const OutputFormat& format,
                                     const cv::Size& network_size, double min_score);
 
@@ -60,5 +61,9 @@ std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& f
 
 // Non-maximum suppression within each class; best scores first.
 std::vector<Candidate> SuppressPerClass(const std::vector<Candidate>& candidates, double max_iou);
+
+// Where a box is found twice, once for each of two classes that the better one may have, the other
+// one is dropped and counts as its label. `candidates`: best scores first, and so is the result.
+std::vector<Candidate> JoinLabels(const std::vector<Candidate>& candidates);
 
 }  // namespace oaslam

@@ -42,6 +42,15 @@ std::string Named(const Object& object) {
   return object.name.empty() ? "" : ", \"name\": " + JsonText(nlohmann::json(object.name));
 }
 
+// Nothing where all detections gave it the same label.
+std::string Labelled(const Object& object) {
+  if (object.shares.empty()) return "";
+  std::string text;
+  for (const LabelShare& label : object.shares)
+    text += fmt::format("{}[{}, {:.4f}]", text.empty() ? "" : ", ", label.category_id, label.share);
+  return ",\n   \"labels\": [" + text + "]";
+}
+
 }  // namespace
 
 void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& names) {
@@ -52,13 +61,13 @@ void SaveObjectsJson(const std::string& path, const Map& map, const ClassNames& 
     const Eigen::Vector4d rotation = e.rotation.w() < 0 ? Eigen::Vector4d(-e.rotation.coeffs())
                                                         : Eigen::Vector4d(e.rotation.coeffs());
     text += fmt::format(
-        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{},\n   \"center\": {},\n   "
+        "{}\n  {{\"id\": {}, \"category_id\": {}, \"category\": {}{}{},\n   \"center\": {},\n   "
         "\"half_axes\": {},\n   \"rotation\": {},\n"
         "   \"observations\": {}, \"score\": {:.4f}{},\n   \"covariance_diag\": {}}}",
         text.empty() ? "" : ",", id.value, object.category_id,
         JsonText(nlohmann::json(NameOf(names, object.category_id))), Named(object),
-        Numbers(e.center), Numbers(e.half_axes), Numbers(rotation), object.total_observations,
-        Score(object), Special(map, id, object),
+        Labelled(object), Numbers(e.center), Numbers(e.half_axes), Numbers(rotation),
+        object.total_observations, Score(object), Special(map, id, object),
         Numbers(Eigen::VectorXd(object.covariance.diagonal())));
   });
   WriteTextFile(path, "[" + text + "\n]\n");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -44,6 +45,9 @@ struct Place {
     if (found == object.end()) Refuse(fmt::format("key \"{}\" is missing", key));
     return *found;
   }
+  bool Has(const Json& object, const char* key) const {
+    return object.is_object() && object.contains(key);
+  }
   double Number(const Json& value, const char* key) const {
     if (!value.is_number()) Refuse(fmt::format("{}: {}, expected a number", key, JsonText(value)));
     const double number = value.get<double>();
@@ -60,12 +64,15 @@ struct Place {
   }
 };
 
-int ReadCategory(const Json& entry, const Place& place) {
-  const Json& id = place.Member(entry, "category_id");
+int CategoryOf(const Json& id, const char* key, const Place& place) {
   if (!id.is_number_integer())
-    place.Refuse(fmt::format("category_id: {}, expected a whole number", JsonText(id)));
-  place.RefuseIf(ProblemOfCategory(id.get<int64_t>()), "category_id");
+    place.Refuse(fmt::format("{}: {}, expected a whole number", key, JsonText(id)));
+  place.RefuseIf(ProblemOfCategory(id.get<int64_t>()), key);
   return id.get<int>();
+}
+
+int ReadCategory(const Json& entry, const Place& place) {
+  return CategoryOf(place.Member(entry, "category_id"), "category_id", place);
 }
 
 double ReadScore(const Json& score, const char* key, const Place& place) {
@@ -79,10 +86,49 @@ Box CheckedBox(const Box& box, const Place& place) {
   return box;
 }
 
+// [[category_id, score], ...], best first; the first of those with the same score.
+std::vector<Label> ReadLabels(const Json& entry, const Place& place) {
+  const Json& list = entry["labels"];
+  if (!list.is_array() || list.empty())
+    place.Refuse(
+        fmt::format("labels: {}, expected a list of [category_id, score]", JsonText(list)));
+  std::vector<Label> labels;
+  for (const Json& pair : list) {
+    if (!pair.is_array() || pair.size() != 2)
+      place.Refuse(fmt::format("labels: {}, expected [category_id, score]", JsonText(pair)));
+    labels.push_back({CategoryOf(pair[0], "labels", place), ReadScore(pair[1], "labels", place)});
+  }
+  place.RefuseIf(ProblemOfLabels(labels), "labels");
+  std::ranges::stable_sort(labels, std::greater(), &Label::score);
+  if (!(labels.front().score > 0))
+    place.Refuse(fmt::format("labels: {}, expected a score above 0", JsonText(list)));
+  return labels;
+}
+
+// The labels, where they are given, say how the score of the detection is distributed.
+void ReadClassAndScore(const Json& entry, const Place& place, Detection& detection) {
+  if (!place.Has(entry, "labels")) {
+    detection.category_id = ReadCategory(entry, place);
+    detection.score = ReadScore(place.Member(entry, "detection_score"), "detection_score", place);
+    return;
+  }
+  std::vector<Label> labels = ReadLabels(entry, place);
+  const Label best = labels.front();
+  detection.category_id = best.category_id;
+  if (entry.contains("category_id") && ReadCategory(entry, place) != best.category_id)
+    place.Refuse(fmt::format("category_id: {}, but the best of its labels is {}",
+                             JsonText(entry["category_id"]), best.category_id));
+  detection.score = entry.contains("detection_score")
+                        ? ReadScore(entry["detection_score"], "detection_score", place)
+                        : best.score;
+  for (size_t i = 1; i < labels.size(); ++i)
+    detection.other_labels.push_back(
+        {labels[i].category_id, labels[i].score * detection.score / best.score});
+}
+
 Detection ReadOwnDetection(const Json& entry, const Place& place) {
   Detection detection;
-  detection.category_id = ReadCategory(entry, place);
-  detection.score = ReadScore(place.Member(entry, "detection_score"), "detection_score", place);
+  ReadClassAndScore(entry, place, detection);
   const auto [x1, y1, x2, y2] = place.Numbers<4>(place.Member(entry, "bbox"), "bbox");
   detection.box = CheckedBox({x1, y1, x2, y2}, place);
   if (entry.contains("ellipse")) {
@@ -236,6 +282,12 @@ void SaveDetections(const std::string& path, const std::vector<ImageDetections>&
           "{:.2f}, {:.2f}]",
           &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1,
           d.box.x2, d.box.y2);
+      if (!d.other_labels.empty()) {
+        text += fmt::format(", \"labels\": [[{}, {:.4f}]", d.category_id, d.score);
+        for (const Label& label : d.other_labels)
+          text += fmt::format(", [{}, {:.4f}]", label.category_id, label.score);
+        text += "]";
+      }
       if (d.ellipse) {
         const auto& e = *d.ellipse;
         text += fmt::format(", \"ellipse\": [{:.2f}, {:.2f}, {:.2f}, {:.2f}, {:.6f}]", e[0], e[1],

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <vector>
 
 namespace oaslam {
 namespace {
@@ -24,6 +26,17 @@ std::string ProblemOfScore(double score) {
   constexpr double kRounding = 1e-6;  // rounding error of a detector that computes with 32 bits
   if (score >= 0 && score <= 1 + kRounding) return "";
   return fmt::format("{}, allowed: 0 to 1", score);
+}
+
+std::string ProblemOfLabels(std::span<const Label> labels) {
+  std::set<int> listed;
+  for (const Label& label : labels) {
+    if (auto problem = ProblemOfCategory(label.category_id); !problem.empty()) return problem;
+    if (auto problem = ProblemOfScore(label.score); !problem.empty()) return problem;
+    if (!listed.insert(label.category_id).second)
+      return fmt::format("class {} is listed twice", label.category_id);
+  }
+  return "";
 }
 
 std::string ProblemOfBox(const Box& box) {
@@ -50,6 +63,10 @@ std::string ProblemOf(const Detection& detection) {
   if (const auto problem = ProblemOfScore(detection.score); !problem.empty())
     return "score: " + problem;
   if (const auto problem = ProblemOfBox(detection.box); !problem.empty()) return "box: " + problem;
+  std::vector<Label> labels = detection.other_labels;
+  labels.push_back({detection.category_id, detection.score});
+  if (const auto problem = ProblemOfLabels(labels); !problem.empty())
+    return "other_labels: " + problem;
   if (!detection.ellipse) return "";
   const std::string problem = ProblemOfEllipse(*detection.ellipse);
   return problem.empty() ? "" : "ellipse: " + problem;

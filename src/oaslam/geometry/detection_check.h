@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "oaslam/types.h"
@@ -14,6 +15,8 @@ constexpr int kMaxCategory = 1'000'000;
 // a detection, with its value and bound; empty if there is none.
 std::string ProblemOfCategory(int64_t category_id);
 std::string ProblemOfScore(double score);
+// Classes and scores, and that no class is listed twice.
+std::string ProblemOfLabels(std::span<const Label> labels);
 std::string ProblemOfBox(const Box& box);
 std::string ProblemOfEllipse(const std::array<double, 5>& ellipse);
 

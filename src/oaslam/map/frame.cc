@@ -8,8 +8,8 @@ std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections) {
   std::vector<ObjectDetection> ideal;
   for (const Detection& d : detections)
-    ideal.push_back(
-        {d.category_id, d.score, UndistortBox(camera, d.box), TruncatedEdges(camera, d.box)});
+    ideal.push_back({d.category_id, d.score, UndistortBox(camera, d.box),
+                     TruncatedEdges(camera, d.box), SharesOf(d)});
   return ideal;
 }
 

@@ -7,6 +7,7 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/features/features.h"
+#include "oaslam/map/label_shares.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 #include "oaslam/util/ids.h"
@@ -19,6 +20,7 @@ struct ObjectDetection {
   double score = 0;
   Box box;                      // ideal (undistorted) image
   unsigned char truncated = 0;  // EdgeBits of edges at the border of the original image
+  LabelShares shares{};
 };
 
 // Converts detections to the ideal image of the camera, one to one; a box is empty there where the

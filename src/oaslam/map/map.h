@@ -12,6 +12,7 @@
 #include "oaslam/features/features.h"
 #include "oaslam/map/anchor.h"
 #include "oaslam/map/frame.h"
+#include "oaslam/map/label_shares.h"
 #include "oaslam/map/table.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
@@ -78,8 +79,9 @@ struct ObjectObservation {
 };
 
 struct Object {
-  int category_id = 0;
-  std::string name;  // given by the user; empty: the name of its class is used
+  int category_id = 0;  // the commonest of its labels
+  LabelShares shares;   // of its labels
+  std::string name;     // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
   // World. While tentative: where its own landmarks are, if it is known by these, else meaningless.
   Ellipsoid ellipsoid;

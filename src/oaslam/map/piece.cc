@@ -29,7 +29,8 @@ Frame FrameOf(const Map& map, KeyframeId id) {
   map.objects.ForEach([&](ObjectId, const Object& object) {
     for (const ObjectObservation& o : object.observations)
       if (o.frame_index == keyframe.frame_index)
-        frame.detections.push_back({object.category_id, o.score, o.box, o.truncated});
+        frame.detections.push_back(
+            {object.category_id, o.score, o.box, o.truncated, object.shares});
   });
   return frame;
 }

@@ -29,12 +29,13 @@ constexpr double kIndependentInterval = 0.2;
 
 struct Candidate {
   ObjectId object_id;
-  const Object* object = nullptr;  // in the snapshot
-  std::optional<Box> projection;   // of its ellipsoid, if enough of it is inside the image
+  const Object* object = nullptr;   // in the snapshot
+  LabelsRef labels;                 // of the object, or of its track
+  std::optional<Box> projection{};  // of its ellipsoid, if enough of it is inside the image
   double share_inside = 0;
   double depth = 0, radius = 0;  // depth of its centre; radius of the sphere of the same volume
-  std::vector<LandmarkId> landmarks;     // landmarks that belong to it
-  std::optional<MotionSinceBox> motion;  // since its last box; nothing where that is not known
+  std::vector<LandmarkId> landmarks{};     // landmarks that belong to it
+  std::optional<MotionSinceBox> motion{};  // since its last box; nothing where that is not known
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
@@ -94,7 +95,7 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& vi
   }
   for (const ObjectPlace& place : tracks.places.all())
     if ((place.is_mapped || place.is_known_by_landmarks) && view.MayShow(place))
-      kept.push_back({.object = place.id, .category_id = place.category_id, .in_map = true});
+      kept.push_back({.object = place.id, .in_map = true});
   // Of several tracks of one object, keep the one seen last.
   std::ranges::sort(kept, [](const ObjectTrack& a, const ObjectTrack& b) {
     return a.object != b.object ? a.object < b.object : a.last_frame > b.last_frame;
@@ -142,14 +143,15 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
   std::vector<Candidate> candidates;
   const std::optional<double> least_depth = LeastDepth(tracked, snapshot, tracks);
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
-  for (size_t i = 0; i < tracks.open.size(); ++i) {
-    Candidate c;
-    c.object_id = tracks.open[i].object;
-    c.motion = MotionSince(tracks.open[i], tracked, snapshot, least_depth);
-    c.object = snapshot.objects.Find(tracks.open[i].object);
+  for (const ObjectTrack& track : tracks.open) {
+    const Object* object = snapshot.objects.Find(track.object);
+    Candidate c{.object_id = track.object,
+                .object = object,
+                .labels = object ? LabelsOf(*object) : LabelsOf(track)};
+    c.motion = MotionSince(track, tracked, snapshot, least_depth);
     const bool has_ellipsoid = c.object && c.object->state != ObjectState::kTentative;
     // What is not mapped, and not tracked at present, is known by its landmarks alone.
-    if (has_ellipsoid && (c.IsMapped() || tracks.open[i].last_frame >= 0)) {
+    if (has_ellipsoid && (c.IsMapped() || track.last_frame >= 0)) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
       if (c.projection) c.share_inside = image.ShareShown(*c.projection);
       c.depth = (tracked.cam_from_world * c.object->ellipsoid.center).z();
@@ -184,29 +186,39 @@ double OverlapWithLastBox(const ObjectDetection& detection, const Candidate& can
                           : IoU(track.last_box, detection.box);
 }
 
+// The overlap that is asked of boxes whose labels agree by this likelihood. The less the labels
+// say, the more the boxes must.
+double LeastOverlap(double configured, double agreement) {
+  return 1 - (1 - configured) * agreement;
+}
+
 double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks,
                 const Candidate& candidate, const ObjectTrack& track, const Frame& frame,
                 const Camera& camera, const ObjectsConfig& config) {
-  if (track.category_id != detection.category_id) return 0;
+  const double agreement = LabelAgreement(LabelsOf(detection), candidate.labels);
+  if (agreement < kLeastAgreement) return 0;
   double score = 0;
   if (IsFresh(track, frame, config)) {
     const double iou = OverlapWithLastBox(detection, candidate, track, camera);
-    if (iou >= config.min_iou_box) score = iou;
+    if (iou >= LeastOverlap(config.min_iou_box, agreement)) score = iou;
   }
   if (candidate.projection) {
     const double iou = IoU(
         ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
-    if (iou >= config.min_iou_projection) score = std::max(score, iou);
+    if (iou >= LeastOverlap(config.min_iou_projection, agreement)) score = std::max(score, iou);
   }
   // Landmarks are more precise than boxes: any match by landmarks scores higher than
   // one by overlap alone.
   const int shared = CountShared(landmarks, candidate.landmarks);
   if (shared >= config.min_shared_points)
     score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());
-  return score;
+  return agreement * score;
 }
 
-void SeeIn(const Frame& frame, const ObjectObservation& observation, ObjectTrack& track) {
+void SeeIn(const Frame& frame, const ObjectSighting& sighting, ObjectTrack& track) {
+  const ObjectObservation& observation = sighting.observation;
+  track.category_id = sighting.category_id;
+  track.shares = sighting.shares;
   track.last_box = observation.box;
   track.last_frame = frame.index;
   track.last_time = frame.timestamp;
@@ -299,7 +311,6 @@ void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const Objects
     if (judge.IsSeen(j) || !judge.IsExpected(j)) continue;
     ObjectSighting missed;
     missed.object = candidates[j].object_id;
-    missed.category_id = candidates[j].object->category_id;
     missed.detected = false;
     missed.place = judge.OfAbsence(j);
     sightings.push_back(std::move(missed));
@@ -342,6 +353,7 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
       continue;
     ObjectSighting sighting;
     sighting.category_id = detection.category_id;
+    sighting.shares = detection.shares;
     sighting.landmarks = LandmarksInside(tracked, detection.box);
     sighting.observation = {
         frame.index,   tracked.reference, tracked.cam_from_reference, frame.camera,
@@ -351,7 +363,8 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
   Eigen::MatrixXd scores(sightings.size(), candidates.size());
   for (size_t i = 0; i < sightings.size(); ++i) {
     const ObjectObservation& o = sightings[i].observation;
-    const ObjectDetection detection{sightings[i].category_id, o.score, o.box, o.truncated};
+    const ObjectDetection detection{sightings[i].category_id, o.score, o.box, o.truncated,
+                                    sightings[i].shares};
     for (size_t j = 0; j < candidates.size(); ++j)
       scores(i, j) = Affinity(detection, sightings[i].landmarks, candidates[j], tracks.open[j],
                               frame, camera, config);
@@ -363,12 +376,12 @@ ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snaps
     if (track_of[i] >= 0) {
       ObjectTrack& track = tracks.open[track_of[i]];
       sighting.object = track.object;
-      SeeIn(frame, sighting.observation, track);
+      SeeIn(frame, sighting, track);
     } else {
       sighting.object = ObjectId(tracks.next_object++);
       sighting.is_new = true;
-      ObjectTrack track{.object = sighting.object, .category_id = sighting.category_id};
-      SeeIn(frame, sighting.observation, track);
+      ObjectTrack track{.object = sighting.object};
+      SeeIn(frame, sighting, track);
       tracks.open.push_back(track);
     }
   }

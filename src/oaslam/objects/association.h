@@ -16,6 +16,7 @@ namespace oaslam {
 struct ObjectSighting {
   ObjectId object;  // as the tracker knows it; the mapper resolves merged objects
   int category_id = 0;
+  LabelShares shares{};
   bool is_new = false;  // first sighting: the mapper creates the object
   // False: the object was expected well inside the image and not detected; there is no observation
   // and no landmarks then.
@@ -30,7 +31,7 @@ struct ObjectSighting {
 // The tracker's knowledge of an object.
 struct ObjectTrack {
   ObjectId object;
-  int category_id = 0;
+  int category_id = 0;  // of the detection with last_box
   Box last_box{};       // ideal image
   int last_frame = -1;  // of last_box; -1: not seen since the tracker started
   double last_time = 0;
@@ -38,6 +39,7 @@ struct ObjectTrack {
   // The pose of the image of last_box, relative to a keyframe.
   KeyframeId reference{};
   Rigid3 cam_from_reference{};
+  LabelShares shares{};  // of the detection with last_box
 };
 
 // The open tracks of the tracker, ascending by object: of the objects seen lately, and of the
@@ -57,7 +59,8 @@ struct ObjectAssociation {
   std::vector<ObjectSighting> sightings;
 };
 
-// Decides which object each detection shows: the best one-to-one assignment within a class, by the
+// Decides which object each detection shows: the best one-to-one assignment, among those whose
+// labels agree (label_shares.h), by the likelihood that they are given the same label, times the
 // overlap with the object's last box, moved as the camera has moved since (box_motion.h; in the
 // paper as it was), or with its projection (paper, section "Box-based Object
 // Tracking") or by shared landmarks ("Point-based"). Unassigned detections open new tracks. Classes

@@ -38,6 +38,13 @@ void CountView(bool detected, Object& object) {
   object.misses = detected ? 0 : object.misses + 1;
 }
 
+// Its shares become the mean over all detections, of which `total_observations` were counted
+// before.
+void CountLabels(const ObjectSighting& sighting, Object& object) {
+  object.shares = MeanShares(LabelsOf(object), object.total_observations, LabelsOf(sighting), 1);
+  object.category_id = CommonestLabel(LabelsOf(object));
+}
+
 // Adds a sighting to its object. Returns the object if it must be refitted; nothing if it was not
 // detected or has been dropped.
 std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
@@ -45,6 +52,7 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
       !map.merged_objects.Contains(sighting.object)) {
     Object object;
     object.category_id = sighting.category_id;
+    object.shares = sighting.shares;
     map.objects.Insert(sighting.object, std::move(object));
   }
   const std::optional<ObjectId> id = map.ResolveObject(sighting.object);
@@ -61,6 +69,7 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
   const auto place = std::ranges::upper_bound(observations, sighting.observation.frame_index, {},
                                               &ObjectObservation::frame_index);
   observations.insert(place, sighting.observation);
+  CountLabels(sighting, object);
   ++object.total_observations;
   object.evidence += sighting.observation.weight;
   object.last_seen_frame = std::max(object.last_seen_frame, sighting.observation.frame_index);

@@ -37,7 +37,7 @@ int CountSharedLandmarks(const Object& a, const Object& b) {
 bool HasEllipsoid(const Object& object) { return object.state != ObjectState::kTentative; }
 
 bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
-  if (a.category_id != b.category_id) return false;
+  if (!MayBeTheSame(LabelsOf(a), LabelsOf(b))) return false;
   if (CountSharedLandmarks(a, b) > config.min_shared_points) return true;
   return HasEllipsoid(a) && HasEllipsoid(b) &&
          (IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
@@ -62,6 +62,8 @@ Object Union(const Map& map, const Object& a, const Object& b) {
   joint.observations.insert(joint.observations.end(), b.observations.begin(), b.observations.end());
   std::ranges::stable_sort(joint.observations, {}, &ObjectObservation::frame_index);
   ThinObservations(map, joint.observations);
+  joint.shares = MeanShares(LabelsOf(a), a.total_observations, LabelsOf(b), b.total_observations);
+  joint.category_id = CommonestLabel(LabelsOf(joint));
   joint.total_observations += b.total_observations;
   joint.evidence += b.evidence;
   joint.last_seen_frame = std::max(a.last_seen_frame, b.last_seen_frame);
@@ -153,7 +155,7 @@ void AddVotes(const std::vector<LandmarkId>& landmarks, const std::vector<uint16
 }
 
 bool MergeObjects(Map& map, ObjectId kept, ObjectId gone, const ObjectsConfig& config) {
-  if (map.objects.At(kept).category_id != map.objects.At(gone).category_id) return false;
+  if (!MayBeTheSame(LabelsOf(map.objects.At(kept)), LabelsOf(map.objects.At(gone)))) return false;
   std::optional<Joint> joint = Join(map, PlacesOf(map.objects), kept, gone, config);
   if (!joint) return false;
   Replace(std::move(joint->object), kept, gone, map);
@@ -166,9 +168,7 @@ void MergeDuplicates(Map& map, const std::set<ObjectId>& changed, const ObjectsC
     if (!changed.contains(a.id)) continue;
     for (const ObjectPlace& b : places) {
       if (!map.objects.Contains(a.id)) break;
-      if (b.id == a.id || b.category_id != a.category_id || !AreNear(a, b) ||
-          !map.objects.Contains(b.id))
-        continue;
+      if (b.id == a.id || !AreNear(a, b) || !map.objects.Contains(b.id)) continue;
       const bool keeps_a =
           IsMapped(map, a.id) == IsMapped(map, b.id) ? a.id < b.id : IsMapped(map, a.id);
       TryMerge(map, places, keeps_a ? a.id : b.id, keeps_a ? b.id : a.id, config);

@@ -44,7 +44,7 @@ Overlap OverlapOf(const ObjectScene& scene, const Rigid3& cam_from_world) {
     if (object.detections.empty()) continue;
     const auto projected = ProjectToBox(object.ellipsoid, cam_from_world, scene.camera);
     if (!projected) continue;
-    for (const int d : object.detections)
+    for (const auto& [d, log_agreement] : object.detections)
       if (const double iou = IoU(*projected, scene.detections[d].box); iou >= kMinIoU)
         overlaps.emplace_back(-iou, d, o);
   }

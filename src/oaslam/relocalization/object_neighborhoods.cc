@@ -137,7 +137,7 @@ void Neighborhoods::VisitCompatible(const Start& start, std::vector<int>& near,
   const Node& origin = start.origin;
   grid_.FindNear(scene_.objects[origin.object].ellipsoid.center, ReachOf(origin), near);
   for (const int o : near)
-    for (const int d : scene_.objects[o].detections) {
+    for (const auto& [d, log_agreement] : scene_.objects[o].detections) {
       if (std::ranges::find(start.done, d) != start.done.end()) continue;
       const Node node = MakeNode(scene_, d, o);
       if (AreCompatible(scene_, origin, node)) visit(node);

@@ -124,9 +124,10 @@ Matching MatchBoxes(const ObjectScene& scene, const std::vector<int>& near, cons
     seen.variance = EdgeVariance(seen.view, scene.camera, *object.covariance);
     seen.hidden =
         HiddenEdges(seen.box, NearerBoxes(scene, in_view, seen), scene.score.pixel_unit());
-    for (const int d : object.detections)
-      scores(d, o) = scene.score(scene.detections[d].box, scene.detections[d].truncated, seen.box,
-                                 seen.variance);
+    for (const auto& [d, log_agreement] : object.detections)
+      scores(d, o) = std::max(
+          0.0, log_agreement + scene.score(scene.detections[d].box, scene.detections[d].truncated,
+                                           seen.box, seen.variance));
   }
   // Where the detector gives few boxes for the objects in view, each missing detection counts less.
   const auto in_sight = static_cast<double>(std::ranges::count(in_view, true, &Seen::is_expected));

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <numeric>
 
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
@@ -57,9 +59,64 @@ CameraAttitudes AttitudesOf(const Map& map, const Eigen::Vector3d& up) {
 
 bool MayOverlapItsBoxes(const ObjectScene& scene, const SceneObject& object,
                         const Eigen::Vector3d& center) {
-  return std::ranges::any_of(object.detections, [&](int d) {
-    return MayOverlap(scene.detections[d].box, scene.camera, center, object.reach);
+  return std::ranges::any_of(object.detections, [&](const LabelMatch& match) {
+    return MayOverlap(scene.detections[match.detection].box, scene.camera, center, object.reach);
   });
+}
+
+// An object that a detection may show, and the likelihood that both are given the same label.
+struct ObjectMatch {
+  int object = 0;  // index into ObjectScene::objects
+  double agreement = 0;
+};
+
+// Finds the objects that a detection may show by its labels.
+class ObjectsByLabel {
+ public:
+  void Add(int object, const LabelsRef& labels) {
+    ForEachLabel(labels, [&](int category, double share) {
+      objects_[category].push_back({object, share});
+    });
+  }
+  // Ascending by object.
+  std::vector<ObjectMatch> MatchesOf(const ObjectDetection& detection) const {
+    std::vector<ObjectMatch> found;
+    ForEachLabel(LabelsOf(detection), [&](int category, double share) {
+      const auto objects = objects_.find(category);
+      if (objects == objects_.end()) return;
+      for (const ObjectMatch& o : objects->second) found.push_back({o.object, share * o.agreement});
+    });
+    std::ranges::stable_sort(found, {}, &ObjectMatch::object);
+    std::vector<ObjectMatch> matches;
+    for (const ObjectMatch& f : found)
+      if (!matches.empty() && matches.back().object == f.object)
+        matches.back().agreement += f.agreement;
+      else
+        matches.push_back(f);
+    std::erase_if(matches, [](const ObjectMatch& m) { return m.agreement < kLeastAgreement; });
+    return matches;
+  }
+
+ private:
+  std::map<int, std::vector<ObjectMatch>> objects_;  // by class, with the share of that label
+};
+
+// Gives each object the detections that may show it, in `memory`. `matches`: by detection.
+void AssignDetections(const std::vector<std::vector<ObjectMatch>>& matches,
+                      std::vector<LabelMatch>& memory, std::vector<SceneObject>& objects) {
+  std::vector<size_t> ends(objects.size());
+  for (const auto& of_detection : matches)
+    for (const ObjectMatch& match : of_detection) ++ends[match.object];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  memory.resize(ends.empty() ? 0 : ends.back());
+  std::vector<size_t> next(objects.size());
+  for (size_t o = 0; o < objects.size(); ++o) {
+    next[o] = o == 0 ? 0 : ends[o - 1];
+    objects[o].detections = std::span(memory).subspan(next[o], ends[o] - next[o]);
+  }
+  for (size_t d = 0; d < matches.size(); ++d)
+    for (const ObjectMatch& match : matches[d])
+      memory[next[match.object]++] = {static_cast<int>(d), std::log(match.agreement)};
 }
 
 }  // namespace
@@ -89,10 +146,10 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
     : camera(query_camera), score(query_camera), image(query_camera), classes(map.classes) {
   objects.reserve(map.objects.size());
   spheres.reserve(map.objects.size());
-  std::map<int, std::vector<int>> objects_of_class;
+  ObjectsByLabel objects_by_label;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (object.state != ObjectState::kMapped) return;
-    objects_of_class[object.category_id].push_back(static_cast<int>(objects.size()));
+    objects_by_label.Add(static_cast<int>(objects.size()), LabelsOf(object));
     objects.push_back(Prepare(id, object));
     const Eigen::Vector3d& center = object.ellipsoid.center;
     spheres.emplace_back(center.x(), center.y(), center.z(), objects.back().reach);
@@ -100,24 +157,28 @@ ObjectScene::ObjectScene(std::span<const ObjectDetection> all_detections,
   for (const ObjectDetection& d : all_detections)
     if (d.score >= config.min_score && classes.IsMovable(d.category_id)) moving.push_back(d.box);
   std::vector<int> order;
-  for (int i = 0; i < static_cast<int>(all_detections.size()); ++i) {
-    const ObjectDetection& d = all_detections[i];
-    const bool known = objects_of_class.contains(d.category_id);
-    if (d.score >= config.min_score && known && d.box.Area() > 0) order.push_back(i);
-  }
+  for (int i = 0; i < static_cast<int>(all_detections.size()); ++i)
+    if (all_detections[i].score >= config.min_score && all_detections[i].box.Area() > 0)
+      order.push_back(i);
   std::ranges::stable_sort(
       order, [&](int a, int b) { return all_detections[a].score > all_detections[b].score; });
-  order.resize(std::min({order.size(), static_cast<size_t>(config.max_detections), kMaxScored}));
+  std::vector<std::vector<ObjectMatch>> matches;  // by detection
   for (const int i : order) {
+    if (detections.size() == std::min(static_cast<size_t>(config.max_detections), kMaxScored))
+      break;
     const ObjectDetection& d = all_detections[i];
+    matches.push_back(objects_by_label.MatchesOf(d));
+    if (matches.back().empty()) {
+      matches.pop_back();
+      continue;
+    }
     const double size = SizeOf(d.box);
-    detections_of_class_[d.category_id].push_back(static_cast<int>(detections.size()));
     detections.push_back({i, d.box, d.truncated, RayOf(camera, CenterPixel(d.box)), size,
-                          std::sqrt(camera.fx * camera.fy) / (size / 2),
-                          objects_of_class.at(d.category_id)});
+                          std::sqrt(camera.fx * camera.fy) / (size / 2)});
+    for (const ObjectMatch& match : matches.back())
+      detections.back().objects.push_back(match.object);
   }
-  for (const auto& [category, of_class] : detections_of_class_)
-    for (const int o : objects_of_class.at(category)) objects[o].detections = of_class;
+  AssignDetections(matches, label_matches_, objects);
   up = map.up;
   if (!up) return;
   attitudes = AttitudesOf(map, *up);
@@ -137,13 +198,14 @@ double ObjectScene::ScorePose(const Rigid3& cam_from_world, std::span<const int>
     if (!IsInFront(center.z(), outline)) continue;
     const Box predicted = OutlineBox(outline, camera);
     const double variance = focal_squared * object.variance / (center.z() * center.z());
-    for (const int d : object.detections) {
+    for (const auto& [d, log_agreement] : object.detections) {
       const SceneDetection& detection = detections[d];
       if (predicted.x1 > detection.box.x2 || predicted.x2 < detection.box.x1 ||
           predicted.y1 > detection.box.y2 || predicted.y2 < detection.box.y1)
         continue;
-      best[d] = std::max(best[d], score.WithCommonVariance(detection.box, detection.truncated,
-                                                           predicted, variance));
+      best[d] = std::max(
+          best[d], log_agreement + score.WithCommonVariance(detection.box, detection.truncated,
+                                                            predicted, variance));
     }
   }
   double sum = 0;

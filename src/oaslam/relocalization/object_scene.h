@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,6 +14,13 @@
 
 namespace oaslam {
 
+// A detection that may show an object, by their labels.
+struct LabelMatch {
+  int detection = 0;  // index into ObjectScene::detections
+  double log_agreement =
+      0;  // ln of the likelihood that both are given the same label (label_shares.h)
+};
+
 // A mapped object with precomputed values for many projections.
 struct SceneObject {
   ObjectId id;
@@ -26,7 +32,7 @@ struct SceneObject {
   double variance = 0;          // of its outline, map units^2, the same in all directions
   const ShapeCovariance* covariance = nullptr;  // of the map
   double detection_rate = 0;                    // share of views that detected it during mapping
-  std::span<const int> detections;  // of its class, indices into ObjectScene::detections
+  std::span<const LabelMatch> detections{};     // those that may show it
 };
 
 struct SceneDetection {
@@ -36,7 +42,7 @@ struct SceneDetection {
   Eigen::Vector3d ray;          // through the centre of the box, z = 1
   double size = 0;              // px
   double depth_per_radius = 0;  // of an object that the box shows
-  std::vector<int> objects;     // of its class, indices into ObjectScene::objects
+  std::vector<int> objects{};   // those that it may show, indices into ObjectScene::objects
 };
 
 // The range of camera orientations during mapping, from which poses of a query are guessed.
@@ -53,7 +59,7 @@ struct ObjectScene {
   IdealImage image;
   std::vector<SceneObject> objects;      // those in state kMapped
   std::vector<Eigen::Vector4d> spheres;  // their centres and reaches, side by side in memory
-  // Detections whose class is in the map, best detector score first.
+  // Detections that may show an object of the map, best detector score first.
   std::vector<SceneDetection> detections;
   // Boxes of classes that move: they may hide any object.
   std::vector<Box> moving;
@@ -79,7 +85,7 @@ struct ObjectScene {
   bool IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const;
 
  private:
-  std::map<int, std::vector<int>> detections_of_class_;
+  std::vector<LabelMatch> label_matches_;  // by object
 };
 
 // Returns false only where an object whose longest half axis is `reach` cannot project into the

@@ -1,0 +1,59 @@
+#include "oaslam/map/label_shares.h"
+
+#include <algorithm>
+
+namespace oaslam {
+namespace {
+
+double ShareOf(const LabelsRef& labels, int category) {
+  if (labels.shares.empty()) return category == labels.category_id ? 1 : 0;
+  const auto found =
+      std::ranges::lower_bound(labels.shares, category, {}, &LabelShare::category_id);
+  return found != labels.shares.end() && found->category_id == category ? found->share : 0;
+}
+
+// Adds to the share of a class.
+void Add(int category, double share, LabelShares& shares) {
+  const auto place = std::ranges::lower_bound(shares, category, {}, &LabelShare::category_id);
+  if (place != shares.end() && place->category_id == category)
+    place->share += share;
+  else
+    shares.insert(place, {category, share});
+}
+
+}  // namespace
+
+LabelShares SharesOf(const Detection& detection) {
+  double sum = detection.score;
+  for (const Label& label : detection.other_labels) sum += label.score;
+  if (detection.other_labels.empty() || !(sum > 0)) return {};
+  LabelShares shares;
+  Add(detection.category_id, detection.score / sum, shares);
+  for (const Label& label : detection.other_labels)
+    Add(label.category_id, label.score / sum, shares);
+  return shares;
+}
+
+double LabelAgreement(const LabelsRef& a, const LabelsRef& b) {
+  double agreement = 0;
+  ForEachLabel(a, [&](int category, double share) { agreement += share * ShareOf(b, category); });
+  return agreement;
+}
+
+LabelShares MeanShares(const LabelsRef& a, double weight_a, const LabelsRef& b, double weight_b) {
+  if (a.shares.empty() && b.shares.empty() && a.category_id == b.category_id) return {};
+  const double sum = weight_a + weight_b;
+  LabelShares mean;
+  ForEachLabel(a, [&](int category, double share) { Add(category, share * weight_a / sum, mean); });
+  ForEachLabel(b, [&](int category, double share) { Add(category, share * weight_b / sum, mean); });
+  return mean;
+}
+
+int CommonestLabel(const LabelsRef& labels) {
+  LabelShare best{labels.category_id, ShareOf(labels, labels.category_id)};
+  for (const LabelShare& label : labels.shares)
+    if (label.share > best.share) best = label;
+  return best.category_id;
+}
+
+}  // namespace oaslam

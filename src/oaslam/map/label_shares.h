@@ -1,0 +1,60 @@
+#pragma once
+
+#include <vector>
+
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// How often a thing is given a label.
+struct LabelShare {
+  int category_id = 0;
+  double share = 0;
+  bool operator==(const LabelShare&) const = default;
+};
+
+// The labels that a detector gives one thing (a detection, or an object over many of these):
+// ascending by class, with shares that sum to 1. Empty where it is only ever given one, which is
+// the category of its owner.
+using LabelShares = std::vector<LabelShare>;
+
+// The labels of a thing. Refers to its owner.
+struct LabelsRef {
+  int category_id;
+  const LabelShares& shares;
+};
+
+template <typename T>
+LabelsRef LabelsOf(const T& owner) {
+  return {owner.category_id, owner.shares};
+}
+
+// Calls visit(class, share) for each label.
+template <typename Visitor>
+void ForEachLabel(const LabelsRef& labels, Visitor&& visit) {
+  if (labels.shares.empty()) visit(labels.category_id, 1.0);
+  for (const LabelShare& label : labels.shares) visit(label.category_id, label.share);
+}
+
+// The scores of a detection's labels, divided by their sum.
+LabelShares SharesOf(const Detection& detection);
+
+// The likelihood that two things are given the same label, in [0, 1]: the sum over the classes of
+// the product of their shares. 1 or 0 where both have one label.
+double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
+
+// Things whose labels agree less than this are not the same.
+constexpr double kLeastAgreement = 0.05;
+
+inline bool MayBeTheSame(const LabelsRef& a, const LabelsRef& b) {
+  return LabelAgreement(a, b) >= kLeastAgreement;
+}
+
+// The mean of the shares of two things with these weights; empty where both have the same single
+// label.
+LabelShares MeanShares(const LabelsRef& a, double weight_a, const LabelsRef& b, double weight_b);
+
+// The class with the largest share; the category itself where that is as large.
+int CommonestLabel(const LabelsRef& labels);
+
+}  // namespace oaslam
