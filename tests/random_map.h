@@ -109,7 +109,12 @@ inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
   map.RetireKeyframe(ids[2]);
   for (int i = 0; i < options.objects; ++i)
     map.objects.Insert(ObjectId(static_cast<uint32_t>(i + 1)), RandomObject(map, rng));
-  if (options.objects > 0) map.merged_objects.Insert(ObjectId(0), ObjectId(1));
+  if (options.objects > 0) {
+    map.merged_objects.Insert(ObjectId(0), ObjectId(1));
+    Object& doubtful = map.objects.MutableAt(ObjectId(1));
+    doubtful.category_id = 45;
+    doubtful.shares = {{41, 0.25}, {45, 0.75}};
+  }
   map.up = Eigen::Vector3d(0.1, -0.9, 0.2).normalized();
   map.up_keyframes = 7;
   map.version = 41;

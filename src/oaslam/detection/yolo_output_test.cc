@@ -170,6 +170,38 @@ TEST(YoloOutput, AnOverrideIsCheckedAgainstTheShape) {
   EXPECT_FALSE(RecognizeOutput({1, 84, 8400}, size, DetectorLayout::kEndToEnd, 0, false));
 }
 
+TEST(YoloOutput, KeepsTheLabelsNextToTheBest) {
+  cv::Mat rows = Tensor(3 * kCells, 5 + kClasses);
+  FillRow(rows, 5, {30, 20, 10, 4, 0.5F, 0.4F, 0.8F, 0.1F});  // the last one says nothing
+  const auto v5 = DecodeOutput(rows, {DetectorLayout::kYolov5, kClasses}, kNetwork, 0.3);
+  ASSERT_EQ(v5.size(), 1u);
+  ASSERT_EQ(v5[0].other_labels.size(), 1u);
+  EXPECT_EQ(v5[0].other_labels[0].category_id, 0);
+  EXPECT_NEAR(v5[0].other_labels[0].score, 0.2, 1e-6);
+  cv::Mat columns = Tensor(4 + kClasses, kCells);
+  const std::vector<float> column{30, 20, 10, 4, 0.3F, 0.5F, 0.9F};
+  for (size_t i = 0; i < column.size(); ++i) At(columns, static_cast<int>(i), 17) = column[i];
+  const auto v8 = DecodeOutput(columns, {DetectorLayout::kYolov8, kClasses}, kNetwork, 0.3);
+  ASSERT_EQ(v8.size(), 1u);
+  ASSERT_EQ(v8[0].other_labels.size(), 2u);
+  EXPECT_EQ(v8[0].other_labels[0].category_id, 1);
+  EXPECT_EQ(v8[0].other_labels[1].category_id, 0);
+}
+
+TEST(YoloOutput, JoinsTheLabelsOfOneBox) {
+  const Box box{10, 10, 20, 20};
+  const Box shifted{11, 10, 21, 20};  // IoU 9/11
+  Candidate cup{{.category_id = 41, .score = 0.9, .box = box, .other_labels = {{45, 0.2}}}};
+  const Candidate bowl{{.category_id = 45, .score = 0.6, .box = shifted}};
+  const Candidate other{{.category_id = 60, .score = 0.5, .box = box}};
+  const Candidate far{{.category_id = 45, .score = 0.4, .box = {30, 10, 40, 20}}};
+  const auto joined = JoinLabels({cup, bowl, other, far});
+  ASSERT_EQ(joined.size(), 3u);
+  EXPECT_EQ(joined[0].other_labels, (std::vector<Label>{{45, 0.6}}));
+  EXPECT_EQ(joined[1].category_id, 60);
+  EXPECT_EQ(joined[2].category_id, 45);
+}
+
 TEST(YoloOutput, NamesOfLayoutsGoBothWays) {
   for (const char* name : {"auto", "yolox", "yolov5", "yolov8", "end2end"})
     EXPECT_STREQ(ToString(DetectorLayoutFromString(name).value()), name);

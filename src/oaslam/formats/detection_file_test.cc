@@ -93,6 +93,42 @@ TEST(DetectionFile, Coco) {
       AllOf(HasSubstr("entry 0 (a/img.jpg)"), HasSubstr("bbox")));
 }
 
+std::string WithLabels(const std::string& labels, const std::string& more = "") {
+  return R"([{"file_name": "7.png", "detections": [{"bbox": [0, 0, 1, 1], "labels": )" + labels +
+         more + "}]}]";
+}
+
+TEST(DetectionFile, ReadsSeveralLabels) {
+  const TempFolder folder;
+  const auto read = [&](const std::string& text) {
+    return LoadDetections(folder.Write("d.json", text)).images().at(0).detections.at(0);
+  };
+  const Detection cup = read(WithLabels("[[45, 0.2], [41, 0.6], [40, 0.1]]"));
+  EXPECT_EQ(cup.category_id, 41);
+  EXPECT_EQ(cup.score, 0.6);
+  EXPECT_EQ(cup.other_labels, (std::vector<Label>{{45, 0.2}, {40, 0.1}}));
+  // The labels tell how the score is distributed.
+  const Detection doubtful =
+      read(WithLabels("[[41, 0.6], [45, 0.3]]", R"(, "category_id": 41, "detection_score": 0.4)"));
+  EXPECT_EQ(doubtful.score, 0.4);
+  EXPECT_NEAR(doubtful.other_labels.at(0).score, 0.2, 1e-12);
+  EXPECT_THAT(read(WithLabels("[[41, 0.6]]")).other_labels, IsEmpty());
+  SaveDetections(folder / "copy.json", {{"7.png", {cup}}});
+  const Detection copy = LoadDetections(folder / "copy.json").images().at(0).detections.at(0);
+  EXPECT_EQ(copy.other_labels, cup.other_labels);
+}
+
+TEST(DetectionFile, BadLabelsAreNamed) {
+  for (const char* labels :
+       {"7", "[]", "[41, 0.6]", "[[41]]", "[[41, 0.6, 1]]", "[[41, 1.6]]", "[[-1, 0.6]]",
+        "[[4.5, 0.6]]", "[[\"cup\", 0.6]]", "[[41, 0.6], [41, 0.3]]", "[[41, 0], [45, 0]]"})
+    EXPECT_THAT(ErrorOf(WithLabels(labels)),
+                AllOf(HasSubstr("d.json"), HasSubstr("7.png, detection 0"), HasSubstr("labels: ")))
+        << labels;
+  EXPECT_THAT(ErrorOf(WithLabels("[[41, 0.6], [45, 0.3]]", R"(, "category_id": 45)")),
+              HasSubstr("category_id: 45, but the best of its labels is 41"));
+}
+
 TEST(DetectionFile, BadEntriesAreNamed) {
   for (const char* box : {"[5, 0, 1, 9]", "[0, 9, 4, 9]", "[0, 0, 1e7, 9]", "[0, 0, 9]",
                           "[0, 0, null, 9]", "[0, 0, \"4\", 9]"})

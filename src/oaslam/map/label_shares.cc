@@ -1,6 +1,7 @@
 #include "oaslam/map/label_shares.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace oaslam {
 namespace {
@@ -34,10 +35,14 @@ LabelShares SharesOf(const Detection& detection) {
   return shares;
 }
 
+double LabelLikelihood(const LabelsRef& a, const LabelsRef& b) {
+  double likelihood = 0;
+  ForEachLabel(a, [&](int category, double share) { likelihood += share * ShareOf(b, category); });
+  return likelihood;
+}
+
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b) {
-  double agreement = 0;
-  ForEachLabel(a, [&](int category, double share) { agreement += share * ShareOf(b, category); });
-  return agreement;
+  return LabelLikelihood(a, b) / std::sqrt(LabelLikelihood(a, a) * LabelLikelihood(b, b));
 }
 
 LabelShares MeanShares(const LabelsRef& a, double weight_a, const LabelsRef& b, double weight_b) {

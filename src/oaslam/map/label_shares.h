@@ -41,6 +41,10 @@ LabelShares SharesOf(const Detection& detection);
 
 // The likelihood that two things are given the same label, in [0, 1]: the sum over the classes of
 // the product of their shares. 1 or 0 where both have one label.
+double LabelLikelihood(const LabelsRef& a, const LabelsRef& b);
+
+// The same divided by the geometric mean of that of each with itself: 1 for equal shares, however many labels
+// they have.
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
 
 // Things whose labels agree less than this are not the same.

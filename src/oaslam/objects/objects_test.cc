@@ -407,6 +407,42 @@ TEST(Association, MapObjectsAreFoundByTheirProjection) {
   EXPECT_EQ(miss.sightings[1].object, ObjectId(7));
 }
 
+TEST(Association, ADetectionThatIsTakenForAnotherClassIsFollowedByItsOtherLabel) {
+  Map map = EmptyMap();
+  map.objects.Insert(ObjectId(7), MappedCup({0, 0, 2}));
+  const Box seen = *ProjectToBox(map.objects.At(ObjectId(7)).ellipsoid, Rigid3(), kCamera);
+  const ObjectTracks tracks = ObjectTracks::ContinueFrom(map);
+  const auto object_of = [&](const ObjectDetection& detection) {
+    return AssociateObjects(FrameWith(500, {detection}), map, tracks, {}).sightings[0].object;
+  };
+  const LabelShares doubtful{{41, 0.4}, {45, 0.6}};
+  EXPECT_NE(object_of({45, 0.9, seen, 0}), ObjectId(7));
+  EXPECT_EQ(object_of({45, 0.9, seen, 0, doubtful}), ObjectId(7));
+  // A thing beside it, of which the detector is as unsure, is another: the less the labels say,
+  // the more the boxes must agree.
+  Box beside = seen;
+  beside.x1 += seen.Width() / 3;
+  beside.x2 += seen.Width() / 3;
+  EXPECT_EQ(object_of({41, 0.9, beside, 0}), ObjectId(7));
+  EXPECT_NE(object_of({45, 0.9, beside, 0, doubtful}), ObjectId(7));
+}
+
+TEST(Association, AmongNearThingsTheLabelDecides) {
+  Map map = EmptyMap();
+  map.objects.Insert(ObjectId(7), MappedCup({0, 0, 2}));
+  map.objects.Insert(ObjectId(8), MappedCup({0.02, 0, 2}));
+  map.objects.MutableAt(ObjectId(7)).shares = {{41, 0.8}, {45, 0.2}};
+  map.objects.MutableAt(ObjectId(8)).shares = {{41, 0.2}, {45, 0.8}};
+  map.objects.MutableAt(ObjectId(8)).category_id = 45;
+  const Box seen = *ProjectToBox(map.objects.At(ObjectId(7)).ellipsoid, Rigid3(), kCamera);
+  const ObjectTracks tracks = ObjectTracks::ContinueFrom(map);
+  for (const auto& [category, object] : {std::pair{41, 7U}, {45, 8U}}) {
+    const auto found =
+        AssociateObjects(FrameWith(500, {{category, 0.9, seen, 0}}), map, tracks, {});
+    EXPECT_EQ(found.sightings[0].object, ObjectId(object));
+  }
+}
+
 TEST(Association, OnlyWhatTheLensShowsIsMissed) {
   // With barrel distortion, a place above the middle of the image's upper border can be within the
   // bounding rectangle of the ideal image.

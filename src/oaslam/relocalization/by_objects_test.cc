@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "oaslam/util/rng.h"
 #include "object_desk.h"
@@ -100,6 +101,42 @@ TEST(RelocalizeByObjects, KnowsHowSureItIs) {
   const std::vector<ObjectDetection> two(query.detections.begin(), query.detections.begin() + 2);
   for (const auto& candidate : RelocalizeByObjects(two, kCamera, map, {}, std::nullopt, rng))
     EXPECT_FALSE(candidate.accepted);
+}
+
+// A third of the labels are those of the next class. The second label tells the right one, by less.
+TEST(RelocalizeByObjects, ConfusedLabelsAreOutweighed) {
+  const Map map = Desk(1);
+  std::set<int> classes;
+  map.objects.ForEach([&](ObjectId, const Object& o) { classes.insert(o.category_id); });
+  const auto next_class = [&](int category) {
+    const auto next = classes.upper_bound(category);
+    return next == classes.end() ? *classes.begin() : *next;
+  };
+  Rng rng(9);
+  int found_by_one = 0, found_by_two = 0;
+  for (int i = 0; i < 40; ++i) {
+    Query query = Photograph(map, rng, 0);
+    for (ObjectDetection& d : query.detections) {
+      const int right = d.category_id, wrong = next_class(right);
+      const bool is_confused = rng.Index(3) == 0;
+      d.category_id = is_confused ? wrong : right;
+      d.shares = {{right, is_confused ? 0.35 : 0.65}, {wrong, is_confused ? 0.65 : 0.35}};
+      std::ranges::sort(d.shares, {}, &LabelShare::category_id);
+    }
+    const auto is_found = [&](const std::vector<ObjectDetection>& detections) {
+      const auto all = RelocalizeByObjects(detections, kCamera, map, {}, std::nullopt, rng);
+      const bool is_accepted = !all.empty() && all[0].accepted;
+      const bool is_right =
+          is_accepted && PositionError(all[0].cam_from_world, query.cam_from_world) < 0.05;
+      EXPECT_EQ(is_accepted, is_right);
+      return is_right;
+    };
+    found_by_two += is_found(query.detections);
+    for (ObjectDetection& d : query.detections) d.shares.clear();
+    found_by_one += is_found(query.detections);
+  }
+  EXPECT_GT(found_by_two, found_by_one);
+  EXPECT_GT(found_by_two, 20);
 }
 
 // See docs/objects.md. The mapping cameras are level here.

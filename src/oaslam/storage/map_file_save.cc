@@ -116,6 +116,10 @@ void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
                   o.detection_rate, o.mean_iou, o.total_observations, o.last_seen_frame,
                   std::string_view(o.name));
   });
+  RowWriter labels(database, checksum, "object_labels", 3);
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    for (const LabelShare& label : object.shares) labels.Write(id, label.category_id, label.share);
+  });
   RowWriter observations(database, checksum, "object_observations", 18);
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     int rank = 0;

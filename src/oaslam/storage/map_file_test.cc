@@ -88,6 +88,7 @@ TEST(MapFile, ReadsTheStoredFileOfEachEarlierFormat) {
     EXPECT_EQ(map.anchors.size(), format >= 3 ? 1u : 0u);
     EXPECT_EQ(map.up_keyframes, format >= 4 ? 7 : 0);
     EXPECT_THAT(loaded.pieces, SizeIs(format >= 5 ? 1 : 0));
+    EXPECT_THAT(map.objects.At(ObjectId(1)).shares, IsEmpty());
 
     SaveMap(folder / "now.map", loaded);
     SaveMap(folder / "again.map", LoadMap(folder / "now.map"));
@@ -221,6 +222,8 @@ TEST(MapFile, LoadsWhatWasSaved) {
   saved.map.objects.ForEach([&](ObjectId id, const Object& o) {
     const Object& l = loaded.map.objects.At(id);
     EXPECT_EQ(l.state, o.state);
+    EXPECT_EQ(l.category_id, o.category_id);
+    EXPECT_EQ(l.shares, o.shares);
     EXPECT_EQ(l.covariance, o.covariance);
     EXPECT_EQ(l.landmarks, o.landmarks);
     EXPECT_EQ(l.landmark_votes, o.landmark_votes);
@@ -299,7 +302,7 @@ TEST(MapFile, RefusesChangedContent) {
         "UPDATE cameras SET name = 'b'", "UPDATE object_landmarks SET votes = votes + 1",
         "UPDATE meta SET value = 42 WHERE key = 'map_version'",
         "UPDATE keyframes SET timestamp = NULL", "DROP TABLE merged_objects",
-        "UPDATE objects SET state = 'gone'"}) {
+        "UPDATE objects SET state = 'gone'", "UPDATE object_labels SET share = 1.5"}) {
     SaveMap(folder / "a.map", MakeMap());
     Database(folder / "a.map", Database::Access::kCreate).Execute(change);
     const std::string error = InputErrorOf([&] { LoadMap(folder / "a.map"); });

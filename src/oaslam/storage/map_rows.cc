@@ -12,6 +12,7 @@
 
 #include "oaslam/formats/class_names.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/geometry/detection_check.h"
 #include "oaslam/storage/map_schema.h"
 
 namespace oaslam {
@@ -260,6 +261,16 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     if (!object) row.Refuse("no such object");
     return *object;
   };
+  if (version >= 6) {
+    RowReader labels(database, checksum, "object_labels", "object, category_id");
+    while (labels.Next()) {
+      Object& object = object_of(labels);
+      const int category = labels.Int(0, kMaxCategory);
+      const double share = labels.Real();
+      if (!(share >= 0 && share <= 1)) labels.Refuse("a share is from 0 to 1");
+      object.shares.push_back({category, share});
+    }
+  }
   RowReader observations(database, checksum, "object_observations", "object, rank");
   while (observations.Next()) {
     Object& object = object_of(observations);

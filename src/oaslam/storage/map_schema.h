@@ -6,7 +6,8 @@ namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
 // PRAGMA user_version. Version 1 had no names of objects, 2 no anchors, 3 no up_keyframes, 4 no
-// pieces; 1 to 5 had one checksum over everything instead of one for each part.
+// pieces, 5 no labels of objects; 1 to 5 had one checksum over everything instead of one for each
+// part.
 constexpr int32_t kMapFormatVersion = 6;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
@@ -40,6 +41,8 @@ CREATE TABLE object_observations(object INTEGER REFERENCES objects, rank INTEGER
   cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,
   cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL, camera INTEGER REFERENCES cameras,
   x1 REAL, y1 REAL, x2 REAL, y2 REAL, score REAL, truncated INTEGER, PRIMARY KEY(object, rank)) WITHOUT ROWID;
+CREATE TABLE object_labels(object INTEGER REFERENCES objects, category_id INTEGER, share REAL,
+  PRIMARY KEY(object, category_id)) WITHOUT ROWID;
 CREATE TABLE object_landmarks(object INTEGER REFERENCES objects, landmark INTEGER, votes INTEGER,
   PRIMARY KEY(object, landmark)) WITHOUT ROWID;
 CREATE TABLE merged_objects(id INTEGER PRIMARY KEY, merged_into INTEGER);
