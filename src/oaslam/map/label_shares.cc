@@ -35,14 +35,16 @@ LabelShares SharesOf(const Detection& detection) {
   return shares;
 }
 
-double LabelLikelihood(const LabelsRef& a, const LabelsRef& b) {
-  double likelihood = 0;
-  ForEachLabel(a, [&](int category, double share) { likelihood += share * ShareOf(b, category); });
-  return likelihood;
+double LabelNorm(const LabelsRef& labels) {
+  double squares = 0;
+  ForEachLabel(labels, [&](int, double share) { squares += share * share; });
+  return std::sqrt(squares);
 }
 
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b) {
-  return LabelLikelihood(a, b) / std::sqrt(LabelLikelihood(a, a) * LabelLikelihood(b, b));
+  double product = 0;
+  ForEachLabel(a, [&](int category, double share) { product += share * ShareOf(b, category); });
+  return product / (LabelNorm(a) * LabelNorm(b));
 }
 
 LabelShares MeanShares(const LabelsRef& a, double weight_a, const LabelsRef& b, double weight_b) {

@@ -39,12 +39,11 @@ void ForEachLabel(const LabelsRef& labels, Visitor&& visit) {
 // The scores of a detection's labels, divided by their sum.
 LabelShares SharesOf(const Detection& detection);
 
-// The likelihood that two things are given the same label, in [0, 1]: the sum over the classes of
-// the product of their shares. 1 or 0 where both have one label.
-double LabelLikelihood(const LabelsRef& a, const LabelsRef& b);
+// The square root of the sum of the squared shares; 1 where there is one label.
+double LabelNorm(const LabelsRef& labels);
 
-// The same divided by the geometric mean of that of each with itself: 1 for equal shares, however many labels
-// they have.
+// How well the labels of two things agree, in [0, 1]: the cosine of the angle between their shares as vectors. 1 where these
+// are equal, 0 where no class is in both. It stands for the likelihood that two things of these labels are the same.
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
 
 // Things whose labels agree less than this are not the same.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace oaslam {
 namespace {
 
@@ -30,9 +32,13 @@ TEST(LabelShares, SeveralLabelsAgreeInPart) {
   EXPECT_EQ(cup[0].category_id, 41);
   EXPECT_DOUBLE_EQ(cup[0].share, 0.75);
   EXPECT_DOUBLE_EQ(cup[1].share, 0.25);
-  EXPECT_DOUBLE_EQ(LabelAgreement({41, cup}, {41, none}), 0.75);
-  EXPECT_DOUBLE_EQ(LabelAgreement({45, none}, {41, cup}), 0.25);
-  EXPECT_DOUBLE_EQ(LabelAgreement({41, cup}, {45, bowl}), 0.75 * 0.1 + 0.25 * 0.9);
+  const double norm = std::sqrt(0.75 * 0.75 + 0.25 * 0.25);
+  EXPECT_DOUBLE_EQ(LabelNorm({41, cup}), norm);
+  EXPECT_DOUBLE_EQ(LabelAgreement({41, cup}, {41, cup}), 1);
+  EXPECT_DOUBLE_EQ(LabelAgreement({41, cup}, {41, none}), 0.75 / norm);
+  EXPECT_DOUBLE_EQ(LabelAgreement({45, none}, {41, cup}), 0.25 / norm);
+  EXPECT_DOUBLE_EQ(LabelAgreement({41, cup}, {45, bowl}),
+                   (0.75 * 0.1 + 0.25 * 0.9) / norm / std::sqrt(0.9 * 0.9 + 0.1 * 0.1));
   EXPECT_TRUE(MayBeTheSame({45, none}, {41, cup}));
   EXPECT_FALSE(MayBeTheSame({60, none}, {41, cup}));
 }

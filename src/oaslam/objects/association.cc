@@ -186,8 +186,8 @@ double OverlapWithLastBox(const ObjectDetection& detection, const Candidate& can
                           : IoU(track.last_box, detection.box);
 }
 
-// The overlap that is asked of boxes whose labels agree by this likelihood. The less the labels
-// say, the more the boxes must.
+// The overlap that is asked of boxes whose labels agree so well. The less the labels say, the more
+// the boxes must.
 double LeastOverlap(double configured, double agreement) {
   return 1 - (1 - configured) * agreement;
 }

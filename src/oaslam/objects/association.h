@@ -60,7 +60,7 @@ struct ObjectAssociation {
 };
 
 // Decides which object each detection shows: the best one-to-one assignment, among those whose
-// labels agree (label_shares.h), by the likelihood that they are given the same label, times the
+// labels agree (label_shares.h), by how well they do, times the
 // overlap with the object's last box, moved as the camera has moved since (box_motion.h; in the
 // paper as it was), or with its projection (paper, section "Box-based Object
 // Tracking") or by shared landmarks ("Point-based"). Unassigned detections open new tracks. Classes

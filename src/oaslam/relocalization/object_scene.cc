@@ -64,7 +64,7 @@ bool MayOverlapItsBoxes(const ObjectScene& scene, const SceneObject& object,
   });
 }
 
-// An object that a detection may show, and the likelihood that both are given the same label.
+// An object that a detection may show, and how well their labels agree (label_shares.h).
 struct ObjectMatch {
   int object = 0;  // index into ObjectScene::objects
   double agreement = 0;
@@ -74,17 +74,20 @@ struct ObjectMatch {
 class ObjectsByLabel {
  public:
   void Add(int object, const LabelsRef& labels) {
+    const double norm = LabelNorm(labels);
     ForEachLabel(labels, [&](int category, double share) {
-      objects_[category].push_back({object, share});
+      objects_[category].push_back({object, share / norm});
     });
   }
   // Ascending by object.
   std::vector<ObjectMatch> MatchesOf(const ObjectDetection& detection) const {
     std::vector<ObjectMatch> found;
-    ForEachLabel(LabelsOf(detection), [&](int category, double share) {
+    const LabelsRef labels = LabelsOf(detection);
+    const double norm = LabelNorm(labels);
+    ForEachLabel(labels, [&](int category, double share) {
       const auto objects = objects_.find(category);
       if (objects == objects_.end()) return;
-      for (const ObjectMatch& o : objects->second) found.push_back({o.object, share * o.agreement});
+      for (const ObjectMatch& o : objects->second) found.push_back({o.object, share / norm * o.agreement});
     });
     std::ranges::stable_sort(found, {}, &ObjectMatch::object);
     std::vector<ObjectMatch> matches;
@@ -98,7 +101,8 @@ class ObjectsByLabel {
   }
 
  private:
-  std::map<int, std::vector<ObjectMatch>> objects_;  // by class, with the share of that label
+  // By class, with the share of that label, divided by the norm of all.
+  std::map<int, std::vector<ObjectMatch>> objects_;
 };
 
 // Gives each object the detections that may show it, in `memory`. `matches`: by detection.

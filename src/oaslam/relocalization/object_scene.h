@@ -16,9 +16,8 @@ namespace oaslam {
 
 // A detection that may show an object, by their labels.
 struct LabelMatch {
-  int detection = 0;  // index into ObjectScene::detections
-  double log_agreement =
-      0;  // ln of the likelihood that both are given the same label (label_shares.h)
+  int detection = 0;         // index into ObjectScene::detections
+  double log_agreement = 0;  // ln of how well their labels agree (label_shares.h)
 };
 
 // A mapped object with precomputed values for many projections.
