@@ -42,8 +42,9 @@ LabelShares SharesOf(const Detection& detection);
 // The square root of the sum of the squared shares; 1 where there is one label.
 double LabelNorm(const LabelsRef& labels);
 
-// How well the labels of two things agree, in [0, 1]: the cosine of the angle between their shares as vectors. 1 where these
-// are equal, 0 where no class is in both. It stands for the likelihood that two things of these labels are the same.
+// How well the labels of two things agree, in [0, 1]: the cosine of the angle between their shares
+// as vectors. 1 where these are equal, 0 where no class is in both. It stands for the likelihood
+// that two things of these labels are the same.
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
 
 // Things whose labels agree less than this are not the same.

@@ -87,7 +87,8 @@ class ObjectsByLabel {
     ForEachLabel(labels, [&](int category, double share) {
       const auto objects = objects_.find(category);
       if (objects == objects_.end()) return;
-      for (const ObjectMatch& o : objects->second) found.push_back({o.object, share / norm * o.agreement});
+      for (const ObjectMatch& o : objects->second)
+        found.push_back({o.object, share / norm * o.agreement});
     });
     std::ranges::stable_sort(found, {}, &ObjectMatch::object);
     std::vector<ObjectMatch> matches;
