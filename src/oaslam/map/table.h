@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "oaslam/util/check.h"
@@ -19,9 +20,57 @@ namespace oaslam {
 template <typename Id, typename T>
 class Table {
   static constexpr uint32_t kPageSize = 64;
-  struct Page {
+
+  // The values of 64 ids. Most ids of a real map are of landmarks that were erased soon, so that
+  // memory is taken for eight values at a time, in the order in which they came. A value stays in
+  // its place until it is erased.
+  class Page {
+   public:
+    Page() { places_.fill(kNone); }
+    // The copy has no gaps.
+    Page(const Page& other) : Page() {
+      for (uint32_t slot = 0; slot < kPageSize; ++slot)
+        if (const T* value = other.Find(slot)) Insert(slot, *value);
+    }
+    Page& operator=(const Page&) = delete;
+
+    const T* Find(uint32_t slot) const {
+      const uint8_t place = places_[slot];
+      return place == kNone ? nullptr : &*(*chunks_[place / kChunk])[place % kChunk];
+    }
+    T* Find(uint32_t slot) { return const_cast<T*>(std::as_const(*this).Find(slot)); }
+    T& Insert(uint32_t slot, T value) {
+      const uint8_t place = FreePlace();
+      std::unique_ptr<Chunk>& chunk = chunks_[place / kChunk];
+      if (!chunk) chunk = std::make_unique<Chunk>();
+      places_[slot] = place;
+      ++size_;
+      return (*chunk)[place % kChunk].emplace(std::move(value));
+    }
+    void Erase(uint32_t slot) {
+      const uint8_t place = std::exchange(places_[slot], kNone);
+      (*chunks_[place / kChunk])[place % kChunk].reset();
+      --size_;
+    }
+    uint32_t size() const { return size_; }
+
     uint64_t owner = 0;  // the epoch of the one table that may write to this page
-    std::array<std::optional<T>, kPageSize> slots;
+
+   private:
+    static constexpr uint32_t kChunk = 8;
+    static constexpr uint8_t kNone = 255;
+    using Chunk = std::array<std::optional<T>, kChunk>;
+
+    uint8_t FreePlace() {
+      if (end_ < kPageSize) return end_++;
+      uint8_t place = 0;
+      while ((*chunks_[place / kChunk])[place % kChunk]) ++place;
+      return place;
+    }
+
+    std::array<uint8_t, kPageSize> places_;  // by slot
+    uint8_t size_ = 0, end_ = 0;             // values; places before `end_` were used
+    std::array<std::unique_ptr<Chunk>, kPageSize / kChunk> chunks_;
   };
 
  public:
@@ -50,8 +99,7 @@ class Table {
   const T* Find(Id id) const {
     const uint32_t page = id.value / kPageSize;
     if (page >= pages_.size() || !pages_[page]) return nullptr;
-    const std::optional<T>& slot = pages_[page]->slots[id.value % kPageSize];
-    return slot ? &*slot : nullptr;
+    return std::as_const(*pages_[page]).Find(id.value % kPageSize);
   }
   const T& At(Id id) const {
     const T* value = Find(id);
@@ -65,7 +113,7 @@ class Table {
   // be obtained again.
   T* Mutable(Id id) {
     if (!Contains(id)) return nullptr;
-    return &*OwnPage(id.value / kPageSize).slots[id.value % kPageSize];
+    return OwnPage(id.value / kPageSize).Find(id.value % kPageSize);
   }
   T& MutableAt(Id id) {
     T* value = Mutable(id);
@@ -77,20 +125,16 @@ class Table {
     OASLAM_CHECK(id.IsValid() && !Contains(id));
     const uint32_t page = id.value / kPageSize;
     if (page >= pages_.size()) pages_.resize(page + 1);
-    std::optional<T>& slot = OwnPage(page).slots[id.value % kPageSize];
-    slot = std::move(value);
     ++size_;
-    return *slot;
+    return OwnPage(page).Insert(id.value % kPageSize, std::move(value));
   }
 
   bool Erase(Id id) {
     if (!Contains(id)) return false;
     const uint32_t page = id.value / kPageSize;
-    OwnPage(page).slots[id.value % kPageSize].reset();
+    OwnPage(page).Erase(id.value % kPageSize);
     --size_;
-    for (const auto& slot : pages_[page]->slots)
-      if (slot) return true;
-    pages_[page].reset();
+    if (pages_[page]->size() == 0) pages_[page].reset();
     return true;
   }
 
@@ -101,8 +145,7 @@ class Table {
     for (uint32_t page = static_cast<uint32_t>(other.pages_.size()); left > 0;) {
       std::shared_ptr<Page>& from = other.pages_[--page];
       if (!from) continue;
-      const auto count =
-          static_cast<size_t>(std::ranges::count_if(from->slots, &std::optional<T>::has_value));
+      const size_t count = from->size();
       left -= count;
       if (!pages_[page] && from->owner == other.epoch_) {
         from->owner = epoch_;
@@ -111,7 +154,7 @@ class Table {
         continue;
       }
       for (uint32_t slot = 0; slot < kPageSize; ++slot)
-        if (from->slots[slot]) Insert(Id(page * kPageSize + slot), *from->slots[slot]);
+        if (const T* value = from->Find(slot)) Insert(Id(page * kPageSize + slot), *value);
     }
     other = Table();
   }
@@ -123,7 +166,7 @@ class Table {
   Id First() const {
     for (uint32_t page = 0; page < pages_.size(); ++page)
       for (uint32_t slot = 0; pages_[page] && slot < kPageSize; ++slot)
-        if (pages_[page]->slots[slot]) return Id(page * kPageSize + slot);
+        if (pages_[page]->Find(slot)) return Id(page * kPageSize + slot);
     return {};
   }
   // Larger than all ids.
@@ -135,8 +178,8 @@ class Table {
     for (uint32_t page = 0; page < pages_.size(); ++page) {
       if (!pages_[page]) continue;
       for (uint32_t slot = 0; slot < kPageSize; ++slot)
-        if (pages_[page]->slots[slot])
-          visit(Id(page * kPageSize + slot), *pages_[page]->slots[slot]);
+        if (const T* value = std::as_const(*pages_[page]).Find(slot))
+          visit(Id(page * kPageSize + slot), *value);
     }
   }
 
@@ -151,8 +194,8 @@ class Table {
       const Page* now = page < pages_.size() ? pages_[page].get() : nullptr;
       if (before == now) continue;
       for (uint32_t slot = 0; slot < kPageSize; ++slot) {
-        const T* a = before && before->slots[slot] ? &*before->slots[slot] : nullptr;
-        const T* b = now && now->slots[slot] ? &*now->slots[slot] : nullptr;
+        const T* a = before ? before->Find(slot) : nullptr;
+        const T* b = now ? now->Find(slot) : nullptr;
         if (a || b) visit(Id(page * kPageSize + slot), a, b);
       }
     }

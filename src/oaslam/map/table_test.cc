@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "oaslam/util/ids.h"
@@ -60,6 +61,28 @@ TEST(Table, TakingLeavesCopiesAlone) {
   const Table<LandmarkId, int> snapshot = table;
   table.MutableAt(LandmarkId(1)) = 3;
   EXPECT_EQ(snapshot.At(LandmarkId(1)), 2);
+}
+
+// Values keep their places, so that pointers to them stay valid, and come in the order of ids.
+TEST(Table, ValuesStayInPlace) {
+  Table<LandmarkId, std::string> table;
+  for (uint32_t i = 64; i > 0; --i) table.Insert(LandmarkId(i - 1), std::to_string(i - 1));
+  const std::string* pointer = table.Find(LandmarkId(20));
+  for (int round = 0; round < 3; ++round) {
+    for (uint32_t i = 0; i < 64; ++i)
+      if (i != 20) table.Erase(LandmarkId(i));
+    for (uint32_t i = 0; i < 64; ++i)
+      if (i != 20) table.Insert(LandmarkId(i), std::to_string(i));
+  }
+  EXPECT_EQ(table.Find(LandmarkId(20)), pointer);
+  uint32_t next = 0;
+  const Table<LandmarkId, std::string> copy = table;
+  table.MutableAt(LandmarkId(3)) = "other";
+  copy.ForEach([&](LandmarkId id, const std::string& value) {
+    EXPECT_EQ(id.value, next++);
+    EXPECT_EQ(value, std::to_string(id.value));
+  });
+  EXPECT_EQ(next, 64U);
 }
 
 TEST(Table, SharesPagesNobodyWrote) {
