@@ -55,7 +55,7 @@ void Atlas::BeginMain(Map map, bool is_loaded) {
   const NextIds ids = Behind(free_ids_, NextIdsOf(map));
   map.next_landmark = ids.landmark;
   is_loaded_ = is_loaded;
-  main_ = std::make_unique<Session>(config_, std::move(map), ids, is_loaded);
+  End(std::exchange(main_, std::make_unique<Session>(config_, std::move(map), ids, is_loaded)));
   main_->tracker().SetRelocalizationMode(mode_);
   main_->tracker().SetMapping(mapping_);
   if (is_shut_down_) main_->Shutdown();
@@ -185,6 +185,7 @@ void Atlas::BeginGrowingPiece(int frame_index) {
 void Atlas::EndGrowingPiece(int frame_index) {
   if (!growing_) return;
   if (mapping_) Park(growing_->session());
+  End(growing_->TakeSession());
   growing_.reset();
   if (mapping_) main_->SkipIds(free_ids_, frame_index);
 }
@@ -203,6 +204,7 @@ bool Atlas::JoinGrowingPiece(int frame_index) {
   if (!main_->Join(*map, world_from_new, frame_index)) return false;
   if (!failure_) failure_ = found.failure();
   main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new.scale);
+  End(growing_->TakeSession());
   growing_.reset();
   Log(LogLevel::kInfo,
       fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
@@ -212,9 +214,16 @@ bool Atlas::JoinGrowingPiece(int frame_index) {
 // The piece made while the camera was lost is now larger than the main one and replaces it.
 void Atlas::PromoteGrowingPiece() {
   Park(*main_);
-  main_ = growing_->TakeSession();
+  End(std::exchange(main_, growing_->TakeSession()));
   growing_.reset();
   main_number_ = ++last_number_;
+}
+
+// A live camera does not wait for the end of an adjustment in the background, which takes some
+// tenths of a second.
+void Atlas::End(std::unique_ptr<Session> session) {
+  if (config_.runner.mode == "live")
+    ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
 }
 
 // Moves the map and the trajectory of a session to the waiting pieces.

@@ -3,6 +3,7 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -73,6 +74,7 @@ class Atlas {
   void EndGrowingPiece(int frame_index);
   bool JoinGrowingPiece(int frame_index);
   void PromoteGrowingPiece();
+  void End(std::unique_ptr<Session> session);
   void Park(Session& session);
   void PromoteLargest();
   void LookBack();
@@ -96,6 +98,7 @@ class Atlas {
   int main_number_ = 0, last_number_ = 0;
   bool is_shut_down_ = false;
   std::exception_ptr failure_;  // exception of a session that has ended
+  std::jthread ending_;         // waits for the end of a session; in live mode
 };
 
 }  // namespace oaslam

@@ -97,12 +97,20 @@ void Mapper::AdjustInBackground(int frame_index) {
   BeginNextWindow(frame_index);
 }
 
-void Mapper::BeginNextWindow(int frame_index) {
+// To end takes an adjustment some tenths of a second, for which a live camera does not wait.
+void Mapper::DropBackgroundBundle() {
+  if (IsLive() && background_bundle_)
+    ending_ = std::jthread([bundle = std::move(background_bundle_)]() mutable { bundle.reset(); });
   background_bundle_.reset();
+}
+
+void Mapper::BeginNextWindow(int frame_index) {
+  DropBackgroundBundle();
   if (windows_.empty()) return;
   std::vector<KeyframeId> window = std::move(windows_.back());
   windows_.pop_back();
-  background_bundle_.emplace(map_, std::move(window), config_.bundle, frame_index, adjust_);
+  background_bundle_ = std::make_unique<BackgroundBundle>(map_, std::move(window), config_.bundle,
+                                                          frame_index, adjust_);
 }
 
 // Whether the background bundle adjustment is applied now. In live mode that is with the first

@@ -2,6 +2,8 @@
 
 #include <memory>
 #include <optional>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -68,6 +70,7 @@ class Mapper {
   bool IsAdjustmentDue(const MapCommand& command) const;
   bool AdoptBackgroundBundle(const MapCommand& command);
   void BeginNextWindow(int frame_index);
+  void DropBackgroundBundle();
 
   SlamConfig config_;
   Map map_;
@@ -76,9 +79,10 @@ class Mapper {
   std::vector<LandmarkId> recent_landmarks_;
   std::vector<KeyframeId> unsettled_keyframes_;  // PackSettledKeyframes
   LoopDetector loop_detector_;
-  KeyframeId last_loop_;                               // keyframe that closed the last loop
-  std::optional<BackgroundBundle> background_bundle_;  // after a loop
-  std::vector<std::vector<KeyframeId>> windows_;       // still to be adjusted, the next one last
+  KeyframeId last_loop_;                                 // keyframe that closed the last loop
+  std::unique_ptr<BackgroundBundle> background_bundle_;  // after a loop
+  std::vector<std::vector<KeyframeId>> windows_;         // still to be adjusted, the next one last
+  std::jthread ending_;  // waits for an adjustment that is no longer wanted
 };
 
 }  // namespace oaslam
