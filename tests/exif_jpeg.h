@@ -34,8 +34,9 @@ inline std::string JpegWithExif(const cv::Mat& image, const ExifOptions& options
   std::string exif("Exif\0\0", 6);
   exif += tiff;
   const size_t length = exif.size() + 2;
-  const std::string segment = std::string("\xff\xe1") + static_cast<char>(length >> 8) +
-                              static_cast<char>(length & 0xff) + exif;
+  std::string segment = "\xff\xe1";
+  segment += {static_cast<char>(length >> 8), static_cast<char>(length & 0xff)};
+  segment += exif;
   std::vector<unsigned char> jpeg;
   cv::imencode(".jpg", image, jpeg);
   const std::string plain(jpeg.begin(), jpeg.end());

@@ -107,7 +107,7 @@ void AppendMaxima(const uint8_t* scores, std::ptrdiff_t step, int width, int lef
   }
 }
 
-constexpr int kWeights[4] = {56, 48, 34, 18};  // of the Gaussian, at 0 to 3 pixels, in 1/256
+constexpr uint16_t kWeights[4] = {56, 48, 34, 18};  // of the Gaussian, at 0 to 3 pixels, in 1/256
 
 // Weighted sum of seven rows, in 1/128 grey levels.
 void BlurColumns(const uint8_t* const (&rows)[7], int width, uint16_t* sums) {
@@ -136,10 +136,12 @@ void BlurRow(const uint16_t* sums, int width, uint8_t* blurred) {
     const int x = std::min(next, width - lanes);
     const uint16_t* p = sums + x;
     // MulHigh(v / 128 grey, 512 weight) is in 1/256 grey levels.
-    auto sum = hn::MulHigh(hn::LoadU(d, p), hn::Set(d, kWeights[0] * 512));
+    const auto weight = [&](int k) HWY_ATTR {
+      return hn::Set(d, static_cast<uint16_t>(kWeights[k] * 512));
+    };
+    auto sum = hn::MulHigh(hn::LoadU(d, p), weight(0));
     for (int k = 1; k <= 3; ++k)
-      sum = hn::Add(sum, hn::MulHigh(hn::Add(hn::LoadU(d, p - k), hn::LoadU(d, p + k)),
-                                     hn::Set(d, kWeights[k] * 512)));
+      sum = hn::Add(sum, hn::MulHigh(hn::Add(hn::LoadU(d, p - k), hn::LoadU(d, p + k)), weight(k)));
     const auto grey = hn::ShiftRight<8>(hn::Add(sum, hn::Set(d, 128)));
     hn::StoreU(hn::DemoteTo(d8, hn::BitCast(d_signed, grey)), d8, blurred + x);
   }

@@ -148,7 +148,8 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
     const double norm = line.head<2>().norm();
     if (norm < 1e-12) continue;
     int best = kTightHamming + 1, best_keypoint = -1;
-    for (const int32_t j : PointsNearLine(place, (line / norm).cast<float>(), near)) {
+    const Eigen::Vector3f unit_line = (line / norm).cast<float>();
+    for (const int32_t j : PointsNearLine(place, unit_line, near)) {
       const int distance = HammingDistance(a.descriptors[i], b.descriptors[free_second[j]]);
       if (distance < best) {
         best = distance;
