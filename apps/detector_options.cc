@@ -53,6 +53,10 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
                  "Detections at or below this score are dropped")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  app.add_option("--detector-backend", settings.backend,
+                 "Library that runs the network; auto is the faster one of those in this program")
+      ->check(CLI::IsMember({"auto", "onnxruntime", "opencv"}))
+      ->capture_default_str();
   return app
       .add_option("--detector", settings.model,
                   "Object detector: an ONNX file of the YOLO family, default (YOLOX-nano, the 80 "
@@ -72,6 +76,7 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings) {
   if (!settings.IsGiven()) return nullptr;
   DetectorOptions options;
   options.layout = DetectorLayoutFromString(settings.layout).value_or(DetectorLayout::kAuto);
+  options.backend = NetworkBackendFromString(settings.backend).value_or(NetworkBackend::kAuto);
   options.input_size = {settings.size, settings.size};
   options.min_score = settings.min_score;
   return Detector::Load(settings.model == "default" ? DefaultModel() : settings.model, options);

@@ -13,6 +13,7 @@ namespace oaslam::apps {
 struct DetectorSettings {
   std::string model;  // a file, "default", or "none"; empty: none
   std::string layout = "auto";
+  std::string backend = "auto";
   int size = 0;  // side of the network's square input; 0: that of the file
   double min_score = DetectorOptions{}.min_score;
   int every = 0;  // every Nth image is looked at; 0: those whose view has changed
@@ -20,8 +21,8 @@ struct DetectorSettings {
   bool IsGiven() const { return !model.empty() && model != "none"; }
 };
 
-// --detector, --detector-layout, --detector-size, --detector-min-score; `settings` must outlive the
-// parsing. Returns the option --detector.
+// --detector, --detector-layout, --detector-size, --detector-min-score, --detector-backend;
+// `settings` must outlive the parsing. Returns the option --detector.
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings);
 // --detect-every.
 void AddDetectEveryOption(CLI::App& app, DetectorSettings& settings);

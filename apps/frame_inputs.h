@@ -37,10 +37,10 @@ struct DetectorPace {
 // What a command is given besides images: read before any image is looked at, so that a mistake in
 // it is said at once.
 struct SideInputs {
-  SideInputs() = default;
-  // Throws InputError. Empty paths: nothing.
+  // Throws InputError. Empty paths: nothing. `is_live`: a detector uses all processors for the
+  // newest image.
   SideInputs(const std::string& detections_file, const std::string& gravity_file,
-             const DetectorSettings& detector_settings);
+             const DetectorSettings& detector_settings, bool is_live);
 
   DetectionTable detections;
   GravityTrack gravity;

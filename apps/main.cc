@@ -1,10 +1,12 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <exception>
 
 #include "commands.h"
+#include "oaslam/detection/network.h"
 #include "oaslam/error.h"
 #include "oaslam/util/log.h"
 #include "optional_values.h"
@@ -52,7 +54,9 @@ int main(int argc, char** argv) {
   InstallLogger();
   CLI::App app{"OA-SLAM: monocular SLAM with points and objects that finds its way back"};
   app.name("oaslam");
-  app.set_version_flag("--version", "oaslam " OASLAM_VERSION);
+  app.set_version_flag("--version",
+                       fmt::format("oaslam {}\nDetectors are run by {}.", OASLAM_VERSION,
+                                   fmt::join(oaslam::NetworkBackends(), " or ")));
   app.require_subcommand(1);
   oaslam::apps::AddRunCommand(app);
   oaslam::apps::AddDetectCommand(app);

@@ -47,15 +47,7 @@ if ! command -v dpkg-query >/dev/null; then
   exit 0
 fi
 
-missing=()
-for package in "${packages[@]}"; do
-  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
-  [ "$status" = installed ] || missing+=("$package")
-done
-[ ${#missing[@]} -gt 0 ] || exit 0
-
-[ ${#as_root[@]} -eq 0 ] || command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
-echo "setup: installing with apt-get${as_root:+ (sudo)}: ${missing[*]}"
+installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null || true)" = installed ]; }
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 apt() {
@@ -65,6 +57,20 @@ apt() {
     return 1
   }
 }
-apt update
-apt install --no-install-recommends "${missing[@]}"
-echo "setup: done"
+# add PACKAGE...
+add() {
+  [ ${#as_root[@]} -eq 0 ] || command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: $*" >&2; return 1; }
+  echo "setup: installing with apt-get${as_root:+ (sudo)}: $*"
+  apt update && apt install --no-install-recommends "$@" && echo "setup: done"
+}
+
+missing=()
+for package in "${packages[@]}"; do
+  installed "$package" || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] || add "${missing[@]}"
+
+# Runs networks in less than half the time of OpenCV. Debian 13 has it, Debian 12 and Ubuntu 24.04 do not.
+if ! installed libonnxruntime-dev && apt-cache show libonnxruntime-dev >/dev/null 2>&1; then
+  add libonnxruntime-dev || echo "setup: without libonnxruntime-dev OpenCV runs the networks" >&2
+fi

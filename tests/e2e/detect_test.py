@@ -1,7 +1,11 @@
-"""`oaslam detect` with a real network, and a run that uses its boxes."""
+"""`oaslam detect` with a real network, and a run that uses its boxes:  detect_test.py [onnxruntime|opencv]
+
+The argument is the library that runs the network; the test is skipped (77) where that is not built in.
+"""
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -10,6 +14,8 @@ import harness
 from harness import oaslam
 
 MODEL = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "data", "models", "yolox_nano.onnx")
+BACKEND = sys.argv.pop() if len(sys.argv) > 1 and sys.argv[-1] in ("onnxruntime", "opencv") else "auto"
+DETECTOR = ["--detector", MODEL, "--detector-backend", BACKEND]
 FRAMES = 40
 
 
@@ -18,12 +24,12 @@ class Detect(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
             found = os.path.join(folder, "detections.json")
             source = harness.clip("map_front")[:2] + ["--to", FRAMES]
-            outcome = oaslam("detect", *source, "--detector", MODEL, "--out", found)
+            outcome = oaslam("detect", *source, *DETECTOR, "--out", found)
             self.assertEqual(outcome.code, 0, outcome)
             images = harness.read_json(found)
             self.assertEqual([i["file_name"] for i in images], [f"{i:06d}" for i in range(FRAMES)])
             counts = []
-            for name, boxes in (("file", ["--detections", found]), ("network", ["--detector", MODEL, "--detect-every", 1])):
+            for name, boxes in (("file", ["--detections", found]), ("network", DETECTOR + ["--detect-every", 1])):
                 out = os.path.join(folder, name)
                 outcome = oaslam("run", *source, *harness.clip("map_front")[2:4], *boxes, "--out", out)
                 self.assertEqual(outcome.code, 0, outcome)
@@ -37,13 +43,13 @@ class Detect(unittest.TestCase):
             whole, parts = os.path.join(folder, "whole.json"), os.path.join(folder, "parts.json")
             source = harness.clip("map_front")[:2]
             for out, options in ((whole, ["--to", 12]), (parts, ["--to", 5]), (parts, ["--to", 12, "--resume"])):
-                outcome = oaslam("detect", *source, "--detector", MODEL, "--out", out, *options)
+                outcome = oaslam("detect", *source, *DETECTOR, "--out", out, *options)
                 self.assertEqual(outcome.code, 0, outcome)
             self.assertIn("5 images are done", outcome.err)
             self.assertEqual(harness.read_bytes(whole), harness.read_bytes(parts))
             with open(parts, "w") as f:
                 f.write("[{")
-            outcome = oaslam("detect", *source, "--detector", MODEL, "--out", parts, "--resume")
+            outcome = oaslam("detect", *source, *DETECTOR, "--out", parts, "--resume")
             self.assertEqual(outcome.code, 1, outcome)
             self.assertIn("parts.json", outcome.err)
 
@@ -51,7 +57,7 @@ class Detect(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
             images, out = os.path.join(folder, "images"), os.path.join(folder, "found.json")
             os.mkdir(images)
-            command = [harness.BINARY, "detect", "--images", images, "--follow", "--detector", MODEL, "--out", out]
+            command = [harness.BINARY, "detect", "--images", images, "--follow", *DETECTOR, "--out", out]
             process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
             process.stderr.readline()  # the layout of the network: all is set up
             process.send_signal(signal.SIGINT)
@@ -63,7 +69,7 @@ class Detect(unittest.TestCase):
     def test_a_kill_does_not_lose_all(self):
         with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
             out = os.path.join(folder, "found.json")
-            process = subprocess.Popen([harness.BINARY, "detect", *harness.clip("map_front")[:2], "--detector", MODEL, "--out", out, "--quiet"])
+            process = subprocess.Popen([harness.BINARY, "detect", *harness.clip("map_front")[:2], *DETECTOR, "--out", out, "--quiet"])
             deadline = time.time() + 300
             while process.poll() is None and not os.path.exists(out) and time.time() < deadline:
                 time.sleep(0.02)
@@ -75,7 +81,7 @@ class Detect(unittest.TestCase):
     def test_live_nobody_waits_for_the_detector(self):
         with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
             source = harness.clip("map_front")[:4]
-            outcome = oaslam("run", *source, "--detector", MODEL, "--mode", "live", "--to", 150, "--out", folder)
+            outcome = oaslam("run", *source, *DETECTOR, "--mode", "live", "--to", 150, "--out", folder)
             self.assertEqual(outcome.code, 0, outcome)
             summary = harness.read_json(os.path.join(folder, "summary.json"))
             frames = harness.read_csv(os.path.join(folder, "frames.csv"))
@@ -89,4 +95,7 @@ class Detect(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    if BACKEND == "onnxruntime" and "ONNX Runtime" not in oaslam("--version").out:
+        print("skipped: ONNX Runtime is not built in")
+        sys.exit(77)
     unittest.main(verbosity=2)

@@ -12,6 +12,7 @@
 
 #include "oaslam/detection/letterbox.h"
 #include "oaslam/detection/mask_ellipse.h"
+#include "oaslam/detection/network.h"
 #include "oaslam/detection/onnx_info.h"
 #include "oaslam/error.h"
 #include "oaslam/util/check.h"
@@ -59,26 +60,22 @@ std::vector<int> ShapeOf(const cv::Mat& tensor) {
 
 struct Detector::Impl {
   DetectorOptions options;
-  cv::dnn::Net net;
+  std::unique_ptr<Network> network;
   cv::Size input_size;
   std::map<int, std::string> names;
-  std::vector<cv::String> output_names;
   size_t output = 0;                 // index of the output with the boxes
   std::optional<size_t> prototypes;  // index of the output with the mask prototypes
   OutputFormat format;
 
   std::vector<cv::Mat> Forward(const cv::Mat& network_image, bool yolox) {
-    net.setInput(cv::dnn::blobFromImage(network_image, yolox ? 1.0 : 1.0 / 255, cv::Size(),
-                                        cv::Scalar(), !yolox));
-    std::vector<cv::Mat> outputs;
-    net.forward(outputs, output_names);
-    return outputs;
+    return network->Run(cv::dnn::blobFromImage(network_image, yolox ? 1.0 : 1.0 / 255, cv::Size(),
+                                               cv::Scalar(), !yolox));
   }
 
   // Finds the first output that has the form of a detector's.
   bool FindBoxes(const std::vector<cv::Mat>& outputs, bool end_to_end, int masks) {
     for (size_t i = 0; i < outputs.size(); ++i) {
-      if (outputs[i].depth() != CV_32F) continue;
+      if (outputs[i].dims == 0) continue;
       const auto found = RecognizeOutput(ShapeOf(outputs[i]), input_size, options.layout,
                                          static_cast<int>(names.size()), end_to_end, masks);
       if (!found) continue;
@@ -95,7 +92,7 @@ struct Detector::Impl {
         Forward(cv::Mat(input_size, CV_8UC3, cv::Scalar::all(114)), false);
     int masks = 0;
     for (size_t i = 0; i < outputs.size(); ++i)
-      if (outputs[i].dims == 4 && outputs[i].size[0] == 1 && outputs[i].depth() == CV_32F) {
+      if (outputs[i].dims == 4 && outputs[i].size[0] == 1) {
         prototypes = i;
         masks = outputs[i].size[1];
       }
@@ -122,14 +119,10 @@ std::unique_ptr<Detector> Detector::Load(const std::string& path, const Detector
     impl->names = ParseNamesMetadata(names->second);
   const auto end_to_end = info->metadata.find("end2end");
   try {
-    impl->net = cv::dnn::readNetFromONNX(bytes.data(), bytes.size());
-    impl->net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    impl->output_names = impl->net.getUnconnectedOutLayersNames();
+    impl->network = LoadNetwork(path, options.backend);
     impl->Probe(path, end_to_end != info->metadata.end() && end_to_end->second == "True");
-  } catch (const cv::Exception& error) {
-    throw InputError(
-        fmt::format("{}: OpenCV {} cannot run this network: {}", path, CV_VERSION, error.err));
+  } catch (const NetworkError& error) {
+    throw InputError(fmt::format("{}: {}", path, error.what()));
   }
   return std::unique_ptr<Detector>(new Detector(std::move(impl)));
 }

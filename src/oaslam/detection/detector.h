@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/detection/network.h"
 #include "oaslam/detection/yolo_output.h"
 #include "oaslam/types.h"
 
@@ -18,14 +19,15 @@ struct DetectorOptions {
   cv::Size input_size{};
   // kAuto: recognised by shape and metadata; docs/formats.md tells which cases are ambiguous.
   DetectorLayout layout = DetectorLayout::kAuto;
+  NetworkBackend backend = NetworkBackend::kAuto;
 };
 
-// An object detector of the YOLO family in an ONNX file, run on the CPU by OpenCV. One image at a
-// time: not thread-safe.
+// An object detector of the YOLO family in an ONNX file, run on the CPU. One image at a time: not
+// thread-safe.
 class Detector {
  public:
-  // Throws InputError where the file is missing, is no ONNX file, or its network is no detector or
-  // does not have the requested layout.
+  // Throws InputError where the file is missing, is no ONNX file, or its network is no detector,
+  // does not have the requested layout, or cannot be run by the requested library.
   static std::unique_ptr<Detector> Load(const std::string& path,
                                         const DetectorOptions& options = {});
   ~Detector();

@@ -8,9 +8,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "oaslam/error.h"
 #include "oaslam_data.h"
+#include "onnx_file.h"
+#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
@@ -32,6 +35,44 @@ std::string ErrorOf(const std::string& path, const DetectorOptions& options = {}
   return "";
 }
 
+// Small networks: an input of any size, and rows of six numbers for any number of boxes.
+std::string Images() {
+  using testing::Dimension;
+  return testing::GraphEnd(11, "images",
+                           {Dimension(1), Dimension(3), Dimension("rows"), Dimension("columns")});
+}
+
+std::string BoxesOfAnyNumber() {
+  return testing::GraphEnd(12, "boxes", {testing::Dimension("boxes"), testing::Dimension(6)});
+}
+
+// Three boxes, of which the second overlaps the first; their scores are 0.9, 0.8 and 0.7 times the
+// brightest value of the image, and those of 0.5 or less are dropped.
+std::string SuppressionByBrightness() {
+  using testing::Constant, testing::IntConstant, testing::Node;
+  return Node("ReduceMax", {"images"}, "brightest", testing::IntAttribute("keepdims", 0)) +
+         Node("Mul", {"best", "brightest"}, "scores") +
+         Node("NonMaxSuppression", {"places", "scores", "most", "most_overlap", "least_score"},
+              "kept") +
+         Node("Gather", {"kept", "column"}, "kept_rows", testing::IntAttribute("axis", 1)) +
+         Node("Gather", {"rows", "kept_rows"}, "boxes") +
+         Constant("best", {1, 1, 3}, {0.9F, 0.8F, 0.7F}) +
+         Constant("places", {1, 3, 4}, {10, 10, 30, 30, 11, 11, 31, 31, 40, 40, 60, 60}) +
+         Constant("rows", {3, 6},
+                  {10, 10, 30, 30, 0.9F, 5,  //
+                   11, 11, 31, 31, 0.8F, 6,  //
+                   40, 40, 60, 60, 0.7F, 7}) +
+         IntConstant("most", {1}, 10) + IntConstant("column", {}, 2) +
+         Constant("most_overlap", {1}, {0.5F}) + Constant("least_score", {1}, {0.5F});
+}
+
+class DetectorBy : public ::testing::TestWithParam<NetworkBackend> {
+ protected:
+  void SetUp() override {
+    if (!IsBuiltIn(GetParam())) GTEST_SKIP() << ToString(GetParam()) << " is not built in";
+  }
+};
+
 TEST(Detector, RefusesFilesThatAreNoDetector) {
   EXPECT_THAT(ErrorOf("/nowhere/model.onnx"),
               ::testing::HasSubstr("/nowhere/model.onnx: cannot read"));
@@ -44,9 +85,9 @@ TEST(Detector, RefusesFilesThatAreNoDetector) {
 
 // The detections.json of the sequence was made with this model (see its README):
 // we must find the same.
-TEST(Detector, FindsWhatTheModelFoundBefore) {
+TEST_P(DetectorBy, FindsWhatTheModelFoundBefore) {
   OASLAM_SKIP_WITHOUT_DATA("redkitchen/rgb");
-  const auto detector = Detector::Load(kModel);
+  const auto detector = Detector::Load(kModel, {.backend = GetParam()});
   EXPECT_EQ(detector->layout(), DetectorLayout::kYolox);
   EXPECT_EQ(detector->input_size(), cv::Size(416, 416));
   EXPECT_EQ(detector->class_count(), 80);
@@ -72,11 +113,81 @@ TEST(Detector, FindsWhatTheModelFoundBefore) {
   }
 }
 
-TEST(Detector, AnOverrideThatDoesNotFitIsRefused) {
+TEST_P(DetectorBy, AnOverrideThatDoesNotFitIsRefused) {
   const std::string path = kModel;
-  EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8}),
+  EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8, .backend = GetParam()}),
               ::testing::HasSubstr("not a detector of layout 'yolov8'"));
-  EXPECT_THAT(ErrorOf(path, {.input_size = {640, 640}}), ::testing::HasSubstr("made for 416"));
+  EXPECT_THAT(ErrorOf(path, {.input_size = {640, 640}, .backend = GetParam()}),
+              ::testing::HasSubstr("made for 416"));
+}
+
+TEST_P(DetectorBy, ANetworkThatTheLibraryCannotRunIsRefused) {
+  const TempFolder folder;
+  const std::string path = folder.Write(
+      "network.onnx", testing::OnnxFile(testing::Node("NoSuchOperation", {"images"}, "boxes") +
+                                        Images() + BoxesOfAnyNumber()));
+  EXPECT_THAT(ErrorOf(path, {.backend = GetParam()}),
+              ::testing::AllOf(::testing::StartsWith(path + ": "),
+                               ::testing::HasSubstr(" cannot run this network: "),
+                               ::testing::HasSubstr("NoSuchOperation")));
+}
+
+INSTANTIATE_TEST_SUITE_P(, DetectorBy,
+                         ::testing::Values(NetworkBackend::kOnnxRuntime, NetworkBackend::kOpenCv),
+                         [](const auto& test) { return std::string(ToString(test.param)); });
+
+TEST(Detector, ALibraryThatIsNotBuiltInIsRefused) {
+  if (IsBuiltIn(NetworkBackend::kOnnxRuntime)) GTEST_SKIP() << "all are built in";
+  EXPECT_THAT(ErrorOf(kModel, {.backend = NetworkBackend::kOnnxRuntime}),
+              ::testing::AllOf(::testing::StartsWith(kModel),
+                               ::testing::HasSubstr("onnxruntime is not built in, only OpenCV")));
+}
+
+// OpenCV's importer knows no suppression inside of a network.
+TEST(Detector, OnnxRuntimeRunsANetworkWithOpenShapes) {
+  if (!IsBuiltIn(NetworkBackend::kOnnxRuntime)) GTEST_SKIP() << "ONNX Runtime is not built in";
+  const TempFolder folder;
+  const std::string path = folder.Write(
+      "network.onnx", testing::OnnxFile(SuppressionByBrightness() + Images() + BoxesOfAnyNumber()));
+  const auto detector =
+      Detector::Load(path, {.input_size = {64, 96}, .backend = NetworkBackend::kOnnxRuntime});
+  EXPECT_EQ(detector->layout(), DetectorLayout::kEndToEnd);
+  EXPECT_EQ(detector->input_size(), cv::Size(64, 96));
+  EXPECT_THAT(detector->Detect(cv::Mat(96, 64, CV_8UC3, cv::Scalar::all(10))),
+              ::testing::IsEmpty());
+  const auto found = detector->Detect(cv::Mat(96, 64, CV_8UC3, cv::Scalar::all(255)));
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].category_id, 5);
+  EXPECT_EQ(found[1].category_id, 7);
+  EXPECT_NEAR(found[1].box.x2, 60, 1e-4);
+}
+
+// Both compute with floats of 32 bits, in an order of their own.
+TEST(Detector, BothLibrariesFindTheSame) {
+  if (!IsBuiltIn(NetworkBackend::kOnnxRuntime)) GTEST_SKIP() << "ONNX Runtime is not built in";
+  constexpr double kPixels = 0.1, kScore = 0.001;
+  const auto first = Detector::Load(kModel, {.backend = NetworkBackend::kOnnxRuntime});
+  const auto second = Detector::Load(kModel, {.backend = NetworkBackend::kOpenCv});
+  size_t compared = 0;
+  for (const char* const clip : {"map_front", "loop", "query_around"}) {
+    cv::VideoCapture video(std::string(OASLAM_SOURCE_DIR "/data/sample/") + clip + "/video.mp4");
+    cv::Mat image;
+    for (int i = 0; i < 200 && video.read(image); ++i) {
+      if (i % 40 != 0) continue;
+      const std::vector<Detection> a = first->Detect(image), b = second->Detect(image);
+      ASSERT_EQ(a.size(), b.size()) << clip << " " << i;
+      for (size_t k = 0; k < a.size(); ++k) {
+        EXPECT_EQ(a[k].category_id, b[k].category_id) << clip << " " << i;
+        EXPECT_NEAR(a[k].score, b[k].score, kScore) << clip << " " << i;
+        EXPECT_NEAR(a[k].box.x1, b[k].box.x1, kPixels) << clip << " " << i;
+        EXPECT_NEAR(a[k].box.y1, b[k].box.y1, kPixels) << clip << " " << i;
+        EXPECT_NEAR(a[k].box.x2, b[k].box.x2, kPixels) << clip << " " << i;
+        EXPECT_NEAR(a[k].box.y2, b[k].box.y2, kPixels) << clip << " " << i;
+      }
+      compared += a.size();
+    }
+  }
+  EXPECT_GT(compared, 30u);
 }
 
 TEST(Detector, ATruncatedModelIsRefused) {

@@ -9,7 +9,7 @@
 
 namespace oaslam {
 
-// Information in an ONNX file that OpenCV's importer does not provide.
+// Information in an ONNX file that does not depend on the library that runs its network.
 struct OnnxInfo {
   // Of the first input that is no weight; 0 for an open dimension.
   std::vector<int64_t> input_shape;

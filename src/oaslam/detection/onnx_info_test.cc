@@ -2,29 +2,21 @@
 
 #include <gtest/gtest.h>
 
+#include "onnx_file.h"
+
 namespace oaslam {
 namespace {
 
-// Protobuf by hand: a field of bytes, a field of a number.
-std::string Bytes(int id, const std::string& content) {
-  return std::string{static_cast<char>(id << 3 | 2), static_cast<char>(content.size())} + content;
-}
-std::string Number(int id, int value) {
-  return {static_cast<char>(id << 3), static_cast<char>(value)};
-}
-
-std::string Input(const std::string& name, const std::vector<std::string>& dims) {
-  std::string shape;
-  for (const std::string& dim : dims) shape += Bytes(1, dim);
-  return Bytes(11, Bytes(1, name) + Bytes(2, Bytes(1, Number(1, 1) + Bytes(2, shape))));
-}
+using testing::Bytes;
+using testing::Dimension;
 
 std::string Model() {
-  const std::string weight = Bytes(5, Bytes(8, "weight"));
-  const std::string graph =
-      weight + Input("weight", {Number(1, 7)}) +
-      Input("images", {Number(1, 1), Number(1, 3), Bytes(2, "height"), Number(1, 96)});
-  return Number(1, 8) + Bytes(7, graph) + Bytes(14, Bytes(1, "names") + Bytes(2, "{0: 'cup'}"));
+  return testing::OnnxFile(
+      testing::Constant("weight", {7}, std::vector<float>(7)) +
+          testing::GraphEnd(11, "weight", {Dimension(7)}) +
+          testing::GraphEnd(11, "images",
+                            {Dimension(1), Dimension(3), Dimension("height"), Dimension(96)}),
+      "names", "{0: 'cup'}");
 }
 
 TEST(OnnxInfo, ReadsShapeAndMetadata) {

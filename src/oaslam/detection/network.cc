@@ -1,0 +1,69 @@
+#include "oaslam/detection/network.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <utility>
+
+#include "oaslam/detection/network_backends.h"
+
+namespace oaslam {
+namespace {
+
+constexpr std::array<std::pair<NetworkBackend, const char*>, 3> kNames{
+    {{NetworkBackend::kAuto, "auto"},
+     {NetworkBackend::kOnnxRuntime, "onnxruntime"},
+     {NetworkBackend::kOpenCv, "opencv"}}};
+
+struct Library {
+  NetworkBackend backend;
+  std::unique_ptr<Network> (*load)(const std::string& path);
+  std::string (*name)();
+};
+
+// Those that are built in, the preferred one first.
+constexpr Library kLibraries[] = {
+#ifdef OASLAM_HAS_ONNXRUNTIME
+    {NetworkBackend::kOnnxRuntime, LoadByOnnxRuntime, OnnxRuntimeName},
+#endif
+    {NetworkBackend::kOpenCv, LoadByOpenCv, OpenCvName},
+};
+
+const Library* Find(NetworkBackend backend) {
+  for (const Library& library : kLibraries)
+    if (backend == NetworkBackend::kAuto || backend == library.backend) return &library;
+  return nullptr;
+}
+
+}  // namespace
+
+const char* ToString(NetworkBackend backend) {
+  for (const auto& [value, name] : kNames)
+    if (value == backend) return name;
+  return "auto";
+}
+
+std::optional<NetworkBackend> NetworkBackendFromString(const std::string& name) {
+  for (const auto& [value, known] : kNames)
+    if (name == known) return value;
+  return std::nullopt;
+}
+
+std::unique_ptr<Network> LoadNetwork(const std::string& path, NetworkBackend backend) {
+  const Library* library = Find(backend);
+  if (library == nullptr)
+    throw NetworkError(fmt::format("{} is not built in, only {}", ToString(backend),
+                                   fmt::join(NetworkBackends(), ", ")));
+  return library->load(path);
+}
+
+bool IsBuiltIn(NetworkBackend backend) { return Find(backend) != nullptr; }
+
+std::vector<std::string> NetworkBackends() {
+  std::vector<std::string> names;
+  for (const Library& library : kLibraries) names.push_back(library.name());
+  return names;
+}
+
+}  // namespace oaslam
