@@ -13,25 +13,18 @@
 
 namespace oaslam::apps {
 
-namespace {
-
-// For the small images of a pyramid OpenCV's threads cost more than they gain, and a detector that
-// works ahead has threads of its own.
-void ChooseThreads(bool detects_live) { cv::setNumThreads(detects_live ? -1 : 1); }
-
-}  // namespace
-
 SideInputs::SideInputs(const std::string& detections_file, const std::string& gravity_file,
-                       const DetectorSettings& detector_settings, bool is_live) {
-  ChooseThreads(detector_settings.IsGiven() && is_live);
-  detector = LoadDetector(detector_settings);
+                       const DetectorSettings& detector_settings)
+    : detector(LoadDetector(detector_settings)) {
   if (!detections_file.empty()) detections = LoadDetections(detections_file);
   if (!gravity_file.empty()) gravity = GravityTrack::Load(gravity_file);
 }
 
 FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
     : side_(std::move(side)), is_lost_(sources.in_map) {
-  ChooseThreads(side_.detector && sources.live);
+  // For the small images of a pyramid OpenCV's threads cost more than they gain, and a detector
+  // that works ahead has threads of its own.
+  cv::setNumThreads(side_.detector && sources.live ? -1 : 1);
   ImageSourceOptions range = FrameRange(common);
   range.color = side_.detector != nullptr;
   range.color_if_free = sources.for_display;

@@ -37,10 +37,9 @@ struct DetectorPace {
 // What a command is given besides images: read before any image is looked at, so that a mistake in
 // it is said at once.
 struct SideInputs {
-  // Throws InputError. Empty paths: nothing. `is_live`: a detector uses all processors for the
-  // newest image.
+  // Throws InputError. Empty paths: nothing.
   SideInputs(const std::string& detections_file, const std::string& gravity_file,
-             const DetectorSettings& detector_settings, bool is_live);
+             const DetectorSettings& detector_settings);
 
   DetectionTable detections;
   GravityTrack gravity;

@@ -153,7 +153,7 @@ FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::option
 }
 
 SideInputs SideInputsOf(const LocalizeOptions& options) {
-  return {options.detections, options.gravity, options.detector, false};
+  return {options.detections, options.gravity, options.detector};
 }
 
 // The camera of a source with one camera: among the first images found in the map, that of the one

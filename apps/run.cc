@@ -213,7 +213,7 @@ int Run(const RunOptions& given) {
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
-  SideInputs side(options.detections, options.gravity, options.detector, is_live);
+  SideInputs side(options.detections, options.gravity, options.detector);
   const bool has_detector = side.detector != nullptr;
   const Classes classes = ClassesFor(options.common, side.detector.get());
   const MetricScale scale(options.scale, classes.names, groundtruth);

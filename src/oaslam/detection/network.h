@@ -22,8 +22,8 @@ class NetworkError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A neural network with one input, an image, run on the CPU by cv::getNumThreads() threads (their
-// number at the time of loading). Not thread-safe.
+// A neural network with one input, an image, run on the CPU: by ONNX Runtime on the thread of the
+// caller, by OpenCV on as many as cv::setNumThreads allows. Not thread-safe.
 class Network {
  public:
   virtual ~Network() = default;

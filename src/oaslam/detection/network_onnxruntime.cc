@@ -2,7 +2,7 @@
 #include <onnxruntime_cxx_api.h>
 
 #include <algorithm>
-#include <opencv2/core/utility.hpp>
+#include <iostream>
 
 #include "oaslam/detection/network_backends.h"
 
@@ -14,17 +14,30 @@ NetworkError ErrorOf(const Ort::Exception& error) {
       fmt::format("{} cannot run this network: {}", OnnxRuntimeName(), error.what()));
 }
 
-// Errors come as exceptions; the library would write them to stderr, too.
+// Discards what is written to std::cerr.
+class QuietStderr {
+ public:
+  ~QuietStderr() { std::cerr.rdbuf(before_); }
+
+ private:
+  std::streambuf* before_ = std::cerr.rdbuf(nullptr);
+};
+
+// Errors come as exceptions; the library would write them to stderr, too. Debian's build (1.21)
+// registers each operator twice, and writes a line about that.
+Ort::Env MakeEnvironment() {
+  const QuietStderr quiet;
+  return Ort::Env(ORT_LOGGING_LEVEL_FATAL, "oaslam");
+}
+
 const Ort::Env& Environment() {
-  static const Ort::Env environment(ORT_LOGGING_LEVEL_FATAL, "oaslam");
+  static const Ort::Env environment = MakeEnvironment();
   return environment;
 }
 
 Ort::SessionOptions Options() {
   Ort::SessionOptions options;
-  options.SetIntraOpNumThreads(cv::getNumThreads());
-  // Threads that have nothing to do sleep.
-  options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+  options.SetIntraOpNumThreads(1);
   return options;
 }
 
