@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <future>
 #include <optional>
 #include <set>
@@ -7,6 +8,7 @@
 
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
+#include "oaslam/mapping/loop_proposals.h"
 #include "oaslam/matching/place_index.h"
 #include "oaslam/util/rng.h"
 
@@ -32,15 +34,20 @@ struct KeyframePlace {
 class LoopDetector {
  public:
   // Candidates are keyframes that share no landmarks with `current` and its neighbours, and are
-  // near to it in position and viewing direction or similar in appearance. A candidate is verified
-  // by matching descriptors, P3P and a guided search for its landmarks. Where only appearance
-  // suggests it, a similarity must also map landmarks of one end to those of the other. The objects
-  // about both ends must not refute it (loop_objects.h).
+  // near to it in position and viewing direction, or similar in appearance, or show the things
+  // about it a second time (loop_proposals.h). A candidate is verified by matching descriptors, P3P
+  // and a guided search for its landmarks. Where its position does not suggest it, a similarity
+  // must also map landmarks of one end to those of the other. Where objects propose it, the points
+  // must give their pose, and are also looked for about it, since another view changes descriptors.
+  // The objects about both ends must not refute it (loop_objects.h).
   std::optional<LoopClosure> Detect(const Map& map, KeyframeId current, Rng& rng);
 
  private:
   std::vector<Place> LookingAlike(
       const Map& map, KeyframeId current);  // best first; may contain places around `current`
+
+  std::optional<LoopClosure> DetectByObjects(const Map& map, KeyframeId current,
+                                             const std::function<bool(KeyframeId)>& is_candidate);
 
   void UpdatePlaces(const Map& map);
   void UpdateIndex(const Map& map, KeyframeId current);
@@ -51,6 +58,7 @@ class LoopDetector {
   KeyframeId next_begun_at_;
   Table<KeyframeId, Keyframe> known_;  // as of the last call
   std::vector<KeyframePlace> places_;  // of `known_`, ascending by id
+  LoopProposals proposals_;
 };
 
 // Finds a keyframe among `others` that sees the same place as `current`, where `others` belong to

@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
-#include "oaslam/estimation/absolute_pose.h"
-#include "oaslam/map/landmark_sets.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/mapping/loop_objects.h"
-#include "oaslam/matching/descriptor_match.h"
-#include "oaslam/matching/point_observation.h"
-#include "oaslam/matching/projection_search.h"
+#include "oaslam/mapping/loop_proposals.h"
+#include "oaslam/mapping/loop_verification.h"
 #include "oaslam/util/id_set.h"
 #include "oaslam/util/log.h"
-#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -21,9 +18,8 @@ namespace {
 constexpr double kMaxDistanceToDepth = 0.5;
 constexpr double kMinAxisCos = 0.8;
 constexpr uint32_t kMinKeyframesApart = 15;
-constexpr int kMaxCandidates = 3, kGroupSize = 8;
-constexpr int kMinMatches = 20, kMinRansacInliers = 15, kMinInliers = 50, kMinScalePairs = 10;
-constexpr double kGuidedRadiusPx = 8;
+constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
+constexpr int kMaxCandidates = 3;
 
 KeyframePlace PlaceOf(KeyframeId id, const Keyframe& keyframe) {
   return {id, keyframe.cam_from_world.OriginInSource(),
@@ -69,59 +65,6 @@ std::vector<KeyframeId> NearInSpace(const Map& map, std::span<const KeyframePlac
   return ids;
 }
 
-struct Observed {
-  std::vector<PointObservation> points;
-  std::vector<uint32_t> keypoints;  // parallel
-};
-
-Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkId>& matches) {
-  Observed observed;
-  for (uint32_t k = 0; k < matches.size(); ++k) {
-    if (!matches[k].IsValid()) continue;
-    observed.points.push_back(
-        ObservationOf(*by.features, static_cast<int>(k), map.landmarks.At(matches[k])));
-    observed.keypoints.push_back(k);
-  }
-  return observed;
-}
-
-// Key points that show a landmark of the current part and one of the old part:
-// the positions of both.
-std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map,
-                                                                      const Keyframe& here,
-                                                                      const LoopClosure& loop) {
-  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> shared;
-  for (const auto& [keypoint, old] : loop.old_landmarks)
-    if (const Landmark* current = here.landmarks[keypoint].IsValid()
-                                      ? map.landmarks.Find(here.landmarks[keypoint])
-                                      : nullptr)
-      shared.emplace_back(current->position, map.landmarks.At(old).position);
-  return shared;
-}
-
-// The scale of the old part relative to the current one: the median ratio of the distances to
-// shared points; nothing where there are too few.
-std::optional<double> ScaleOf(
-    const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
-    const Rigid3& cam_from_current, const Rigid3& cam_from_old) {
-  if (static_cast<int>(shared.size()) < kMinScalePairs) return std::nullopt;
-  std::vector<double> ratios;
-  for (const auto& [current, old] : shared)
-    ratios.push_back((cam_from_old * old).norm() / (cam_from_current * current).norm());
-  return Median(std::move(ratios));
-}
-
-// Counts the shared points that the loop's similarity brings together, with an error relative to
-// their distance.
-int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
-                    const Similarity& old_from_current, const Rigid3& cam_from_old) {
-  constexpr double kMaxRelativeError = 0.1;
-  return static_cast<int>(std::ranges::count_if(shared, [&](const auto& pair) {
-    return (old_from_current * pair.first - pair.second).norm() <
-           kMaxRelativeError * (cam_from_old * pair.second).norm();
-  }));
-}
-
 // The length of the camera's path between two keyframes.
 double PathLength(const Map& map, KeyframeId a, KeyframeId b) {
   const auto [from, to] = std::minmax(a, b);
@@ -143,17 +86,12 @@ double DistanceMoved(const Map& map, const LoopClosure& loop) {
   return (loop.old_from_current * center - center).norm();
 }
 
-bool IsWithin(const Similarity& correction, double max_angle, double max_scale) {
-  return correction.rotation.angularDistance(Eigen::Quaterniond::Identity()) < max_angle &&
-         std::abs(std::log(correction.scale)) < std::log(max_scale);
-}
-
 // Whether drift explains the correction: drift is a share of the path travelled. A larger
 // correction means that two different places look the same, such as two windows.
 bool IsDrift(const Map& map, const LoopClosure& loop) {
-  constexpr double kMaxShare = 0.25, kMaxAngle = 0.6, kMaxScale = 2.5;
+  constexpr double kMaxShare = 0.25;
   return DistanceMoved(map, loop) < kMaxShare * PathLength(map, loop.old, loop.current) &&
-         IsWithin(loop.old_from_current, kMaxAngle, kMaxScale);
+         IsTurnAndScaleOfDrift(loop.old_from_current);
 }
 
 bool IsBelieved(const Map& map, const LoopClosure& loop) {
@@ -170,55 +108,35 @@ bool IsBelieved(const Map& map, const LoopClosure& loop) {
 bool IsSmall(const Map& map, const LoopClosure& tie) {
   constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
   return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) &&
-         IsWithin(tie.old_from_current, kMaxAngle, kMaxScale);
+         tie.old_from_current.rotation.angularDistance(Eigen::Quaterniond::Identity()) <
+             kMaxAngle &&
+         std::abs(std::log(tie.old_from_current.scale)) < std::log(kMaxScale);
 }
 
-std::optional<LoopClosure> Verify(const Map& map, KeyframeId current, KeyframeId old, bool is_near,
-                                  Rng& rng) {
-  const Keyframe& here = map.keyframes.At(current);
-  const Camera& camera = map.cameras[here.camera];
-  const LandmarkMatches matches =
-      MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), 0.75);
-  if (matches.count < kMinMatches) return std::nullopt;
-  AbsolutePoseOptions options;
-  options.min_inliers = kMinRansacInliers;
-  const AbsolutePoseReport rough =
-      EstimateAbsolutePose(camera, Observe(map, here, matches.landmarks).points, options, rng);
-  if (!rough.success) return std::nullopt;
-
-  std::vector<KeyframeId> group = map.CovisibleKeyframes(old, kGroupSize);
-  group.push_back(old);
-  std::vector<ProjectedLandmark> projected;
-  for (const LandmarkId id : LandmarksSeenBy(map, group))
-    if (const auto p =
-            ProjectLandmark(id, map.landmarks.At(id), camera, rough.cam_from_world, *here.features))
-      projected.push_back(*p);
-  ProjectionSearchOptions search;
-  search.radius_px = kGuidedRadiusPx;
-  const LandmarkMatches guided =
-      SearchByProjection(*here.features, map, projected,
-                         std::vector<LandmarkId>(here.features->keypoints.size()), search);
-  const Observed observed = Observe(map, here, guided.landmarks);
-  const PoseReport pose = RefinePose(camera, rough.cam_from_world, observed.points);
-  if (!pose.success || pose.inliers < kMinInliers) return std::nullopt;
-
-  LoopClosure loop{current, old, {}, {}};
-  for (size_t i = 0; i < observed.keypoints.size(); ++i)
-    if (pose.inlier[i])
-      loop.old_landmarks.emplace_back(observed.keypoints[i],
-                                      guided.landmarks[observed.keypoints[i]]);
-  const auto shared = SharedPoints(map, here, loop);
-  const std::optional<double> scale = ScaleOf(shared, here.cam_from_world, pose.cam_from_world);
-  if (!scale && !is_near) return std::nullopt;
-  // Both poses are of one camera: s (R_current x + t_current) = R_old x' + t_old.
-  loop.old_from_current =
-      Similarity(pose.cam_from_world.Inverse()) *
-      Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
-      Similarity(here.cam_from_world);
-  if (!is_near && CountConsistent(shared, loop.old_from_current, pose.cam_from_world) <
-                      std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
-    return std::nullopt;
-  return loop;
+// The keyframes that show most of the objects, those that look most like `expected` first.
+std::vector<KeyframeId> KeyframesThatShow(const Map& map, std::span<const ObjectId> objects,
+                                          const Rigid3& expected, double depth) {
+  std::map<KeyframeId, int> shown;
+  for (const ObjectId id : objects) {
+    std::set<KeyframeId> by;
+    for (const ObjectObservation& o : map.objects.At(id).observations)
+      if (const auto carried = map.ResolveKeyframe(o.reference)) by.insert(carried->by);
+    for (const KeyframeId keyframe : by) ++shown[keyframe];
+  }
+  int most = 0;
+  for (const auto& [id, count] : shown) most = std::max(most, count);
+  const Eigen::Vector3d axis = expected.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+  std::vector<std::pair<double, KeyframeId>> ranked;
+  for (const auto& [id, count] : shown) {
+    if (2 * count < most) continue;
+    const KeyframePlace place = PlaceOf(id, map.keyframes.At(id));
+    ranked.emplace_back(
+        (place.center - expected.OriginInSource()).norm() / depth - place.axis.dot(axis), id);
+  }
+  std::ranges::sort(ranked);
+  std::vector<KeyframeId> ids;
+  for (const auto& [difference, id] : ranked) ids.push_back(id);
+  return ids;
 }
 
 }  // namespace
@@ -243,7 +161,6 @@ void LoopDetector::UpdateIndex(const Map& map, KeyframeId current) {
 }
 
 std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current) {
-  constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
   if (map.keyframes.size() < 2 * kMinKeyframesApart || current.value % kEvery != 0) return {};
   UpdateIndex(map, current);
   if (!index_) return {};
@@ -267,6 +184,29 @@ void LoopDetector::UpdatePlaces(const Map& map) {
   known_ = map.keyframes;
 }
 
+std::optional<LoopClosure> LoopDetector::DetectByObjects(
+    const Map& map, KeyframeId current, const std::function<bool(KeyframeId)>& is_candidate) {
+  if (current.value % kEvery != 0) return std::nullopt;
+  const auto proposal = proposals_.Find(map, current, kMinKeyframesApart);
+  if (!proposal) return std::nullopt;
+  const Keyframe& here = map.keyframes.At(current);
+  const Rigid3 expected = MovedCamera(here, proposal->old_from_current);
+  const double depth = proposal->old_from_current.scale * map.MedianDepth(current);
+  // Refused proposals change nothing of what is random elsewhere.
+  Rng rng(current.value);
+  int tried = 0;
+  for (const KeyframeId old : KeyframesThatShow(map, proposal->old_objects, expected, depth)) {
+    if (!is_candidate(old)) continue;
+    if (++tried > kMaxCandidates) break;
+    const auto loop = VerifyLoop(map, current, {old, false, proposal->old_from_current}, rng);
+    Log(LogLevel::kDebug, fmt::format("{} objects propose a loop from keyframe {} to {}: {}",
+                                      proposal->old_objects.size(), current.value, old.value,
+                                      loop ? "points agree" : "points do not show it"));
+    if (loop && IsBelieved(map, *loop)) return loop;
+  }
+  return std::nullopt;
+}
+
 std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId current, Rng& rng) {
   if (!map.keyframes.Contains(current)) return std::nullopt;
   UpdatePlaces(map);
@@ -274,7 +214,7 @@ std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId curre
   const std::vector<KeyframeId> near =
       NearInSpace(map, places_, current, [&](KeyframeId id) { return others.Contains(id); });
   for (const KeyframeId old : near)
-    if (auto loop = Verify(map, current, old, true, rng); loop && IsBelieved(map, *loop))
+    if (auto loop = VerifyLoop(map, current, {old, true}, rng); loop && IsBelieved(map, *loop))
       return loop;
   int tried = 0;
   for (const Place& place : LookingAlike(map, current)) {
@@ -282,10 +222,10 @@ std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId curre
     if (!others.Contains(old)) continue;
     if (++tried > kMaxCandidates) break;
     if (std::ranges::find(near, old) != near.end()) continue;
-    if (auto loop = Verify(map, current, old, false, rng); loop && IsBelieved(map, *loop))
+    if (auto loop = VerifyLoop(map, current, {old}, rng); loop && IsBelieved(map, *loop))
       return loop;
   }
-  return std::nullopt;
+  return DetectByObjects(map, current, [&](KeyframeId id) { return others.Contains(id); });
 }
 
 std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
@@ -294,7 +234,8 @@ std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
   for (const KeyframeId id : others)
     if (const Keyframe* keyframe = map.keyframes.Find(id)) places.push_back(PlaceOf(id, *keyframe));
   for (const KeyframeId old : NearInSpace(map, places, current, [](KeyframeId) { return true; }))
-    if (auto tie = Verify(map, current, old, true, rng); tie && IsSmall(map, *tie)) return tie;
+    if (auto tie = VerifyLoop(map, current, {old, true}, rng); tie && IsSmall(map, *tie))
+      return tie;
   return std::nullopt;
 }
 

@@ -1,0 +1,221 @@
+#include "oaslam/mapping/loop_proposals.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kMostThings = 12;  // of a constellation
+constexpr size_t kFewestThings = 4;
+constexpr double kSameSize = 1.6;  // ratio of radii that two views of a thing explain
+// In the order in which they were seen last, things of one place follow each other closely.
+constexpr size_t kWindow = 32;
+
+bool AreOfOneSize(double a, double b) { return a < kSameSize * b && b < kSameSize * a; }
+
+struct Match {
+  const ObjectPlaceInTime *here, *there;
+};
+
+// Things of the old part, with those of the constellation that they may be.
+struct OldThing {
+  const ObjectPlaceInTime* place;
+  std::vector<const ObjectPlaceInTime*> alike;
+};
+
+// The turn that takes the directions `from` nearest to `to`: about `up`, if that is known, else any
+// (Umeyama 1991). Nothing where the directions do not determine it.
+std::optional<Eigen::Quaterniond> FitTurn(const Eigen::Matrix3d& to_from_covariance,
+                                          const std::optional<Eigen::Vector3d>& up) {
+  if (!up) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(to_from_covariance,
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    if (svd.singularValues()[1] < 1e-6 * svd.singularValues()[0]) return std::nullopt;
+    Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+    if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs.z() = -1;
+    return Eigen::Quaterniond(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose());
+  }
+  // The angle a about u that maximises sum to . R(a) from, which is sin(a) u . sum(from x to) +
+  // cos(a) sum(from . to - (u . from) (u . to)) and a constant.
+  const Eigen::Matrix3d& c = to_from_covariance;
+  const Eigen::Vector3d cross(c(2, 1) - c(1, 2), c(0, 2) - c(2, 0), c(1, 0) - c(0, 1));
+  const double sine = up->dot(cross), cosine = c.trace() - up->dot(c * *up);
+  if (std::hypot(sine, cosine) < 1e-12) return std::nullopt;
+  return Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(sine, cosine), *up));
+}
+
+// The similarity that takes the centres of things to those of their copies, in the least-squares
+// sense. Two of them determine it where the vertical is known.
+std::optional<Similarity> Fit(std::span<const Match> matches,
+                              const std::optional<Eigen::Vector3d>& up) {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
+  for (const Match& m : matches) {
+    from += m.here->center / static_cast<double>(matches.size());
+    to += m.there->center / static_cast<double>(matches.size());
+  }
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double from_spread = 0, to_spread = 0;
+  for (const Match& m : matches) {
+    covariance += (m.there->center - to) * (m.here->center - from).transpose();
+    from_spread += (m.here->center - from).squaredNorm();
+    to_spread += (m.there->center - to).squaredNorm();
+  }
+  const auto turn = FitTurn(covariance, up);
+  if (!turn || !(from_spread > 0) || !(to_spread > 0)) return std::nullopt;
+  const double scale = std::sqrt(to_spread / from_spread);
+  return Similarity(scale, *turn, to - scale * (*turn * from));
+}
+
+// The similarity by two things. Without a vertical it turns as little as possible: drift turns
+// little, and what is missing is found in the fit to all.
+std::optional<Similarity> FitTwo(const Match& a, const Match& b,
+                                 const std::optional<Eigen::Vector3d>& up) {
+  const Match both[] = {a, b};
+  if (up) return Fit(both, up);
+  const Eigen::Vector3d from = b.here->center - a.here->center,
+                        to = b.there->center - a.there->center;
+  const double scale = to.norm() / from.norm();
+  const auto turn = Eigen::Quaterniond::FromTwoVectors(from, to);
+  return Similarity(scale, turn, a.there->center - scale * (turn * a.here->center));
+}
+
+// Whether two things are far enough apart to tell a direction, relative to their size.
+bool AreApart(const ObjectPlaceInTime& a, const ObjectPlaceInTime& b) {
+  return (a.center - b.center).norm() > a.radius + b.radius;
+}
+
+// The things of the constellation that have a copy where the similarity takes them; no copy serves
+// twice.
+std::vector<Match> CopiesOf(const Similarity& old_from_current,
+                            std::span<const OldThing> candidates) {
+  struct Near {
+    double distance;
+    Match match;
+  };
+  std::vector<Near> near;
+  for (const OldThing& old : candidates)
+    for (const ObjectPlaceInTime* here : old.alike) {
+      const double distance = (old_from_current * here->center - old.place->center).norm();
+      if (distance < old.place->radius &&
+          AreOfOneSize(old_from_current.scale * here->radius, old.place->radius))
+        near.push_back({distance / old.place->radius, {here, old.place}});
+    }
+  std::ranges::stable_sort(near, {}, &Near::distance);
+  std::vector<Match> matches;
+  for (const Near& n : near)
+    if (std::ranges::none_of(matches, [&](const Match& m) {
+          return m.here == n.match.here || m.there == n.match.there;
+        }))
+      matches.push_back(n.match);
+  return matches;
+}
+
+// A row of chairs is found again one chair farther on; things of several classes are not.
+bool IsConstellation(std::span<const Match> matches, size_t things) {
+  return matches.size() >= std::max(kFewestThings, (things + 1) / 2) &&
+         std::ranges::any_of(matches, [&](const Match& m) {
+           return m.here->category_id != matches.front().here->category_id;
+         });
+}
+
+// The things seen in the last keyframes that are nearest to the camera.
+std::vector<const ObjectPlaceInTime*> ThingsAbout(const Eigen::Vector3d& camera, KeyframeId since,
+                                                  std::span<const ObjectPlaceInTime> places) {
+  std::vector<std::pair<double, const ObjectPlaceInTime*>> near;
+  for (const ObjectPlaceInTime& place : places)
+    if (place.newest >= since) near.emplace_back((place.center - camera).squaredNorm(), &place);
+  std::ranges::stable_sort(near, {}, [](const auto& entry) { return entry.first; });
+  std::vector<const ObjectPlaceInTime*> things;
+  for (const auto& [distance, place] : near)
+    if (things.size() < kMostThings) things.push_back(place);
+  return things;
+}
+
+// The things not seen since `before` that may be one of the constellation, in the order in which
+// they were seen last.
+std::vector<OldThing> OldThings(std::span<const ObjectPlaceInTime* const> constellation,
+                                KeyframeId before, std::span<const ObjectPlaceInTime> places) {
+  std::vector<OldThing> old;
+  for (const ObjectPlaceInTime& place : places) {
+    if (place.newest >= before) continue;
+    OldThing thing{&place, {}};
+    for (const ObjectPlaceInTime* here : constellation)
+      if (here->category_id == place.category_id) thing.alike.push_back(here);
+    if (!thing.alike.empty()) old.push_back(std::move(thing));
+  }
+  std::ranges::stable_sort(old, {}, [](const OldThing& o) { return o.place->newest; });
+  return old;
+}
+
+}  // namespace
+
+bool IsTurnAndScaleOfDrift(const Similarity& correction) {
+  constexpr double kMaxAngle = 0.6, kMaxScale = 2.5;
+  return correction.rotation.angularDistance(Eigen::Quaterniond::Identity()) < kMaxAngle &&
+         std::abs(std::log(correction.scale)) < std::log(kMaxScale);
+}
+
+// Looks only at objects that may have changed since the last call.
+void LoopProposals::Update(const Map& map) {
+  map.objects.ForEachDifference(known_, [&](ObjectId id, const Object*, const Object* now) {
+    const auto at = std::ranges::lower_bound(places_, id, {}, &ObjectPlaceInTime::id);
+    const bool is_known = at != places_.end() && at->id == id;
+    if (!now || now->state != ObjectState::kMapped || now->observations.empty()) {
+      if (is_known) places_.erase(at);
+      return;
+    }
+    const ObjectPlaceInTime place{id, now->category_id, now->ellipsoid.center,
+                                  now->ellipsoid.half_axes.maxCoeff(),
+                                  now->observations.back().reference};
+    if (is_known)
+      *at = place;
+    else
+      places_.insert(at, place);
+  });
+  known_ = map.objects;
+}
+
+std::optional<LoopProposal> LoopProposals::Find(const Map& map, KeyframeId current,
+                                                uint32_t min_apart) {
+  Update(map);
+  if (current.value < min_apart) return std::nullopt;
+  const KeyframeId recently(current.value - min_apart);
+  const Eigen::Vector3d camera = map.keyframes.At(current).cam_from_world.OriginInSource();
+  const auto things = ThingsAbout(camera, recently, places_);
+  if (things.size() < kFewestThings) return std::nullopt;
+  const std::vector<OldThing> old = OldThings(things, recently, places_);
+
+  std::vector<Match> best;
+  const auto try_pair = [&](const Match& a, const Match& b, std::span<const OldThing> about) {
+    if (!AreApart(*a.here, *b.here) || !AreApart(*a.there, *b.there)) return;
+    const auto rough = FitTwo(a, b, map.up);
+    if (!rough || !IsTurnAndScaleOfDrift(*rough) ||
+        !AreOfOneSize(rough->scale * a.here->radius, a.there->radius) ||
+        !AreOfOneSize(rough->scale * b.here->radius, b.there->radius))
+      return;
+    const std::vector<Match> matches = CopiesOf(*rough, about);
+    if (matches.size() <= best.size() || !IsConstellation(matches, things.size())) return;
+    best = matches;
+  };
+  for (size_t i = 0; i < old.size(); ++i) {
+    const std::span<const OldThing> about =
+        std::span(old).subspan(i, std::min(kWindow, old.size() - i));
+    for (const OldThing& other : about.subspan(1))
+      for (const ObjectPlaceInTime* a : old[i].alike)
+        for (const ObjectPlaceInTime* b : other.alike)
+          if (a != b) try_pair({a, old[i].place}, {b, other.place}, about);
+  }
+  if (best.empty()) return std::nullopt;
+  const auto fitted = Fit(best, map.up);
+  if (!fitted || !IsTurnAndScaleOfDrift(*fitted)) return std::nullopt;
+  LoopProposal proposal{*fitted, {}};
+  for (const Match& m : best) proposal.old_objects.push_back(m.there->id);
+  std::ranges::sort(proposal.old_objects);
+  return proposal;
+}
+
+}  // namespace oaslam

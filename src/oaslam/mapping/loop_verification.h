@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+
+#include "oaslam/mapping/loop_closing.h"
+
+namespace oaslam {
+
+// A keyframe that may see the place of the current one, and why.
+struct LoopCandidate {
+  KeyframeId old;
+  bool is_near = false;                       // in position and viewing direction
+  std::optional<Similarity> by_objects = {};  // old_from_current
+};
+
+// Looks for the landmarks of the old end in the image of `current`: descriptors, P3P and a guided
+// search; where objects propose the loop, also about the pose they give, which the points must
+// confirm. Nothing where too few are found.
+std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
+                                      const LoopCandidate& candidate, Rng& rng);
+
+// Where the similarity takes the camera of a keyframe.
+Rigid3 MovedCamera(const Keyframe& keyframe, const Similarity& old_from_current);
+
+}  // namespace oaslam
