@@ -62,6 +62,8 @@ class Session {
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
 
  private:
+  void SubmitRest();
+  void UndoRefutedLoop(int frame_index);
   using Way = std::vector<const Frame*>;
   int FollowAlong(const Way& way, const Confirmation* is_confirmed);
   int Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence);

@@ -246,34 +246,6 @@ void Tracker::SkipIds(const NextIds& ids) {
   object_tracks_.next_object = std::max(object_tracks_.next_object, ids.object);
 }
 
-void Tracker::GoOnAs(Tracker other, double scale) {
-  phase_ = other.phase_;
-  last_ = std::move(other.last_);
-  if (last_) last_->cam_from_reference.translation *= scale;
-  motion_ = other.motion_;
-  if (motion_) motion_->cam_from_before.translation *= scale;
-  newest_keyframe_ = other.newest_keyframe_;
-  newest_keyframe_frame_ = other.newest_keyframe_frame_;
-  newest_keyframe_time_ = other.newest_keyframe_time_;
-  newest_keyframe_inliers_ = other.newest_keyframe_inliers_;
-  relocalized_frame_ = other.relocalized_frame_;
-  relocalized_time_ = other.relocalized_time_;
-  usual_spread_ = other.usual_spread_;
-  uses_ = std::move(other.uses_);
-  EndBackfill();
-  next_keyframe_ = other.next_keyframe_;
-  object_tracks_ = std::move(other.object_tracks_);
-  for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= scale;
-  undetected_ = std::move(other.undetected_);
-  for (Undetected& undetected : undetected_)
-    undetected.tracked.cam_from_reference.translation *= scale;
-  for (ObjectSighting& sighting : other.sightings_) {
-    sighting.observation.cam_from_reference.translation *= scale;
-    sightings_.push_back(std::move(sighting));
-  }
-  trajectory_.Join(std::move(other.trajectory_), scale);
-}
-
 FrameView Tracker::View() const {
   FrameView view;
   view.frame = newest_;

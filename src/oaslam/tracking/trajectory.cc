@@ -85,6 +85,11 @@ void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {
   AdoptPoses(poses, scale, poses_);
 }
 
+void Trajectory::Restore(const LaterPoses& later) {
+  for (FramePose& pose : poses_)
+    later.Restore(pose.frame_index, pose.reference, pose.cam_from_reference);
+}
+
 const FramePose* Trajectory::PoseOf(int frame_index) const {
   const auto place = std::ranges::lower_bound(poses_, frame_index, {}, &FramePose::frame_index);
   return place != poses_.end() && place->frame_index == frame_index ? &*place : nullptr;

@@ -3,6 +3,7 @@
 #include <deque>
 #include <vector>
 
+#include "oaslam/map/later_poses.h"
 #include "oaslam/map/piece.h"
 
 namespace oaslam {
@@ -25,6 +26,8 @@ class Trajectory {
   void Join(Trajectory other, double scale);
   // Adds the poses of a piece that was joined with this map (AdoptPoses).
   void Adopt(const std::vector<FramePose>& poses, double scale);
+  // Makes the poses of frames after a loop that was undone those in the restored map.
+  void Restore(const LaterPoses& later);
   // Returns null where the frame has no pose.
   const FramePose* PoseOf(int frame_index) const;
   void Clear();

@@ -1,0 +1,57 @@
+// How the tracker goes on where its map was joined with another, or replaced.
+#include <utility>
+
+#include "oaslam/system/tracker.h"
+
+namespace oaslam {
+
+void Tracker::GoOnAs(Tracker other, double scale) {
+  phase_ = other.phase_;
+  last_ = std::move(other.last_);
+  if (last_) last_->cam_from_reference.translation *= scale;
+  motion_ = other.motion_;
+  if (motion_) motion_->cam_from_before.translation *= scale;
+  newest_keyframe_ = other.newest_keyframe_;
+  newest_keyframe_frame_ = other.newest_keyframe_frame_;
+  newest_keyframe_time_ = other.newest_keyframe_time_;
+  newest_keyframe_inliers_ = other.newest_keyframe_inliers_;
+  relocalized_frame_ = other.relocalized_frame_;
+  relocalized_time_ = other.relocalized_time_;
+  usual_spread_ = other.usual_spread_;
+  uses_ = std::move(other.uses_);
+  EndBackfill();
+  next_keyframe_ = other.next_keyframe_;
+  object_tracks_ = std::move(other.object_tracks_);
+  for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= scale;
+  undetected_ = std::move(other.undetected_);
+  for (Undetected& undetected : undetected_)
+    undetected.tracked.cam_from_reference.translation *= scale;
+  for (ObjectSighting& sighting : other.sightings_) {
+    sighting.observation.cam_from_reference.translation *= scale;
+    sightings_.push_back(std::move(sighting));
+  }
+  trajectory_.Join(std::move(other.trajectory_), scale);
+}
+
+void Tracker::Restore(const LaterPoses& later, const std::map<LandmarkId, LandmarkId>& landmarks) {
+  const double scale = later.carriers.back().scale;
+  if (motion_) motion_->cam_from_before.translation *= scale;
+  if (last_) {
+    later.Restore(last_->frame.index, last_->reference, last_->cam_from_reference);
+    for (LandmarkId& id : last_->landmarks)
+      if (const auto restored = landmarks.find(id); restored != landmarks.end())
+        id = restored->second;
+  }
+  EndBackfill();
+  for (ObjectTrack& track : object_tracks_.open)
+    later.Restore(track.last_frame, track.reference, track.cam_from_reference);
+  for (Undetected& undetected : undetected_)
+    later.Restore(undetected.tracked.frame.index, undetected.tracked.reference,
+                  undetected.tracked.cam_from_reference);
+  for (ObjectSighting& sighting : sightings_)
+    later.Restore(sighting.observation.frame_index, sighting.observation.reference,
+                  sighting.observation.cam_from_reference);
+  trajectory_.Restore(later);
+}
+
+}  // namespace oaslam
