@@ -24,8 +24,9 @@ class Detect(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="oaslam_detect_") as folder:
             found = os.path.join(folder, "detections.json")
             source = harness.clip("map_front")[:2] + ["--to", FRAMES]
-            outcome = oaslam("detect", *source, *DETECTOR, "--out", found)
+            outcome = oaslam("detect", *source, *DETECTOR, "--out", found, "--quiet")
             self.assertEqual(outcome.code, 0, outcome)
+            self.assertLess(outcome.err.count("\n"), 4, outcome)  # lines of its own, none of the library
             images = harness.read_json(found)
             self.assertEqual([i["file_name"] for i in images], [f"{i:06d}" for i in range(FRAMES)])
             counts = []

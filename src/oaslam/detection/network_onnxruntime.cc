@@ -14,7 +14,8 @@ NetworkError ErrorOf(const Ort::Exception& error) {
       fmt::format("{} cannot run this network: {}", OnnxRuntimeName(), error.what()));
 }
 
-// Discards what is written to std::cerr.
+// Errors come as exceptions. What else is written to std::cerr is discarded: Debian's build (1.21)
+// registers each operator twice when it loads a network, and writes a line about that.
 class QuietStderr {
  public:
   ~QuietStderr() { std::cerr.rdbuf(before_); }
@@ -23,15 +24,8 @@ class QuietStderr {
   std::streambuf* before_ = std::cerr.rdbuf(nullptr);
 };
 
-// Errors come as exceptions; the library would write them to stderr, too. Debian's build (1.21)
-// registers each operator twice, and writes a line about that.
-Ort::Env MakeEnvironment() {
-  const QuietStderr quiet;
-  return Ort::Env(ORT_LOGGING_LEVEL_FATAL, "oaslam");
-}
-
 const Ort::Env& Environment() {
-  static const Ort::Env environment = MakeEnvironment();
+  static const Ort::Env environment(ORT_LOGGING_LEVEL_FATAL, "oaslam");
   return environment;
 }
 
@@ -96,6 +90,7 @@ class OnnxRuntimeNetwork : public Network {
 std::string OnnxRuntimeName() { return "ONNX Runtime " + Ort::GetVersionString(); }
 
 std::unique_ptr<Network> LoadByOnnxRuntime(const std::string& path) {
+  const QuietStderr quiet;
   try {
     return std::make_unique<OnnxRuntimeNetwork>(path);
   } catch (const Ort::Exception& error) {
