@@ -126,10 +126,12 @@ OutputFolder::OutputFolder(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
   // The dot stands for the folder itself in "out/", too.
+  std::vector<fs::path> missing;
   for (fs::path p = (fs::absolute(path) / ".").lexically_normal().parent_path();
        !fs::exists(p, error); p = p.parent_path())
-    created_.push_back(p);
-  fs::create_directories(path, error);
+    missing.push_back(p);
+  for (size_t i = missing.size(); i-- > 0;)
+    if (fs::create_directory(missing[i], error)) created_.insert(created_.begin(), missing[i]);
   const bool is_there = fs::is_directory(path, error);
   const fs::path probe = fs::path(path) / fmt::format(".oaslam-{}", getpid());
   const bool is_writable = is_there && static_cast<bool>(std::ofstream(probe) << "x" << std::flush);

@@ -2,8 +2,10 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "beside.h"
 #include "camera_choice.h"
@@ -42,7 +44,8 @@ class LocalizeResults {
   explicit LocalizeResults(const std::string& folder) : folder_(folder) {}
 
   void Add(int index, double timestamp, const RelocalizationResult& r) {
-    frames_ += fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
+    if (!frames_.is_open()) OpenFrames();
+    frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
                            index, timestamp, ToString(r.evidence), r.confidence, r.inlier_points,
                            r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score,
                            r.object_margin, r.camera ? r.camera->fx : focal_length_);
@@ -60,7 +63,8 @@ class LocalizeResults {
   int count() const { return count_; }  // images so far
 
   void Finish(const SavedMap& saved, bool quiet) {
-    WriteTextFile(folder_ + "/frames.csv", frames_);
+    if (!frames_.is_open()) OpenFrames();
+    frames_.flush();
     SavePresence(saved);
     SaveTrajectory(folder_ + "/poses.txt", poses_);
     SaveScoredPoses(folder_ + "/candidates.txt", candidates_);
@@ -80,6 +84,14 @@ class LocalizeResults {
   }
 
  private:
+  // Only with the first image: input that is refused leaves no file behind.
+  void OpenFrames() {
+    frames_.open(folder_ + "/frames.csv");
+    if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder_));
+    frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
+               "features,"
+               "ms,object_score,object_margin,focal_length\n";
+  }
   void SavePresence(const SavedMap& saved) const {
     nlohmann::ordered_json objects = nlohmann::ordered_json::array();
     for (const ObjectPresence& p : presence_) {
@@ -101,9 +113,7 @@ class LocalizeResults {
 
   std::string folder_;
   std::vector<ObjectPresence> presence_;
-  std::string frames_ =
-      "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_features,"
-      "ms,object_score,object_margin,focal_length\n";
+  std::ofstream frames_;
   std::vector<StampedPose> poses_;
   std::vector<ScoredPose> candidates_;
   std::array<int, 4> by_evidence_{};
@@ -192,10 +202,11 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   const bool is_auto = IsAutoCamera(options.camera);
   Recording recording(options.recording,
                       LoadModels(options.models, options.recording.IsAskedFor()));
+  SideInputs side = SideInputsOf(options);
   FrameInputs inputs(
       SourcesOf(options,
                 is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt),
-      SideInputsOf(options), options.common);
+      std::move(side), options.common);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
   BeginInMap(options, slam);

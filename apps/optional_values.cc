@@ -10,6 +10,10 @@ std::vector<std::string> WithOptionalValues(int argc, const char* const* argv) {
   std::vector<std::string> arguments;
   for (int i = 1; i < argc; ++i) {
     std::string argument = argv[i];
+    if (argument == "--") {  // what follows is no option
+      arguments.insert(arguments.end(), argv + i, argv + argc);
+      break;
+    }
     if (argument == "--viewer" || argument == "--follow") {
       const bool has_value = i + 1 < argc && ParseNumber(argv[i + 1]);
       const std::string if_left_out = argument == "--viewer" ? std::to_string(kViewerPort) : "0";

@@ -37,7 +37,8 @@ struct Detection {
   // An ellipse around the object, [cx, cy, width, height, theta], in pixels and rad, where the
   // detector gives one. Slam does not use it.
   std::optional<std::array<double, 5>> ellipse{};
-  // Other classes that the box may show, each at most once, where the detector is not sure.
+  // Other classes that the box may show, each at most once, where the detector is not sure. Their
+  // scores are at most that of the detection.
   std::vector<Label> other_labels{};
 };
 

@@ -282,7 +282,8 @@ void SaveDetections(const std::string& path, const std::vector<ImageDetections>&
           "{:.2f}, {:.2f}]",
           &d == &image.detections.front() ? "" : ", ", d.category_id, d.score, d.box.x1, d.box.y1,
           d.box.x2, d.box.y2);
-      if (!d.other_labels.empty()) {
+      // A score that is rounded to 0 cannot be shared.
+      if (!d.other_labels.empty() && d.score >= 0.5e-4) {
         text += fmt::format(", \"labels\": [[{}, {:.4f}]", d.category_id, d.score);
         for (const Label& label : d.other_labels)
           text += fmt::format(", [{}, {:.4f}]", label.category_id, label.score);

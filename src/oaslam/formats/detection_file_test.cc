@@ -116,6 +116,9 @@ TEST(DetectionFile, ReadsSeveralLabels) {
   SaveDetections(folder / "copy.json", {{"7.png", {cup}}});
   const Detection copy = LoadDetections(folder / "copy.json").images().at(0).detections.at(0);
   EXPECT_EQ(copy.other_labels, cup.other_labels);
+  SaveDetections(folder / "faint.json",
+                 {{"7.png", {Detection{41, 1e-5, cup.box, {}, {{45, 1e-6}}}}}});
+  EXPECT_THAT(LoadDetections(folder / "faint.json").images().at(0).detections, SizeIs(1));
 }
 
 TEST(DetectionFile, BadLabelsAreNamed) {

@@ -67,6 +67,10 @@ std::string ProblemOf(const Detection& detection) {
   labels.push_back({detection.category_id, detection.score});
   if (const auto problem = ProblemOfLabels(labels); !problem.empty())
     return "other_labels: " + problem;
+  for (const Label& label : detection.other_labels)
+    if (label.score > detection.score)
+      return fmt::format("other_labels: class {} has the score {}, above that of the detection, {}",
+                         label.category_id, label.score, detection.score);
   if (!detection.ellipse) return "";
   const std::string problem = ProblemOfEllipse(*detection.ellipse);
   return problem.empty() ? "" : "ellipse: " + problem;

@@ -35,6 +35,13 @@ LabelShares SharesOf(const Detection& detection) {
   return shares;
 }
 
+bool AreConsistent(const LabelsRef& labels) {
+  constexpr double kRounding = 1e-6;
+  double sum = 0;
+  ForEachLabel(labels, [&](int, double share) { sum += share; });
+  return std::abs(sum - 1) < kRounding && ShareOf(labels, labels.category_id) > 0;
+}
+
 double LabelNorm(const LabelsRef& labels) {
   double squares = 0;
   ForEachLabel(labels, [&](int, double share) { squares += share * share; });

@@ -28,6 +28,8 @@ template <typename T>
 LabelsRef LabelsOf(const T& owner) {
   return {owner.category_id, owner.shares};
 }
+template <typename T>
+LabelsRef LabelsOf(const T&& owner) = delete;
 
 // Calls visit(class, share) for each label.
 template <typename Visitor>
@@ -38,6 +40,9 @@ void ForEachLabel(const LabelsRef& labels, Visitor&& visit) {
 
 // The scores of a detection's labels, divided by their sum.
 LabelShares SharesOf(const Detection& detection);
+
+// Whether the shares are as they should be: they sum to 1, and that of the category is above 0.
+bool AreConsistent(const LabelsRef& labels);
 
 // The square root of the sum of the squared shares; 1 where there is one label.
 double LabelNorm(const LabelsRef& labels);

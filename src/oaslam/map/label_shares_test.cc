@@ -43,6 +43,15 @@ TEST(LabelShares, SeveralLabelsAgreeInPart) {
   EXPECT_FALSE(MayBeTheSame({60, none}, {41, cup}));
 }
 
+TEST(LabelShares, SumToOneAndHaveTheCategory) {
+  const LabelShares none, right{{41, 0.75}, {45, 0.25}}, zero{{41, 0}, {45, 0}}, few{{41, 0.5}};
+  EXPECT_TRUE(AreConsistent({41, none}));
+  EXPECT_TRUE(AreConsistent({41, right}));
+  EXPECT_FALSE(AreConsistent({60, right}));
+  EXPECT_FALSE(AreConsistent({41, zero}));
+  EXPECT_FALSE(AreConsistent({41, few}));
+}
+
 TEST(LabelShares, TheMeanIsWeighted) {
   const LabelShares none;
   const LabelShares mean = MeanShares({41, none}, 3, {45, none}, 1);

@@ -28,7 +28,7 @@ struct Shot {
   KeyframeId reference;
   Rigid3 cam_from_world;
   int camera = 0;
-  std::vector<std::pair<int, Box>> boxes;  // with their categories
+  std::vector<std::pair<const Object*, Box>> boxes;  // and what they show
 };
 
 // What was seen about one end of the loop.
@@ -50,7 +50,7 @@ End Look(const Map& map, Predicate&& is_of_end) {
       shot.reference = carried->by;
       shot.cam_from_world = o.cam_from_reference * *map.ResolvePose(o.reference);
       shot.camera = o.camera;
-      shot.boxes.emplace_back(object.category_id, o.box);
+      shot.boxes.emplace_back(&object, o.box);
       if (object.state == ObjectState::kMapped) end.objects.insert(id);
     }
   });
@@ -83,17 +83,19 @@ bool IsBehindLandmarks(const Map& map, const Keyframe& keyframe, const Ellipsoid
 
 enum class Showing { kNothing, kObject, kNoObject };
 
-// What an image says of an object of this class that is there: nothing where it would be small, cut
-// or hidden.
-Showing Judge(const Map& map, const Shot& shot, int category, const Ellipsoid& ellipsoid) {
+// What an image says of an object with these labels that is there: nothing where it would be small,
+// cut or hidden.
+Showing Judge(const Map& map, const Shot& shot, const LabelsRef& labels,
+              const Ellipsoid& ellipsoid) {
   constexpr double kLeastSize = 40;  // detector pixels
   constexpr double kInside = 0.95, kSameBox = 0.1, kHidden = 0.2;
   const Camera& camera = map.cameras[shot.camera];
   const Keyframe& keyframe = map.keyframes.At(shot.reference);
   const auto box = ProjectToBox(ellipsoid, shot.cam_from_world, camera);
   if (!box || ShareInside(*box, keyframe.features->bounds) < kInside) return Showing::kNothing;
-  for (const auto& [seen_category, seen] : shot.boxes)
-    if (seen_category == category && IoU(seen, *box) > kSameBox) return Showing::kObject;
+  for (const auto& [object, seen] : shot.boxes)
+    if (MayBeTheSame(LabelsOf(*object), labels) && IoU(seen, *box) > kSameBox)
+      return Showing::kObject;
   const bool may_be_hidden = std::ranges::any_of(
       shot.boxes, [&](const auto& seen) { return ShareInside(*box, seen.second) > kHidden; });
   if (SizeOf(*box) < kLeastSize * DetectorPixel(camera) || may_be_hidden ||
@@ -118,7 +120,7 @@ void Compare(const EndInMap& from, const Similarity& motion, const EndInMap& to,
     const Ellipsoid moved = Moved(object.ellipsoid, motion);
     int shown = 0, missing = 0;
     for (const auto& [frame, shot] : to.end.shots) {
-      const Showing showing = Judge(to.map, shot, object.category_id, moved);
+      const Showing showing = Judge(to.map, shot, LabelsOf(object), moved);
       shown += showing == Showing::kObject;
       missing += showing == Showing::kNoObject;
     }

@@ -29,13 +29,12 @@ constexpr double kIndependentInterval = 0.2;
 
 struct Candidate {
   ObjectId object_id;
-  const Object* object = nullptr;   // in the snapshot
-  LabelsRef labels;                 // of the object, or of its track
-  std::optional<Box> projection{};  // of its ellipsoid, if enough of it is inside the image
+  const Object* object = nullptr;  // in the snapshot
+  std::optional<Box> projection;   // of its ellipsoid, if enough of it is inside the image
   double share_inside = 0;
   double depth = 0, radius = 0;  // depth of its centre; radius of the sphere of the same volume
-  std::vector<LandmarkId> landmarks{};     // landmarks that belong to it
-  std::optional<MotionSinceBox> motion{};  // since its last box; nothing where that is not known
+  std::vector<LandmarkId> landmarks;     // landmarks that belong to it
+  std::optional<MotionSinceBox> motion;  // since its last box; nothing where that is not known
 
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
@@ -145,9 +144,9 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
   const Camera& camera = snapshot.cameras[tracked.frame.camera];
   for (const ObjectTrack& track : tracks.open) {
     const Object* object = snapshot.objects.Find(track.object);
-    Candidate c{.object_id = track.object,
-                .object = object,
-                .labels = object ? LabelsOf(*object) : LabelsOf(track)};
+    Candidate c;
+    c.object_id = track.object;
+    c.object = object;
     c.motion = MotionSince(track, tracked, snapshot, least_depth);
     const bool has_ellipsoid = c.object && c.object->state != ObjectState::kTentative;
     // What is not mapped, and not tracked at present, is known by its landmarks alone.
@@ -189,14 +188,15 @@ double OverlapWithLastBox(const ObjectDetection& detection, const Candidate& can
 // The overlap that is asked of boxes whose labels agree so well. The less the labels say, the more
 // the boxes must.
 double LeastOverlap(double configured, double agreement) {
-  return 1 - (1 - configured) * agreement;
+  return configured + (1 - configured) * (1 - agreement);
 }
 
 double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>& landmarks,
                 const Candidate& candidate, const ObjectTrack& track, const Frame& frame,
                 const Camera& camera, const ObjectsConfig& config) {
-  const double agreement = LabelAgreement(LabelsOf(detection), candidate.labels);
-  if (agreement < kLeastAgreement) return 0;
+  const LabelsRef labels = candidate.object ? LabelsOf(*candidate.object) : LabelsOf(track);
+  const double agreement = LabelAgreement(LabelsOf(detection), labels);
+  if (!(agreement >= kLeastAgreement)) return 0;
   double score = 0;
   if (IsFresh(track, frame, config)) {
     const double iou = OverlapWithLastBox(detection, candidate, track, camera);
@@ -207,8 +207,8 @@ double Affinity(const ObjectDetection& detection, const std::vector<LandmarkId>&
         ClipAtTruncation(*candidate.projection, detection.box, detection.truncated), detection.box);
     if (iou >= LeastOverlap(config.min_iou_projection, agreement)) score = std::max(score, iou);
   }
-  // Landmarks are more precise than boxes: any match by landmarks scores higher than
-  // one by overlap alone.
+  // Landmarks are more precise than boxes: where the labels agree equally well, any match by
+  // landmarks scores higher than one by overlap alone.
   const int shared = CountShared(landmarks, candidate.landmarks);
   if (shared >= config.min_shared_points)
     score += 1 + static_cast<double>(shared) / static_cast<double>(landmarks.size());

@@ -85,10 +85,10 @@ size_t FirstElsewhere(const Map& map, const Object& object, const ObjectsConfig&
   return first;
 }
 
-// Whether `other` may be the same thing in another place: of the same class, and first detected
+// Whether `other` may be the same thing in another place: by its labels, and first detected
 // after `object` was last detected.
 bool MaySucceed(const Object& object, const Object& other) {
-  return other.category_id == object.category_id && !other.observations.empty() &&
+  return MayBeTheSame(LabelsOf(other), LabelsOf(object)) && !other.observations.empty() &&
          other.observations.front().frame_index > object.last_seen_frame;
 }
 

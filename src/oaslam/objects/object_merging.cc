@@ -62,7 +62,8 @@ Object Union(const Map& map, const Object& a, const Object& b) {
   joint.observations.insert(joint.observations.end(), b.observations.begin(), b.observations.end());
   std::ranges::stable_sort(joint.observations, {}, &ObjectObservation::frame_index);
   ThinObservations(map, joint.observations);
-  joint.shares = MeanShares(LabelsOf(a), a.total_observations, LabelsOf(b), b.total_observations);
+  joint.shares = MeanShares(LabelsOf(a), std::max(a.total_observations, 1), LabelsOf(b),
+                            std::max(b.total_observations, 1));
   joint.category_id = CommonestLabel(LabelsOf(joint));
   joint.total_observations += b.total_observations;
   joint.evidence += b.evidence;

@@ -12,7 +12,6 @@ bool HasPlace(const Object& object) {
 
 ObjectPlace PlaceOf(ObjectId id, const Object& object) {
   return {id,
-          object.category_id,
           object.state == ObjectState::kMapped,
           object.state == ObjectState::kTentative,
           object.known_by_landmarks,

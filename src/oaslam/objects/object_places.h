@@ -11,7 +11,6 @@ namespace oaslam {
 // Where an object is that has a model, or that is known by its landmarks.
 struct ObjectPlace {
   ObjectId id;
-  int category_id = 0;
   bool is_mapped = false, is_tentative = false;
   bool is_known_by_landmarks = false;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // world

@@ -427,6 +427,17 @@ TEST(Association, ADetectionThatIsTakenForAnotherClassIsFollowedByItsOtherLabel)
   EXPECT_NE(object_of({45, 0.9, beside, 0, doubtful}), ObjectId(7));
 }
 
+TEST(Association, OneLabelAsksForTheOverlapThatIsConfigured) {
+  const Map map = EmptyMap();
+  const auto first =
+      AssociateObjects(FrameWith(0, {{41, 0.9, {100, 100, 113, 110}, 0}}), map, {}, {});
+  // 6 of 20 columns are common to both: an overlap of exactly objects.min_iou_box.
+  const auto next =
+      AssociateObjects(FrameWith(1, {{41, 0.9, {107, 100, 120, 110}, 0}}), map, first.tracks, {});
+  ASSERT_EQ(IoU({100, 100, 113, 110}, {107, 100, 120, 110}), ObjectsConfig().min_iou_box);
+  EXPECT_FALSE(next.sightings[0].is_new);
+}
+
 TEST(Association, AmongNearThingsTheLabelDecides) {
   Map map = EmptyMap();
   map.objects.Insert(ObjectId(7), MappedCup({0, 0, 2}));
@@ -707,6 +718,35 @@ TEST(Merging, AMappedObjectKeepsItsId) {
   ASSERT_TRUE(map.objects.Contains(ObjectId(1)));
   EXPECT_EQ(map.objects.At(ObjectId(1)).state, ObjectState::kMapped);
   EXPECT_EQ(*map.ResolveObject(ObjectId(0)), ObjectId(1));
+}
+
+// A thing that was taken for a bowl at first: both halves of its detections have both labels.
+TEST(Merging, WhatIsGivenTwoLabelsBecomesOneOfTheCommonerClass) {
+  for (const bool has_both : {true, false}) {
+    Map map = SplitMap(false);
+    Object early = map.objects.At(ObjectId(0)), late = early;
+    const int category = early.category_id;
+    early.observations.resize(early.observations.size() / 2);
+    late.observations.erase(
+        late.observations.begin(),
+        late.observations.begin() + static_cast<std::ptrdiff_t>(early.observations.size()));
+    early.category_id = category + 1;
+    early.total_observations = 10;
+    late.total_observations = 30;
+    if (has_both) {
+      early.shares = {{category, 0.4}, {category + 1, 0.6}};
+      late.shares = {{category, 0.8}, {category + 1, 0.2}};
+    }
+    map.merged_objects = {};
+    map.objects.MutableAt(ObjectId(0)) = early;
+    map.objects.Insert(ObjectId(1), late);
+    MergeDuplicates(map, {ObjectId(0)}, {});
+    ASSERT_EQ(map.objects.size(), has_both ? 1u : 2u);
+    if (!has_both) continue;
+    const Object& joint = map.objects.At(ObjectId(0));
+    EXPECT_EQ(joint.category_id, category);
+    EXPECT_NEAR(joint.shares.at(0).share, (0.4 * 10 + 0.8 * 30) / 40, 1e-12);
+  }
 }
 
 TEST(Merging, WhatHasFewLandmarksIsForgottenAndSoDoesThePaper) {

@@ -97,7 +97,7 @@ class ObjectsByLabel {
         matches.back().agreement += f.agreement;
       else
         matches.push_back(f);
-    std::erase_if(matches, [](const ObjectMatch& m) { return m.agreement < kLeastAgreement; });
+    std::erase_if(matches, [](const ObjectMatch& m) { return !(m.agreement >= kLeastAgreement); });
     return matches;
   }
 

@@ -133,7 +133,8 @@ std::vector<MapPart> ReadHead(Database& database, Map& map) {
   return parts;
 }
 
-void ReadPart(Database& database, const MapPart& part, SavedMap& saved) {
+// `version`: of the file's format.
+void ReadPart(Database& database, const MapPart& part, int64_t version, SavedMap& saved) {
   Checksum checksum;
   if (part.name == "cameras") {
     ReadCameras(database, checksum, saved.map);
@@ -147,7 +148,7 @@ void ReadPart(Database& database, const MapPart& part, SavedMap& saved) {
     ReadLandmarks(database, checksum, part.ids, saved.map);
     ReadObservations(database, checksum, part.ids, saved.map);
   } else if (part.name == "objects") {
-    ReadObjects(database, checksum, kMapFormatVersion, saved.map);
+    ReadObjects(database, checksum, version, saved.map);
   } else if (part.name == "trajectory") {
     ReadTrajectory(database, checksum, saved);
   } else if (part.name == "class_names") {
@@ -200,7 +201,7 @@ void ForEachIndex(std::span<Database> connections, size_t count,
 }
 
 // Reads the parts on several threads. Damaged parts are all named in one message.
-SavedMap ReadParts(std::span<Database> connections, const Choice& is_wanted) {
+SavedMap ReadParts(std::span<Database> connections, int64_t version, const Choice& is_wanted) {
   SavedMap saved;
   std::vector<MapPart> parts;
   try {
@@ -217,7 +218,7 @@ SavedMap ReadParts(std::span<Database> connections, const Choice& is_wanted) {
     const MapPart& part = parts[i];
     SavedMap content;
     try {
-      if (is_wanted(part)) ReadPart(connection, part, content);
+      if (is_wanted(part)) ReadPart(connection, part, version, content);
     } catch (const DatabaseError& error) {
       problems[i] = fmt::format("{}: {}", NameOf(part), error.problem);
       return;
@@ -246,8 +247,8 @@ SavedMap ReadContent(std::span<Database> connections, const Choice& is_wanted) {
   constexpr int64_t kFirstWithParts = 6;
   Database& database = connections.front();
   const int64_t version = CheckKind(database);
-  SavedMap saved =
-      version < kFirstWithParts ? ReadAsOne(database, version) : ReadParts(connections, is_wanted);
+  SavedMap saved = version < kFirstWithParts ? ReadAsOne(database, version)
+                                             : ReadParts(connections, version, is_wanted);
   LinkKeyframes(database, saved.map);
   CheckPieces(database, saved);
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())

@@ -302,7 +302,8 @@ TEST(MapFile, RefusesChangedContent) {
         "UPDATE cameras SET name = 'b'", "UPDATE object_landmarks SET votes = votes + 1",
         "UPDATE meta SET value = 42 WHERE key = 'map_version'",
         "UPDATE keyframes SET timestamp = NULL", "DROP TABLE merged_objects",
-        "UPDATE objects SET state = 'gone'", "UPDATE object_labels SET share = 1.5"}) {
+        "UPDATE objects SET state = 'gone'", "UPDATE object_labels SET share = 1.5",
+        "UPDATE object_labels SET share = 0", "UPDATE objects SET category_id = 7 WHERE id = 1"}) {
     SaveMap(folder / "a.map", MakeMap());
     Database(folder / "a.map", Database::Access::kCreate).Execute(change);
     const std::string error = InputErrorOf([&] { LoadMap(folder / "a.map"); });

@@ -270,6 +270,11 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
       if (!(share >= 0 && share <= 1)) labels.Refuse("a share is from 0 to 1");
       object.shares.push_back({category, share});
     }
+    map.objects.ForEach([&](ObjectId id, const Object& object) {
+      if (!AreConsistent(LabelsOf(object)))
+        database.Refuse(fmt::format(
+            "object_labels: those of object {} do not sum to 1, or lack its category", id.value));
+    });
   }
   RowReader observations(database, checksum, "object_observations", "object, rank");
   while (observations.Next()) {
