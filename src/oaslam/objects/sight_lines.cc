@@ -1,13 +1,11 @@
 #include "oaslam/objects/sight_lines.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <set>
 #include <vector>
 
-#include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
 
 namespace oaslam {
@@ -20,9 +18,6 @@ constexpr double kMiddle = 0.5, kOnIt = 1.2, kBehind = 1.5;
 constexpr double kDepthMargin = 0.05;
 // Times the distance of the farthest detection: from beyond that little is seen of its place.
 constexpr double kFarther = 1.5;
-// In half axes: lines that pass the centre this near to each other are one look. It tells corners
-// of one poster, seen through one gap in a chair, from looks through the whole of a place.
-constexpr double kCell = 0.25;
 // Landmarks that two sets of keyframes have in common, as many as a loop needs.
 constexpr int kMinCommon = 15;
 // The share of lines through the place of a thing that is gone: others may stand there.
@@ -33,13 +28,6 @@ constexpr double kPriorThrough = 0.5, kPriorLines = 10;
 
 enum class Line { kElsewhere, kThrough, kStopped };
 
-using Cell = std::array<int, 3>;
-
-struct JudgedLine {
-  Line line = Line::kElsewhere;
-  Cell cell{};  // where it passes the centre
-};
-
 // Judges lines of sight in the coordinates in which the ellipsoid is the unit ball.
 class SightLineJudge {
  public:
@@ -48,43 +36,22 @@ class SightLineJudge {
         ball_from_world_(ellipsoid.half_axes.cwiseInverse().asDiagonal() *
                          ellipsoid.rotation.toRotationMatrix().transpose()) {}
 
-  JudgedLine Judge(const Eigen::Vector3d& eye, const Eigen::Vector3d& landmark) const {
+  Line Judge(const Eigen::Vector3d& eye, const Eigen::Vector3d& landmark) const {
     const Eigen::Vector3d from = ball_from_world_ * (eye - center_),
                           line = ball_from_world_ * (landmark - eye);
-    if (from.norm() < kBehind) return {};  // a camera over a bed looks past its middle
+    if (from.norm() < kBehind)
+      return Line::kElsewhere;  // a camera over a bed looks past its middle
     const double nearest = -from.dot(line) / line.squaredNorm();  // 0: the eye, 1: the landmark
-    const Eigen::Vector3d place = from + nearest * line;
-    if (!(nearest > 0) || place.norm() > kMiddle) return {};
-    const Cell cell = CellOf(place);
+    if (!(nearest > 0) || (from + nearest * line).norm() > kMiddle) return Line::kElsewhere;
     const double landmark_radius = (from + line).norm();
-    if (landmark_radius < kOnIt) return {Line::kStopped, cell};
+    if (landmark_radius < kOnIt) return Line::kStopped;
     const bool is_behind = nearest < 1 - kDepthMargin && landmark_radius > kBehind;
-    return {is_behind ? Line::kThrough : Line::kElsewhere, cell};
+    return is_behind ? Line::kThrough : Line::kElsewhere;
   }
 
  private:
-  static Cell CellOf(const Eigen::Vector3d& place) {
-    const Eigen::Array3i rounded = (place.array() / kCell).round().cast<int>();
-    return {rounded.x(), rounded.y(), rounded.z()};
-  }
-
   Eigen::Vector3d center_;
   Eigen::Matrix3d ball_from_world_;
-};
-
-// Lines of one kind, with no landmark and no cell in common.
-class Looks {
- public:
-  void Add(LandmarkId landmark, const Cell& cell) {
-    if (landmarks_.contains(landmark) || cells_.contains(cell)) return;
-    landmarks_.insert(landmark);
-    cells_.insert(cell);
-  }
-  int count() const { return static_cast<int>(cells_.size()); }
-
- private:
-  std::set<LandmarkId> landmarks_;
-  std::set<Cell> cells_;
 };
 
 // The keyframes that detected an object.
@@ -109,9 +76,9 @@ bool MaySee(const Map& map, const Keyframe& keyframe, const Eigen::Vector3d& poi
   const Eigen::Vector3d in_cam = keyframe.cam_from_world * point;
   if (in_cam.z() <= 0) return false;
   const Camera& camera = map.cameras.at(static_cast<size_t>(keyframe.camera));
-  const Eigen::Array2d share =
-      ProjectIdeal(camera, in_cam).array() / Eigen::Array2d(camera.width, camera.height);
-  return share.minCoeff() > -kMargin && share.maxCoeff() < 1 + kMargin;
+  const double x = (camera.fx * in_cam.x() / in_cam.z() + camera.cx) / camera.width,
+               y = (camera.fy * in_cam.y() / in_cam.z() + camera.cy) / camera.height;
+  return std::min(x, y) > -kMargin && std::max(x, y) < 1 + kMargin;
 }
 
 int CountCommon(const Map& map, std::span<const KeyframeId> a, std::span<const KeyframeId> b) {
@@ -140,18 +107,18 @@ std::vector<KeyframeId> WithNeighbors(const Map& map, std::span<const KeyframeId
 SightLines CountSightLines(const Map& map, const Ellipsoid& ellipsoid,
                            std::span<const KeyframeId> keyframes) {
   const SightLineJudge judge(ellipsoid);
-  Looks through, stopped;
+  std::set<LandmarkId> through, stopped;
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = map.keyframes.At(id);
     const Eigen::Vector3d eye = keyframe.cam_from_world.OriginInSource();
     for (const LandmarkId landmark : keyframe.landmarks) {
       if (!landmark.IsValid()) continue;
-      const JudgedLine judged = judge.Judge(eye, map.landmarks.At(landmark).position);
-      if (judged.line == Line::kThrough) through.Add(landmark, judged.cell);
-      if (judged.line == Line::kStopped) stopped.Add(landmark, judged.cell);
+      const Line line = judge.Judge(eye, map.landmarks.At(landmark).position);
+      if (line == Line::kThrough) through.insert(landmark);
+      if (line == Line::kStopped) stopped.insert(landmark);
     }
   }
-  return {through.count(), stopped.count()};
+  return {static_cast<int>(through.size()), static_cast<int>(stopped.size())};
 }
 
 double SeenThroughEvidence(const Map& map, const Object& object,

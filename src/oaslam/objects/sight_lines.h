@@ -12,13 +12,12 @@ std::vector<KeyframeId> WithNeighbors(const Map& map, std::span<const KeyframeId
 
 // What the sight lines from keyframes to their landmarks show of a thing that fills an ellipsoid.
 struct SightLines {
-  int through = 0;  // looks at landmarks well behind it, through its middle
-  int stopped = 0;  // looks at landmarks on it, where its middle is
+  int through = 0;  // landmarks seen well behind it, through its middle
+  int stopped = 0;  // landmarks seen on it, where its middle is
 };
 
-// Counts looks: each landmark once, and of lines that pass the centre in the same place (a quarter
-// of the half axes) one, since neighbouring landmarks are no independent evidence. Lines that pass
-// the middle half of the ellipsoid are looked at only, since its outline is uncertain.
+// Counts landmarks, each once. Lines that pass the middle half of the ellipsoid are looked at only,
+// since its outline is uncertain.
 SightLines CountSightLines(const Map& map, const Ellipsoid& ellipsoid,
                            std::span<const KeyframeId> keyframes);
 

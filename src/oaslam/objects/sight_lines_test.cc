@@ -184,19 +184,6 @@ TEST(SightLines, SayNothingOfWhatIsNotInTheImage) {
   }
 }
 
-TEST(SightLines, CornersOfOnePosterAreOneLook) {
-  Hall hall;
-  const Ellipsoid ball{kPlace, Eigen::Vector3d::Constant(kRadius), Eigen::Quaterniond::Identity()};
-  const KeyframeId only = hall.Pass(Hall::Ball::kGone).front();
-  const int before = CountSightLines(hall.map(), ball, std::span(&only, 1)).through;
-  EXPECT_GT(before, 0);
-  // Behind a landmark that is seen through the middle of the place.
-  const Eigen::Vector3d eye = hall.map().keyframes.At(only).cam_from_world.OriginInSource();
-  hall.AddSeenBy(only, eye + 1.6 * (kPlace - eye), 10);
-  const int after = CountSightLines(hall.map(), ball, std::span(&only, 1)).through;
-  EXPECT_LE(after, before + 1);
-}
-
 TEST(SightLines, SayNothingWhereThePlaceIsNotKnownFromCommonLandmarks) {
   Hall hall;
   const ObjectId ball = hall.Map(hall.Pass(Hall::Ball::kThere));
