@@ -60,22 +60,6 @@ class Hall {
     return id;
   }
 
-  // As many landmarks as given, some millimetres from each other, that a keyframe sees.
-  void AddSeenBy(KeyframeId keyframe, const Eigen::Vector3d& place, int count) {
-    Keyframe& seeing = map_.keyframes.MutableAt(keyframe);
-    auto features = std::make_shared<Features>(*seeing.features);
-    for (int i = 0; i < count; ++i) {
-      features->keypoints.emplace_back();
-      features->descriptors.emplace_back();
-    }
-    const size_t first = seeing.landmarks.size();
-    seeing.features = std::move(features);
-    seeing.landmarks.resize(first + static_cast<size_t>(count));
-    for (int i = 0; i < count; ++i)
-      map_.AddObservation(Add(place + Eigen::Vector3d(0.001 * i, 0, 0)), keyframe,
-                          static_cast<uint32_t>(first) + static_cast<uint32_t>(i));
-  }
-
   oaslam::Map& map() { return map_; }
 
  private:
