@@ -21,4 +21,16 @@ inline std::vector<LandmarkId> LandmarksSeenBy(const Map& map,
   return ids;
 }
 
+// Drops the landmarks of an object that are no longer in the map, with their votes.
+inline void ForgetErasedLandmarks(const Map& map, Object& object) {
+  size_t kept = 0;
+  for (size_t i = 0; i < object.landmarks.size(); ++i) {
+    if (!map.landmarks.Contains(object.landmarks[i])) continue;
+    object.landmarks[kept] = object.landmarks[i];
+    object.landmark_votes[kept++] = object.landmark_votes[i];
+  }
+  object.landmarks.resize(kept);
+  object.landmark_votes.resize(kept);
+}
+
 }  // namespace oaslam

@@ -11,6 +11,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/map/joining.h"
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/matching/point_observation.h"
 #include "oaslam/util/check.h"
 
@@ -229,20 +230,6 @@ void UndoObjects(const Map& before, const LaterPoses& later, Map& map) {
   });
 }
 
-void DropUnknownLandmarks(Map& map) {
-  for (const ObjectId id : map.objects.Ids()) {
-    Object& object = map.objects.MutableAt(id);
-    size_t kept = 0;
-    for (size_t i = 0; i < object.landmarks.size(); ++i) {
-      if (!map.landmarks.Contains(object.landmarks[i])) continue;
-      object.landmarks[kept] = object.landmarks[i];
-      object.landmark_votes[kept++] = object.landmark_votes[i];
-    }
-    object.landmarks.resize(kept);
-    object.landmark_votes.resize(kept);
-  }
-}
-
 // Content keeps its place on what it stands on: what was placed before is where it was.
 void UndoAnchors(const Map& before, const LaterPoses& later, Map& map) {
   map.anchors = later.bent->anchors;
@@ -270,7 +257,7 @@ UndoneLoop UndoLoop(std::shared_ptr<const Map> bent, int min_shared_landmarks) {
   map.undone_loops.emplace_back(loop.current, loop.old);
   PointsUndoing(*bent, loop, result).Run(min_shared_landmarks);
   UndoObjects(*loop.before, result.later, map);
-  DropUnknownLandmarks(map);
+  for (const ObjectId id : map.objects.Ids()) ForgetErasedLandmarks(map, map.objects.MutableAt(id));
   UndoAnchors(*loop.before, result.later, map);
   return result;
 }

@@ -21,22 +21,6 @@ constexpr double kGuidedRadiusPx = 8;
 // Where the things about both ends are the same, too, fewer points suffice.
 constexpr int kMinInliersByObjects = 25;
 
-struct Observed {
-  std::vector<PointObservation> points;
-  std::vector<uint32_t> keypoints;  // parallel
-};
-
-Observed Observe(const Map& map, const Keyframe& by, const std::vector<LandmarkId>& matches) {
-  Observed observed;
-  for (uint32_t k = 0; k < matches.size(); ++k) {
-    if (!matches[k].IsValid()) continue;
-    observed.points.push_back(
-        ObservationOf(*by.features, static_cast<int>(k), map.landmarks.At(matches[k])));
-    observed.keypoints.push_back(k);
-  }
-  return observed;
-}
-
 // Key points that show a landmark of the current part and one of the old part:
 // the positions of both.
 std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map& map,
@@ -99,7 +83,8 @@ std::optional<Rigid3> PoseByMatches(const Map& map, const Keyframe& here,
   AbsolutePoseOptions options;
   options.min_inliers = kMinRansacInliers;
   const AbsolutePoseReport pose = EstimateAbsolutePose(
-      map.cameras[here.camera], Observe(map, here, matches.landmarks).points, options, rng);
+      map.cameras[here.camera], ObserveMatches(*here.features, map, matches.landmarks).observations,
+      options, rng);
   if (!pose.success) return std::nullopt;
   return pose.cam_from_world;
 }
@@ -140,8 +125,8 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
   if (!rough) return std::nullopt;
 
   const LandmarkMatches guided = SearchAbout(map, group_landmarks(), here, *rough, kGuidedRadiusPx);
-  const Observed observed = Observe(map, here, guided.landmarks);
-  const PoseReport pose = RefinePose(camera, *rough, observed.points);
+  const MatchedPoints observed = ObserveMatches(*here.features, map, guided.landmarks);
+  const PoseReport pose = RefinePose(camera, *rough, observed.observations);
   if (!pose.success || pose.inliers < (expected ? kMinInliersByObjects : kMinInliers))
     return std::nullopt;
 

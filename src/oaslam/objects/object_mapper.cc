@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "oaslam/map/landmark_sets.h"
 #include "oaslam/objects/description.h"
 #include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/moved_objects.h"
@@ -77,17 +78,6 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
       std::max(object.last_seen_time.value_or(sighting.timestamp), sighting.timestamp);
   AddVotes(sighting.landmarks, std::vector<uint16_t>(sighting.landmarks.size(), 1), object);
   return id;
-}
-
-void ForgetErasedLandmarks(const Map& map, Object& object) {
-  size_t kept = 0;
-  for (size_t i = 0; i < object.landmarks.size(); ++i) {
-    if (!map.landmarks.Contains(object.landmarks[i])) continue;
-    object.landmarks[kept] = object.landmarks[i];
-    object.landmark_votes[kept++] = object.landmark_votes[i];
-  }
-  object.landmarks.resize(kept);
-  object.landmark_votes.resize(kept);
 }
 
 // The observations as views, with hidden edges marked; the paper's model treats

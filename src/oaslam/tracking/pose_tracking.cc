@@ -21,29 +21,14 @@ constexpr int kMinMatches = 20, kMinFirstInliers = 10;
 constexpr double kLocalRadius = 4;  // pixels of the lowest level
 constexpr int kMaxLocalKeyframes = 40;
 
-struct Matched {
-  std::vector<PointObservation> observations;
-  std::vector<int> keypoints;  // parallel
-};
-
-Matched Observe(const Frame& frame, const Map& map, const std::vector<LandmarkId>& matches) {
-  Matched matched;
-  for (int i = 0; i < static_cast<int>(matches.size()); ++i) {
-    if (!matches[i].IsValid()) continue;
-    matched.observations.push_back(ObservationOf(*frame.features, i, map.landmarks.At(matches[i])));
-    matched.keypoints.push_back(i);
-  }
-  return matched;
-}
-
-double MedianDepth(const PoseReport& pose, const Matched& matched) {
+double MedianDepth(const PoseReport& pose, const MatchedPoints& matched) {
   std::vector<double> depths;
   for (size_t i = 0; i < matched.observations.size(); ++i)
     if (pose.inlier[i]) depths.push_back((pose.cam_from_world * matched.observations[i].point).z());
   return depths.empty() ? 0 : Median(std::move(depths));
 }
 
-double Spread(const PoseReport& pose, const Matched& matched, const Camera& camera) {
+double Spread(const PoseReport& pose, const MatchedPoints& matched, const Camera& camera) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < matched.observations.size(); ++i) {
@@ -60,7 +45,7 @@ double Spread(const PoseReport& pose, const Matched& matched, const Camera& came
   return pose.inliers * std::max(0.0, eigen.eigenvalues()(0));
 }
 
-TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& matched,
+TrackReport Report(const Camera& camera, const PoseReport& pose, const MatchedPoints& matched,
                    const std::vector<LandmarkId>& matches, int min_inliers) {
   TrackReport report;
   report.landmarks.resize(matches.size());
@@ -82,7 +67,7 @@ TrackReport Report(const Camera& camera, const PoseReport& pose, const Matched& 
 // Refines the pose on the matches and keeps the inliers.
 TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial,
                    const std::vector<LandmarkId>& matches, int min_inliers) {
-  const Matched matched = Observe(frame, map, matches);
+  const MatchedPoints matched = ObserveMatches(*frame.features, map, matches);
   const Camera& camera = map.cameras[frame.camera];
   return Report(camera, RefinePose(camera, initial, matched.observations), matched, matches,
                 min_inliers);
@@ -116,7 +101,8 @@ TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Feature
   const LandmarkMatches matches = MatchSeenLandmarks(*frame.features, map, from, seen, kRatio);
   if (matches.count < kMinFirstInliers) return {};
   const AbsolutePoseReport rough = EstimateAbsolutePose(
-      map.cameras[frame.camera], Observe(frame, map, matches.landmarks).observations, {}, rng);
+      map.cameras[frame.camera],
+      ObserveMatches(*frame.features, map, matches.landmarks).observations, {}, rng);
   return rough.success
              ? Refine(frame, map, rough.cam_from_world, matches.landmarks, kMinFirstInliers)
              : TrackReport{};
@@ -198,7 +184,7 @@ TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Featur
     if (!tracked.landmarks[pair.second]
              .IsValid())  // a landmark constrains the pose better than such a match
       matches.push_back(ToMatch(camera, before, *frame.features, pair));
-  const Matched matched = Observe(frame, map, tracked.landmarks);
+  const MatchedPoints matched = ObserveMatches(*frame.features, map, tracked.landmarks);
   const PoseReport pose = RefinePoseByMatches(camera, tracked.cam_from_world, matched.observations,
                                               before_from_world, matches);
   TrackReport report = Report(camera, pose, matched, tracked.landmarks, 0);
