@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "oaslam/map/anchor.h"
+
+namespace oaslam {
+
+// The store cannot be reached now; the same request may succeed later.
+class StoreUnavailable : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// A map as it is stored: one version of a map file.
+struct StoredMap {
+  std::string name;
+  std::string digest;  // SHA-256 of the file, in hexadecimal
+  uint64_t bytes = 0;
+  double changed = 0;  // seconds since 1970
+
+  bool operator==(const StoredMap&) const = default;
+};
+
+// A file with one version of a map. It stays as it is while this exists, also when the map is
+// replaced or removed.
+struct MapFile {
+  StoredMap map;
+  std::filesystem::path path;
+  std::shared_ptr<void> hold;  // keeps the file
+};
+
+// The newest edit of an anchor of a map.
+struct AnchorEntry {
+  std::string name;
+  int64_t version = 0;           // that the map's anchors had after this edit
+  std::optional<Anchor> anchor;  // nothing: it was removed
+};
+
+struct AnchorEdits {
+  int64_t version = 0;  // of the map's anchors; each edit makes a new one, ascending
+  std::vector<AnchorEntry> entries;
+};
+
+// Where the maps of a service are, with what is edited while they are served: anchors and
+// georeferences. Thread-safe; other servers may use the same store at the same time. Edits are
+// whole, and of two edits of one anchor the later one wins. Functions throw InputError for a name
+// that cannot be one, and StoreUnavailable.
+class MapStore {
+ public:
+  virtual ~MapStore() = default;
+
+  virtual std::vector<StoredMap> Maps() = 0;  // in the order of their names
+  virtual std::optional<StoredMap> Find(const std::string& map) = 0;
+  // Nothing where there is no such map.
+  virtual std::optional<MapFile> Open(const std::string& map) = 0;
+  // Stores a copy of a map file, in place of the map of that name if there is one; readers have
+  // the old one or the new one. The file was checked before.
+  virtual StoredMap Put(const std::string& map, const std::filesystem::path& file) = 0;
+  // Removes a map with its anchors and georeference. False where there is none.
+  virtual bool Remove(const std::string& map) = 0;
+
+  // The newest edit of each anchor that was edited after `version`; 0: all edits.
+  virtual AnchorEdits AnchorsSince(const std::string& map, int64_t version) = 0;
+  // Creates, replaces or (without an anchor) removes one. Returns the new version. A new one of
+  // this name is refused, and nothing returned, where `must_be_new` and the store has one.
+  virtual std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
+                                            const std::optional<Anchor>& anchor,
+                                            bool must_be_new) = 0;
+
+  // A JSON document (service/georeference.h); nothing where the map has none.
+  virtual std::optional<std::string> Georeference(const std::string& map) = 0;
+  virtual void SetGeoreference(const std::string& map, const std::optional<std::string>& text) = 0;
+
+  // Calls `changed` with the name of each map that has changed, or whose anchors or georeference
+  // have, on a thread of the store's, within a second of the change, whoever made it. An empty
+  // name: anything may have changed (the store could not be reached for a while).
+  virtual void Watch(std::function<void(const std::string& map)> changed) = 0;
+};
+
+// A name of 1 to 64 letters, digits, '.', '_' and '-', the first no '.'. Throws InputError.
+void CheckMapName(const std::string& name);
+
+// The maps of a folder: NAME.map and NAME.oaslam files, and map.oaslam in folders NAME.oaslam as
+// `oaslam run` makes them. Anchors and georeferences are in one SQLite file in it. With a location
+// that begins with postgresql:// or postgres://, those of a PostgreSQL database, whose tables are
+// created where they are missing. Throws InputError where the location cannot be used.
+std::unique_ptr<MapStore> OpenMapStore(const std::string& location);
+
+}  // namespace oaslam
