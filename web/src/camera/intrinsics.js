@@ -34,6 +34,10 @@ export class KnownCameras {
     }
   }
 
+  knows(lens) {
+    return this.recall(lens, lens) !== null;
+  }
+
   remember(lens, camera) {
     try {
       this.storage.setItem(this.key(lens), JSON.stringify(camera));

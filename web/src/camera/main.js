@@ -25,6 +25,8 @@ let session = null;
 
 const screens = new Screens($("screen"), service, {
   onStart: start,
+  knowsLens: () => source.isOpen && cameras.knows(source.lens),
+  onForgetLens: () => cameras.forget(source.lens),
   onToken: (token) => {
     history.replaceState(null, "", `#token=${encodeURIComponent(token)}`);
     service.token = token;
@@ -139,11 +141,6 @@ const objects = tool("Objects", "objects", (button) => {
   press(button, on);
   view.showObjects(on);
 });
-const lens = tool("Lens", "lens", () => {
-  session.forgetCamera();
-  say("the camera's lens is estimated again");
-});
-lens.title = "Estimate the lens of this camera again";
 const finish = tool("Finish", "finish", () => {
   session.finish();
   showState();
@@ -198,7 +195,7 @@ function showState() {
   const isOpen = link?.state === "open";
   place.hidden = kind === "record" || !state.mayEdit || state.models.length === 0;
   place.disabled = !isOpen || !view.isShowing;
-  objects.hidden = lens.hidden = kind === "record";
+  objects.hidden = kind === "record";
   finish.hidden = kind !== "record";
   finish.disabled = !isOpen || isFinishing || !(session.progress?.keyframes > 0);
   maps.textContent = kind === "record" ? "Cancel" : "Maps";

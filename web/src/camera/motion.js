@@ -45,14 +45,18 @@ export class MotionFilter {
   // A pose, and the depth of what is seen there (map units). One that is older than the last is of no use.
   add(pose, time, depth) {
     if (this.poses.length > 0 && time <= this.poses.at(-1).time) return;
-    const shown = this.shownAt === null ? null : this.at(this.shownAt);
-    this.poses = [...this.poses.filter((each) => time - each.time <= SPAN), { pose, time }];
     if (depth > 0) this.depth = depth;
+    const expected = this.at(time);
+    const shown = this.shownAt === null ? null : this.at(this.shownAt);
     this.correction = null;
-    if (!shown) return;
-    const motion = between(this.predict(this.shownAt), shown);
-    if (motion.rotation.length() < MAX_CORRECTION.angle && motion.translation.length() < MAX_CORRECTION.share * this.depth)
-      this.correction = { motion, since: this.shownAt };
+    if (!expected || this.isElsewhere(between(expected, pose))) this.poses = [];
+    this.poses = [...this.poses.filter((each) => time - each.time <= SPAN), { pose, time }];
+    const motion = shown && between(this.predict(this.shownAt), shown);
+    if (motion && !this.isElsewhere(motion)) this.correction = { motion, since: this.shownAt };
+  }
+
+  isElsewhere({ rotation, translation }) {
+    return rotation.length() > MAX_CORRECTION.angle || translation.length() > MAX_CORRECTION.share * this.depth;
   }
 
   // The motion in a second, by least squares over the last poses.

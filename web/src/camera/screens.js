@@ -4,9 +4,9 @@ import { el } from "../dom.js";
 const NAME = /^[A-Za-z0-9][A-Za-z0-9._ -]{0,63}$/; // of a map, as the server takes them
 
 export class Screens {
-  // `onStart` gets a map and "track" or "record", while a tap is handled.
-  constructor(element, service, { onStart, onToken }) {
-    Object.assign(this, { element, service, onStart, onToken });
+  // `onStart` gets a map and "track" or "record", while a tap is handled; `onForgetLens` makes `knowsLens` false.
+  constructor(element, service, { onStart, onToken, knowsLens, onForgetLens }) {
+    Object.assign(this, { element, service, onStart, onToken, knowsLens, onForgetLens });
   }
 
   show(...parts) {
@@ -46,7 +46,11 @@ export class Screens {
       else if (isTaken) hint.textContent = `There is a map ${name} already.`;
       else this.onStart(name, "record");
     });
-    this.show(list, el("div", { className: "row" }, input, create), hint);
+    const forget = this.button("Estimate this camera's lens again", "lens", () => {
+      this.onForgetLens();
+      forget.remove();
+    }, "link");
+    this.show(list, el("div", { className: "row" }, input, create), hint, ...(this.knowsLens() ? [forget] : []));
   }
 
   map(name) {

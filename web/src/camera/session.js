@@ -108,11 +108,6 @@ export class Session extends EventTarget {
     }
   }
 
-  forgetCamera() {
-    this.cameras.forget(this.source.lens);
-    this.link.restart();
-  }
-
   finish() {
     this.isFinishing = true;
     this.link.send({ type: "finish" });
