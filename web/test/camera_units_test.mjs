@@ -1,5 +1,6 @@
 // What the page for phones computes, without a browser.   node --test web/test/camera_units_test.mjs
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 if (!(await import("three").catch(() => null))) {
@@ -156,6 +157,38 @@ test("a correction does not jump and is made soon; another place is shown at onc
   const elsewhere = moved(steady(0.7), { rotation: new Vector3(0, 2, 0), translation: new Vector3(3, 0, 0) });
   filter.add(elsewhere, 0.75, 2);
   assert.ok(apart(filter.show(0.85), elsewhere).way < 1e-9);
+});
+
+test("walks with a camera in a trembling hand: content drawn by what is foretold is nearer to its place than by the newest pose", () => {
+  // Of a point 2 m before the camera, in pixels of a lens of 525: how far it is drawn from its place.
+  const pixels = (drawn, pose) => {
+    const point = new Vector3(0.3, 0.2, 2).applyQuaternion(new Quaternion().fromArray(pose)).add(new Vector3().fromArray(pose, 4));
+    const p = point.sub(new Vector3().fromArray(drawn, 4)).applyQuaternion(new Quaternion().fromArray(drawn).invert());
+    return Math.hypot((525 * p.x) / p.z - (525 * 0.3) / 2, (525 * p.y) / p.z - (525 * 0.2) / 2);
+  };
+  const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
+  for (const clip of ["map_front", "query_around", "lost_and_back"])
+    for (const [every, late] of [[1, 2], [2, 3], [4, 5]]) { // images between answers, and until one comes, of 30 in a second
+      const lines = readFileSync(new URL(`../../data/sample/${clip}/groundtruth.txt`, import.meta.url), "utf8").split("\n").filter((line) => /^[\d.]/.test(line));
+      const truth = lines.map((line) => line.split(/\s+/).map(Number)).map(([t, x, y, z, ...q]) => ({ t, pose: [...q, x, y, z] }));
+      const filter = new MotionFilter();
+      const errors = [];
+      let newest = null;
+      truth.forEach(({ t, pose }, i) => {
+        if (i >= late && (i - late) % every === 0) {
+          newest = truth[i - late];
+          filter.add(newest.pose, newest.t, 2);
+        }
+        const drawn = filter.show(t);
+        if (i >= 30) errors.push([pixels(drawn, pose), pixels(newest.pose, pose)]);
+      });
+      const [foretold, last] = [0, 1].map((which) => median(errors.map((pair) => pair[which])));
+      const fast = errors.filter(([, last]) => last > 15); // a turn of the camera: there it matters
+      const [fastForetold, fastLast] = [0, 1].map((which) => median(fast.map((pair) => pair[which])));
+      console.log(`${clip}, an answer every ${every} images, ${late} late: ${foretold.toFixed(1)} px, not ${last.toFixed(1)}; in ${fast.length} images of fast motion ${fastForetold?.toFixed(1)}, not ${fastLast?.toFixed(1)}`);
+      assert.ok(foretold < 1.1 * last);
+      if (fast.length >= 20) assert.ok(fastForetold < 0.75 * fastLast);
+    }
 });
 
 test("images are sent at the pace of the answers, two on the way at most", () => {

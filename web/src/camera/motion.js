@@ -23,10 +23,10 @@ export function moved(pose, { rotation, translation }, share = 1) {
 
 const scaled = ({ rotation, translation }, factor) => ({ rotation: rotation.clone().multiplyScalar(factor), translation: translation.clone().multiplyScalar(factor) });
 
-const SPAN = 0.25; // seconds of poses that tell the motion
+const SPAN = { short: 0.12, long: 0.4, poses: 3 }; // seconds of poses that tell the motion; of the long one only so many: hands tremble
 const MAX_LEAD = 0.25; // seconds: beyond, the motion is not known to go on
 const MAX_AGE = 1.2; // seconds without a pose after which none is given
-const EASE = 0.08; // seconds in which most of a correction is made
+const EASE = 0.05; // seconds in which most of a correction is made
 const MAX_CORRECTION = { angle: 0.5, share: 0.4 }; // radians, and of the depth of what is seen: what is more is another place
 
 // Follows the camera by poses that come late: goes on with the motion of the last ones, and makes corrections little by little, so that nothing jumps.
@@ -50,7 +50,8 @@ export class MotionFilter {
     const shown = this.shownAt === null ? null : this.at(this.shownAt);
     this.correction = null;
     if (!expected || this.isElsewhere(between(expected, pose))) this.poses = [];
-    this.poses = [...this.poses.filter((each) => time - each.time <= SPAN), { pose, time }];
+    this.poses.push({ pose, time });
+    this.poses = this.poses.filter((each, i, { length }) => time - each.time <= (length - i <= SPAN.poses ? SPAN.long : SPAN.short));
     const motion = shown && between(this.predict(this.shownAt), shown);
     if (motion && !this.isElsewhere(motion)) this.correction = { motion, since: this.shownAt };
   }
