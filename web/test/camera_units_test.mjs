@@ -217,6 +217,7 @@ test("addresses and the token", () => {
   const service = new Service({ protocol: "https:", host: "desk:8350", hash: "#token=a-b.c_d~1" });
   assert.deepEqual(service.socketOf("my desk", "track"), { url: "wss://desk:8350/v1/maps/my%20desk/track", protocols: ["oaslam", "oaslam.token.a-b.c_d~1"] });
   assert.deepEqual(service.headers, { Authorization: "Bearer a-b.c_d~1" });
+  assert.deepEqual(new Service({ protocol: "https:", host: "desk", hash: "#token=no%20token%0a" }).headers, {});
   const open = new Service({ protocol: "http:", host: "127.0.0.1", hash: "" });
   assert.deepEqual(open.socketOf("a", "record"), { url: "ws://127.0.0.1/v1/maps/a/record", protocols: ["oaslam"] });
   assert.deepEqual(open.headers, {});

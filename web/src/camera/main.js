@@ -29,7 +29,8 @@ const screens = new Screens($("screen"), service, {
   onForgetLens: () => cameras.forget(source.lens),
   onToken: (token) => {
     history.replaceState(null, "", `#token=${encodeURIComponent(token)}`);
-    service.token = token;
+    service.setToken(token);
+    content.loader.setRequestHeader(service.headers);
     screens.choose();
   },
 });

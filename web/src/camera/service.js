@@ -1,9 +1,16 @@
+const TOKEN = /^[A-Za-z0-9._~-]+$/; // what a subprotocol takes
+
 // The addresses of the service, and the token that opens them: what stands behind # in the page's address (docs/service.md).
 export class Service {
   constructor({ protocol, host, hash }) {
     this.base = `${protocol}//${host}`;
     this.socketBase = `${protocol === "https:" ? "wss:" : "ws:"}//${host}`;
-    this.token = new URLSearchParams(hash.replace(/^#/, "")).get("token") ?? "";
+    this.setToken(new URLSearchParams(hash.replace(/^#/, "")).get("token") ?? "");
+  }
+
+  // One that cannot be is none: the server will ask for it.
+  setToken(token) {
+    this.token = TOKEN.test(token) ? token : "";
   }
 
   get headers() {
