@@ -186,6 +186,49 @@ test("the picture is shown without the distortion of its lens", async () => {
   await page.context().close();
 });
 
+test("what is drawn belongs to the picture that is shown, though answers are late; also without frame callbacks", async () => {
+  const service = new Service({ anchors: [anchorAt("pin", [0, 0, 1])] });
+  // A camera that turns and goes steadily: its pose at the time of an image.
+  const truth = (time) => {
+    const half = 0.2 * time;
+    return { position: [0.3 * time, 0, 0], rotation: [0, Math.sin(half), 0, Math.cos(half)] };
+  };
+  service.slow = 40;
+  service.answer = ({ time }) => service.pose(truth(time));
+  for (const hasCallbacks of [true, false]) {
+    const page = await newPage(browser);
+    if (!hasCallbacks) await page.addInitScript(() => delete HTMLVideoElement.prototype.requestVideoFrameCallback);
+    await service.serve(page);
+    await page.goto("http://localhost:8350/camera?map=desk");
+    await page.locator("[data-action=start]").tap();
+    await isShowing(page);
+    const drawn = await page.evaluate(async () => {
+      const { view, session } = window.oaslam;
+      const poses = [];
+      const draw = view.draw;
+      view.draw = () => {
+        draw.call(view);
+        if (view.shown) poses.push({ time: view.time, late: view.time - session.answer.time, pose: view.shown.pose });
+      };
+      await new Promise((done) => setTimeout(done, 3000));
+      return poses;
+    });
+    const last = drawn.slice(drawn.length >> 1);
+    assert.ok(last.length > 10);
+    let tooLate = -Infinity;
+    for (const { time, late, pose } of last) {
+      const { position, rotation } = truth(time);
+      if (late > 0.25) tooLate = time; // then the motion is not known to go on; what that left is faded out
+      if (time - tooLate < 0.2) continue;
+      const angle = 2 * Math.asin(Math.min(1, Math.hypot(rotation[1] * pose[3] - rotation[3] * pose[1])));
+      assert.ok(angle < 0.01 && Math.abs(position[0] - pose[4]) < 0.008, JSON.stringify({ late, angle, by: position[0] - pose[4] }));
+    }
+    const late = last.map((each) => each.late).sort((a, b) => a - b)[last.length >> 1];
+    assert.ok(late > 0.05, String(late)); // by the newest answer alone it would be 0.02 rad and 0.015 away, or more
+    await page.context().close();
+  }
+});
+
 test("images go at the pace of the answers, with what was found about the camera, and none while the page is hidden", async () => {
   const service = new Service();
   service.slow = 150;
