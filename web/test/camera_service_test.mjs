@@ -79,16 +79,16 @@ const noteIn = (page) => page.evaluate(() => {
   const context = canvas.getContext("2d");
   context.drawImage(video, 0, 0);
   const { data } = context.getImageData(0, 0, 640, 480);
-  const sum = [0, 0, 0];
+  const [us, vs] = [[], []];
   for (let v = 240; v < 420; ++v)
     for (let u = 200; u < 400; ++u) {
       const [r, g, b] = data.subarray(4 * (640 * v + u), 4 * (640 * v + u) + 3);
       if (g < 190 || b < 160 || r > 140) continue;
-      sum[0] += u;
-      sum[1] += v;
-      ++sum[2];
+      us.push(u);
+      vs.push(v);
     }
-  return { pixel: [sum[0] / sum[2], sum[1] / sum[2]], count: sum[2] };
+  const median = (values) => values.sort((a, b) => a - b)[values.length >> 1]; // some of a bottle have that colour, too
+  return { pixel: [median(us), median(vs)], count: us.length };
 });
 
 // Of an image of the run that made the map.
