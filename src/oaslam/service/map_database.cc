@@ -266,6 +266,8 @@ class MapDatabase : public MapStore {
     watch_ = std::make_unique<DatabaseWatch>(location_, std::move(changed));
   }
 
+  void EndWatch() override { watch_.reset(); }
+
  private:
   static void Receive(PgConnection& connection, int64_t content, const MapFile& file) {
     std::ofstream out(file.path, std::ios::binary);
