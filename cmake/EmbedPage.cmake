@@ -1,5 +1,6 @@
-# Makes a text file part of a target, as the string that oaslam/viewer/page.h declares.
-function(oaslam_embed_page target file)
+# Makes a text file part of a target, as the string that a function returns. `header` declares it, in namespace oaslam:
+# std::string_view NAME();
+function(oaslam_embed_page target name header file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} rest HEX)
   string(LENGTH "${rest}" digits)
@@ -16,13 +17,13 @@ function(oaslam_embed_page target file)
     string(SUBSTRING "${rest}" ${begin} ${step} part)
     string(APPEND literals "R\"oaslam(${part})oaslam\"\n")
   endforeach()
-  set(source ${PROJECT_BINARY_DIR}/generated/page.cc)
+  set(source ${PROJECT_BINARY_DIR}/generated/${name}.cc)
   file(CONFIGURE OUTPUT ${source} CONTENT [=[
-#include "oaslam/viewer/page.h"
+#include "@header@"
 
 namespace oaslam {
 
-std::string_view ViewerPage() {
+std::string_view @name@() {
   static constexpr char kPage[] =
 @literals@;
   return {kPage, sizeof(kPage) - 1};

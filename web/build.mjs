@@ -1,12 +1,16 @@
-// Bundles src/ with three.js into dist/index.html, one document without references.   node build.mjs [--check]
-// The bundle carries the hash of what it was made of; --check, which needs no packages, says whether it still is.
+// Bundles src/ with three.js into one document without references for each page, in dist/.   node build.mjs [--check]
+// A bundle carries the hash of what it was made of; --check, which needs no packages, says whether it still is.
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const root = dirname(fileURLToPath(import.meta.url));
-const bundle = join(root, "dist", "index.html");
+// The folder of its page.html, main.js and style.css, and its bundle.
+const PAGES = [
+  { what: "viewer", folder: join(root, "src"), bundle: join(root, "dist", "index.html") },
+  { what: "page for phones", folder: join(root, "src", "camera"), bundle: join(root, "dist", "camera.html") },
+];
 
 function filesUnder(folder) {
   return readdirSync(folder, { withFileTypes: true })
@@ -22,14 +26,14 @@ function hashOfSources() {
   return hash.digest("hex");
 }
 
-async function build() {
+async function build({ what, folder, bundle }) {
   const { build: esbuild } = await import("esbuild");
   const options = { bundle: true, minify: true, write: false, charset: "ascii", target: "es2022", legalComments: "none", logLevel: "warning" };
-  const script = await esbuild({ ...options, entryPoints: [join(root, "src", "main.js")], format: "iife" });
-  const style = await esbuild({ ...options, entryPoints: [join(root, "src", "style.css")] });
+  const script = await esbuild({ ...options, entryPoints: [join(folder, "main.js")], format: "iife" });
+  const style = await esbuild({ ...options, entryPoints: [join(folder, "style.css")] });
   const licence = readFileSync(join(root, "node_modules", "three", "LICENSE"), "utf8").replaceAll("\u00a9", "(c)").trim();
-  const page = readFileSync(join(root, "src", "page.html"), "utf8")
-    .replace("<!--notice-->", () => `<!--\nsources ${hashOfSources()}\n\nOA-SLAM's viewer: Apache-2.0. It contains three.js (https://threejs.org):\n\n${licence}\n-->`)
+  const page = readFileSync(join(folder, "page.html"), "utf8")
+    .replace("<!--notice-->", () => `<!--\nsources ${hashOfSources()}\n\nOA-SLAM's ${what}: Apache-2.0. It contains three.js (https://threejs.org):\n\n${licence}\n-->`)
     .replace("/*style*/", () => style.outputFiles[0].text.trim())
     .replace("/*script*/", () => script.outputFiles[0].text.trim().replaceAll("</script", "<\\/script"));
   if (/[^\x00-\x7f]/.test(page)) throw new Error("the page is not plain ASCII");
@@ -38,12 +42,14 @@ async function build() {
   console.log(`${relative(process.cwd(), bundle)}: ${(page.length / 1024).toFixed(0)} KB`);
 }
 
-function check() {
+function check({ bundle }) {
   const stated = readFileSync(bundle, "latin1").match(/^sources ([0-9a-f]{64})$/m)?.[1];
   if (stated === hashOfSources()) return;
-  console.error("web/dist/index.html was not made of these sources: run tools/build_web and commit it");
+  console.error(`${relative(root, bundle)} was not made of these sources: run tools/build_web and commit it`);
   process.exit(1);
 }
 
-if (process.argv.includes("--check")) check();
-else await build();
+for (const page of PAGES) {
+  if (process.argv.includes("--check")) check(page);
+  else await build(page);
+}

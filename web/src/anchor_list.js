@@ -1,18 +1,14 @@
 // The anchors of the map, and what can be changed about them.
+import { AnchorEdits, GROWTH, MAX_NAME, TURN } from "./anchor_edits.js";
 import { el } from "./dom.js";
 import { labelOf, short } from "./palette.js";
-
-const GROWTH = 1.15;
-const TURN = Math.PI / 12; // about the anchor's y axis
-const MAX_NAME = 64; // the program takes no longer one
-const PATIENCE_MS = 2000; // for what was asked for to come
 
 export class AnchorList {
   // `send` takes a message to the program, `onPick` the name of an anchor.
   constructor(element, store, { send, onPick }) {
     this.element = element;
     this.store = store;
-    this.send = send;
+    this.edits = new AnchorEdits(store, send);
     this.onPick = onPick;
     this.selected = null;
     for (const part of ["anchors", "map", "status", "restart"]) store.addEventListener(part, () => this.draw());
@@ -66,7 +62,7 @@ export class AnchorList {
     row.dataset.anchor = name;
     row.setAttribute("aria-selected", name === this.selected);
     const edit = (action, label, title, change) => {
-      const button = el("button", { title, onclick: () => this.change(name, change) }, label);
+      const button = el("button", { title, onclick: () => this.edits.change(name, change) }, label);
       button.dataset.action = action;
       return button;
     };
@@ -81,36 +77,14 @@ export class AnchorList {
     return row;
   }
 
-  // Name and size as they will be: one click follows another before what it asked for is told.
-  expected(name) {
-    const { asked } = this;
-    if (asked && performance.now() < asked.until && [asked.of, asked.name].includes(name)) return asked;
-    return this.store.anchors.find((anchor) => anchor.name === name);
-  }
-
-  change(name, change) {
-    const now = this.expected(name);
-    if (!now) return;
-    const edit = change(now);
-    this.send({ type: "anchor", name: now.name, ...edit });
-    const isTaken = this.exists(edit.rename); // that will be refused
-    this.asked = { of: name, name: (isTaken ? null : edit.rename) ?? now.name, size: edit.size ?? now.size, until: performance.now() + PATIENCE_MS };
-  }
-
   rename(from, to) {
     this.key = null; // the old name again, if the new one is not taken
-    if (to !== "" && to !== from) this.change(from, () => ({ rename: to }));
-    this.renamed = { from, to };
+    this.edits.rename(from, to);
   }
 
-  // The name of what is selected now: it may have been changed here; null where it is gone.
+  // The name of what is selected now; null where it is gone.
   follow(name) {
-    if (name === null || this.exists(name)) return name;
-    return this.renamed?.from === name && this.exists(this.renamed.to) ? this.renamed.to : null;
-  }
-
-  exists(name) {
-    return this.store.anchors.some((anchor) => anchor.name === name);
+    return this.edits.follow(name);
   }
 
   select(name) {

@@ -1,9 +1,13 @@
-// A frame's image on an element: as large as fits, in the middle. Places in it are in pixels with integer centres: the middle of the first is (0, 0).
+const MAX_CUT = 0.4;
+
+// A frame's image on an element, in the middle: as large as fits, or (`fills`) so large that it fills the element, unless that cuts away more than MAX_CUT
+// of it. Places in it are in pixels with integer centres: the middle of the first is (0, 0).
 export class ImageArea {
-  constructor(element, camera) {
+  constructor(element, camera, { fills = false } = {}) {
     const { clientWidth: width, clientHeight: height } = element;
     this.camera = camera;
-    this.scale = Math.min(width / camera.width, height / camera.height);
+    const [least, most] = [width / camera.width, height / camera.height].sort((a, b) => a - b);
+    this.scale = fills && least / most >= 1 - MAX_CUT ? most : least;
     this.offset = [(width - camera.width * this.scale) / 2, (height - camera.height * this.scale) / 2];
   }
 

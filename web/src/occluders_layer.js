@@ -74,18 +74,30 @@ export class OccludersLayer {
 
   // Whether one that hides lies on the way from one point of the map to another.
   isBetween(eye, point) {
-    const { from, to } = this.ray;
     return this.bodies.children.some((body) => {
-      if (!body.visible) return false;
-      from.copy(eye).applyMatrix4(body.userData.inverse);
-      to.copy(point).applyMatrix4(body.userData.inverse).sub(from);
-      // |from + t to| = 1 at its first t
-      const [a, b, c] = [to.lengthSq(), from.dot(to), from.lengthSq() - 1];
-      const root = b * b - a * c;
-      if (root < 0) return false;
-      const t = (-b - Math.sqrt(root)) / a;
-      return t > 0 && t < 1;
+      const t = body.visible ? this.meet(body, eye, point) : null;
+      return t !== null && t < 1;
     });
+  }
+
+  // The smallest object that a ray of the map meets: a cup on a table is meant, not the table. Null where there is none.
+  objectOn(origin, direction) {
+    const point = origin.clone().add(direction);
+    const met = [...this.shapes.values()].filter(({ body }) => this.meet(body, origin, point) !== null);
+    const volume = ({ object }) => object.half_axes.reduce((a, b) => a * b, 1);
+    return met.sort((a, b) => volume(a) - volume(b))[0]?.object.id ?? null;
+  }
+
+  // How far along the way from `eye` to `point` (there: 1) the line enters a body; null where it does not.
+  meet(body, eye, point) {
+    const { from, to } = this.ray;
+    from.copy(eye).applyMatrix4(body.userData.inverse);
+    to.copy(point).applyMatrix4(body.userData.inverse).sub(from);
+    // |from + t to| = 1 at its first t
+    const [a, b, c] = [to.lengthSq(), from.dot(to), from.lengthSq() - 1];
+    const root = b * b - a * c;
+    const t = root < 0 ? -1 : (-b - Math.sqrt(root)) / a;
+    return t > 0 ? t : null;
   }
 
   // Those that hide something, for a raycaster.

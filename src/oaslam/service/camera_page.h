@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string_view>
+
+namespace oaslam {
+
+// The page for phones, one self-contained HTML document: web/dist/camera.html, made part of the
+// program by the build.
+std::string_view CameraPage();
+
+}  // namespace oaslam

@@ -1,0 +1,63 @@
+// The live picture behind the content: without the distortion of its lens, as content is drawn.
+import { BufferAttribute, BufferGeometry, Camera, LinearFilter, Mesh, Scene, ShaderMaterial, Vector2, Vector4, VideoTexture } from "three";
+
+const VERTEX = `
+void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }`;
+// Models of lenses: OpenCV's (docs/formats.md). Pixel centres of the image are at integer coordinates.
+const FRAGMENT = `
+uniform sampler2D map;
+uniform vec4 area;    // of the image on the canvas: its lower left corner and its size, in drawn pixels
+uniform vec2 size;    // of the image, in its pixels
+uniform vec4 lens;    // fx, fy, cx, cy
+uniform float k[5];
+uniform bool isFisheye;
+void main() {
+  vec2 at = (gl_FragCoord.xy - area.xy) / area.zw;
+  vec2 p = (vec2(at.x, 1.0 - at.y) * size - 0.5 - lens.zw) / lens.xy;
+  float r2 = dot(p, p);
+  if (isFisheye) {
+    float r = sqrt(r2);
+    float a = atan(r);
+    float a2 = a * a;
+    p *= r > 1e-6 ? a * (1.0 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / r : 1.0;
+  } else {
+    float xy = 2.0 * p.x * p.y;
+    p = p * (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4])))
+      + vec2(k[2] * xy + k[3] * (r2 + 2.0 * p.x * p.x), k[2] * (r2 + 2.0 * p.y * p.y) + k[3] * xy);
+  }
+  vec2 uv = (p * lens.xy + lens.zw + 0.5) / size;
+  bool isInside = all(greaterThanEqual(uv, vec2(0.0))) && all(lessThanEqual(uv, vec2(1.0)));
+  gl_FragColor = isInside ? vec4(texture2D(map, vec2(uv.x, 1.0 - uv.y)).rgb, 1.0) : vec4(0.0, 0.0, 0.0, 1.0);
+}`;
+
+export class Backdrop {
+  constructor(video) {
+    this.texture = new VideoTexture(video);
+    this.texture.minFilter = this.texture.magFilter = LinearFilter;
+    this.uniforms = {
+      map: { value: this.texture }, area: { value: new Vector4() }, size: { value: new Vector2() }, lens: { value: new Vector4() },
+      k: { value: [0, 0, 0, 0, 0] }, isFisheye: { value: false },
+    };
+    // One triangle over all of the canvas.
+    const triangle = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
+    const mesh = new Mesh(triangle, new ShaderMaterial({ uniforms: this.uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false }));
+    mesh.frustumCulled = false;
+    this.scene = new Scene();
+    this.scene.add(mesh);
+    this.camera = new Camera();
+  }
+
+  // `area`: where the image of the camera is, on an element of this height, of which a pixel is drawn as `ratio` ones.
+  render(renderer, area, height, ratio) {
+    const { camera, scale, offset } = area;
+    const { uniforms } = this;
+    const [w, h] = [camera.width * scale, camera.height * scale];
+    uniforms.area.value.set(offset[0], height - offset[1] - h, w, h).multiplyScalar(ratio);
+    uniforms.size.value.set(camera.width, camera.height);
+    uniforms.lens.value.set(camera.fx, camera.fy, camera.cx, camera.cy);
+    uniforms.isFisheye.value = camera.model === "fisheye";
+    uniforms.k.value = [0, 1, 2, 3, 4].map((i) => camera.distortion?.[i] ?? 0);
+    this.texture.needsUpdate = true;
+    renderer.render(this.scene, this.camera);
+  }
+}

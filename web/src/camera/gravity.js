@@ -1,0 +1,63 @@
+// Gravity in the axes of the camera's picture: x right, y down, z forward.
+//
+// A device's axes are those of its screen as it was made: x right, y up, z out of the screen. They do not turn with the picture on the screen;
+// screen.orientation.angle says by how much the device was turned against the clock, and the picture with the clock.
+const G = 9.81; // m/s2
+const RADIAN = Math.PI / 180;
+
+// From the angles of DeviceOrientationEvent, in degrees: the device is turned by alpha about z, beta about x, gamma about y, one after the other,
+// each about its own axis (W3C). The third row of that rotation is up in the device's axes. The angles mean the same on all systems.
+export function gravityOfOrientation(beta, gamma) {
+  const [b, c] = [beta * RADIAN, gamma * RADIAN];
+  return [G * Math.cos(b) * Math.sin(c), -G * Math.sin(b), -G * Math.cos(b) * Math.cos(c)];
+}
+
+// From DeviceMotionEvent.accelerationIncludingGravity: what a spring balance feels, which is against gravity. WebKit (iOS) gives the opposite sign.
+export function gravityOfMotion({ x, y, z }, isWebKit) {
+  const sign = isWebKit ? 1 : -1;
+  return [sign * x, sign * y, sign * z];
+}
+
+// From the device's axes to those of the picture of a camera on its back (or beside its screen), upright on a screen that is turned by `angle` degrees.
+export function toPicture([x, y, z], angle, isFront = false) {
+  const [cos, sin] = [Math.cos(angle * RADIAN), Math.sin(angle * RADIAN)];
+  const right = x * cos - y * sin;
+  const up = x * sin + y * cos;
+  return isFront ? [-right, -up, z] : [right, -up, -z];
+}
+
+const FRESH_MS = 200;
+
+// Listens to the sensors, where there are any and they may be used.
+export class GravitySensor {
+  constructor() {
+    this.last = null;
+  }
+
+  // To be called while a tap is handled: iOS asks the user then.
+  async start() {
+    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent];
+    const isWebKit = Boolean(kinds[1]?.requestPermission);
+    const asked = kinds.map((kind) => kind?.requestPermission?.().catch(() => "denied"));
+    addEventListener("deviceorientation", ({ beta, gamma }) => {
+      if (beta !== null && gamma !== null) this.take(gravityOfOrientation(beta, gamma), "orientation");
+    });
+    addEventListener("devicemotion", ({ accelerationIncludingGravity: a }) => {
+      if (a && a.x !== null) this.take(gravityOfMotion(a, isWebKit), "motion");
+    });
+    await Promise.all(asked);
+  }
+
+  // The orientation is better than the acceleration alone, which is that of the hand, too.
+  take(gravity, source) {
+    const now = performance.now();
+    if (source === "motion" && this.last?.source === "orientation" && now - this.last.at < FRESH_MS) return;
+    this.last = { gravity, source, at: now };
+  }
+
+  // In the picture's axes; null where it is not known.
+  read(isFront) {
+    if (!this.last || performance.now() - this.last.at > FRESH_MS) return null;
+    return toPicture(this.last.gravity, screen.orientation?.angle ?? globalThis.orientation ?? 0, isFront);
+  }
+}

@@ -1,0 +1,56 @@
+// The intrinsics of this device's cameras: found by the server once, then remembered.
+
+// Of the same image in another size. Pixel centres are at integer coordinates.
+export function scaledCamera(camera, width, height) {
+  const [sx, sy] = [width / camera.width, height / camera.height];
+  return { ...camera, width, height, fx: camera.fx * sx, fy: camera.fy * sy, cx: (camera.cx + 0.5) * sx - 0.5, cy: (camera.cy + 0.5) * sy - 0.5 };
+}
+
+// As many pixels as the server looks at (features.resolution); more would only take longer to send.
+export function sentSize(width, height, pixels = 640 * 480) {
+  const scale = Math.min(1, Math.sqrt(pixels / (width * height)));
+  return { width: Math.round(width * scale), height: Math.round(height * scale) };
+}
+
+const isCamera = (c) => c && ["width", "height", "fx", "fy"].every((key) => c[key] > 0) && ["cx", "cy"].every((key) => Number.isFinite(c[key]));
+
+export class KnownCameras {
+  constructor(storage) {
+    this.storage = storage;
+  }
+
+  // `lens`: { label, deviceId, width, height } of the video. A label is the same on the next visit, an id need not be.
+  key({ label, deviceId, width, height }) {
+    return `oaslam camera ${label || deviceId} ${width}x${height}`;
+  }
+
+  // For images of a size; null where it is not known.
+  recall(lens, size) {
+    try {
+      const camera = JSON.parse(this.storage.getItem(this.key(lens)));
+      return isCamera(camera) ? scaledCamera(camera, size.width, size.height) : null;
+    } catch {
+      return null; // a browser may keep nothing, or something else
+    }
+  }
+
+  knows(lens) {
+    return this.recall(lens, lens) !== null;
+  }
+
+  remember(lens, camera) {
+    try {
+      this.storage.setItem(this.key(lens), JSON.stringify(camera));
+    } catch {
+      // It is estimated again on the next visit.
+    }
+  }
+
+  forget(lens) {
+    try {
+      this.storage.removeItem(this.key(lens));
+    } catch {
+      // There is nothing to forget.
+    }
+  }
+}

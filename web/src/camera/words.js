@@ -1,0 +1,17 @@
+// What is going on, in words: of the connection first, then of the camera. `state` is as of pill colours.
+const STATES = {
+  tracking: "in the map",
+  relocalized: "found",
+  objects: "found by objects",
+  lost: "looking for this place",
+  initializing: "move sideways, slowly",
+};
+
+export function describe({ link, why, seconds, answer, kind, isFinishing }) {
+  if (isFinishing) return { state: "objects", text: "saving" };
+  if (link === "connecting") return { state: "", text: "connecting" };
+  if (link === "waiting" && kind === "record") return { state: "lost", text: "the connection ended: this map is not saved" };
+  if (link === "waiting") return { state: "lost", text: `${why ?? "no connection"}: again in ${Math.max(1, Math.ceil(seconds))} s` };
+  if (!answer) return { state: "", text: "waiting for the first answer" };
+  return { state: answer.state, text: STATES[answer.state] ?? answer.state };
+}

@@ -1,0 +1,228 @@
+// The page for phones against the service itself, with clips of the sample as its camera.
+// OASLAM_BINARY=... OASLAM_SOURCE_DIR=... node --test web/test/camera_service_test.mjs      Pictures go to OASLAM_SCREENSHOTS where that is set.
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { cameraFile, closeAll, contentPixels, LANDSCAPE, launch, newPage, PORTRAIT, settle, shoot, skipUnlessReady, folder } from "./phone.mjs";
+
+skipUnlessReady();
+const BINARY = process.env.OASLAM_BINARY;
+const CLIP = join(process.env.OASLAM_SOURCE_DIR, "data", "sample", "map_front");
+const VIDEO = join(CLIP, "video.mp4");
+const LENS = { model: "pinhole", width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5, distortion: [0, 0, 0, 0, 0] };
+const [HERE, THERE] = [60, 200]; // images of the clip: from the left of the bench, and from its middle
+const TOKEN = "a-token-that-may-write";
+
+const maps = join(folder, "maps");
+const out = join(folder, "desk");
+const processes = [];
+let port = 0; // any at first, then the same
+let server;
+
+// Starts the service, and resolves when it answers.
+async function serve() {
+  server = spawn(BINARY, ["serve", "--maps", maps, "--port", String(port), "--token-file", join(folder, "tokens")], { stdio: ["ignore", "pipe", "pipe"] });
+  processes.push(server);
+  let text = "";
+  await new Promise((resolve, reject) => {
+    const look = (chunk) => {
+      text += chunk;
+      const found = text.match(/http:\/\/[\w.]+:(\d+)/);
+      if (found) resolve((port = Number(found[1])));
+    };
+    server.stdout.on("data", look);
+    server.stderr.on("data", look);
+    server.on("exit", (code) => reject(new Error(`ended with ${code}: ${text}`)));
+  });
+}
+
+before(async () => {
+  mkdirSync(maps);
+  writeFileSync(join(folder, "tokens"), `write ${TOKEN}\n`);
+  const run = spawnSync(BINARY, ["run", "--images", VIDEO, "--camera", `${CLIP}/camera.yaml`, "--detections", `${CLIP}/detections.json`, "--out", out, "--map-out", join(maps, "desk.map"), "--quiet"], { encoding: "utf8" });
+  assert.equal(run.status, 0, run.stderr);
+  await serve();
+});
+
+after(async () => {
+  await closeAll();
+  for (const child of processes) child.kill("SIGKILL");
+});
+
+// A phone whose camera plays a file. `knows`: it has been here before, and knows its lens.
+async function phone(file, { path = "/camera?map=desk", knows = true, ...options } = {}) {
+  const page = await newPage(await launch(file), options);
+  page.on("request", (request) => /^http/.test(request.url()) && !request.url().startsWith(`http://127.0.0.1:${port}/`) && page.errors.push(`foreign request ${request.url()}`));
+  if (knows) await page.addInitScript((lens) => (Storage.prototype.getItem = (key) => (key.startsWith("oaslam camera") ? JSON.stringify(lens) : null)), LENS);
+  await page.goto(`http://127.0.0.1:${port}${path}#token=${TOKEN}`);
+  return page;
+}
+
+async function start(page) {
+  await page.locator("[data-action=start]").tap();
+  await page.waitForSelector("#view[data-showing=true]", { timeout: 60000 });
+  return page;
+}
+
+// The picture fills the window.
+const toWindow = ([u, v]) => {
+  const scale = LANDSCAPE.width / 640;
+  return { x: (u + 0.5) * scale, y: (LANDSCAPE.height - 480 * scale) / 2 + (v + 0.5) * scale };
+};
+
+// The middle of the turquoise note that lies on the bench, in the picture as it comes from the camera; by its colour.
+const noteIn = (page) => page.evaluate(() => {
+  const { video } = window.oaslam.source;
+  const canvas = Object.assign(document.createElement("canvas"), { width: 640, height: 480 });
+  const context = canvas.getContext("2d");
+  context.drawImage(video, 0, 0);
+  const { data } = context.getImageData(0, 0, 640, 480);
+  const [us, vs] = [[], []];
+  for (let v = 240; v < 420; ++v)
+    for (let u = 200; u < 400; ++u) {
+      const [r, g, b] = data.subarray(4 * (640 * v + u), 4 * (640 * v + u) + 3);
+      if (g < 190 || b < 160 || r > 140) continue;
+      us.push(u);
+      vs.push(v);
+    }
+  const median = (values) => values.sort((a, b) => a - b)[values.length >> 1]; // some of a bottle have that colour, too
+  return { pixel: [median(us), median(vs)], count: us.length };
+});
+
+// Of an image of the run that made the map.
+function poseOf(frame) {
+  const line = readFileSync(join(out, "trajectory.txt"), "utf8").split("\n").filter((text) => /^[\d.-]/.test(text)).map((text) => text.split(/\s+/).map(Number))
+    .find(([time]) => Math.abs(time - frame / 30) < 1e-3);
+  return { position: line.slice(1, 4), rotation: line.slice(4, 8) };
+}
+function project({ position, rotation: [x, y, z, w] }, point) {
+  const d = point.map((value, i) => value - position[i]);
+  const rows = [
+    [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+    [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+    [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]];
+  const [a, b, c] = rows.map((row) => row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
+  return [(525 * a) / c + 319.5, (525 * b) / c + 239.5];
+}
+const away = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+const anchorPosition = (page, name) => page.evaluate((name) => window.oaslam.state.anchors.find((anchor) => anchor.name === name)?.pose.slice(4), name);
+const pixelOf = (page, name) => page.evaluate((name) => window.oaslam.view.pixelIn(window.oaslam.view.anchors.shapes.get(name).position), name);
+
+test("content placed by a tap stands there, and on another phone at the same place of the room", async () => {
+  const here = await start(await phone(cameraFile("here", VIDEO, HERE, HERE + 1)));
+  const there = await start(await phone(cameraFile("there", VIDEO, THERE, THERE + 1)));
+  const [note, noteThere] = [await noteIn(here), await noteIn(there)];
+  assert.ok(note.count > 100 && noteThere.count > 100, JSON.stringify({ note, noteThere }));
+  await here.locator("[data-action=place]").tap();
+  await here.locator("#models >> text=robot").tap();
+  const { x, y } = toWindow(note.pixel);
+  await here.touchscreen.tap(x, y);
+  for (const page of [here, there])
+    await page.waitForFunction(() => window.oaslam.state.anchors.length === 1 && [...window.oaslam.view.anchors.shapes.values()].every((shape) => !shape.userData.isPin));
+  const [{ name }] = await here.evaluate(() => window.oaslam.state.anchors);
+  const at = await anchorPosition(here, name);
+  for (const [page, frame, { pixel }] of [[here, HERE, note], [there, THERE, noteThere]]) {
+    await settle(page);
+    const drawn = await pixelOf(page, name);
+    const expected = project(poseOf(frame), at);
+    console.log(`image ${frame}: drawn at ${drawn.map((v) => v.toFixed(1))}, by the map's pose at ${expected.map((v) => v.toFixed(1))}, the note at ${pixel.map((v) => v.toFixed(1))}`);
+    assert.ok(away(drawn, expected) < 3, `${drawn}, not ${expected}`);
+    assert.ok(away(drawn, pixel) < 8, `${drawn}, and the note at ${pixel}`);
+    // What is drawn stands on it: the pixels that change when it goes.
+    await page.evaluate(() => window.oaslam.view.onPickAnchor(null));
+    const { count, box } = await contentPixels(page);
+    const foot = toWindow(pixel);
+    assert.ok(count > 150 && box[0] < foot.x && foot.x < box[2] && Math.abs(box[3] - foot.y) < 20 && box[1] < foot.y - 20, JSON.stringify({ count, box, foot }));
+  }
+  // The other phone's content, on an object, and what becomes of it.
+  await there.locator("[data-action=place]").tap();
+  await there.locator("#models >> text=tree").tap();
+  await there.locator("#models >> text=on objects").tap();
+  const bear = toWindow([485, 235]);
+  await there.touchscreen.tap(bear.x, bear.y);
+  await here.waitForFunction(() => window.oaslam.state.anchors.length === 2);
+  assert.ok(await here.evaluate(() => window.oaslam.state.anchors.some(({ model, object }) => model === "tree" && object !== undefined)));
+  await shoot(here, "phone_here");
+  await shoot(there, "phone_there");
+  await there.locator("#anchor [data-action=remove]").tap();
+  await here.waitForFunction(() => window.oaslam.state.anchors.length === 1);
+
+  // The service dies, and comes back: so do the phones, and the content.
+  const ended = new Promise((done) => server.on("exit", done));
+  server.kill("SIGKILL");
+  await ended;
+  await here.waitForFunction(() => /no connection/.test(document.querySelector("#state").textContent));
+  await here.waitForSelector("#view[data-showing=false]");
+  await serve();
+  for (const page of [here, there]) {
+    await page.waitForSelector("#view[data-showing=true]", { timeout: 60000 });
+    assert.equal((await page.evaluate(() => window.oaslam.state.anchors)).length, 1);
+    assert.deepEqual(page.errors.filter((error) => !/ERR_CONNECTION_REFUSED|ERR_CONNECTION_RESET|WebSocket connection|ERR_EMPTY_RESPONSE/.test(error)), []);
+    await page.context().browser().close();
+  }
+});
+
+test("a phone that moves and knows nothing of its lens: it is found, and what is drawn is near what the answers say later", async () => {
+  const page = await phone(cameraFile("walk", VIDEO), { knows: false });
+  await start(page);
+  await page.waitForFunction(() => window.oaslam.cameras.knows(window.oaslam.source.lens), null, { timeout: 60000 });
+  const found = await page.evaluate(() => window.oaslam.session.camera);
+  assert.ok(Math.abs(found.fx / 525 - 1) < 0.1, JSON.stringify(found));
+  // Each image that was drawn, and the answers around it.
+  const watched = await page.evaluate(async () => {
+    const { view, session } = window.oaslam;
+    const [drawn, answers] = [[], []];
+    session.addEventListener("answer", () => answers.push(session.answer));
+    const draw = view.draw;
+    view.draw = () => {
+      draw.call(view);
+      drawn.push({ time: view.time, pose: view.shown?.pose ?? null });
+    };
+    await new Promise((done) => setTimeout(done, 12000));
+    delete view.draw;
+    return { drawn, answers, delay: session.delay };
+  });
+  const { drawn, answers, delay } = watched;
+  const posed = answers.filter(({ pose }) => pose);
+  const errors = [];
+  for (const { time, pose } of drawn) {
+    const i = posed.findIndex((answer) => answer.time >= time);
+    if (!pose || i < 1 || posed[i].time - posed[i - 1].time > 0.3) continue;
+    const [a, b] = [posed[i - 1], posed[i]];
+    const share = (time - a.time) / (b.time - a.time);
+    const point = b.pose.position.map((value, axis) => value + b.depth * rotate(b.pose.rotation, [0.1, 0.1, 1])[axis]);
+    const [from, to, shown] = [a.pose, b.pose, { position: pose.slice(4), rotation: pose.slice(0, 4) }].map((each) => project(each, point));
+    errors.push(away(shown, from.map((value, k) => value + share * (to[k] - value))));
+  }
+  errors.sort((a, b) => a - b);
+  const rate = answers.length / 12;
+  console.log(`${drawn.length} images drawn, ${rate.toFixed(1)} answers a second, ${posed.length} of ${answers.length} with a pose, delay ${(1000 * delay).toFixed(0)} ms; ` +
+    `drawn ${errors[errors.length >> 1].toFixed(1)} px from the later answers (median), ${errors[Math.floor(0.9 * errors.length)].toFixed(1)} (90 %)`);
+  assert.ok(posed.length > 0.8 * answers.length && posed.length > 12, `${posed.length} of ${answers.length}`);
+  assert.ok(errors.length > 30 && errors[errors.length >> 1] < 12, String(errors[errors.length >> 1]));
+  assert.deepEqual(page.errors, []);
+  await page.context().browser().close();
+});
+
+function rotate([x, y, z, w], [a, b, c]) {
+  const t = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+  return [a + w * t[0] + y * t[2] - z * t[1], b + w * t[1] + z * t[0] - x * t[2], c + w * t[2] + x * t[1] - y * t[0]];
+}
+
+test("a new map is made of what a phone sees, and one is in it afterwards", async () => {
+  const page = await phone(cameraFile("walk", VIDEO), { path: "/camera", size: PORTRAIT });
+  await page.waitForSelector("[data-map=desk]");
+  await page.locator("input[placeholder^=name]").fill("new room");
+  await page.locator("[data-action=create]").tap();
+  await page.waitForFunction(() => window.oaslam?.session.progress?.keyframes > 12 && window.oaslam.session.progress.landmarks > 300, null, { timeout: 120000 });
+  await shoot(page, "phone_record");
+  await page.locator("[data-action=finish]").tap();
+  await page.waitForFunction(() => window.oaslam.session.kind === "track", null, { timeout: 120000 });
+  await page.waitForSelector("#view[data-showing=true]", { timeout: 60000 });
+  const list = await page.evaluate(() => window.oaslam.service.maps());
+  assert.ok(list.some(({ name }) => name === "new room"));
+  assert.deepEqual(page.errors, []);
+  await page.context().browser().close();
+});

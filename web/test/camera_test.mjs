@@ -1,0 +1,446 @@
+// The page for phones in a real browser, with a file as its camera and a service that keeps the contract (docs/service.md) and is told what to answer.
+// OASLAM_SOURCE_DIR=... node --test web/test/camera_test.mjs      Pictures go to OASLAM_SCREENSHOTS where that is set.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { cameraFile, closeAll, contentPixels, LANDSCAPE, launch, newPage, PORTRAIT, settle, shoot, skipUnlessReady } from "./phone.mjs";
+
+skipUnlessReady();
+const ROOT = process.env.OASLAM_SOURCE_DIR;
+const PAGE = readFileSync(join(ROOT, "web", "dist", "camera.html"));
+const POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const CAMERA = { model: "pinhole", width: 640, height: 480, fx: 500, fy: 520, cx: 300, cy: 260, distortion: [0, 0, 0, 0, 0] };
+const STILL = { position: [0, 0, 0], rotation: [0, 0, 0, 1] };
+const UPRIGHT = [1, 0, 0, 0]; // y up: against the image's
+
+let browser;
+before(async () => {
+  browser = await launch(cameraFile("still", join(ROOT, "data", "sample", "map_front", "video.mp4"), 40, 41));
+});
+after(closeAll);
+
+// A service with one map. `answer` gives what is said to an image's header; null: nothing.
+class Service {
+  constructor({ anchors = [], objects = [], mayWrite = true, token = "" } = {}) {
+    Object.assign(this, { anchors, objects, mayWrite, token, isUp: true, images: [], edits: [], sockets: [], requests: [] });
+    this.maps = ["desk", "hall"];
+    this.answer = () => this.pose(STILL);
+  }
+
+  pose(pose, more = {}) {
+    return { type: "pose", state: pose ? "tracking" : "lost", ...(pose ? { pose } : {}), confidence: 0.9, camera: CAMERA, depth: 1.5, dropped: 0, ms: 5, ...more };
+  }
+
+  hello(map, more = {}) {
+    const models = ["flag", "robot"].map((name) => ({ name, url: `/models/${name}/${name}.glb` }));
+    return { type: "hello", protocol: 1, map, digest: "d", may_write: this.mayWrite, models, anchors: this.anchors, objects: this.objects, up: [0, -1, 0], is_metric: true, ...more };
+  }
+
+  async serve(page, origin = "http://localhost:8350") {
+    this.origin = origin;
+    await page.route("**/*", (route) => {
+      const url = new URL(route.request().url());
+      if (/^(blob|data):/.test(url.protocol)) return route.continue();
+      this.requests.push(url.pathname);
+      assert.equal(url.origin, origin, "a request to elsewhere");
+      if (!this.isUp) return route.abort("connectionrefused");
+      if (url.pathname === "/camera") return route.fulfill({ body: PAGE, contentType: "text/html", headers: { "Content-Security-Policy": POLICY } });
+      if (url.pathname.startsWith("/models/")) return route.fulfill({ status: 404, json: { error: "no such model" } });
+      const isKnown = !this.token || route.request().headers().authorization === `Bearer ${this.token}`;
+      if (!isKnown) return route.fulfill({ status: 401, json: { error: "a token is needed" } });
+      if (url.pathname === "/v1/maps") return route.fulfill({ json: { maps: this.maps.map((name) => ({ name, digest: "d", bytes: 1, changed: 0 })) } });
+      const map = decodeURIComponent(url.pathname.match(/^\/v1\/maps\/([^/]+)$/)?.[1] ?? "");
+      if (this.maps.includes(map)) return route.fulfill({ json: { name: map } });
+      return route.fulfill({ status: 404, json: { error: `no map ${map}` } });
+    });
+    await page.routeWebSocket(/\/v1\/maps\//, (socket) => this.connect(socket));
+    return page;
+  }
+
+  connect(socket) {
+    const [, map, kind] = new URL(socket.url()).pathname.match(/^\/v1\/maps\/([^/]+)\/(track|record)$/);
+    const isKnown = !this.token || socket.protocols().includes(`oaslam.token.${this.token}`);
+    if (!this.isUp || !isKnown || (kind === "track" && !this.maps.includes(decodeURIComponent(map)))) return socket.close({ code: 1011 });
+    assert.equal(socket.protocols()[0], "oaslam");
+    this.sockets.push(socket);
+    socket.say = (message) => socket.send(JSON.stringify(message));
+    socket.kind = kind;
+    socket.onMessage((data) => {
+      if (typeof data === "string") return this.edit(socket, JSON.parse(data));
+      const length = data.readUInt32LE(0);
+      const header = JSON.parse(data.subarray(4, 4 + length).toString());
+      const jpeg = data.subarray(4 + length);
+      assert.ok(jpeg[0] === 0xff && jpeg[1] === 0xd8, "not a JPEG");
+      this.images.push({ ...header, at: performance.now(), bytes: jpeg.length });
+      const answer = this.answer(header, socket);
+      if (answer) setTimeout(() => socket.say({ id: header.id, time: header.time, ...answer }), this.slow ?? 20);
+    });
+    socket.say(this.hello(decodeURIComponent(map), kind === "record" ? { anchors: undefined, objects: undefined } : {}));
+  }
+
+  edit(socket, message) {
+    this.edits.push(message);
+    this.onEdit?.(message, socket);
+  }
+
+  tell(message) {
+    for (const socket of this.sockets) socket.say(message);
+  }
+
+  drop() {
+    for (const socket of this.sockets.splice(0)) socket.close({ code: 1012 });
+  }
+}
+
+async function open(service, path = "/camera?map=desk", options) {
+  const page = await service.serve(await newPage(browser, options));
+  await page.goto(service.origin + path);
+  return page;
+}
+
+async function openAndStart(service, options) {
+  const page = await open(service, "/camera?map=desk", options);
+  await page.locator("[data-action=start]").tap();
+  await page.waitForFunction(() => window.oaslam?.session.answer);
+  return page;
+}
+
+async function until(holds) {
+  for (let i = 0; i < 300 && !holds(); ++i) await new Promise((done) => setTimeout(done, 50));
+  assert.ok(holds(), String(holds));
+}
+
+const isShowing = (page) => page.waitForSelector("#view[data-showing=true]");
+const anchorAt = (name, position, size = 0.1) => ({ name, model: "none", size, pose: { position, rotation: UPRIGHT }, version: 1 });
+// Where a pixel of the image is in the window: as large as it fills it.
+function inWindow([u, v], { width, height } = LANDSCAPE) {
+  const scales = [width / 640, height / 480].sort((a, b) => a - b);
+  const scale = scales[0] / scales[1] >= 0.6 ? scales[1] : scales[0];
+  return { x: (width - 640 * scale) / 2 + (u + 0.5) * scale, y: (height - 480 * scale) / 2 + (v + 0.5) * scale };
+}
+const project = ([x, y, z]) => [(CAMERA.fx * x) / z + CAMERA.cx, (CAMERA.fy * y) / z + CAMERA.cy];
+
+test("content stands in the picture where the pose and the lens put it, in any window", async () => {
+  const service = new Service({ anchors: [anchorAt("pin", [0.1, -0.02, 1])] });
+  const page = await openAndStart(service);
+  await isShowing(page);
+  for (const size of [LANDSCAPE, { width: 700, height: 600 }, PORTRAIT]) {
+    await page.setViewportSize(size);
+    await settle(page);
+    await settle(page);
+    const tip = inWindow(project([0.1, -0.02, 1]), size);
+    const { count, lowest } = await contentPixels(page);
+    assert.ok(count > 100 && Math.hypot(lowest.x - tip.x, lowest.y - tip.y) < 6, JSON.stringify({ size, count, lowest, tip }));
+  }
+  // The picture of the camera is behind it: not black.
+  await page.setViewportSize(LANDSCAPE);
+  assert.match(await page.locator("#state").textContent(), /in the map/);
+  assert.match(await page.locator("#delay").textContent(), /^\d+ ms$/);
+  await page.locator("[data-action=objects]").tap();
+  await shoot(page, "camera_mock");
+  // Lost: it is not drawn any more.
+  service.answer = () => service.pose(null);
+  await page.waitForSelector("#view[data-showing=false]");
+  assert.match(await page.locator("#state").textContent(), /looking for this place/);
+  assert.equal(await page.locator("#view .labels button:visible").count(), 0);
+  assert.deepEqual(page.errors, []);
+  await page.context().close();
+});
+
+test("the picture is shown without the distortion of its lens", async () => {
+  const service = new Service();
+  const distortion = [-0.3, 0.1, 0.01, -0.02, 0];
+  service.answer = () => service.pose(STILL, { camera: { ...CAMERA, distortion } });
+  const page = await openAndStart(service, { size: { width: 640, height: 480 } });
+  await isShowing(page);
+  // Each pixel of the ideal image shows that of the given one where OpenCV's model puts it.
+  const differences = await page.evaluate(async ({ fx, fy, cx, cy, k }) => {
+    const { view, source } = window.oaslam;
+    view.draw();
+    const read = (image) => {
+      const canvas = Object.assign(document.createElement("canvas"), { width: 640, height: 480 });
+      const context = canvas.getContext("2d");
+      context.drawImage(image, 0, 0, 640, 480);
+      return context.getImageData(0, 0, 640, 480).data;
+    };
+    const [shown, given] = [read(view.canvas), read(source.video)];
+    const at = (data, x, y) => [0, 1, 2].map((c) => data[4 * (640 * y + x) + c]);
+    const result = { mapped: 0, same: 0, n: 0 };
+    for (let v = 20; v < 460; v += 7)
+      for (let u = 20; u < 620; u += 7) {
+        const [x, y] = [(u - cx) / fx, (v - cy) / fy];
+        const r2 = x * x + y * y;
+        const radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+        const from = [x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x), y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y];
+        const [s, t] = [Math.round(from[0] * fx + cx), Math.round(from[1] * fy + cy)];
+        if (s < 0 || t < 0 || s > 639 || t > 479) continue;
+        const far = (a, b) => a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0);
+        result.mapped += far(at(shown, u, v), at(given, s, t));
+        result.same += far(at(shown, u, v), at(given, u, v));
+        ++result.n;
+      }
+    return result;
+  }, { ...CAMERA, k: distortion });
+  assert.ok(differences.n > 3000 && differences.mapped < 0.25 * differences.same, JSON.stringify(differences));
+  await page.context().close();
+});
+
+test("what is drawn belongs to the picture that is shown, though answers are late; also without frame callbacks", async () => {
+  const service = new Service({ anchors: [anchorAt("pin", [0, 0, 1])] });
+  // A camera that turns and goes steadily: its pose at the time of an image.
+  const truth = (time) => {
+    const half = 0.2 * time;
+    return { position: [0.3 * time, 0, 0], rotation: [0, Math.sin(half), 0, Math.cos(half)] };
+  };
+  service.slow = 40;
+  service.answer = ({ time }) => service.pose(truth(time));
+  for (const hasCallbacks of [true, false]) {
+    const page = await newPage(browser);
+    if (!hasCallbacks) await page.addInitScript(() => delete HTMLVideoElement.prototype.requestVideoFrameCallback);
+    await service.serve(page);
+    await page.goto("http://localhost:8350/camera?map=desk");
+    await page.locator("[data-action=start]").tap();
+    await isShowing(page);
+    const drawn = await page.evaluate(async () => {
+      const { view, session } = window.oaslam;
+      const poses = [];
+      const draw = view.draw;
+      view.draw = () => {
+        draw.call(view);
+        if (view.shown) poses.push({ time: view.time, late: view.time - session.answer.time, pose: view.shown.pose });
+      };
+      await new Promise((done) => setTimeout(done, 3000));
+      return poses;
+    });
+    const last = drawn.slice(drawn.length >> 1);
+    assert.ok(last.length > 10);
+    let tooLate = -Infinity;
+    for (const { time, late, pose } of last) {
+      const { position, rotation } = truth(time);
+      if (late > 0.25) tooLate = time; // then the motion is not known to go on; what that left is faded out
+      if (time - tooLate < 0.2) continue;
+      const angle = 2 * Math.asin(Math.min(1, Math.hypot(rotation[1] * pose[3] - rotation[3] * pose[1])));
+      assert.ok(angle < 0.01 && Math.abs(position[0] - pose[4]) < 0.008, JSON.stringify({ late, angle, by: position[0] - pose[4] }));
+    }
+    const late = last.map((each) => each.late).sort((a, b) => a - b)[last.length >> 1];
+    assert.ok(late > 0.05, String(late)); // by the newest answer alone it would be 0.02 rad and 0.015 away, or more
+    await page.context().close();
+  }
+});
+
+test("images go at the pace of the answers, with what was found about the camera, and none while the page is hidden", async () => {
+  const service = new Service();
+  service.slow = 150;
+  const page = await openAndStart(service);
+  await page.waitForFunction(() => window.oaslam.session.ids > 12);
+  const first = service.images[0];
+  assert.equal(first.camera, "auto");
+  assert.ok(first.id === 1 && first.time > 0 && first.gravity === undefined);
+  const { camera, time } = service.images.at(-1);
+  assert.deepEqual(camera, CAMERA);
+  assert.ok(time > first.time);
+  // Two on the way at most: of a service that needs 150 ms, twice as many answers as one after the other, and no more.
+  const [from, to] = [service.images[5], service.images.at(-1)];
+  assert.ok((to.at - from.at) / (to.id - from.id) > 70, String((to.at - from.at) / (to.id - from.id)));
+  assert.ok(service.images.every(({ time }, i) => i === 0 || time > service.images[i - 1].time));
+  // Gravity, in the picture's axes: held upright, and rolled.
+  await page.evaluate(() => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 90, gamma: 0 })));
+  const feed = setInterval(() => page.evaluate(() => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 90, gamma: 0 }))).catch(() => null), 50);
+  const n = service.images.length;
+  await page.waitForFunction((ids) => window.oaslam.session.ids > ids + 3, n);
+  clearInterval(feed);
+  const { gravity } = service.images.at(-1);
+  assert.ok(Math.abs(Math.hypot(...gravity) - 9.81) < 0.01, String(gravity));
+  // Remembered on the next visit, by this browser.
+  await page.reload();
+  const before = service.images.length;
+  await page.locator("[data-action=start]").tap();
+  await page.waitForFunction(() => window.oaslam?.session.ids > 2);
+  assert.deepEqual(service.images[before].camera, CAMERA);
+  // Until it is to be forgotten.
+  await page.locator("#bar [data-action=maps]").tap();
+  await page.locator("[data-action=lens]").tap();
+  const again = service.images.length;
+  await page.locator("[data-map=desk]").tap();
+  await until(() => service.images.length > again);
+  assert.equal(service.images[again].camera, "auto");
+  // Hidden: nothing is sent.
+  await page.evaluate(() => Object.defineProperty(document, "hidden", { configurable: true, get: () => true }));
+  await page.waitForTimeout(100);
+  const [hidden, sent] = [service.images.length, await page.evaluate(() => window.oaslam.session.ids)];
+  await page.waitForTimeout(500);
+  assert.equal(service.images.length, hidden);
+  await page.evaluate(() => {
+    delete document.hidden;
+    document.dispatchEvent(new Event("visibilitychange"));
+  });
+  await page.waitForFunction((ids) => window.oaslam.session.ids > ids, sent);
+  assert.deepEqual(page.errors, []);
+  await page.context().close();
+});
+
+test("a tap places content along its ray, on an object or a surface; the anchor that comes can be changed", async () => {
+  const objects = [{ id: 7, category: "cup", name: "", ellipsoid: { center: [0, 0, 2], half_axes: [0.3, 0.2, 0.2], rotation: [0, 0, 0, 1] } },
+    { id: 8, category: "dining table", name: "", ellipsoid: { center: [0, 0.1, 2.4], half_axes: [2, 1, 1], rotation: [0, 0, 0, 1] } }];
+  const service = new Service({ objects });
+  const turned = Math.PI / 6;
+  service.answer = () => service.pose({ position: [-0.2, 0, 0], rotation: [0, 0, Math.sin(turned / 2), Math.cos(turned / 2)] });
+  service.onEdit = (message, socket) => message.type === "place" && socket.say({ type: "anchors", version: 2, anchors: [anchorAt("flag 1", [0.1, 0.1, 2])], removed: [] });
+  const page = await openAndStart(service);
+  await isShowing(page);
+  const tap = async (pixel) => {
+    const { x, y } = inWindow(pixel);
+    await page.touchscreen.tap(x, y);
+  };
+  // The ray of a pixel, by hand: the camera is rolled about z.
+  const rayOf = ([u, v]) => {
+    const [x, y] = [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy];
+    return [x * Math.cos(turned) - y * Math.sin(turned), x * Math.sin(turned) + y * Math.cos(turned), 1];
+  };
+  const pixel = [400, 280];
+  await tap(pixel);
+  assert.deepEqual(service.edits, []); // nothing is placed unless it is asked for
+  await page.locator("[data-action=place]").tap();
+  assert.match(await page.locator("#models p").textContent(), /Tap the place/);
+  await page.locator("#models >> text=robot").tap();
+  await tap(pixel);
+  await page.waitForFunction(() => document.body.dataset.anchor === "flag 1"); // what comes is selected
+  const [{ type, model, origin, direction, object }] = service.edits;
+  assert.deepEqual({ type, model, object, origin }, { type: "place", model: "robot", object: undefined, origin: [-0.2, 0, 0] });
+  const ray = rayOf(pixel);
+  ray.forEach((value, i) => assert.ok(Math.abs(value / Math.hypot(...ray) - direction[i]) < 2e-3, `${direction}, not along ${ray}`));
+  assert.ok(await page.locator("#models").isHidden());
+  await shoot(page, "camera_selected");
+
+  // On the smallest object that the ray meets.
+  const [x, y] = [0.2, 0]; // of the cup, from the camera
+  const middle = [CAMERA.cx + (CAMERA.fx * (x * Math.cos(turned) + y * Math.sin(turned))) / 2, CAMERA.cy + (CAMERA.fy * (y * Math.cos(turned) - x * Math.sin(turned))) / 2];
+  await page.locator("[data-action=place]").tap();
+  await page.locator("#models >> text=on objects").tap();
+  await shoot(page, "camera_placing");
+  await tap(middle);
+  await until(() => service.edits.length === 2);
+  assert.equal(service.edits.at(-1).object, 7);
+
+  // The panel.
+  service.edits.length = 0;
+  await page.locator('#view [data-anchor="flag 1"]').tap();
+  for (const action of ["larger", "larger", "left"]) await page.locator(`#anchor [data-action=${action}]`).tap();
+  await until(() => service.edits.length === 3);
+  assert.ok(Math.abs(service.edits[1].size - 0.1 * 1.15 ** 2) < 1e-9 && service.edits[0].name === "flag 1");
+  assert.ok(Math.abs(service.edits[2].turn - Math.PI / 12) < 1e-9);
+  await page.locator("#anchor input").fill("door");
+  await page.locator("#anchor input").press("Enter");
+  await until(() => service.edits.length === 4);
+  assert.equal(service.edits[3].rename, "door");
+  service.tell({ type: "anchors", version: 3, anchors: [anchorAt("door", [0.1, 0.1, 2], 0.13), anchorAt("of another", [0, 0, 2])], removed: ["flag 1"] });
+  await page.waitForFunction(() => window.oaslam.state.anchors.length === 2);
+  assert.equal(await page.evaluate(() => document.body.dataset.anchor), "door");
+  await page.locator("#anchor [data-action=remove]").tap();
+  await until(() => service.edits.length === 5);
+  assert.deepEqual(service.edits[4], { type: "anchor", name: "door", remove: true });
+  service.tell({ type: "anchors", version: 4, anchors: [], removed: ["door"] });
+  await page.waitForFunction(() => document.body.dataset.anchor === "");
+  assert.ok(await page.locator("#anchor").isHidden());
+  assert.deepEqual(await page.evaluate(() => window.oaslam.state.anchors.map(({ name }) => name)), ["of another"]);
+  // What is refused is said.
+  service.tell({ type: "error", message: "too few landmarks there" });
+  await page.waitForFunction(() => /too few landmarks/.test(document.querySelector("#toast").textContent));
+  // Another map under the same name.
+  service.tell({ ...service.hello("desk"), type: "map", anchors: [anchorAt("new", [0, 0, 1])] });
+  await page.waitForFunction(() => window.oaslam.state.anchors[0]?.name === "new");
+  assert.deepEqual(page.errors.filter((error) => !/404/.test(error)), []);
+  await page.context().close();
+
+  const reader = new Service({ mayWrite: false, anchors: [anchorAt("pin", [0, 0, 1])] });
+  const watching = await openAndStart(reader);
+  await isShowing(watching);
+  assert.ok(await watching.locator("[data-action=place]").isHidden());
+  await watching.locator("#view [data-anchor=pin]").tap();
+  assert.ok(await watching.locator("#anchor [data-action=remove]").isHidden());
+  await watching.context().close();
+});
+
+test("a lost connection comes back, later each time, and says why", async () => {
+  const service = new Service({ anchors: [anchorAt("pin", [0, 0, 1])] });
+  const page = await openAndStart(service);
+  await isShowing(page);
+  service.isUp = false;
+  service.drop();
+  await page.waitForFunction(() => /no connection: again in \d s/.test(document.querySelector("#state").textContent));
+  await page.waitForSelector("#view[data-showing=false]"); // of a pose that is too old nothing is drawn
+  await page.waitForFunction(() => window.oaslam.session.link.delay >= 2000);
+  service.isUp = true;
+  await isShowing(page);
+  assert.equal(service.sockets.length, 1);
+  assert.equal(await page.evaluate(() => window.oaslam.session.link.delay), 500);
+  // The map is gone meanwhile.
+  service.maps = ["hall"];
+  service.drop();
+  await page.waitForFunction(() => /no map desk/.test(document.querySelector("#state").textContent));
+  await page.locator("#bar [data-action=maps]").tap();
+  await page.locator("[data-map=hall]").tap();
+  await page.waitForURL(/map=hall/);
+  await isShowing(page);
+  await page.context().close();
+});
+
+test("a new map: recorded, finished, and then the map that one is in; a token that is asked for", async () => {
+  const service = new Service({ token: "a-token" });
+  let keyframes = 0;
+  service.answer = (header, socket) => {
+    if (socket.kind === "track") return service.pose(STILL);
+    socket.say({ type: "progress", phase: "mapping", keyframes: ++keyframes, landmarks: 100 * keyframes, objects: 3, text: "Go on: walk around what is to be mapped." });
+    return service.pose(STILL, { state: "initializing", pose: undefined });
+  };
+  service.onEdit = (message, socket) => {
+    if (message.type !== "finish") return;
+    socket.say({ type: "progress", phase: "saving", keyframes, landmarks: 100, objects: 3, text: "saving" });
+    service.maps.push("my room");
+    setTimeout(() => socket.say({ type: "saved", map: "my room", digest: "e" }), 300);
+  };
+  const page = await open(service, "/camera", { size: PORTRAIT });
+  await page.locator("input[placeholder=token]").fill("a-token");
+  await page.locator("[data-action=token]").tap();
+  await page.waitForSelector("[data-map=desk]");
+  await shoot(page, "camera_maps");
+  const name = page.locator("input[placeholder^=name]");
+  for (const [bad, hint] of [["", /letters/], ["../x", /letters/], ["desk", /already/]]) {
+    await name.fill(bad);
+    await page.locator("[data-action=create]").tap();
+    assert.match(await page.locator("#screen").textContent(), hint);
+  }
+  await name.fill("my room");
+  await page.locator("[data-action=create]").tap();
+  await page.waitForFunction(() => /walk around/.test(document.querySelector("#progress").textContent) && window.oaslam.session.progress.keyframes > 2);
+  assert.ok(await page.locator("[data-action=place]").isHidden());
+  await shoot(page, "camera_record");
+  await page.locator("[data-action=finish]").tap();
+  const sent = service.images.length;
+  assert.equal(await page.locator("#state").textContent(), "saving");
+  await page.waitForFunction(() => window.oaslam.session.kind === "track");
+  assert.ok(service.images.length - sent <= 1);
+  await isShowing(page);
+  assert.match(page.url(), /\?map=my%20room#token=a-token$/);
+  assert.deepEqual(service.edits, [{ type: "finish" }]);
+  await page.context().close();
+});
+
+test("where the browser refuses, the page says what to do", async () => {
+  const service = new Service();
+  const insecure = await service.serve(await newPage(browser, { size: PORTRAIT }), "http://192.0.2.7:8350");
+  await insecure.goto("http://192.0.2.7:8350/camera?map=desk#token=t");
+  assert.match(await insecure.locator("#screen").textContent(), /https:\/\/192\.0\.2\.7:8350\/camera\?map=desk#token=t/);
+  await shoot(insecure, "camera_help");
+  await insecure.context().close();
+  for (const [name, text] of [["NotAllowedError", /not allowed/], ["NotFoundError", /no camera/], ["NotReadableError", /in use/]]) {
+    const page = await newPage(browser, { size: PORTRAIT });
+    await page.addInitScript((name) => (navigator.mediaDevices.getUserMedia = () => Promise.reject(new DOMException("no", name))), name);
+    await new Service().serve(page);
+    await page.goto("http://localhost:8350/camera?map=desk");
+    await page.locator("[data-action=start]").tap();
+    await page.waitForFunction((source) => new RegExp(source).test(document.querySelector("#screen").textContent), text.source);
+    await page.context().close();
+  }
+});

@@ -1,0 +1,106 @@
+// A phone for tests: Chromium with a window of its size, and a file as its camera.
+import { spawnSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+const CHROMIUM = process.env.OASLAM_CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
+const playwright = await import("playwright-core").catch(() => null);
+
+// Ends the program, saying so, where something is missing.
+export function skipUnlessReady() {
+  const missing = !playwright ? "no playwright-core (npm ci in web/)" : !CHROMIUM ? "no chromium" : spawnSync("ffmpeg", ["-version"]).error ? "no ffmpeg" : null;
+  if (!missing) return;
+  console.log(`SKIPPED: ${missing}`);
+  process.exit(0);
+}
+
+export const folder = mkdtempSync(join(tmpdir(), "oaslam_phone_"));
+process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
+
+// Images from `from` to `to` (exclusive) of a video, as what Chromium takes for a camera.
+export function cameraFile(name, video, from = 0, to = Infinity) {
+  const file = join(folder, `${name}.mjpeg`);
+  const select = Number.isFinite(to) ? `between(n,${from},${to - 1})` : `gte(n,${from})`;
+  const made = spawnSync("ffmpeg", ["-v", "error", "-y", "-i", video, "-vf", `select='${select}'`, "-vsync", "0", "-c:v", "mjpeg", "-q:v", "2", file], { encoding: "utf8" });
+  if (made.status !== 0) throw new Error(made.stderr);
+  return file;
+}
+
+const browsers = [];
+export async function launch(file) {
+  const browser = await playwright.chromium.launch({
+    executablePath: CHROMIUM,
+    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+      "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+      "--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream", ...(file ? [`--use-file-for-fake-video-capture=${file}`] : [])],
+  });
+  browsers.push(browser);
+  return browser;
+}
+
+export async function closeAll() {
+  for (const browser of browsers) await browser.close();
+}
+
+export const LANDSCAPE = { width: 844, height: 390 };
+export const PORTRAIT = { width: 390, height: 844 };
+
+// A page whose errors are in `errors`.
+export async function newPage(browser, { size = LANDSCAPE, scale = 1, ...options } = {}) {
+  const context = await browser.newContext({ viewport: size, deviceScaleFactor: scale, hasTouch: true, isMobile: true, ignoreHTTPSErrors: true, ...options });
+  const page = await context.newPage();
+  page.errors = [];
+  page.on("pageerror", (error) => page.errors.push(String(error)));
+  page.on("console", (message) => message.type() === "error" && page.errors.push(message.text()));
+  return page;
+}
+
+export const settle = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+// Drawn content, as the difference that it makes to the picture, which must be still: number of pixels, the lowest of them, their box and middle.
+export async function contentPixels(page, set = "view.anchors.setVisible(on)") {
+  const shot = async (on) => {
+    await page.evaluate(([on, set]) => {
+      for (const labels of document.querySelectorAll(".labels")) labels.style.visibility = "hidden";
+      const { view } = window.oaslam;
+      new Function("view", "on", set)(view, on);
+      view.draw();
+    }, [on, set]);
+    await settle(page);
+    return (await page.screenshot()).toString("base64");
+  };
+  const shots = [await shot(false), await shot(true)];
+  await page.evaluate(() => document.querySelectorAll(".labels").forEach((labels) => (labels.style.visibility = "")));
+  const decoder = await page.context().newPage();
+  const found = await decoder.evaluate(async ([shots, width]) => {
+    const pictures = await Promise.all(shots.map(async (shot) => {
+      const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${shot}`)).blob());
+      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+      const context = canvas.getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      return context.getImageData(0, 0, bitmap.width, bitmap.height);
+    }));
+    const [a, b] = pictures.map(({ data }) => data);
+    const px = width / pictures[0].width;
+    const result = { count: 0, lowest: null, box: [Infinity, Infinity, -Infinity, -Infinity], middle: { x: 0, y: 0 } };
+    for (let i = 0; i < a.length / 4; ++i) {
+      if (Math.abs(a[4 * i] - b[4 * i]) + Math.abs(a[4 * i + 1] - b[4 * i + 1]) + Math.abs(a[4 * i + 2] - b[4 * i + 2]) < 60) continue;
+      const [x, y] = [((i % pictures[0].width) + 0.5) * px, (Math.floor(i / pictures[0].width) + 0.5) * px];
+      ++result.count;
+      result.lowest = { x, y };
+      result.box = [Math.min(result.box[0], x), Math.min(result.box[1], y), Math.max(result.box[2], x), Math.max(result.box[3], y)];
+      result.middle = { x: result.middle.x + x, y: result.middle.y + y };
+    }
+    result.middle = { x: result.middle.x / result.count, y: result.middle.y / result.count };
+    return result;
+  }, [shots, page.viewportSize().width]);
+  await decoder.close();
+  return found;
+}
+
+export async function shoot(page, name) {
+  if (!process.env.OASLAM_SCREENSHOTS) return;
+  mkdirSync(process.env.OASLAM_SCREENSHOTS, { recursive: true });
+  await page.screenshot({ path: join(process.env.OASLAM_SCREENSHOTS, `${name}.png`) });
+}
