@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "oaslam/viewer/http_policy.h"
+#include "oaslam/net/host_policy.h"
 #include "oaslam/viewer/page.h"
 
 namespace oaslam {
@@ -63,7 +63,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (error) return Answer(Text(http::status::bad_request, "bad request\n", 11, false));
     const auto& request = parser_->get();
     const std::string host(request[http::field::host]), origin(request[http::field::origin]);
-    if (!IsAllowedHost(host, server_->machine_name))
+    if (!IsAllowedHost(host, {server_->machine_name}))
       return Answer(Text(http::status::forbidden,
                          "unknown host name: use an address or localhost\n", request.version(),
                          false));
