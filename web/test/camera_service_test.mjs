@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, afterEach, before, test } from "node:test";
 import { cameraFile, closeAll, contentPixels, LANDSCAPE, launch, newPage, PORTRAIT, settle, shoot, skipUnlessReady, folder } from "./phone.mjs";
 
 skipUnlessReady();
@@ -46,8 +46,8 @@ before(async () => {
   await serve();
 });
 
-after(async () => {
-  await closeAll();
+afterEach(closeAll);
+after(() => {
   for (const child of processes) child.kill("SIGKILL");
 });
 
@@ -160,7 +160,6 @@ test("content placed by a tap stands there, and on another phone at the same pla
     await page.waitForSelector("#view[data-showing=true]", { timeout: 60000 });
     assert.equal((await page.evaluate(() => window.oaslam.state.anchors)).length, 1);
     assert.deepEqual(page.errors.filter((error) => !/ERR_CONNECTION_REFUSED|ERR_CONNECTION_RESET|WebSocket connection|ERR_EMPTY_RESPONSE/.test(error)), []);
-    await page.context().browser().close();
   }
 });
 
@@ -203,7 +202,6 @@ test("a phone that moves and knows nothing of its lens: it is found, and what is
   assert.ok(posed.length > 0.8 * answers.length && posed.length > 12, `${posed.length} of ${answers.length}`);
   assert.ok(errors.length > 30 && errors[errors.length >> 1] < 12, String(errors[errors.length >> 1]));
   assert.deepEqual(page.errors, []);
-  await page.context().browser().close();
 });
 
 function rotate([x, y, z, w], [a, b, c]) {
@@ -224,5 +222,4 @@ test("a new map is made of what a phone sees, and one is in it afterwards", asyn
   const list = await page.evaluate(() => window.oaslam.service.maps());
   assert.ok(list.some(({ name }) => name === "new room"));
   assert.deepEqual(page.errors, []);
-  await page.context().browser().close();
 });
