@@ -43,6 +43,7 @@ const Rooms& Architecture() {
        {"tracking", "mapping", "objects", "relocalization", "anchors", "images", "storage"}},
       {"content", {"exports"}},
       {"viewer", {"anchors", "content"}},
+      {"service", {"system", "exports"}},
       {"detection", {"geometry"}},
       {"evaluation", {"exports"}},
   };

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs missing packages for building, on Debian 12 and 13 and Ubuntu 24.04. Does nothing if none is missing.
 #   --tests     also those that the tests and benchmarks need
-#   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14
+#   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14,
+#               PostgreSQL and HAProxy (the service; they are installed without being started)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -18,6 +19,14 @@ if [ "${1:-}" = --optional ]; then
       { echo "setup: $* cannot be installed; the tests that need it are skipped" >&2; return 1; }
   }
   install clang-format-14 clang-format-14 || true
+  # Tests start servers of their own.
+  policy=/usr/sbin/policy-rc.d
+  if [ ! -e $policy ] && { [ ${#as_root[@]} -eq 0 ] || command -v sudo >/dev/null; }; then
+    trap '"${as_root[@]}" rm -f $policy' EXIT
+    { printf '#!/bin/sh\nexit 101\n' | "${as_root[@]}" tee $policy && "${as_root[@]}" chmod 755 $policy; } >/dev/null
+  fi
+  install /usr/lib/postgresql/*/bin/initdb postgresql || true
+  install /usr/sbin/haproxy haproxy || true
   command -v chromium-browser >/dev/null || install chromium chromium || exit 0
   install npm nodejs npm || exit 0
   if [ ! -d web/node_modules/playwright-core ] || [ web/package-lock.json -nt web/node_modules/.package-lock.json ]; then
@@ -34,6 +43,7 @@ packages=(
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content
+  libssl-dev libpq-dev libgeographiclib-dev                                 # the service: digests, maps in PostgreSQL, geographic coordinates
 )
 if [ "${1:-}" = --tests ]; then
   packages+=(

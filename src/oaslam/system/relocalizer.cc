@@ -63,13 +63,6 @@ std::string WhyNeither(const std::string& points, const std::string& objects) {
   return "by points: " + points + "; by objects: " + objects;
 }
 
-// Whether two tables are unchanged copies of one. Compares pages, not landmarks.
-bool AreSame(const Table<LandmarkId, Landmark>& a, const Table<LandmarkId, Landmark>& b) {
-  bool are_same = true;
-  a.ForEachDifference(b, [&](LandmarkId, const Landmark*, const Landmark*) { are_same = false; });
-  return are_same;
-}
-
 }  // namespace
 
 // Puts the accepted pose in front of the candidates; no other has a higher score. It is one of the
@@ -83,12 +76,16 @@ void Relocalizer::LeadWithAccepted(Relocalization& found) {
   found.candidates.insert(found.candidates.begin(), {found.cam_from_world, best});
 }
 
-// The index is kept while the map has the landmarks from which it was made. Their number and the
-// map's version are not enough to tell this, since another map may have the same.
+bool LandmarkIndex::IsOf(const Map& map) const {
+  bool are_same = true;  // compares pages, not landmarks
+  landmarks.ForEachDifference(
+      map.landmarks, [&](LandmarkId, const Landmark*, const Landmark*) { are_same = false; });
+  return are_same;
+}
+
 const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
-  if (!indexed_ || !AreSame(indexed_->landmarks, map.landmarks))
-    indexed_ = IndexedLandmarks{map.landmarks, PlaceIndex(map)};
-  return indexed_->index;
+  if (!index_ || !index_->IsOf(map)) index_ = std::make_shared<const LandmarkIndex>(map);
+  return index_->places;
 }
 
 Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects,

@@ -7,11 +7,11 @@
 
 #include "oaslam/config.h"
 #include "oaslam/map/map.h"
-#include "oaslam/matching/place_index.h"
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/object_trails.h"
 #include "oaslam/relocalization/report.h"
 #include "oaslam/slam.h"
+#include "oaslam/system/landmark_index.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -46,7 +46,13 @@ struct UnknownCameraRelocalization {
 // by objects alone as a last resort, if their evidence is strong.
 class Relocalizer {
  public:
-  explicit Relocalizer(const SlamConfig& config) : config_(config) {}
+  // `index`: of a map in which frames will be found; without one, or for another map, it is made.
+  explicit Relocalizer(const SlamConfig& config,
+                       std::shared_ptr<const LandmarkIndex> index = nullptr)
+      : config_(config), index_(std::move(index)) {}
+
+  // Uses an index of the map that was made elsewhere.
+  void Use(std::shared_ptr<const LandmarkIndex> index) { index_ = std::move(index); }
 
   // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without
   // features is found by objects only. `trails`: what the objects of the frames before told, which
@@ -81,14 +87,8 @@ class Relocalizer {
   const PlaceIndex& IndexOf(const Map& map);
   static void LeadWithAccepted(Relocalization& found);
 
-  // An index of places, and the landmarks from which it was made.
-  struct IndexedLandmarks {
-    Table<LandmarkId, Landmark> landmarks;
-    PlaceIndex index;
-  };
-
   SlamConfig config_;
-  std::optional<IndexedLandmarks> indexed_;
+  std::shared_ptr<const LandmarkIndex> index_;  // null: none yet
 };
 
 }  // namespace oaslam

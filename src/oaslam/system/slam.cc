@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/map/camera_replacement.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/frame_maker.h"
+#include "oaslam/system/localizer.h"
 #include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
 #include "oaslam/system/slam_access.h"
@@ -19,22 +19,6 @@
 
 namespace oaslam {
 namespace {
-
-RelocalizationResult ResultOf(const Relocalization& found) {
-  RelocalizationResult result;
-  result.evidence = found.evidence;
-  if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
-  result.confidence = found.confidence;
-  result.object_score = found.object_score;
-  result.object_margin = found.object_margin;
-  result.inlier_points = found.inliers;
-  result.matched_objects = found.matched_objects;
-  result.sigma_position = found.sigma_position;
-  for (const PoseHypothesis& h : found.candidates)
-    result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
-  result.why_not = found.why_not;
-  return result;
-}
 
 // The exception that Slam throws to its caller.
 std::runtime_error MappingError(const std::exception_ptr& failure) {
@@ -78,6 +62,14 @@ class Slam::Impl {
     has_told_failure_ = false;
   }
 
+  void Begin(SavedMap saved) {
+    const int frames = FramesOf(saved);
+    Begin(std::move(saved.map), true, std::move(saved.pieces));
+    first_index_ = next_index_ = frames;
+    loaded_trajectory_ = std::move(saved.trajectory);
+    class_names_ = std::move(saved.class_names);
+  }
+
   void Reset() {
     Map map;
     map.cameras.push_back(camera_);
@@ -108,8 +100,6 @@ class Slam::Impl {
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
                             const std::optional<Eigen::Vector3d>& gravity_in_cam,
                             double ms_features, ObjectTrails* trails = nullptr);
-  RelocalizationResult FindWithUnknownCamera(const ImageInput& input, RelocalizationMode mode,
-                                             const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
   void SetAnchors(std::map<std::string, Anchor> anchors) {
     ExpectMapping();
@@ -196,33 +186,6 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mod
   return result;
 }
 
-RelocalizationResult Slam::Impl::FindWithUnknownCamera(
-    const ImageInput& input, RelocalizationMode mode,
-    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  const Stopwatch watch;
-  Camera plain = camera_;
-  plain.model = LensModel::kPinhole;
-  plain.distortion = {};
-  Map map = *session().snapshot();
-  map.cameras.push_back(plain);
-  Frame frame = MakeFrame(input, 0, config_.features.count);
-  frame.camera = static_cast<int>(map.cameras.size()) - 1;
-  frame.features = std::make_shared<const Features>(WithCamera(*frame.features, camera_, plain));
-  frame.detections = IdealDetections(plain, input.detections);
-  const double ms_features = watch.WallMs();
-  Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const UnknownCameraRelocalization answer =
-      relocalizer_.FindWithUnknownCamera(frame, map, mode, gravity_in_cam, rng);
-  RelocalizationResult result = ResultOf(answer.found);
-  if (result.world_from_cam) {
-    result.camera = answer.camera;
-    result.focal_sigma_px = answer.relative_sigma * answer.camera.fx;
-  }
-  result.ms_features = ms_features;
-  result.ms = watch.WallMs() - ms_features;
-  return result;
-}
-
 Slam::Slam(const SlamConfig& config, const Camera& camera) {
   CheckConfig(config);
   CheckCamera(camera);
@@ -258,9 +221,11 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
 RelocalizationResult Slam::RelocalizeWithUnknownCamera(
     const ImageInput& input, RelocalizationMode mode,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  CheckGravity(gravity_in_cam);
-  return impl_->FindWithUnknownCamera(input, mode,
-                                      gravity_in_cam ? gravity_in_cam : input.gravity_in_cam);
+  ImageInput with_gravity = input;
+  if (gravity_in_cam) with_gravity.gravity_in_cam = gravity_in_cam;
+  CheckGravity(with_gravity.gravity_in_cam);
+  return FindWithUnknownCamera(with_gravity, impl_->camera_, *impl_->session().snapshot(), mode,
+                               impl_->config_, impl_->frame_maker_, impl_->relocalizer_);
 }
 
 RelocalizationResult Slam::RelocalizeByObjects(
@@ -375,11 +340,13 @@ void Slam::Save(const std::string& path) const { SaveMap(path, SlamAccess::Expor
 void Slam::Load(const std::string& path, int piece) {
   SavedMap saved = LoadMap(path);
   LeadWithPiece(path, piece, saved);
-  const int frames = FramesOf(saved);
-  impl_->Begin(std::move(saved.map), true, std::move(saved.pieces));
-  impl_->first_index_ = impl_->next_index_ = frames;
-  impl_->loaded_trajectory_ = std::move(saved.trajectory);
-  impl_->class_names_ = std::move(saved.class_names);
+  impl_->Begin(std::move(saved));
+}
+
+void SlamAccess::Load(Slam& slam, const IndexedMap& map) {
+  slam.impl_->Begin(*map.saved);  // shares its tables
+  slam.impl_->session().tracker().Use(map.index);
+  slam.impl_->relocalizer_.Use(map.index);
 }
 
 void Slam::Reset() { impl_->Reset(); }

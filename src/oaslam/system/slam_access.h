@@ -3,6 +3,7 @@
 #include "oaslam/map/frame_view.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/system/localizer.h"
 
 namespace oaslam {
 
@@ -12,6 +13,8 @@ class SlamAccess {
  public:
   // The state at the newest image, for display; large content is shared.
   static FrameView View(const Slam& slam);
+  // Slam::Load of a map that is in memory: shares it.
+  static void Load(Slam& slam, const IndexedMap& map);
   // The map with the trajectory so far.
   static SavedMap Export(const Slam& slam);
 };

@@ -63,6 +63,9 @@ class Tracker {
   // Without mapping the map is only read: no keyframes, no objects, no new map.
   void SetMapping(bool enabled) { mapping_ = enabled; }
 
+  // Uses an index of the map that was made elsewhere, to find a lost camera.
+  void Use(std::shared_ptr<const LandmarkIndex> index) { relocalizer_.Use(std::move(index)); }
+
   Outcome Track(const Frame& frame, const Map& map);
   // Takes note of a frame without looking for the lost camera in it.
   Outcome PassOver(const Frame& frame);

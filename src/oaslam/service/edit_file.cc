@@ -1,0 +1,234 @@
+#include "oaslam/service/edit_file.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "oaslam/service/anchor_edit.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int32_t kApplicationId = 0x4F415345;  // "OASE"
+constexpr int32_t kFormatVersion = 1;
+
+// The columns of an anchor are those of the map file (storage/map_schema.h). A removed anchor has
+// a row, so that AnchorsSince can tell of it, with the columns of a default Anchor.
+constexpr const char* kSchema = R"sql(
+CREATE TABLE versions(map TEXT PRIMARY KEY, version INTEGER) WITHOUT ROWID;
+CREATE TABLE anchors(map TEXT, version INTEGER, name TEXT, is_removed INTEGER, model TEXT, size REAL, keyframe INTEGER,
+  cam_from_anchor_qx REAL, cam_from_anchor_qy REAL, cam_from_anchor_qz REAL, cam_from_anchor_qw REAL,
+  cam_from_anchor_tx REAL, cam_from_anchor_ty REAL, cam_from_anchor_tz REAL,
+  object INTEGER, offset_x REAL, offset_y REAL, offset_z REAL, PRIMARY KEY(map, name)) WITHOUT ROWID;
+CREATE INDEX anchors_by_version ON anchors(map, version);
+CREATE TABLE georeferences(map TEXT PRIMARY KEY, document TEXT) WITHOUT ROWID;
+)sql";
+constexpr int kAnchorColumns = 18;
+
+// Ends with a rollback unless it was committed.
+class Transaction {
+ public:
+  Transaction(Database& database, const std::string& kind) : database_(database) {
+    database_.Execute("BEGIN " + kind);
+  }
+  ~Transaction() {
+    if (!committed_) sqlite3_exec(database_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  void Commit() {
+    database_.Execute("COMMIT");
+    committed_ = true;
+  }
+
+ private:
+  Database& database_;
+  bool committed_ = false;
+};
+
+// A condition on the map. Its name needs no quoting (CheckMapName).
+std::string IsMap(const std::string& map) {
+  CheckMapName(map);
+  return "map = '" + map + "'";
+}
+
+bool IsPassing(int error) {
+  switch (error & 0xff) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_FULL:
+    case SQLITE_IOERR:
+    case SQLITE_NOMEM:
+    case SQLITE_CANTOPEN:
+    case SQLITE_READONLY:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// Two processes that do this at the same time do not wait for each other: one is told that the file
+// is busy, whatever its timeout is.
+void UseWriteAheadLog(Database& database) {
+  for (int attempt = 0;; ++attempt) {
+    try {
+      return database.Execute("PRAGMA journal_mode = WAL");
+    } catch (const DatabaseError& error) {
+      if ((sqlite3_errcode(database.handle()) & 0xff) != SQLITE_BUSY) throw;
+      if (attempt == 100) throw StoreUnavailable(error.what());
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+}
+
+}  // namespace
+
+template <typename Act>
+auto EditFile::Try(Act act) {
+  try {
+    return act();
+  } catch (const DatabaseError& error) {
+    if (IsPassing(sqlite3_errcode(database_.handle()))) throw StoreUnavailable(error.what());
+    throw;
+  }
+}
+
+EditFile::EditFile(const std::string& path) : database_(path, Database::Access::kCreate) {
+  sqlite3_busy_timeout(database_.handle(), 5000);
+  UseWriteAheadLog(database_);
+  Try([&] { Prepare(); });
+}
+
+void EditFile::Prepare() {
+  Transaction transaction(database_, "IMMEDIATE");
+  const int64_t version = database_.QueryInteger("PRAGMA user_version");
+  const int64_t tables = database_.QueryInteger("SELECT count(*) FROM sqlite_master");
+  if (version == 0 && tables == 0) {
+    database_.Execute(kSchema);
+    database_.Execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
+                                  kApplicationId, kFormatVersion));
+  } else if (database_.QueryInteger("PRAGMA application_id") != kApplicationId) {
+    database_.Refuse("is no file of anchors and georeferences");
+  } else if (version > kFormatVersion) {
+    database_.Refuse(fmt::format("was written by a newer version (format {}, this one reads {})",
+                                 version, kFormatVersion));
+  }
+  if (const std::string found = database_.QueryText("PRAGMA quick_check"); found != "ok")
+    database_.Refuse("is damaged: " + found);
+  transaction.Commit();
+}
+
+int64_t EditFile::NextVersion(const std::string& map) {
+  IsMap(map);
+  return database_.QueryInteger("INSERT INTO versions VALUES ('" + map +
+                                "', 1) ON CONFLICT (map) DO UPDATE SET version = version + 1 "
+                                "RETURNING version");
+}
+
+AnchorEdits EditFile::AnchorsSince(const std::string& map, int64_t version) {
+  return Try([&] {
+    Transaction transaction(database_, "DEFERRED");
+    AnchorEdits edits;
+    edits.version = database_.QueryInteger("SELECT version FROM versions WHERE " + IsMap(map));
+    Checksum unused;
+    RowReader rows(database_, unused, "anchors", "version",
+                   fmt::format("{} AND version > {}", IsMap(map), version));
+    while (rows.Next()) {
+      rows.Text();  // the map
+      AnchorEntry& entry = edits.entries.emplace_back();
+      entry.version = rows.Integer(1, INT64_MAX);
+      entry.name = rows.Text();
+      if (rows.Int(0, 1) == 1) continue;
+      Anchor& anchor = entry.anchor.emplace();
+      anchor.model = rows.Text();
+      anchor.size = rows.Real();
+      anchor.keyframe = rows.RequiredId<KeyframeId>();
+      anchor.cam_from_anchor = rows.Pose();
+      anchor.object = rows.OptionalId<ObjectId>();
+      anchor.offset = rows.Vector();
+    }
+    return edits;
+  });
+}
+
+std::optional<int64_t> EditFile::EditAnchor(const std::string& map, const std::string& name,
+                                            const std::optional<Anchor>& anchor, bool must_be_new) {
+  CheckMapName(map);
+  CheckAnchorEdit(name, anchor);
+  return Try([&]() -> std::optional<int64_t> {
+    Transaction transaction(database_, "IMMEDIATE");
+    const auto bind_name = [&](Statement& statement) {
+      sqlite3_bind_text(statement.handle(), 1, name.data(), static_cast<int>(name.size()),
+                        SQLITE_TRANSIENT);
+    };
+    if (must_be_new) {
+      Statement existing(database_, "SELECT 1 FROM anchors WHERE " + IsMap(map) +
+                                        " AND name = ? AND is_removed = 0");
+      bind_name(existing);
+      if (existing.Step()) return std::nullopt;
+    }
+    Statement old(database_, "DELETE FROM anchors WHERE " + IsMap(map) + " AND name = ?");
+    bind_name(old);
+    old.Step();
+    const int64_t version = NextVersion(map);
+    const Anchor a = anchor.value_or(Anchor());
+    Checksum unused;
+    RowWriter(database_, unused, "anchors", kAnchorColumns)
+        .Write(std::string_view(map), version, std::string_view(name), anchor ? 0 : 1,
+               std::string_view(a.model), a.size, a.keyframe, a.cam_from_anchor, a.object,
+               a.offset);
+    transaction.Commit();
+    return version;
+  });
+}
+
+std::optional<std::string> EditFile::Georeference(const std::string& map) {
+  return Try([&]() -> std::optional<std::string> {
+    Checksum unused;
+    RowReader rows(database_, unused, "georeferences", "map", IsMap(map));
+    if (!rows.Next()) return std::nullopt;
+    rows.Text();  // the map
+    return rows.Text();
+  });
+}
+
+void EditFile::SetGeoreference(const std::string& map, const std::optional<std::string>& text) {
+  Try([&] {
+    Transaction transaction(database_, "IMMEDIATE");
+    database_.Execute("DELETE FROM georeferences WHERE " + IsMap(map));
+    Checksum unused;
+    if (text)
+      RowWriter(database_, unused, "georeferences", 2)
+          .Write(std::string_view(map), std::string_view(*text));
+    NextVersion(map);
+    transaction.Commit();
+  });
+}
+
+void EditFile::RemoveMap(const std::string& map) {
+  Try([&] {
+    Transaction transaction(database_, "IMMEDIATE");
+    for (const char* table : {"anchors", "georeferences"})
+      database_.Execute(fmt::format("DELETE FROM {} WHERE {}", table, IsMap(map)));
+    NextVersion(map);
+    transaction.Commit();
+  });
+}
+
+std::map<std::string, int64_t> EditFile::Versions() {
+  return Try([&] {
+    std::map<std::string, int64_t> versions;
+    Checksum unused;
+    RowReader rows(database_, unused, "versions", "map");
+    while (rows.Next()) {
+      std::string map = rows.Text();
+      versions[std::move(map)] = rows.Integer(1, INT64_MAX);
+    }
+    return versions;
+  });
+}
+
+int64_t EditFile::ChangesByOthers() {
+  return Try([&] { return database_.QueryInteger("PRAGMA data_version"); });
+}
+
+}  // namespace oaslam

@@ -1,0 +1,204 @@
+#include "oaslam/service/map_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <span>
+#include <system_error>
+
+#include "oaslam/error.h"
+#include "oaslam/service/sha256.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void ThrowUnavailable(const fs::path& path, int error) {
+  throw StoreUnavailable(path.string() + ": " + std::generic_category().message(error));
+}
+
+FileIdentity IdentityOf(const struct stat& status) {
+  return {status.st_dev, status.st_ino, status.st_size, status.st_mtim.tv_sec,
+          status.st_mtim.tv_nsec};
+}
+
+// Reads a file to its end.
+template <typename Use>
+void ReadParts(int fd, const fs::path& path, Use use) {
+  std::vector<std::byte> buffer(1 << 20);
+  for (;;) {
+    const ssize_t bytes = read(fd, buffer.data(), buffer.size());
+    if (bytes == 0) return;
+    if (bytes < 0 && errno != EINTR) ThrowUnavailable(path, errno);
+    if (bytes > 0) use(std::span(buffer.data(), static_cast<size_t>(bytes)));
+  }
+}
+
+void WriteAll(int fd, const fs::path& path, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) ThrowUnavailable(path, errno);
+    if (written > 0) bytes = bytes.subspan(static_cast<size_t>(written));
+  }
+}
+
+void Copy(const fs::path& from, const fs::path& to) {
+  const UniqueFd source(open(from.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  if (!source) ThrowUnavailable(from, errno);
+  const UniqueFd target(open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (!target) ThrowUnavailable(to, errno);
+  ReadParts(source.get(), from,
+            [&](std::span<const std::byte> bytes) { WriteAll(target.get(), to, bytes); });
+  if (fsync(target.get()) != 0) ThrowUnavailable(to, errno);
+}
+
+// A name that was given to a file, or taken from it, lasts only when the folder is written, too.
+void SyncFolder(const fs::path& folder) {
+  const UniqueFd fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!fd || fsync(fd.get()) != 0) ThrowUnavailable(folder, errno);
+}
+
+bool IsInside(const fs::path& path, const fs::path& folder) {
+  const fs::path relative = path.lexically_relative(folder);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+bool IsMapName(const std::string& name) {
+  try {
+    CheckMapName(name);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+MapFiles::MapFiles(const fs::path& folder) {
+  std::error_code error;
+  folder_ = fs::canonical(folder, error);
+  if (error || !fs::is_directory(folder_, error))
+    throw InputError(folder.string() + ": is no folder that can be read");
+  if (access(folder_.c_str(), R_OK | W_OK | X_OK) != 0)
+    throw InputError(folder.string() +
+                     ": must be writable, for the anchors that are edited while maps are served");
+  own_ = std::make_shared<PrivateFolder>(folder_ / ".oaslam-serve");
+}
+
+// Where the map of a name is. A link may lead to another file of the folder, and nowhere else.
+std::optional<fs::path> MapFiles::Locate(const std::string& map) const {
+  CheckMapName(map);
+  for (const fs::path& place :
+       {fs::path(map + ".map"), fs::path(map + ".oaslam"), fs::path(map + ".oaslam/map.oaslam")}) {
+    std::error_code error;
+    const fs::path path = fs::canonical(folder_ / place, error);
+    if (!error && fs::is_regular_file(path, error) && IsInside(path, folder_)) return path;
+  }
+  return std::nullopt;
+}
+
+// Nothing where the file is gone.
+std::optional<StoredMap> MapFiles::Describe(const std::string& map, const fs::path& file) {
+  // A file that changes while it is read has no digest yet.
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    const UniqueFd fd(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+    struct stat status;
+    if (!fd && errno == ENOENT) return std::nullopt;
+    if (!fd || fstat(fd.get(), &status) != 0) ThrowUnavailable(file, errno);
+    const FileIdentity identity = IdentityOf(status);
+    StoredMap stored{
+        map, "", static_cast<uint64_t>(identity.bytes),
+        static_cast<double>(identity.changed_s) + 1e-9 * static_cast<double>(identity.changed_ns)};
+    {
+      const std::scoped_lock lock(mutex_);
+      if (const auto known = digests_.find(identity); known != digests_.end()) {
+        stored.digest = known->second;
+        return stored;
+      }
+    }
+    Sha256 digest;
+    ReadParts(fd.get(), file, [&](std::span<const std::byte> bytes) { digest.Add(bytes); });
+    if (fstat(fd.get(), &status) != 0) ThrowUnavailable(file, errno);
+    if (IdentityOf(status) != identity) continue;
+    stored.digest = digest.Hex();
+    const std::scoped_lock lock(mutex_);
+    if (digests_.size() >= 10000) digests_.clear();  // those of files that are gone, mostly
+    digests_[identity] = stored.digest;
+    return stored;
+  }
+  throw StoreUnavailable(file.string() + ": is being written");
+}
+
+std::map<std::string, FileIdentity> MapFiles::Identities() {
+  std::error_code error;
+  std::map<std::string, FileIdentity> found;
+  fs::directory_iterator entries(folder_, error);
+  if (error) ThrowUnavailable(folder_, error.value());
+  for (; entries != fs::directory_iterator(); entries.increment(error)) {
+    const fs::path name = entries->path().filename();
+    if (name.extension() != ".map" && name.extension() != ".oaslam") continue;
+    const std::string map = name.stem();
+    if (!IsMapName(map)) continue;
+    const std::optional<fs::path> path = Locate(map);
+    struct stat status;
+    if (path && stat(path->c_str(), &status) == 0) found[map] = IdentityOf(status);
+  }
+  if (error) ThrowUnavailable(folder_, error.value());
+  return found;
+}
+
+std::vector<StoredMap> MapFiles::Maps() {
+  std::vector<StoredMap> maps;
+  for (const auto& [map, identity] : Identities())
+    if (std::optional<StoredMap> stored = Find(map)) maps.push_back(std::move(*stored));
+  return maps;
+}
+
+std::optional<StoredMap> MapFiles::Find(const std::string& map) {
+  const std::optional<fs::path> path = Locate(map);
+  return path ? Describe(map, *path) : std::nullopt;
+}
+
+std::optional<MapFile> MapFiles::Open(const std::string& map) {
+  const std::optional<fs::path> path = Locate(map);
+  if (!path) return std::nullopt;
+  MapFile file;
+  file.path = own_->NewPath();
+  file.hold = HoldFile(own_, file.path);
+  if (link(path->c_str(), file.path.c_str()) != 0) {
+    if (errno == ENOENT) return std::nullopt;
+    Copy(*path, file.path);
+  }
+  std::optional<StoredMap> stored = Describe(map, file.path);
+  if (!stored) ThrowUnavailable(file.path, ENOENT);
+  file.map = std::move(*stored);
+  return file;
+}
+
+StoredMap MapFiles::Put(const std::string& map, const fs::path& file) {
+  CheckMapName(map);
+  const fs::path target = Locate(map).value_or(folder_ / (map + ".map"));
+  const fs::path copy = own_->NewPath();
+  const std::shared_ptr<void> hold = HoldFile(own_, copy);
+  Copy(fs::canonical(file), copy);
+  std::optional<StoredMap> stored = Describe(map, copy);
+  if (!stored) ThrowUnavailable(copy, ENOENT);
+  if (rename(copy.c_str(), target.c_str()) != 0) ThrowUnavailable(target, errno);
+  SyncFolder(target.parent_path());
+  return *stored;
+}
+
+bool MapFiles::Remove(const std::string& map) {
+  bool was_there = false;
+  // Another file of this name may stand behind the first one.
+  while (const std::optional<fs::path> path = Locate(map)) {
+    if (unlink(path->c_str()) != 0 && errno != ENOENT) ThrowUnavailable(*path, errno);
+    SyncFolder(path->parent_path());
+    was_there = true;
+  }
+  return was_there;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace oaslam {
+
+// The digest of FIPS 180-4, of bytes that come in parts.
+class Sha256 {
+ public:
+  Sha256();
+  void Add(std::span<const std::byte> bytes);
+  // In hexadecimal; the last call.
+  std::string Hex();
+
+ private:
+  std::shared_ptr<void> context_;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,128 @@
+#include "oaslam/system/localizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "oaslam/map/camera_replacement.h"
+#include "oaslam/relocalization/by_points.h"
+#include "oaslam/relocalization/confidence.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam {
+namespace {
+
+// Looks for the landmarks about a pose that somebody thinks the camera has. Nothing where they do
+// not confirm it.
+std::optional<Relocalization> FindNear(const Rigid3& world_from_cam, const Frame& frame,
+                                       const Map& map, const SlamConfig& config, Rng& rng) {
+  constexpr double kErrorRad = 4.0 / 35;  // of a prior pose, as of one by objects
+  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
+  const double radius =
+      kErrorRad * std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
+  const RelocalizationReport report = VerifyByPoints(frame, map, world_from_cam.Inverse(), radius,
+                                                     config.relocalization, config.tracking, rng);
+  if (!report.success) return std::nullopt;
+  Relocalization found;
+  found.evidence = PoseEvidence::kPoints;
+  found.cam_from_world = report.cam_from_world;
+  found.landmarks = report.landmarks;
+  found.inliers = report.inliers;
+  found.sigma_position = report.sigma_position;
+  found.confidence = ConfidenceOfPoints(report.inliers);
+  found.candidates = {{report.cam_from_world, static_cast<double>(report.inliers)}};
+  return found;
+}
+
+}  // namespace
+
+RelocalizationResult ResultOf(const Relocalization& found) {
+  RelocalizationResult result;
+  result.evidence = found.evidence;
+  if (found.evidence != PoseEvidence::kNone) result.world_from_cam = found.cam_from_world.Inverse();
+  result.confidence = found.confidence;
+  result.object_score = found.object_score;
+  result.object_margin = found.object_margin;
+  result.inlier_points = found.inliers;
+  result.matched_objects = found.matched_objects;
+  result.sigma_position = found.sigma_position;
+  for (const PoseHypothesis& h : found.candidates)
+    result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
+  result.why_not = found.why_not;
+  return result;
+}
+
+RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera& camera,
+                                           const Map& given, RelocalizationMode mode,
+                                           const SlamConfig& config, FrameMaker& maker,
+                                           Relocalizer& relocalizer) {
+  const Stopwatch watch;
+  Camera plain = camera;
+  plain.model = LensModel::kPinhole;
+  plain.distortion = {};
+  Map map = given;
+  map.cameras.push_back(plain);
+  Frame frame = maker.Make(input, 0, config.features.count, map.classes);
+  frame.camera = static_cast<int>(map.cameras.size()) - 1;
+  frame.features = std::make_shared<const Features>(WithCamera(*frame.features, camera, plain));
+  frame.detections = IdealDetections(plain, input.detections);
+  const double ms_features = watch.WallMs();
+  Rng rng(static_cast<uint64_t>(config.runner.seed));
+  const UnknownCameraRelocalization answer =
+      relocalizer.FindWithUnknownCamera(frame, map, mode, input.gravity_in_cam, rng);
+  RelocalizationResult result = ResultOf(answer.found);
+  if (result.world_from_cam) {
+    result.camera = answer.camera;
+    result.focal_sigma_px = answer.relative_sigma * answer.camera.fx;
+  }
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs() - ms_features;
+  return result;
+}
+
+RelocalizationResult Localizer::Find(const ImageInput& input, const Camera& camera,
+                                     RelocalizationMode mode,
+                                     const std::optional<Rigid3>& prior) const {
+  CheckCamera(camera);
+  CheckGravity(input.gravity_in_cam);
+  const Stopwatch watch;
+  Map map = map_.saved->map;  // shares its tables
+  map.cameras.push_back(camera);
+  Frame frame;
+  if (input.image.empty()) {
+    frame.detections = CheckedDetections(camera, input.detections);
+    mode = RelocalizationMode::kObjects;
+  } else {
+    frame = FrameMaker(config_, camera).Make(input, 0, config_.features.count, map.classes);
+  }
+  frame.camera = static_cast<int>(map.cameras.size()) - 1;
+  const double ms_features = watch.WallMs();
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  std::optional<Relocalization> found;
+  if (prior && frame.features && mode != RelocalizationMode::kObjects)
+    found = FindNear(*prior, frame, map, config_, rng);
+  if (!found)
+    found = Relocalizer(config_, map_.index).Find(frame, map, mode, input.gravity_in_cam, rng);
+  RelocalizationResult result = ResultOf(*found);
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs() - ms_features;
+  return result;
+}
+
+RelocalizationResult Localizer::FindWithUnknownCamera(const ImageInput& input,
+                                                      RelocalizationMode mode) const {
+  CheckGravity(input.gravity_in_cam);
+  Camera camera;  // only its size is used
+  camera.width = input.image.cols;
+  camera.height = input.image.rows;
+  camera.fx = camera.fy = std::max(camera.width, camera.height);
+  camera.cx = (camera.width - 1) / 2.0;
+  camera.cy = (camera.height - 1) / 2.0;
+  CheckCamera(camera);
+  FrameMaker maker(config_, camera);
+  Relocalizer relocalizer(config_, map_.index);
+  return oaslam::FindWithUnknownCamera(input, camera, map_.saved->map, mode, config_, maker,
+                                       relocalizer);
+}
+
+}  // namespace oaslam
