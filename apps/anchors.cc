@@ -81,7 +81,7 @@ void Place(const std::string& text, Map& map) {
 }
 
 void Change(const std::string& whole, const std::string& name, const AnchorEdit& edit, Map& map) {
-  if (const std::string problem = EditAnchor(name, edit, map.anchors); !problem.empty())
+  if (const std::string problem = EditAnchor(map, name, edit, map.anchors); !problem.empty())
     throw InputError(fmt::format("{}: {}", whole, problem));
 }
 

@@ -131,7 +131,8 @@ class AnchorFile {
 std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
-  if (command.kind == Kind::kEditAnchor) return EditAnchor(command.anchor, command.edit, anchors);
+  if (command.kind == Kind::kEditAnchor) 
+    return EditAnchor(map, command.anchor, command.edit, anchors);
   return anchors.erase(command.anchor) > 0
              ? ""
              : fmt::format("there is no anchor \"{}\"", command.anchor);

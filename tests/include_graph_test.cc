@@ -42,9 +42,10 @@ const Rooms& Architecture() {
       {"system",
        {"tracking", "mapping", "objects", "relocalization", "anchors", "images", "storage"}},
       {"content", {"exports"}},
-      {"viewer", {"anchors", "content"}},
-      {"service", {"system", "exports"}},
+      {"net", {"util"}},
+      {"viewer", {"anchors", "content", "net"}},
       {"detection", {"geometry"}},
+      {"service", {"system", "content", "net", "detection"}},
       {"evaluation", {"exports"}},
   };
   return rooms;

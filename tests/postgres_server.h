@@ -1,10 +1,12 @@
 #pragma once
 
 #include <pwd.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -53,6 +55,10 @@ class PostgresServer {
   // At once: connections are broken.
   void Stop() { Call("pg_ctl -w -m immediate -D " + folder_ / "data" + " stop"); }
 
+  // Its processes do nothing until they go on.
+  void Freeze() { Signal(SIGSTOP); }
+  void GoOn() { Signal(SIGCONT); }
+
   // Runs SQL by psql, in the database `postgres`.
   void Run(const std::string& sql) {
     Call("psql -q -v ON_ERROR_STOP=1 -h " + folder_.path() + " -U oaslam -d postgres -c \"" + sql +
@@ -67,6 +73,13 @@ class PostgresServer {
  private:
   static std::string Version(const std::string& programs) {
     return std::filesystem::path(programs).parent_path().filename();
+  }
+
+  void Signal(int signal) {
+    const std::string first = std::to_string(std::stoi(folder_.Read("data/postmaster.pid")));
+    std::ifstream children("/proc/" + first + "/task/" + first + "/children");
+    kill(std::stoi(first), signal);
+    for (pid_t child; children >> child;) kill(child, signal);
   }
 
   void Call(const std::string& command) {

@@ -27,6 +27,8 @@ struct AnchorRequest {
   // On top of this mapped object; without it, on the plane of the landmarks around the ray.
   std::optional<uint32_t> object;
   double size = 0;  // map units; 0: a size that suits the place
+  // Where the content stands, world_from_anchor; the ray and the object are not used then.
+  std::optional<Rigid3> pose{};
 };
 
 struct AnchorReport {
@@ -36,9 +38,10 @@ struct AnchorReport {
 
 // Changes to an anchor.
 struct AnchorEdit {
-  std::optional<std::string> name;
-  std::optional<double> size;  // map units
-  double turn_rad = 0;         // about its y axis
+  std::optional<std::string> name{}, model{};
+  std::optional<double> size{};  // map units
+  double turn_rad = 0;           // about its y axis
+  std::optional<Rigid3> pose{};  // world_from_anchor; from then on it stands on no object
 };
 
 }  // namespace oaslam

@@ -1,4 +1,5 @@
 """Several servers as one service: PostgreSQL, HAProxy, and two servers of which one is killed. tools/service_cluster is the long form."""
+import signal
 import sys
 import unittest
 
@@ -32,6 +33,18 @@ class OfTwoServers(harness.InFolder):
             _, failures = cluster.kill_a_server(self.cluster, load, 40)
         self.assertEqual(failures, [])
         self.assertEqual(load.mixtures(), [])
+
+    def test_websockets_go_on_at_the_other_server(self):
+        victim = self.cluster.servers[0]
+        before = [cluster.track(self.cluster.haproxy, "desk") for _ in range(4)]
+        self.addCleanup(lambda: [connection.close() for connection, _ in before])
+        victim.end(signal.SIGKILL)
+        self.addCleanup(victim.start)
+        for _ in before:
+            connection, hello = cluster.track(self.cluster.haproxy, "desk")
+            connection.close()
+            self.assertEqual((hello["type"], hello["map"]), ("hello", "desk"))
+            self.assertIn(hello["digest"], self.truths)
 
     def test_a_map_is_replaced_under_load(self):
         with self.load() as load:

@@ -148,7 +148,7 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
   EXPECT_THAT(PlaceAnchor(map, named, anchors).why_not, HasSubstr("name of a model"));
 
   const Rigid3 before = anchors.at("door").cam_from_anchor;
-  EXPECT_THAT(EditAnchor("door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors),
+  EXPECT_THAT(EditAnchor(map, "door", {.name = "gate", .size = 0.5, .turn_rad = M_PI / 2}, anchors),
               IsEmpty());
   ASSERT_FALSE(anchors.contains("door"));
   const Anchor& gate = anchors.at("gate");
@@ -158,11 +158,11 @@ TEST(Anchors, AreNamedTurnedSizedAndRenamed) {
       before.rotation.conjugate() * (gate.cam_from_anchor.rotation * Eigen::Vector3d::UnitZ());
   EXPECT_LT((x - Eigen::Vector3d::UnitX()).norm(), 1e-9);
 
-  EXPECT_THAT(EditAnchor("gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors),
+  EXPECT_THAT(EditAnchor(map, "gate", {.name = "flag 1", .size = {}, .turn_rad = 0}, anchors),
               HasSubstr("already"));
-  EXPECT_THAT(EditAnchor("gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors),
+  EXPECT_THAT(EditAnchor(map, "gate", {.name = {}, .size = 0., .turn_rad = 0}, anchors),
               HasSubstr("must be from 1e-06 to"));
-  EXPECT_THAT(EditAnchor("none", {}, anchors), HasSubstr("no anchor \"none\""));
+  EXPECT_THAT(EditAnchor(map, "none", {}, anchors), HasSubstr("no anchor \"none\""));
   EXPECT_EQ(anchors.at("gate").size, 0.5);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "oaslam/anchors/placement.h"
 
@@ -27,6 +28,11 @@ std::string ProblemOfName(const std::string& name, const Anchors& anchors) {
   return "";
 }
 
+std::string ProblemOfModel() {
+  return fmt::format("the name of a model has 1 to {} bytes, none of them a control character",
+                     kMaxName);
+}
+
 std::string FreeName(const std::string& model, const Anchors& anchors) {
   for (int number = 1;; ++number)
     if (std::string name = fmt::format("{} {}", model, number); !anchors.contains(name))
@@ -38,10 +44,7 @@ std::string FreeName(const std::string& model, const Anchors& anchors) {
 AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& anchors) {
   if (anchors.size() >= kMaxAnchors)
     return {"", fmt::format("a map holds at most {} anchors", kMaxAnchors)};
-  if (!IsName(request.model))
-    return {"",
-            fmt::format("the name of a model has 1 to {} bytes, none of them a control character",
-                        kMaxName)};
+  if (!IsName(request.model)) return {"", ProblemOfModel()};
   const std::string name = request.name.empty() ? FreeName(request.model, anchors) : request.name;
   if (const std::string problem = ProblemOfName(name, anchors); !problem.empty())
     return {"", problem};
@@ -51,17 +54,27 @@ AnchorReport PlaceAnchor(const Map& map, const AnchorRequest& request, Anchors& 
   return {name, ""};
 }
 
-std::string EditAnchor(const std::string& name, const AnchorEdit& edit, Anchors& anchors) {
+std::string EditAnchor(const Map& map, const std::string& name, const AnchorEdit& edit,
+                       Anchors& anchors) {
   const auto found = anchors.find(name);
   if (found == anchors.end()) return fmt::format("there is no anchor \"{}\"", name);
   if (edit.size)
     if (const std::string problem = ProblemOfSize(*edit.size); !problem.empty()) return problem;
+  if (edit.model && !IsName(*edit.model)) return ProblemOfModel();
+  const std::optional<Anchor> moved = edit.pose ? AnchorAt(map, *edit.pose) : std::nullopt;
+  if (edit.pose && !moved) return "the pose is no pose in a map with keyframes";
   if (!std::isfinite(edit.turn_rad)) return "the angle is no number";
   const bool is_renamed = edit.name && *edit.name != name;
   if (is_renamed)
     if (const std::string problem = ProblemOfName(*edit.name, anchors); !problem.empty())
       return problem;
   Anchor& anchor = found->second;
+  if (moved) {
+    const Anchor before = std::exchange(anchor, *moved);
+    anchor.model = before.model;
+    anchor.size = before.size;
+  }
+  if (edit.model) anchor.model = *edit.model;
   if (edit.size) anchor.size = *edit.size;
   Eigen::Quaterniond& rotation = anchor.cam_from_anchor.rotation;
   rotation = (rotation * Eigen::AngleAxisd(edit.turn_rad, Eigen::Vector3d::UnitY())).normalized();

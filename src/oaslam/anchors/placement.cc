@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <vector>
@@ -203,6 +204,17 @@ std::string ProblemOfSize(double size) {
              : fmt::format("size {}, must be from {} to {}", size, kMin, kMax);
 }
 
+std::optional<Anchor> AnchorAt(const Map& map, const Rigid3& pose) {
+  if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite()) return std::nullopt;
+  KeyframeId nearest;
+  double least = std::numeric_limits<double>::infinity();
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
+    const double distance = (k.cam_from_world.OriginInSource() - pose.translation).norm();
+    if (distance < least) least = distance, nearest = id;
+  });
+  return CarriedBy(map, nearest, pose);
+}
+
 Placement FindPlace(const Map& map, const AnchorRequest& request) {
   const double length = request.direction.norm();
   if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
@@ -210,6 +222,13 @@ Placement FindPlace(const Map& map, const AnchorRequest& request) {
   if (request.size != 0)
     if (const std::string problem = ProblemOfSize(request.size); !problem.empty())
       return {std::nullopt, problem};
+  if (request.pose) {
+    Placement placement{AnchorAt(map, *request.pose), ""};
+    if (!placement.anchor) return {std::nullopt, "the pose is no pose in a map with keyframes"};
+    placement.anchor->model = request.model;
+    placement.anchor->size = request.size > 0 ? request.size : 1;
+    return placement;
+  }
   Placement placement =
       request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
   if (!placement.anchor) return placement;

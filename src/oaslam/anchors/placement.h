@@ -22,4 +22,8 @@ std::string ProblemOfSize(double size);
 // map and request only.
 Placement FindPlace(const Map& map, const AnchorRequest& request);
 
+// An anchor at this pose, world_from_anchor, carried by the nearest keyframe; nothing in a map
+// without keyframes, or for a pose that is not finite.
+std::optional<Anchor> AnchorAt(const Map& map, const Rigid3& pose);
+
 }  // namespace oaslam

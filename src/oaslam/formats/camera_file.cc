@@ -42,7 +42,9 @@ void CheckRange(const std::string& path, const char* key, double value, double m
         fmt::format("{}: {}: {}, allowed: {:.6g} to {:.6g}", path, key, value, min, max));
 }
 
-void CheckCamera(const Camera& camera, const std::string& path) {
+}  // namespace
+
+void CheckCalibration(const Camera& camera, const std::string& path) {
   const double longest = std::max(camera.width, camera.height);
   CheckRange(path, "image width", camera.width, 16, 100000);
   CheckRange(path, "image height", camera.height, 16, 100000);
@@ -54,8 +56,6 @@ void CheckCamera(const Camera& camera, const std::string& path) {
   for (const double k : camera.distortion) CheckRange(path, "distortion coefficient", k, -100, 100);
 }
 
-}  // namespace
-
 Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
   if (spec.starts_with(kFovPrefix)) return CameraFromFieldOfView(spec, image_size);
   Camera camera = ReadCameraFile(spec, image_size);
@@ -66,7 +66,7 @@ Camera LoadCamera(const std::string& spec, const cv::Size& image_size) {
     camera.width = image_size.width;
     camera.height = image_size.height;
   }
-  CheckCamera(camera, spec);
+  CheckCalibration(camera, spec);
   if (!image_size.empty() &&
       (camera.width != image_size.width || camera.height != image_size.height))
     throw InputError(fmt::format("{}: is for images of {} x {}, but they are {} x {}", spec,

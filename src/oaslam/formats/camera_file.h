@@ -14,6 +14,9 @@ namespace oaslam {
 // InputError naming path, key, value and bound, also when the file's size differs from image_size.
 Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
 
+// Throws InputError, which begins with `where`, for a camera that cannot be.
+void CheckCalibration(const Camera& camera, const std::string& where);
+
 // Writes a calibration as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment
 // at its top.
 std::string CameraText(const Camera& camera, const std::string& note);

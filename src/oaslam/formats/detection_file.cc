@@ -241,6 +241,14 @@ std::vector<ImageDetections> ReadAny(const Json& root, const std::string& path) 
 
 }  // namespace
 
+std::vector<Detection> DetectionsFromJson(const Json& list, const std::string& where) {
+  if (!list.is_array()) throw InputError(fmt::format("{}: expected a list of detections", where));
+  std::vector<Detection> detections;
+  for (size_t i = 0; i < list.size(); ++i)
+    detections.push_back(ReadOwnDetection(list[i], {where, fmt::format("detection {}", i)}));
+  return detections;
+}
+
 DetectionTable::DetectionTable(std::vector<ImageDetections> images) : images_(std::move(images)) {
   for (size_t i = 0; i < images_.size(); ++i) {
     const std::string name = BaseName(images_[i].file_name);

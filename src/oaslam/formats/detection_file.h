@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -30,6 +31,10 @@ class DetectionTable {
 // Reads OA-SLAM's JSON or COCO results (docs/formats.md). Throws InputError: malformed JSON, or an
 // entry with a NaN, inverted or absurd box, named by file name and index.
 DetectionTable LoadDetections(const std::string& path);
+
+// The detections of one image, a list as in OA-SLAM's JSON. `where`: what the list is, for messages.
+// Throws InputError.
+std::vector<Detection> DetectionsFromJson(const nlohmann::json& list, const std::string& where);
 
 // Writes OA-SLAM's JSON.
 void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images);

@@ -22,6 +22,7 @@ struct Caller {
   std::string address;    // of the other end, as text
   bool is_local = false;  // on this machine
   Access access = Access::kNone;
+  bool has_token = false;  // that the server knows; without tokens every caller may write
 };
 
 struct HttpRequest {
@@ -30,6 +31,7 @@ struct HttpRequest {
   std::map<std::string, std::string> query;  // decoded
   boost::beast::http::fields fields;         // of the header
   std::string body;                          // empty where PlanBody named a file
+  std::string body_file;                     // that file, which is the service's from then on
   Caller caller;
 };
 

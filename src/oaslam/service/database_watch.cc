@@ -31,7 +31,7 @@ DatabaseWatch::~DatabaseWatch() {
 }
 
 std::unique_ptr<PgConnection> DatabaseWatch::Listen() const {
-  auto connection = std::make_unique<PgConnection>(location_);
+  auto connection = std::make_unique<PgConnection>(location_, std::chrono::seconds(5));
   connection->Run(std::string("LISTEN ") + kChangesChannel);
   return connection;
 }

@@ -25,6 +25,9 @@ class JsonInput {
   JsonInput(const nlohmann::json& value, std::string place)
       : value_(&value), place_(std::move(place)) {}
 
+  const nlohmann::json& value() const { return *value_; }
+  const std::string& place() const { return place_; }
+
   // Of an object: a member, which must be there.
   JsonInput operator[](const std::string& key) const;
   // Of an object: a member; nothing where it is missing or null.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <span>
@@ -115,8 +116,8 @@ class MapDatabase : public MapStore {
       : location_(location),
         own_(std::make_shared<PrivateFolder>(fs::temp_directory_path() /
                                              fmt::format("oaslam-serve-{}", geteuid()))),
-        calls_(location, 4),
-        transfers_(location, 2) {
+        calls_(location, 4, std::chrono::seconds(5)),
+        transfers_(location, 2, std::chrono::seconds(60)) {
     calls_.Use(CreateTables);
   }
 
@@ -265,6 +266,8 @@ class MapDatabase : public MapStore {
     OASLAM_CHECK(!watch_);
     watch_ = std::make_unique<DatabaseWatch>(location_, std::move(changed));
   }
+
+  void EndWatch() override { watch_.reset(); }
 
  private:
   static void Receive(PgConnection& connection, int64_t content, const MapFile& file) {

@@ -82,6 +82,23 @@ TEST_F(MapDatabaseTest, OutlivesABrokenConnectionAndARestart) {
   EXPECT_EQ(store->AnchorsSince("desk", 0).entries.size(), 1u);
 }
 
+TEST_F(MapDatabaseTest, ADatabaseThatDoesNotAnswerIsNotWaitedForLong) {
+  const std::unique_ptr<MapStore> store = OpenMapDatabase(Uri());
+  ASSERT_EQ(store->EditAnchor("desk", "a", Flag(), true), 1);
+  std::atomic<bool> was_unknown = false;
+  store->Watch([&](const std::string& map) { was_unknown = was_unknown || map.empty(); });
+  server_->Freeze();
+  for (int call = 0; call < 2; ++call) {
+    const auto start = Clock::now();
+    EXPECT_THROW(store->EditAnchor("desk", "b", Flag(), false), StoreUnavailable);
+    EXPECT_LT(SecondsSince(start), 7);
+  }
+  std::this_thread::sleep_for(std::chrono::seconds(5));
+  server_->GoOn();
+  EXPECT_TRUE(BecomesTrue([&] { return was_unknown.load(); }, 10));
+  EXPECT_EQ(store->AnchorsSince("desk", 0).entries.front().name, "a");
+}
+
 TEST_F(MapDatabaseTest, ABrokenTransferLeavesTheOldMap) {
   const TempFolder folder;
   const std::unique_ptr<MapStore> store = OpenMapDatabase(Uri());

@@ -179,10 +179,14 @@ std::optional<MapFile> MapFiles::Open(const std::string& map) {
 
 StoredMap MapFiles::Put(const std::string& map, const fs::path& file) {
   CheckMapName(map);
+  std::error_code error;
+  const fs::path source = fs::canonical(file, error);
+  if (error || !fs::is_regular_file(source, error))
+    throw InputError(file.string() + ": cannot be read");
   const fs::path target = Locate(map).value_or(folder_ / (map + ".map"));
   const fs::path copy = own_->NewPath();
   const std::shared_ptr<void> hold = HoldFile(own_, copy);
-  Copy(fs::canonical(file), copy);
+  Copy(source, copy);
   std::optional<StoredMap> stored = Describe(map, copy);
   if (!stored) ThrowUnavailable(copy, ENOENT);
   if (rename(copy.c_str(), target.c_str()) != 0) ThrowUnavailable(target, errno);

@@ -39,7 +39,9 @@ class MapFolder : public MapStore {
   explicit MapFolder(const std::string& folder)
       : files_(folder), edits_path_(files_.folder() / "service.sqlite"), edits_(edits_path_) {}
 
-  ~MapFolder() override {
+  ~MapFolder() override { MapFolder::EndWatch(); }
+
+  void EndWatch() override {
     {
       const std::scoped_lock lock(watch_mutex_);
       is_ending_ = true;

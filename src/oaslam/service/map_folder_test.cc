@@ -201,6 +201,26 @@ TEST(MapFolder, DamagedFilesOfEditsAreRefused) {
   ProblemOfEdits("", "pages");
 }
 
+// An older version stays readable: its file is kept, as this program wrote it.
+TEST(MapFolder, ReadsTheEditsOfVersion1) {
+  const TempFolder folder;
+  fs::copy(fs::path(OASLAM_SOURCE_DIR) / "tests/data/service_format_1.sqlite",
+           folder / "service.sqlite");
+  const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
+  Anchor flag{"flag", 0.25, KeyframeId(7), {}, ObjectId(3), {0.5, -1, 2}};
+  flag.cam_from_anchor = {Eigen::Quaterniond(0.8, 0, 0.6, 0), Eigen::Vector3d(1, 2, 3)};
+  const AnchorEdits edits = store->AnchorsSince("desk", 0);
+  EXPECT_EQ(edits.version, 4);
+  ASSERT_EQ(edits.entries.size(), 2u);
+  EXPECT_EQ(edits.entries[0].name, "a flag");
+  EXPECT_EQ(edits.entries[0].anchor, flag);
+  EXPECT_EQ(edits.entries[1].name, "gone");
+  EXPECT_EQ(edits.entries[1].version, 3);
+  EXPECT_FALSE(edits.entries[1].anchor);
+  EXPECT_EQ(store->Georeference("desk"), "{\"points\": []}");
+  EXPECT_EQ(store->EditAnchor("desk", "another", flag, true), 5);
+}
+
 TEST(MapFolder, WaitsForOthersThatEdit) {
   const TempFolder folder;
   const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());

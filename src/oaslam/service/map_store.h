@@ -83,6 +83,8 @@ class MapStore {
   // have, on a thread of the store's, within a second of the change, whoever made it. An empty
   // name: anything may have changed (the store could not be reached for a while).
   virtual void Watch(std::function<void(const std::string& map)> changed) = 0;
+  // `changed` is called no more once this has returned.
+  virtual void EndWatch() = 0;
 };
 
 // A name of 1 to 64 letters, digits, '.', '_' and '-', the first no '.'. Throws InputError.

@@ -114,6 +114,9 @@ TEST_P(MapStoreTest, StoresFindsAndOpens) {
   EXPECT_EQ(file->map, desk);
   EXPECT_EQ(ContentOf(*file), "abc");
   EXPECT_EQ(ContentOf(*store_->Open("Attic-2.b_c")), "");
+  EXPECT_THAT(InputErrorOf([&] { store_->Put("desk", other_ / "missing"); }),
+              HasSubstr("missing: cannot be read"));
+  EXPECT_EQ(store_->Find("desk"), desk);
 }
 
 TEST_P(MapStoreTest, KeepsLargeFiles) {

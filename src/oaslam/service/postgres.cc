@@ -65,7 +65,8 @@ PgLocation::PgLocation(const std::string& location) : uri(location) {
     if (option->val && std::string_view(option->keyword) == "password") password = option->val;
 }
 
-PgConnection::PgConnection(const PgLocation& location) : password_(location.password) {
+PgConnection::PgConnection(const PgLocation& location, std::chrono::milliseconds patience)
+    : password_(location.password), patience_(patience) {
   // The location comes last, so that what it says of these holds.
   const char* const keywords[] = {"connect_timeout",  "keepalives_idle",  "keepalives_interval",
                                   "keepalives_count", "tcp_user_timeout", "application_name",
@@ -77,13 +78,50 @@ PgConnection::PgConnection(const PgLocation& location) : password_(location.pass
     Fail(connection_ ? PQerrorMessage(connection_.get()) : "no memory");
   PQsetNoticeProcessor(
       connection_.get(), [](void*, const char*) {}, nullptr);
-  Run("SET statement_timeout = '20s'");
-  Run("SET lock_timeout = '10s'");
-  Run("SET idle_in_transaction_session_timeout = '60s'");
+  PQsetnonblocking(connection_.get(), 1);
+  // The server ends what nobody waits for any more.
+  Run(
+      fmt::format("SET statement_timeout = {0}; SET lock_timeout = {0}; "
+                  "SET idle_in_transaction_session_timeout = {1}",
+                  patience.count(), 2 * patience.count()));
 }
 
 void PgConnection::Fail(const std::string& problem) const {
   throw StoreUnavailable(Readable(problem, password_));
+}
+
+void PgConnection::Wait(short events, std::chrono::steady_clock::time_point deadline) {
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+      deadline - std::chrono::steady_clock::now());
+  pollfd file{socket(), events, 0};
+  if (left.count() > 0 && poll(&file, 1, static_cast<int>(left.count()) + 1) != 0) return;
+  is_given_up_ = true;
+  Fail("the server does not answer");
+}
+
+// Of the statement that was sent; the last one of several.
+pg_result* PgConnection::Result(std::chrono::steady_clock::time_point deadline) {
+  PGconn* const connection = connection_.get();
+  while (PQflush(connection) == 1) {
+    Wait(POLLIN | POLLOUT, deadline);
+    PQconsumeInput(connection);
+  }
+  pg_result* result = nullptr;
+  for (;;) {
+    while (PQisBusy(connection)) {
+      try {
+        Wait(POLLIN, deadline);
+      } catch (const StoreUnavailable&) {
+        PQclear(result);
+        throw;
+      }
+      if (!PQconsumeInput(connection)) break;
+    }
+    pg_result* const next = PQgetResult(connection);
+    if (!next) return result;
+    PQclear(result);
+    result = next;
+  }
 }
 
 PgRows PgConnection::Run(const std::string& sql, const std::vector<PgParameter>& parameters,
@@ -95,9 +133,16 @@ PgRows PgConnection::Run(const std::string& sql, const std::vector<PgParameter>&
     lengths.push_back(static_cast<int>(p.bytes.size()));
     formats.push_back(p.is_binary ? 1 : 0);
   }
-  PGresult* const result =
-      PQexecParams(connection_.get(), sql.c_str(), static_cast<int>(values.size()), nullptr,
-                   values.data(), lengths.data(), formats.data(), is_binary ? 1 : 0);
+  const auto deadline = std::chrono::steady_clock::now() + patience_;
+  // Only without parameters several statements may be in one text.
+  const bool is_sent =
+      values.empty() && !is_binary
+          ? PQsendQuery(connection_.get(), sql.c_str())
+          : PQsendQueryParams(connection_.get(), sql.c_str(), static_cast<int>(values.size()),
+                              nullptr, values.data(), lengths.data(), formats.data(),
+                              is_binary ? 1 : 0);
+  if (!is_sent) Fail(PQerrorMessage(connection_.get()));
+  PGresult* const result = Result(deadline);
   PgRows rows(result);
   const ExecStatusType status = PQresultStatus(result);
   if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return rows;
@@ -119,7 +164,7 @@ bool PgConnection::IsUsable() {
 }
 
 bool PgConnection::IsIdle() const {
-  return PQstatus(connection_.get()) == CONNECTION_OK &&
+  return !is_given_up_ && PQstatus(connection_.get()) == CONNECTION_OK &&
          PQtransactionStatus(connection_.get()) == PQTRANS_IDLE;
 }
 
@@ -169,7 +214,7 @@ PgPool::Lease::Lease(PgPool& owner) : pool(owner) {
     if (std::chrono::steady_clock::now() < pool.no_attempt_before_)
       throw StoreUnavailable(pool.last_problem_);
     lock.unlock();
-    connection = std::make_unique<PgConnection>(pool.location_);
+    connection = std::make_unique<PgConnection>(pool.location_, pool.patience_);
   } catch (const StoreUnavailable& error) {
     if (!lock.owns_lock()) {
       lock.lock();

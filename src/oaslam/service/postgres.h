@@ -51,11 +51,12 @@ struct PgLocation {
 };
 
 // A connection to a PostgreSQL server, for one thread at a time. The functions throw
-// StoreUnavailable where the server cannot be reached, is too slow or refuses, and InputError for
-// values that it cannot keep.
+// StoreUnavailable where the server cannot be reached, does not answer in time or refuses, and
+// InputError for values that it cannot keep.
 class PgConnection {
  public:
-  explicit PgConnection(const PgLocation& location);
+  // `patience`: how long a statement may take.
+  PgConnection(const PgLocation& location, std::chrono::milliseconds patience);
 
   PgRows Run(const std::string& sql, const std::vector<PgParameter>& parameters = {},
              bool is_binary = false);
@@ -72,8 +73,12 @@ class PgConnection {
 
  private:
   [[noreturn]] void Fail(const std::string& problem) const;
+  pg_result* Result(std::chrono::steady_clock::time_point deadline);
+  void Wait(short events, std::chrono::steady_clock::time_point deadline);
 
   std::string password_;
+  std::chrono::milliseconds patience_;
+  bool is_given_up_ = false;  // an answer did not come in time
   std::shared_ptr<pg_conn> connection_;
 };
 
@@ -95,7 +100,8 @@ class PgTransaction {
 // Connections for calls on several threads, at most `size` at a time. Thread-safe.
 class PgPool {
  public:
-  PgPool(PgLocation location, int size) : location_(std::move(location)), free_(size) {}
+  PgPool(PgLocation location, int size, std::chrono::milliseconds patience)
+      : location_(std::move(location)), patience_(patience), free_(size) {}
 
   // Runs `act` with a connection. Throws StoreUnavailable where none is free for some seconds, and
   // at once where the last attempt to connect has just failed.
@@ -114,6 +120,7 @@ class PgPool {
   };
 
   const PgLocation location_;
+  const std::chrono::milliseconds patience_;
   std::mutex mutex_;
   std::condition_variable returned_;
   int free_;  // connections that may be taken

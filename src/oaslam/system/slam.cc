@@ -289,8 +289,9 @@ AnchorReport Slam::PlaceAnchor(const AnchorRequest& request) {
 }
 
 std::string Slam::EditAnchor(const std::string& name, const AnchorEdit& edit) {
-  std::map<std::string, Anchor> anchors = impl_->session().Newest()->anchors;
-  std::string problem = oaslam::EditAnchor(name, edit, anchors);
+  const std::shared_ptr<const Map> map = impl_->session().Newest();
+  std::map<std::string, Anchor> anchors = map->anchors;
+  std::string problem = oaslam::EditAnchor(*map, name, edit, anchors);
   if (problem.empty()) impl_->SetAnchors(std::move(anchors));
   return problem;
 }

@@ -1,4 +1,4 @@
-#include "oaslam/viewer/http_policy.h"
+#include "oaslam/net/host_policy.h"
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
@@ -32,17 +32,19 @@ std::string NameOfHost(std::string_view host) {
 
 }  // namespace
 
-bool IsAllowedHost(std::string_view host, const std::string& machine_name) {
+bool IsAllowedHost(std::string_view host, const std::vector<std::string>& names) {
   const std::string name = NameOfHost(host);
   if (name.empty()) return false;
-  if (name == "localhost" || name == Lower(machine_name)) return true;
+  const auto is_name = [&](const std::string& allowed) { return name == Lower(allowed); };
+  if (name == "localhost" || std::ranges::any_of(names, is_name)) return true;
   boost::system::error_code error;
   boost::asio::ip::make_address(name, error);
   return !error;
 }
 
 bool IsAllowedOrigin(std::string_view origin, std::string_view host) {
-  return origin.empty() || Lower(origin) == "http://" + Lower(host);
+  return origin.empty() || Lower(origin) == "http://" + Lower(host) ||
+         Lower(origin) == "https://" + Lower(host);
 }
 
 }  // namespace oaslam

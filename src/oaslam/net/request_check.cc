@@ -1,0 +1,117 @@
+#include "oaslam/net/request_check.h"
+
+#include <boost/beast/http/rfc7230.hpp>
+#include <string_view>
+#include <utility>
+
+#include "oaslam/net/host_policy.h"
+
+namespace oaslam {
+namespace {
+
+namespace http = boost::beast::http;
+
+int HexDigit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+// Percent-decoding (RFC 3986, 2.1); in a query, + is a blank. Nothing where it is malformed, or has
+// a zero byte.
+std::optional<std::string> Decode(std::string_view text, bool is_query) {
+  std::string decoded;
+  for (size_t i = 0; i < text.size(); ++i) {
+    char c = text[i];
+    if (c == '+' && is_query) {
+      c = ' ';
+    } else if (c == '%') {
+      const int high = i + 2 < text.size() ? HexDigit(text[i + 1]) : -1;
+      const int low = i + 2 < text.size() ? HexDigit(text[i + 2]) : -1;
+      if (high < 0 || low < 0) return std::nullopt;
+      c = static_cast<char>(high * 16 + low);
+      i += 2;
+    }
+    if (c == '\0') return std::nullopt;
+    decoded += c;
+  }
+  return decoded;
+}
+
+bool ReadQuery(std::string_view text, std::map<std::string, std::string>& query) {
+  while (!text.empty()) {
+    const std::string_view pair = text.substr(0, text.find('&'));
+    text.remove_prefix(std::min(pair.size() + 1, text.size()));
+    if (pair.empty()) continue;
+    const size_t equals = pair.find('=');
+    const auto key = Decode(pair.substr(0, equals), true);
+    const auto value = Decode(
+        equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1), true);
+    if (!key || !value) return false;
+    query[*key] = *value;
+  }
+  return true;
+}
+
+// From the header Authorization, or for pages, which cannot set it, from the subprotocols of a
+// WebSocket.
+std::string TokenOf(const http::fields& fields) {
+  constexpr std::string_view kBearer = "Bearer ", kSubprotocol = "oaslam.token.";
+  const std::string authorization(fields[http::field::authorization]);
+  if (authorization.starts_with(kBearer)) return authorization.substr(kBearer.size());
+  for (const auto& offered : http::token_list(fields[http::field::sec_websocket_protocol]))
+    if (const std::string protocol(offered); protocol.starts_with(kSubprotocol))
+      return protocol.substr(kSubprotocol.size());
+  return "";
+}
+
+}  // namespace
+
+std::optional<HttpRequest> RequestOf(const RequestHead& head, const std::string& address,
+                                     bool is_local) {
+  const std::string target(head.target());
+  const size_t question = target.find('?');
+  const auto path = Decode(std::string_view(target).substr(0, question), false);
+  HttpRequest request;
+  if (!path || !path->starts_with('/')) return std::nullopt;
+  if (question != std::string::npos &&
+      !ReadQuery(std::string_view(target).substr(question + 1), request.query))
+    return std::nullopt;
+  request.method = head.method();
+  request.path = *path;
+  request.fields = head.base();
+  request.caller = {address, is_local};
+  return request;
+}
+
+std::optional<HttpAnswer> CheckRequest(const ServerCore& core, HttpRequest& request) {
+  const std::string host(request.fields[http::field::host]);
+  if (!IsAllowedHost(host, core.host_names))
+    return TextAnswer(http::status::forbidden,
+                      "unknown host name: use an address or localhost (--host allows a name)\n");
+  if (!IsAllowedOrigin(std::string(request.fields[http::field::origin]), host))
+    return TextAnswer(http::status::forbidden, "foreign origin\n");
+  if (!core.tokens) {
+    request.caller.access = Access::kWrite;
+    return std::nullopt;
+  }
+  request.caller.access = core.tokens->AccessOf(TokenOf(request.fields));
+  request.caller.has_token = request.caller.access != Access::kNone;
+  if (request.caller.access >= core.service->AccessFor(request)) return std::nullopt;
+  if (request.caller.has_token)
+    return TextAnswer(http::status::forbidden, "this token is for reading only\n");
+  HttpAnswer answer = TextAnswer(http::status::unauthorized, "a token is needed\n");
+  answer.fields.emplace_back("WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+HttpAnswer TextAnswer(http::status status, const std::string& text) {
+  HttpAnswer answer;
+  answer.status = status;
+  answer.content_type = "text/plain; charset=utf-8";
+  answer.body = text;
+  return answer;
+}
+
+}  // namespace oaslam

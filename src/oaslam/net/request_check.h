@@ -1,0 +1,23 @@
+#pragma once
+
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+#include <optional>
+
+#include "oaslam/net/server_core.h"
+
+namespace oaslam {
+
+using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
+
+// The request that a head tells, without its body. Nothing for a target that is no path.
+std::optional<HttpRequest> RequestOf(const RequestHead& head, const std::string& address,
+                                     bool is_local);
+
+// Finds out what the caller may do, and sets it. Returns the answer where the request is refused:
+// because of its host or origin, or since the service wants a token for it.
+std::optional<HttpAnswer> CheckRequest(const ServerCore& core, HttpRequest& request);
+
+HttpAnswer TextAnswer(boost::beast::http::status status, const std::string& text);
+
+}  // namespace oaslam

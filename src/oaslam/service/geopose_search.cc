@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/json_text.h"
+#include "oaslam/service/geopose_protocol.h"
+#include "oaslam/service/localize.h"
+#include "oaslam/util/median.h"
+
+namespace oaslam {
+namespace {
+
+constexpr size_t kMostImages = 4;  // of a request
+constexpr size_t kMostMaps = 8;    // that are asked
+
+struct PlacedMap {
+  std::shared_ptr<const ServedMap> map;
+  Georeference georeference;
+};
+
+// The maps with a georeference, nearest to the device first. A map that cannot be used now, or
+// whose georeference does not fit it, is left out.
+std::vector<PlacedMap> MapsNear(ServiceState& state, const GeoPoseRequest& request) {
+  constexpr double kNear_m = 2000;
+  std::vector<PlacedMap> maps;
+  for (const StoredMap& stored : state.shelf.store().Maps()) {
+    try {
+      const auto edits = state.shelf.Edits(stored.name);
+      if (!edits->georeference) continue;
+      const auto map = state.shelf.Get(stored.name);
+      if (!map) continue;
+      const auto georeference = GeoreferenceOf(map->saved().map, *edits);
+      const double distance_m =
+          request.location ? Distance_m(*request.location, georeference->origin) : 0;
+      if (distance_m < kNear_m + request.accuracy_m.value_or(0))
+        maps.push_back({map, *georeference});
+    } catch (const InputError&) {
+    }
+  }
+  if (request.location)
+    std::ranges::stable_sort(maps, {}, [&](const PlacedMap& placed) {
+      return Distance_m(*request.location, placed.georeference.origin);
+    });
+  if (maps.size() > kMostMaps) maps.resize(kMostMaps);
+  return maps;
+}
+
+// As a file, which is how images come everywhere else.
+std::string FileOf(const GeoPoseImage& image) {
+  if (image.format == GeoPoseImage::Format::kFile) return image.bytes;
+  const bool is_grey = image.format == GeoPoseImage::Format::kGray8;
+  const cv::Mat pixels(image.height, image.width, is_grey ? CV_8UC1 : CV_8UC4,
+                       const_cast<char*>(image.bytes.data()));
+  cv::Mat stored = pixels;
+  if (!is_grey) cv::cvtColor(pixels, stored, cv::COLOR_RGBA2BGR);
+  std::vector<uchar> file;
+  cv::imencode(".png", stored, file);
+  return {file.begin(), file.end()};
+}
+
+// The median distance of the landmarks that the nearest keyframe sees, map units.
+double DepthAt(const Map& map, const Eigen::Vector3d& place) {
+  const Keyframe* nearest = nullptr;
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    const auto distance = [&](const Keyframe& of) {
+      return (of.cam_from_world.OriginInSource() - place).norm();
+    };
+    if (!nearest || distance(k) < distance(*nearest)) nearest = &k;
+  });
+  std::vector<double> distances;
+  if (nearest)
+    for (const LandmarkId id : nearest->landmarks)
+      if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
+        distances.push_back((landmark->position - place).norm());
+  return distances.empty() ? 1 : Median(std::move(distances));
+}
+
+}  // namespace
+
+GeoPoseReply AnswerGeoPose(ServiceState& state, const std::string& body) {
+  const GeoPoseRequest request = ReadGeoPoseRequest(body, kMostImages);
+  const std::vector<PlacedMap> maps = MapsNear(state, request);
+  std::string why_not = "no map with a georeference is near";
+  for (const PlacedMap& placed : maps)
+    for (const GeoPoseImage& image : request.images) {
+      ImageRequest asked;
+      asked.bytes = FileOf(image);
+      asked.camera.is_auto = !image.camera;
+      if (image.camera) asked.camera.camera = *image.camera;
+      const RelocalizationResult found =
+          Localize(state, *placed.map, asked, RelocalizationMode::kPointsAndObjects).result;
+      if (!found.world_from_cam) {
+        why_not = found.why_not;
+        continue;
+      }
+      const double depth = DepthAt(placed.map->saved().map, found.world_from_cam->translation);
+      return {200, WriteGeoPoseAnswer(
+                       {request.id, image.time_ms,
+                        GeoPoseOfCamera(placed.georeference, *found.world_from_cam),
+                        found.sigma_position * placed.georeference.enu_from_map.scale,
+                        std::atan2(found.sigma_position, depth) * 180 / std::numbers::pi})};
+    }
+  return {404, JsonText(JsonOfError(why_not))};
+}
+
+}  // namespace oaslam

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/content/model_library.h"
+#include "oaslam/detection/detector.h"
+#include "oaslam/formats/class_names.h"
+#include "oaslam/net/http_service.h"
+#include "oaslam/service/map_store.h"
+
+namespace oaslam {
+
+struct ServiceOptions {
+  std::shared_ptr<MapStore> store;
+  SlamConfig config;
+  size_t memory_bytes = size_t{4} << 30;  // of loaded maps
+  size_t workers = 1;
+  // Makes a detector, for images that points do not find and that have no boxes, and for new maps;
+  // null: none.
+  std::function<std::unique_ptr<Detector>()> make_detector;
+  Classes classes;          // of the detector, for new maps
+  std::string keep_images;  // folder for the images that are sent; empty: none is kept
+  std::shared_ptr<const ModelLibrary> models;
+};
+
+// Answers where cameras are in the maps of a store (docs/service.md).
+class LocalizationService : public HttpService {
+ public:
+  // `executor`: of the server's thread.
+  LocalizationService(ServiceOptions options, boost::asio::any_io_executor executor);
+  ~LocalizationService() override;
+
+  Access AccessFor(const HttpRequest& head) const override;
+  BodyPlan PlanBody(const HttpRequest& head) override;
+  void Handle(HttpRequest request, Reply reply) override;
+  std::shared_ptr<WebSocketHandler> Upgrade(const HttpRequest& request) override;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace oaslam

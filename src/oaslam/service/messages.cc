@@ -1,0 +1,176 @@
+#include "oaslam/service/messages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/formats/detection_file.h"
+#include "oaslam/geometry/box.h"
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/ellipsoid.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kMostPixels = 100'000;  // on a side
+
+Camera ReadCamera(const JsonInput& json) {
+  json.Only({"name", "model", "width", "height", "fx", "fy", "cx", "cy", "distortion", "is_guess"});
+  Camera camera;
+  if (const auto model = json.Find("model")) {
+    if (model->Text() == ToString(LensModel::kFisheye))
+      camera.model = LensModel::kFisheye;
+    else if (model->Text() != ToString(LensModel::kPinhole))
+      model->Refuse(fmt::format("\"{}\", allowed: pinhole, fisheye", model->Text()));
+  }
+  camera.width = json["width"].Integer(1, kMostPixels);
+  camera.height = json["height"].Integer(1, kMostPixels);
+  camera.fx = json["fx"].Number();
+  camera.fy = json.Find("fy").value_or(json["fx"]).Number();
+  const auto cx = json.Find("cx"), cy = json.Find("cy");
+  camera.cx = cx ? cx->Number() : (camera.width - 1) / 2.0;
+  camera.cy = cy ? cy->Number() : (camera.height - 1) / 2.0;
+  if (const auto distortion = json.Find("distortion")) {
+    const std::vector<JsonInput> items = distortion->Items(0, camera.distortion.size());
+    for (size_t i = 0; i < items.size(); ++i) camera.distortion[i] = items[i].Number();
+  }
+  CheckCalibration(camera, json.place());
+  return camera;
+}
+
+Json Numbers(std::initializer_list<double> values) { return Json(std::vector<double>(values)); }
+
+}  // namespace
+
+CameraChoice ReadCameraChoice(const JsonInput& json) {
+  CameraChoice choice;
+  if (!json.value().is_string()) {
+    choice.camera = ReadCamera(json);
+    return choice;
+  }
+  choice.is_auto = json.Text() == "auto";
+  if (choice.is_auto) return choice;
+  if (!json.Text().starts_with("fov:"))
+    json.Refuse(fmt::format("\"{}\", allowed: auto, fov:DEGREES or an object", json.Text()));
+  choice.fov = json.Text();
+  LoadCamera(choice.fov, {640, 480});  // refuses a bad one
+  return choice;
+}
+
+std::optional<Camera> CameraFor(const CameraChoice& choice, const cv::Size& size) {
+  if (choice.is_auto) return std::nullopt;
+  if (!choice.fov.empty()) return LoadCamera(choice.fov, size);
+  if (choice.camera.width != size.width || choice.camera.height != size.height)
+    throw InputError(fmt::format("camera: is for images of {} x {}, this one has {} x {}",
+                                 choice.camera.width, choice.camera.height, size.width,
+                                 size.height));
+  return choice.camera;
+}
+
+ImageRequest ReadImageRequest(const JsonInput& json) {
+  constexpr size_t kMostDetections = 1000;
+  ImageRequest request;
+  const auto camera = json.Find("camera");
+  if (camera)
+    request.camera = ReadCameraChoice(*camera);
+  else
+    request.camera.is_auto = true;
+  if (const auto detections = json.Find("detections")) {
+    detections->Items(0, kMostDetections);
+    request.detections = DetectionsFromJson(detections->value(), detections->place());
+  }
+  if (const auto gravity = json.Find("gravity")) {
+    request.gravity_in_cam = gravity->Vector();
+    if (!(request.gravity_in_cam->norm() > 0)) gravity->Refuse("has no direction");
+  }
+  if (const auto prior = json.Find("prior")) request.prior = prior->Pose();
+  if (const auto time = json.Find("time")) request.time = time->Number();
+  return request;
+}
+
+Json JsonOf(const Eigen::Vector3d& v) { return Numbers({v.x(), v.y(), v.z()}); }
+
+Json JsonOf(const Rigid3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation;
+  const double sign = q.w() < 0 ? -1 : 1;
+  return {{"position", JsonOf(pose.translation)},
+          {"rotation", Numbers({sign * q.x(), sign * q.y(), sign * q.z(), sign * q.w()})}};
+}
+
+Json JsonOf(const Camera& c) {
+  return {{"model", ToString(c.model)},
+          {"width", c.width},
+          {"height", c.height},
+          {"fx", c.fx},
+          {"fy", c.fy},
+          {"cx", c.cx},
+          {"cy", c.cy},
+          {"distortion", c.distortion}};
+}
+
+Json JsonOf(const Ellipsoid& e) {
+  const Eigen::Quaterniond& q = e.rotation;
+  return {{"center", JsonOf(e.center)},
+          {"half_axes", JsonOf(e.half_axes)},
+          {"rotation", Numbers({q.x(), q.y(), q.z(), q.w()})}};
+}
+
+Json JsonOf(const AnchorPose& anchor, int64_t version) {
+  Json json = {{"name", anchor.name},
+               {"model", anchor.model},
+               {"size", anchor.size},
+               {"pose", JsonOf(anchor.world_from_anchor)}};
+  if (anchor.object) json["object"] = *anchor.object;
+  json["version"] = version;
+  return json;
+}
+
+Json JsonOfObjects(const SavedMap& saved) {
+  Json objects = Json::array();
+  saved.map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    Json json = {{"id", id.value}, {"category", NameOf(saved.class_names, object.category_id)}};
+    if (!object.name.empty()) json["name"] = object.name;
+    json["ellipsoid"] = JsonOf(object.ellipsoid);
+    objects.push_back(std::move(json));
+  });
+  return objects;
+}
+
+Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera,
+                         const Rigid3& world_from_cam) {
+  constexpr double kLeastShare = 0.3;  // of the outline that the image shows
+  const Rigid3 cam_from_world = world_from_cam.Inverse();
+  const Box bounds = IdealImageBounds(camera);
+  Json objects = Json::array();
+  saved.map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (object.state != ObjectState::kMapped) return;
+    const std::optional<Box> box = ProjectToBox(object.ellipsoid, cam_from_world, camera);
+    if (!box || ShareInside(*box, bounds) < kLeastShare) return;
+    const Box shown = Intersection(*box, bounds);
+    objects.push_back({{"id", id.value},
+                       {"category", NameOf(saved.class_names, object.category_id)},
+                       {"box", Numbers({shown.x1, shown.y1, shown.x2, shown.y2})}});
+  });
+  return objects;
+}
+
+Json JsonOf(const RelocalizationResult& result, const std::optional<Camera>& camera) {
+  if (!result.world_from_cam)
+    return {{"found", false}, {"why_not", result.why_not}, {"confidence", result.confidence}};
+  Json json = {{"found", true},
+               {"pose", JsonOf(*result.world_from_cam)},
+               {"confidence", result.confidence},
+               {"evidence", ToString(result.evidence)},
+               {"inlier_points", result.inlier_points},
+               {"matched_objects", result.matched_objects},
+               {"sigma_position", result.sigma_position}};
+  if (camera) json["camera"] = JsonOf(*camera);
+  return json;
+}
+
+Json JsonOfError(const std::string& message) { return {{"error", message}}; }
+
+}  // namespace oaslam

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/anchors.h"
+#include "oaslam/camera.h"
+#include "oaslam/service/json_input.h"
+#include "oaslam/slam.h"
+#include "oaslam/storage/map_file.h"
+
+namespace oaslam {
+
+// The JSON of the service's messages (docs/service.md).
+using Json = nlohmann::ordered_json;
+
+// What a client says of its camera.
+struct CameraChoice {
+  bool is_auto = false;
+  std::string fov;  // "fov:DEGREES"; empty: none
+  Camera camera;    // if neither
+
+  bool operator==(const CameraChoice&) const = default;
+};
+
+CameraChoice ReadCameraChoice(const JsonInput& json);
+// The camera for images of this size; nothing where it is to be found. Throws InputError where it
+// is for another size.
+std::optional<Camera> CameraFor(const CameraChoice& choice, const cv::Size& size);
+
+// One image of a request, or of a stream.
+struct ImageRequest {
+  std::string bytes;  // JPEG or PNG; empty: found by detections alone
+  CameraChoice camera;
+  std::optional<std::vector<Detection>> detections;
+  std::optional<Eigen::Vector3d> gravity_in_cam;
+  std::optional<Rigid3> prior;  // world_from_cam
+  double time = 0;
+};
+
+// All but the bytes. A missing camera is "auto".
+ImageRequest ReadImageRequest(const JsonInput& json);
+
+Json JsonOf(const Eigen::Vector3d& v);
+Json JsonOf(const Rigid3& pose);
+Json JsonOf(const Camera& camera);
+Json JsonOf(const Ellipsoid& ellipsoid);
+Json JsonOf(const AnchorPose& anchor, int64_t version);
+
+// The mapped objects: id, category, name where it has one, ellipsoid.
+Json JsonOfObjects(const SavedMap& saved);
+// The mapped objects that are before the camera, by their outlines in the image (of a lens with
+// distortion: in its ideal image); what hides them is not looked at.
+Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera, const Rigid3& world_from_cam);
+// The answer to one image, without objects.
+Json JsonOf(const RelocalizationResult& result, const std::optional<Camera>& camera);
+
+Json JsonOfError(const std::string& message);
+
+}  // namespace oaslam

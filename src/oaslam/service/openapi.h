@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string_view>
+
+namespace oaslam {
+
+// The description of the service, OpenAPI 3.1: data/openapi.json, made part of the program by the
+// build.
+std::string_view OpenApi();
+
+}  // namespace oaslam

@@ -1,0 +1,185 @@
+#include "oaslam/service/record_session.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "oaslam/camera_estimation.h"
+#include "oaslam/detection/view_change.h"
+#include "oaslam/error.h"
+#include "oaslam/formats/camera_file.h"
+#include "oaslam/service/received_image.h"
+#include "oaslam/system/slam_access.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kCameraSeconds = 10;     // of images by which an unknown camera is estimated
+constexpr const char* kGuess = "fov:60";  // where these do not tell it
+constexpr int kLeastKeyframes = 5;        // of a map that is worth keeping
+
+class Recording : public StreamWork {
+ public:
+  Recording(std::shared_ptr<ServiceState> state, std::string map)
+      : state_(std::move(state)), name_(std::move(map)) {}
+
+  StreamStep Begin() override;
+  StreamStep Look() override { return {}; }
+  StreamStep Command(const nlohmann::json& message) override;
+  StreamStep Image(const ImageRequest& image, const nlohmann::json& header, int dropped) override;
+
+ private:
+  void EstimateCamera(const cv::Mat& image, double time);
+  void BeginMap(const Camera& camera);
+  Json Progress(const char* phase, const std::string& text) const;
+  StreamStep Save();
+
+  const std::shared_ptr<ServiceState> state_;
+  const std::string name_;
+  std::optional<CameraEstimator> estimator_;
+  std::optional<Camera> camera_;
+  std::unique_ptr<Slam> slam_;
+  ViewChange view_change_;
+  double last_time_ = -std::numeric_limits<double>::infinity();
+};
+
+StreamStep Recording::Begin() {
+  CheckMapName(name_);
+  if (state_->shelf.store().Find(name_))
+    return {{{{"type", "error"}, {"message", fmt::format("there is a map \"{}\" already", name_)}}},
+            true};
+  return {{{{"type", "hello"}, {"protocol", 1}, {"map", name_}, {"may_write", true}}}, false};
+}
+
+void Recording::BeginMap(const Camera& camera) {
+  SlamConfig config = state_->options.config;
+  config.runner.mode = "sequential";  // no threads of its own
+  slam_ = std::make_unique<Slam>(config, camera);
+  slam_->SetClassNames(state_->options.classes.names);
+  slam_->SetClassRelations(state_->options.classes.relations);
+  camera_ = camera;
+  estimator_.reset();
+}
+
+void Recording::EstimateCamera(const cv::Mat& image, double time) {
+  if (!estimator_) estimator_.emplace(state_->options.config);
+  estimator_->Add(image, time);
+  if (estimator_->Duration() < kCameraSeconds && !estimator_->IsFull()) return;
+  const CameraEstimate found = estimator_->Estimate();
+  BeginMap(found.is_determined ? found.camera : LoadCamera(kGuess, image.size()));
+}
+
+Json Recording::Progress(const char* phase, const std::string& text) const {
+  Json message = {{"type", "progress"}, {"phase", phase}};
+  size_t objects = 0, keyframes = 0, landmarks = 0;
+  if (slam_) {
+    const std::shared_ptr<const Map> map = SlamAccess::View(*slam_).map;
+    keyframes = map->keyframes.size();
+    landmarks = map->landmarks.size();
+    map->objects.ForEach(
+        [&](ObjectId, const Object& object) { objects += object.state == ObjectState::kMapped; });
+  }
+  message["keyframes"] = keyframes;
+  message["landmarks"] = landmarks;
+  message["objects"] = objects;
+  message["text"] = text;
+  return message;
+}
+
+StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& header,
+                            int dropped) {
+  const Stopwatch watch;
+  if (!(request.time > last_time_))
+    throw InputError(fmt::format("time: {:.6f}, is not after that of the image before, {:.6f}",
+                                 request.time, last_time_));
+  KeepImage(*state_, name_, request.bytes);
+  const bool detects = !request.detections && !state_->detectors.empty();
+  ImageInput input;
+  input.timestamp = last_time_ = request.time;
+  input.image = DecodeReceivedImage(request.bytes, detects ? ImageColor::kBgr : ImageColor::kGrey);
+  input.gravity_in_cam = request.gravity_in_cam;
+  const std::optional<Camera> given = CameraFor(request.camera, input.image.size());
+  if (given && !slam_) BeginMap(*given);
+  if (slam_ && cv::Size(camera_->width, camera_->height) != input.image.size())
+    throw InputError(fmt::format("image: {} x {} pixels, the map is made of {} x {}",
+                                 input.image.cols, input.image.rows, camera_->width,
+                                 camera_->height));
+  Json answer = {
+      {"type", "pose"}, {"id", header.value("id", nlohmann::json())}, {"time", request.time}};
+  if (!slam_) {
+    EstimateCamera(input.image, request.time);
+    answer["state"] = ToString(TrackingState::kInitializing);
+    answer["dropped"] = dropped;
+    answer["ms"] = watch.WallMs();
+    return {{std::move(answer), Progress("camera",
+                                         "Move sideways slowly, past things with details: "
+                                         "the lens of this camera is being measured.")},
+            false};
+  }
+  if (request.detections)
+    input.detections = *request.detections;
+  else if (detects && view_change_.Choose(input.image, request.time))
+    input.detections = state_->detectors.Detect(input.image);
+  const TrackingResult tracked = slam_->Process(input);
+  answer["state"] = ToString(tracked.state);
+  if (tracked.world_from_cam) {
+    answer["pose"] = JsonOf(*tracked.world_from_cam);
+    answer["depth"] = tracked.depth;
+  }
+  answer["confidence"] = tracked.confidence;
+  answer["camera"] = JsonOf(*camera_);
+  answer["dropped"] = dropped;
+  answer["ms"] = watch.WallMs();
+  const char* text = tracked.state == TrackingState::kInitializing
+                         ? "Move sideways slowly, past things with details."
+                     : tracked.world_from_cam
+                         ? "Walk around what is to be mapped, and come back to where you began."
+                         : "Lost: go back to where you were, and move slowly.";
+  return {{std::move(answer), Progress("mapping", text)}, false};
+}
+
+StreamStep Recording::Command(const nlohmann::json& message) {
+  const std::string& type = JsonInput(message, "message")["type"].Text();
+  if (type != "finish")
+    throw InputError(fmt::format("message: type \"{}\", allowed: finish", type));
+  return Save();
+}
+
+StreamStep Recording::Save() {
+  if (!slam_) throw InputError("there is no map yet: the camera has to be known first");
+  slam_->Finish();
+  if (SlamAccess::View(*slam_).map->keyframes.size() < kLeastKeyframes)
+    throw InputError("there is no map yet: it takes a camera that moves sideways past things");
+  static std::atomic<int> count = 0;
+  const fs::path file =
+      fs::temp_directory_path() / fmt::format("oaslam-record-{}-{}", getpid(), ++count);
+  struct RemoveAtEnd {
+    const fs::path& path;
+    ~RemoveAtEnd() {
+      std::error_code ignored;
+      fs::remove(path, ignored);
+    }
+  } const remove{file};
+  slam_->Save(file.string());
+  const StoredMap stored = state_->shelf.store().Put(name_, file);
+  state_->shelf.Refresh(name_);
+  return {{Progress("saving", "Saved."),
+           {{"type", "saved"}, {"map", name_}, {"digest", stored.digest}}},
+          true};
+}
+
+}  // namespace
+
+std::unique_ptr<StreamWork> RecordWork(std::shared_ptr<ServiceState> state,
+                                       const std::string& map) {
+  return std::make_unique<Recording>(std::move(state), map);
+}
+
+}  // namespace oaslam

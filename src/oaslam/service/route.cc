@@ -1,0 +1,96 @@
+#include "oaslam/service/route.h"
+
+#include <map>
+#include <string_view>
+
+namespace oaslam {
+
+const char* NameOf(Route route) {
+  switch (route) {
+    case Route::kHealth:
+      return "healthz";
+    case Route::kMetrics:
+      return "metrics";
+    case Route::kOpenApi:
+      return "openapi";
+    case Route::kCamera:
+      return "camera";
+    case Route::kModel:
+      return "models";
+    case Route::kGeoPose:
+      return "geopose";
+    case Route::kMaps:
+      return "maps";
+    case Route::kMap:
+      return "map";
+    case Route::kLocalize:
+      return "localize";
+    case Route::kAnchors:
+    case Route::kAnchor:
+      return "anchors";
+    case Route::kGeoreference:
+      return "georeference";
+    case Route::kTrack:
+      return "track";
+    case Route::kRecord:
+      return "record";
+    case Route::kNowhere:
+      break;
+  }
+  return "other";
+}
+
+Target TargetOf(const std::string& path) {
+  constexpr std::string_view kModels = "/models/", kMaps = "/v1/maps/";
+  static const std::map<std::string, Route> fixed{{"/healthz", Route::kHealth},
+                                                  {"/metrics", Route::kMetrics},
+                                                  {"/openapi.json", Route::kOpenApi},
+                                                  {"/camera", Route::kCamera},
+                                                  {"/", Route::kCamera},
+                                                  {"/geopose", Route::kGeoPose},
+                                                  {"/v1/maps", Route::kMaps}};
+  if (const auto found = fixed.find(path); found != fixed.end()) return {found->second, "", ""};
+  if (path.starts_with(kModels)) return {Route::kModel, "", path.substr(kModels.size())};
+  if (!path.starts_with(kMaps)) return {};
+  const std::string rest = path.substr(kMaps.size());
+  const size_t slash = rest.find('/');
+  const std::string map = rest.substr(0, slash);
+  if (map.empty()) return {};
+  if (slash == std::string::npos) return {Route::kMap, map, ""};
+  const std::string part = rest.substr(slash + 1);
+  static const std::map<std::string, Route> parts{{"localize", Route::kLocalize},
+                                                  {"anchors", Route::kAnchors},
+                                                  {"georeference", Route::kGeoreference},
+                                                  {"track", Route::kTrack},
+                                                  {"record", Route::kRecord}};
+  if (const auto found = parts.find(part); found != parts.end()) return {found->second, map, ""};
+  constexpr std::string_view kAnchors = "anchors/";
+  if (part.starts_with(kAnchors) && part.size() > kAnchors.size())
+    return {Route::kAnchor, map, part.substr(kAnchors.size())};
+  return {};
+}
+
+std::string MethodsOf(Route route) {
+  switch (route) {
+    case Route::kLocalize:
+    case Route::kGeoPose:
+      return "POST";
+    case Route::kMap:
+    case Route::kGeoreference:
+      return "GET, HEAD, PUT, DELETE";
+    case Route::kAnchors:
+      return "GET, HEAD, POST";
+    case Route::kAnchor:
+      return "PATCH, DELETE";
+    default:
+      return "GET, HEAD";
+  }
+}
+
+bool Allows(Route route, boost::beast::http::verb method) {
+  const std::string methods = ", " + MethodsOf(route) + ",";
+  return methods.find(", " + std::string(boost::beast::http::to_string(method)) + ",") !=
+         std::string::npos;
+}
+
+}  // namespace oaslam

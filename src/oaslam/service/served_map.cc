@@ -1,0 +1,66 @@
+#include "oaslam/service/served_map.h"
+
+#include <utility>
+
+namespace oaslam {
+namespace {
+
+// The large parts, as they are in memory; a quarter more for the rest.
+size_t EstimateBytes(const SavedMap& saved) {
+  constexpr size_t kIndexed = 64;  // of a landmark in the index of places
+  size_t bytes = saved.trajectory.capacity() * sizeof(FramePose);
+  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    bytes += sizeof(k) + k.landmarks.size() * sizeof(LandmarkId) +
+             k.covisible.size() * sizeof(Covisible) +
+             k.features->keypoints.size() * (sizeof(Keypoint) + sizeof(Descriptor));
+  });
+  saved.map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
+    bytes += sizeof(landmark) + landmark.observations.size() * sizeof(Observation) + kIndexed;
+  });
+  saved.map.objects.ForEach([&](ObjectId, const Object& object) {
+    bytes += sizeof(object) + object.observations.size() * sizeof(ObjectObservation);
+  });
+  return bytes + bytes / 4;
+}
+
+GeoreferencedMap Referred(const Map& map) {
+  GeoreferencedMap referred{map.up, map.is_metric, {}};
+  for (const AnchorPose& anchor : PosesOf(map))
+    referred.anchors.emplace(anchor.name, anchor.world_from_anchor);
+  return referred;
+}
+
+}  // namespace
+
+ServedMap::ServedMap(const MapFile& file, const SlamConfig& config)
+    : stored(file.map),
+      localizer(config, IndexedMap(LoadMap(file.path.string()))),
+      bytes(EstimateBytes(saved())) {}
+
+Map WithEdits(const Map& map, const MapEdits& edits) {
+  Map edited = map;  // shares its tables
+  for (const auto& [name, entry] : edits.anchors) {
+    edited.anchors.erase(name);
+    if (entry.anchor) edited.anchors.emplace(name, *entry.anchor);
+  }
+  return edited;
+}
+
+AnchorNews NewsOf(const Map& map, const MapEdits& edits, int64_t since) {
+  AnchorNews news;
+  for (const auto& [name, entry] : edits.anchors)
+    if (!entry.anchor && entry.version > since) news.removed.push_back(name);
+  for (const AnchorPose& pose : PosesOf(WithEdits(map, edits))) {
+    const auto edit = edits.anchors.find(pose.name);
+    const int64_t version = edit == edits.anchors.end() ? 0 : edit->second.version;
+    if (since == 0 || version > since) news.anchors.push_back({pose, version});
+  }
+  return news;
+}
+
+std::optional<Georeference> GeoreferenceOf(const Map& map, const MapEdits& edits) {
+  if (!edits.georeference) return std::nullopt;
+  return ReadGeoreference(*edits.georeference, Referred(WithEdits(map, edits)));
+}
+
+}  // namespace oaslam

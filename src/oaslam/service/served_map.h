@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/anchors/editing.h"
+#include "oaslam/service/georeference.h"
+#include "oaslam/service/map_store.h"
+#include "oaslam/system/localizer.h"
+
+namespace oaslam {
+
+// One version of a map, loaded. Never changes; shared by all that use it.
+struct ServedMap {
+  // Reads the file. Throws InputError where it is no map.
+  ServedMap(const MapFile& file, const SlamConfig& config);
+
+  StoredMap stored;
+  Localizer localizer;
+  size_t bytes = 0;  // of memory, estimated
+
+  const SavedMap& saved() const { return localizer.saved(); }
+};
+
+// What was edited of a map: a value that is replaced as a whole.
+struct MapEdits {
+  int64_t version = 0;
+  std::map<std::string, AnchorEntry> anchors;  // the newest edit of each
+  std::optional<std::string> georeference;     // the document
+};
+
+// A map with the anchors that it has now: those of its file, as they were edited.
+Map WithEdits(const Map& map, const MapEdits& edits);
+
+struct VersionedAnchor {
+  AnchorPose pose;
+  int64_t version = 0;  // 0: as in the map's file
+};
+// The anchors that have a place in the map, and the names of those that are gone, of all that were
+// edited after `since`; 0: all.
+struct AnchorNews {
+  std::vector<VersionedAnchor> anchors;
+  std::vector<std::string> removed;
+};
+AnchorNews NewsOf(const Map& map, const MapEdits& edits, int64_t since);
+
+// Nothing where the map has none. Throws InputError where it does not fit the map.
+std::optional<Georeference> GeoreferenceOf(const Map& map, const MapEdits& edits);
+
+}  // namespace oaslam

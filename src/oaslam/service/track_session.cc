@@ -1,0 +1,165 @@
+#include "oaslam/service/track_session.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+#include "oaslam/error.h"
+#include "oaslam/service/received_image.h"
+#include "oaslam/system/slam_access.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam {
+namespace {
+
+class Tracking : public StreamWork {
+ public:
+  Tracking(std::shared_ptr<ServiceState> state, std::string map, bool may_write)
+      : state_(std::move(state)), name_(std::move(map)), may_write_(may_write) {}
+
+  StreamStep Begin() override { return Enter("hello"); }
+  StreamStep Look() override;
+  StreamStep Command(const nlohmann::json& message) override;
+  StreamStep Image(const ImageRequest& image, const nlohmann::json& header, int dropped) override;
+
+ private:
+  StreamStep Enter(const char* type);
+  StreamStep Told(const AnchorOutcome& outcome);
+  // The camera of the image; where it is not known, the map is asked, which may not tell it.
+  std::optional<Camera> CameraOf(const ImageRequest& request, const ImageInput& input);
+
+  const std::shared_ptr<ServiceState> state_;
+  const std::string name_;
+  const bool may_write_;
+  std::shared_ptr<const ServedMap> map_;
+  int64_t anchors_version_ = 0;  // that the client has
+  std::unique_ptr<Slam> slam_;   // of camera_; null: none yet
+  std::optional<Camera> camera_;
+  bool is_lost_ = true;
+};
+
+// Tells everything of the map as it is now.
+StreamStep Tracking::Enter(const char* type) {
+  map_ = state_->shelf.Get(name_);
+  if (!map_)
+    return {{{{"type", "error"}, {"message", fmt::format("there is no map \"{}\"", name_)}}}, true};
+  slam_.reset();
+  const auto edits = state_->shelf.Edits(name_);
+  const Map& content = map_->saved().map;
+  Json message = {{"type", type},
+                  {"protocol", 1},
+                  {"map", name_},
+                  {"digest", map_->stored.digest},
+                  {"may_write", may_write_}};
+  Json& models = message["models"] = Json::array();
+  for (const std::string& name : state_->options.models->names())
+    models.push_back({{"name", name}, {"url", "/models/" + state_->options.models->entry(name)}});
+  message["anchors"] = JsonOfAnchors(*map_, *edits, 0)["anchors"];
+  message["objects"] = JsonOfObjects(map_->saved());
+  message["up"] = content.up ? JsonOf(*content.up) : Json();
+  message["is_metric"] = content.is_metric;
+  anchors_version_ = edits->version;
+  return {{std::move(message)}, false};
+}
+
+StreamStep Tracking::Look() {
+  const auto now = state_->shelf.Get(name_);
+  if (!now || now->stored.digest != map_->stored.digest) return Enter("map");
+  const auto edits = state_->shelf.Edits(name_);
+  if (edits->version <= anchors_version_) return {};
+  Json message = {{"type", "anchors"}};
+  // Before the first edit the version is 0, by which all are asked for.
+  message.update(JsonOfAnchors(*map_, *edits, anchors_version_));
+  message["removed"] = NewsOf(map_->saved().map, *edits, anchors_version_).removed;
+  anchors_version_ = edits->version;
+  return {{std::move(message)}, false};
+}
+
+StreamStep Tracking::Told(const AnchorOutcome& outcome) {
+  if (outcome.problem.empty()) return Look();
+  return {{{{"type", "error"}, {"message", outcome.problem}}}, false};
+}
+
+StreamStep Tracking::Command(const nlohmann::json& message) {
+  const JsonInput json(message, "message");
+  const std::string& type = json["type"].Text();
+  if (!may_write_) throw InputError("you may not edit this map: the token is for reading");
+  if (type == "place") {
+    AnchorRequest request;
+    request.model = json["model"].Text();
+    request.origin = json["origin"].Vector();
+    request.direction = json["direction"].Vector();
+    if (const auto object = json.Find("object"))
+      request.object = static_cast<uint32_t>(object->Integer(0, INT32_MAX));
+    if (const auto size = json.Find("size")) request.size = size->Number();
+    return Told(PlaceAnchor(*state_, *map_, request));
+  }
+  if (type != "anchor")
+    throw InputError(fmt::format("message: type \"{}\", allowed: place, anchor", type));
+  const std::string& name = json["name"].Text();
+  const auto remove = json.Find("remove");
+  if (remove && remove->Boolean()) return Told(RemoveAnchor(*state_, *map_, name));
+  AnchorEdit edit;
+  if (const auto rename = json.Find("rename")) edit.name = rename->Text();
+  if (const auto size = json.Find("size")) edit.size = size->Number();
+  if (const auto turn = json.Find("turn")) edit.turn_rad = turn->Number();
+  return Told(ChangeAnchor(*state_, *map_, name, edit));
+}
+
+std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const ImageInput& input) {
+  if (const auto camera = CameraFor(request.camera, input.image.size())) return camera;
+  if (camera_ && cv::Size(camera_->width, camera_->height) == input.image.size()) return camera_;
+  return map_->localizer.FindWithUnknownCamera(input, RelocalizationMode::kPointsAndObjects).camera;
+}
+
+StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {
+  const Stopwatch watch;
+  KeepImage(*state_, name_, request.bytes);
+  ImageInput input;
+  input.timestamp = request.time;
+  input.gravity_in_cam = request.gravity_in_cam;
+  input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
+  // A detector is for images in which points fail.
+  if (request.detections)
+    input.detections = *request.detections;
+  else if (is_lost_ && !state_->detectors.empty())
+    input.detections =
+        state_->detectors.Detect(DecodeReceivedImage(request.bytes, ImageColor::kBgr));
+  Json answer = {
+      {"type", "pose"}, {"id", header.value("id", nlohmann::json())}, {"time", request.time}};
+  const std::optional<Camera> camera = CameraOf(request, input);
+  if (camera && (!slam_ || camera != camera_)) {
+    SlamConfig config = state_->options.config;
+    config.runner.mode = "sequential";  // no threads of its own
+    slam_ = std::make_unique<Slam>(config, *camera);
+    slam_->SetMapping(false);
+    SlamAccess::Load(*slam_, map_->localizer.map());
+    camera_ = camera;
+  }
+  TrackingResult tracked;
+  if (slam_ && camera) tracked = slam_->Process(input);
+  is_lost_ = !tracked.world_from_cam;
+  answer["state"] = ToString(tracked.state);
+  if (tracked.world_from_cam) {
+    answer["pose"] = JsonOf(*tracked.world_from_cam);
+    answer["depth"] = tracked.depth;
+  }
+  answer["confidence"] = tracked.confidence;
+  if (camera) answer["camera"] = JsonOf(*camera);
+  answer["dropped"] = dropped;
+  answer["ms"] = watch.WallMs();
+  state_->metrics.Observe("oaslam_track_seconds", watch.WallMs() / 1000);
+  state_->metrics.Count("oaslam_tracked_total",
+                        fmt::format("state=\"{}\"", ToString(tracked.state)));
+  return {{std::move(answer)}, false};
+}
+
+}  // namespace
+
+std::unique_ptr<StreamWork> TrackWork(std::shared_ptr<ServiceState> state, const std::string& map,
+                                      bool may_write) {
+  return std::make_unique<Tracking>(std::move(state), map, may_write);
+}
+
+}  // namespace oaslam

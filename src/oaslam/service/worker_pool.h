@@ -1,0 +1,36 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace oaslam {
+
+// Threads that carry out tasks in the order in which they come, of which a bounded number waits.
+class WorkerPool {
+ public:
+  using Task = std::function<void()>;  // must not throw
+
+  WorkerPool(size_t threads, size_t most_waiting);
+  // Carries out what waits, and ends.
+  ~WorkerPool();
+
+  // False, and the task is dropped, where too many wait already.
+  bool TryAdd(Task task);
+  size_t size() const { return threads_.size(); }
+  size_t waiting() const;
+
+ private:
+  void Run(const std::stop_token& stop);
+
+  const size_t most_waiting_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<Task> tasks_;             // guarded by mutex_
+  std::vector<std::jthread> threads_;  // last member: they start when all others are constructed
+};
+
+}  // namespace oaslam
