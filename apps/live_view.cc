@@ -34,7 +34,7 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
 }
 
 void CheckAddress(const ViewerSettings& settings) {
-  if (settings.port) Viewer({.address = settings.bind, .port = *settings.port});
+  if (settings.port) Viewer({.server = {.address = settings.bind, .port = *settings.port}});
 }
 
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
@@ -55,8 +55,7 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
                    std::shared_ptr<const ModelLibrary> models, bool quiet)
     : settings_(settings) {
   if (!settings.port) return;
-  ViewerOptions options{.address = settings.bind,
-                        .port = *settings.port,
+  ViewerOptions options{.server = {.address = settings.bind, .port = *settings.port},
                         .accepts_commands = true,
                         .accepts_anchors = true,
                         .models = std::move(models),

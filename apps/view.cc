@@ -131,7 +131,7 @@ class AnchorFile {
 std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
-  if (command.kind == Kind::kEditAnchor) 
+  if (command.kind == Kind::kEditAnchor)
     return EditAnchor(map, command.anchor, command.edit, anchors);
   return anchors.erase(command.anchor) > 0
              ? ""
@@ -182,8 +182,7 @@ void View(const ViewOptions& options) {
   const EndSignal end;
   cv::setNumThreads(1);
 
-  ViewerOptions viewer_options{.address = options.bind,
-                               .port = options.port,
+  ViewerOptions viewer_options{.server = {.address = options.bind, .port = options.port},
                                .accepts_commands = false,
                                .accepts_anchors = !run.map_file.empty(),
                                .models = LoadModels(options.models, false),
