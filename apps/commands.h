@@ -17,5 +17,6 @@ void AddAnchorsCommand(CLI::App& app);
 void AddMergeCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
+void AddServeCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

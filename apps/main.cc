@@ -37,6 +37,7 @@ Map a video:                      oaslam run walk.mp4
 Look at the map in the browser:   oaslam view walk.oaslam
 Watch it grow, from a webcam:     oaslam run webcam:0 --viewer
 Find other images in the map:     oaslam localize --map walk.oaslam/map.oaslam other.mp4
+Answer cameras over the network:  oaslam serve --maps FOLDER
 Go on in the map another day:     oaslam run later.mp4 --map-in walk.oaslam/map.oaslam
 Join two maps made apart:         oaslam merge a.map b.map --out both.map
 Export to Blender, COLMAP, ...:   oaslam export --map FILE --format gltf --out desk.glb
@@ -69,6 +70,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddMergeCommand(app);
   oaslam::apps::AddExportCommand(app);
   oaslam::apps::AddViewCommand(app);
+  oaslam::apps::AddServeCommand(app);
   if (argc < 2) {
     fmt::print("{}", kOverview);
     // A script that forgot the command gets an error.

@@ -40,7 +40,7 @@ export async function launch(file) {
 }
 
 export async function closeAll() {
-  for (const browser of browsers) await browser.close();
+  for (const browser of browsers.splice(0)) await browser.close();
 }
 
 export const LANDSCAPE = { width: 844, height: 390 };
@@ -59,19 +59,31 @@ export async function newPage(browser, { size = LANDSCAPE, scale = 1, ...options
 export const settle = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 // Drawn content, as the difference that it makes to the picture, which must be still: number of pixels, the lowest of them, their box and middle.
-export async function contentPixels(page, set = "view.anchors.setVisible(on)") {
+export async function contentPixels(page) {
+  // One moment of it, however busy the machine is.
+  await page.waitForFunction(() => {
+    const { view, source } = window.oaslam;
+    if (!view.isShowing) return false;
+    source.held = source.onFrame;
+    source.onFrame = () => {};
+    for (const part of document.querySelectorAll(".labels, header, footer")) part.style.visibility = "hidden";
+    return true;
+  });
   const shot = async (on) => {
-    await page.evaluate(([on, set]) => {
-      for (const labels of document.querySelectorAll(".labels")) labels.style.visibility = "hidden";
+    await page.evaluate((on) => {
       const { view } = window.oaslam;
-      new Function("view", "on", set)(view, on);
+      view.anchors.setVisible(on);
       view.draw();
-    }, [on, set]);
+    }, on);
     await settle(page);
     return (await page.screenshot()).toString("base64");
   };
   const shots = [await shot(false), await shot(true)];
-  await page.evaluate(() => document.querySelectorAll(".labels").forEach((labels) => (labels.style.visibility = "")));
+  await page.evaluate(() => {
+    const { source } = window.oaslam;
+    source.onFrame = source.held;
+    for (const part of document.querySelectorAll(".labels, header, footer")) part.style.visibility = "";
+  });
   const decoder = await page.context().newPage();
   const found = await decoder.evaluate(async ([shots, width]) => {
     const pictures = await Promise.all(shots.map(async (shot) => {

@@ -65,16 +65,20 @@ export class Link {
     this.socket?.close();
   }
 
+  get isOpen() {
+    return this.state === "open" && this.socket.readyState === WebSocket.OPEN;
+  }
+
   // Whether what was sent before is on its way.
   get isFree() {
-    return this.state === "open" && this.socket.bufferedAmount === 0;
+    return this.isOpen && this.socket.bufferedAmount === 0;
   }
 
   send(message) {
-    if (this.state === "open") this.socket.send(JSON.stringify(message));
+    if (this.isOpen) this.socket.send(JSON.stringify(message));
   }
 
   sendBytes(bytes) {
-    if (this.state === "open") this.socket.send(bytes);
+    if (this.isOpen) this.socket.send(bytes);
   }
 }

@@ -195,7 +195,7 @@ function showState() {
   $("delay").title = answer ? `from an image to its pose; ${Math.round(answer.ms)} ms of it the server's work` : "";
   const isOpen = link?.state === "open";
   place.hidden = kind === "record" || !state.mayEdit || state.models.length === 0;
-  place.disabled = !isOpen || !view.isShowing;
+  place.disabled = !isOpen;
   objects.hidden = kind === "record";
   finish.hidden = kind !== "record";
   finish.disabled = !isOpen || isFinishing || !(session.progress?.keyframes > 0);

@@ -1,0 +1,23 @@
+#include "oaslam/service/camera_page.h"
+
+#include <gmock/gmock.h>
+
+namespace oaslam {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+TEST(CameraPage, IsOneWholeDocumentWithoutReferences) {
+  const std::string page{CameraPage()};
+  EXPECT_THAT(page, StartsWith("<!doctype html>"));
+  EXPECT_THAT(page, EndsWith("</html>\n"));
+  EXPECT_THAT(page, HasSubstr("getUserMedia"));
+  EXPECT_THAT(page, Not(HasSubstr("<script src")));
+  EXPECT_THAT(page, Not(HasSubstr("<link rel=\"stylesheet")));
+}
+
+}  // namespace
+}  // namespace oaslam
