@@ -14,7 +14,7 @@ class OfTwoServers(harness.InFolder):
         cls.maps = cluster.make_maps(cls.folder)
         cls.cluster = cluster.Cluster(cls.folder)
         cls.addClassCleanup(cls.cluster.end)
-        cls.images, cls.camera = cluster.images_of("query_around", cls.folder, 0, 150, 15), cluster.camera_of("query_around")
+        cls.images, cls.camera = cluster.images_of("query_around", cls.folder, 0, 60, 6), cluster.camera_of("query_around")
         cls.truths = {}
         for path in reversed(cls.maps):
             cls.cluster.put("desk", path)

@@ -217,7 +217,7 @@ function rotate([x, y, z, w], [a, b, c]) {
 test("a new map is made of what a phone sees, and one is in it afterwards", async () => {
   const page = await phone(cameraFile("walk", VIDEO), { path: "/camera", size: PORTRAIT });
   await page.waitForSelector("[data-map=desk]");
-  await page.locator("input[placeholder^=name]").fill("new room");
+  await page.locator("input[placeholder^=name]").fill("new-room");
   await page.locator("[data-action=create]").tap();
   await page.waitForFunction(() => window.oaslam?.session.progress?.keyframes > 12 && window.oaslam.session.progress.landmarks > 300, null, { timeout: 120000 });
   await shoot(page, "phone_record");
@@ -225,6 +225,6 @@ test("a new map is made of what a phone sees, and one is in it afterwards", asyn
   await page.waitForFunction(() => window.oaslam.session.kind === "track", null, { timeout: 120000 });
   await page.waitForSelector("#view[data-showing=true]", { timeout: 60000 });
   const list = await page.evaluate(() => window.oaslam.service.maps());
-  assert.ok(list.some(({ name }) => name === "new room"));
+  assert.ok(list.some(({ name }) => name === "new-room"));
   assert.deepEqual(page.errors, []);
 });

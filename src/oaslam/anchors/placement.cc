@@ -216,9 +216,6 @@ std::optional<Anchor> AnchorAt(const Map& map, const Rigid3& pose) {
 }
 
 Placement FindPlace(const Map& map, const AnchorRequest& request) {
-  const double length = request.direction.norm();
-  if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
-    return {std::nullopt, "the ray has no direction"};
   if (request.size != 0)
     if (const std::string problem = ProblemOfSize(request.size); !problem.empty())
       return {std::nullopt, problem};
@@ -229,6 +226,9 @@ Placement FindPlace(const Map& map, const AnchorRequest& request) {
     placement.anchor->size = request.size > 0 ? request.size : 1;
     return placement;
   }
+  const double length = request.direction.norm();
+  if (!request.origin.allFinite() || !std::isfinite(length) || !(length > 0))
+    return {std::nullopt, "the ray has no direction"};
   Placement placement =
       request.object ? OnObject(map, ObjectId(*request.object), request) : OnPoints(map, request);
   if (!placement.anchor) return placement;

@@ -11,6 +11,7 @@
 #include <boost/beast/websocket/ssl.hpp>
 #include <cstdio>
 #include <exception>
+#include <limits>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -94,7 +95,9 @@ class HttpConnection : public Connection,
     if (core_->is_draining) return End();
     head_.emplace();
     head_->header_limit(kMaxHeader);
-    head_->body_limit(boost::none);  // decided by the service, once the header is known
+    // The service decides, once the header is known. (No limit, as boost::none, refuses all bodies
+    // in Boost 1.74.)
+    head_->body_limit(std::numeric_limits<uint64_t>::max());
     idle_ = core_->idle.insert(core_->idle.end(), this);
     Limit(core_->options.patience);
     http::async_read_header(stream_, buffer_, *head_,

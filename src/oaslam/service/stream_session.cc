@@ -17,8 +17,8 @@ namespace {
 constexpr uint16_t kNormal = 1000, kPolicy = 1008;
 constexpr size_t kMostCommands = 16;  // that wait
 
-StreamStep ErrorStep(const std::string& message) {
-  return {{{{"type", "error"}, {"message", message}}}, false};
+StreamStep ErrorStep(const std::string& message, bool ends) {
+  return {{{{"type", "error"}, {"message", message}}}, ends};
 }
 
 // The header of a message with an image, which is the rest.
@@ -122,18 +122,18 @@ void StreamSession::Next() {
 
 void StreamSession::Run(std::function<StreamStep(StreamWork&)> step) {
   const auto self = shared_from_this();
-  const bool is_added = state_->workers.TryAdd([self, work = work_, step = std::move(step)] {
+  const bool is_added = state_->workers.TryAdd([self, work = work_, step = std::move(step),
+                                                begins = must_begin_] {
     StreamStep done;
     try {
       done = step(*work);
     } catch (const InputError& error) {
-      done = ErrorStep(error.what());
+      done = ErrorStep(error.what(), begins);
     } catch (const StoreUnavailable& error) {
-      done = ErrorStep(error.what());
+      done = ErrorStep(error.what(), begins);
     } catch (const std::exception& error) {
       Log(LogLevel::kWarning, fmt::format("stream of map {}: {}", self->map_, error.what()));
-      done = ErrorStep("internal error");
-      done.ends = true;
+      done = ErrorStep("internal error", true);
     }
     boost::asio::post(self->state_->executor,
                       [self, done = std::move(done)]() mutable { self->Take(std::move(done)); });

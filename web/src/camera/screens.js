@@ -1,7 +1,7 @@
 // What stands before the picture: the choice of a map, and help.
 import { el } from "../dom.js";
 
-const NAME = /^[A-Za-z0-9][A-Za-z0-9._ -]{0,63}$/; // of a map, as the server takes them
+const NAME = /^[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$/; // as the server wants it
 
 export class Screens {
   // `onStart` gets a map and "track" or "record", while a tap is handled; `onForgetLens` makes `knowsLens` false.
@@ -42,7 +42,7 @@ export class Screens {
     const create = this.button("New map", "create", () => {
       const name = input.value.trim();
       const isTaken = maps.some((map) => map.name === name);
-      if (!NAME.test(name)) hint.textContent = "A name has letters, digits, blanks, and . _ -";
+      if (!NAME.test(name)) hint.textContent = "A name has letters, digits, and . _ - (no blanks)";
       else if (isTaken) hint.textContent = `There is a map ${name} already.`;
       else this.onStart(name, "record");
     });
