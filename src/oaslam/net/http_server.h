@@ -34,6 +34,9 @@ struct ServerOptions {
 // reach the server without TLS and tokens, unless `insecure`; and for half of a pair of TLS files.
 void CheckSafety(const ServerOptions& options);
 
+// Throws InputError where an HttpServer with these options could not start, without serving.
+void CheckServer(const ServerOptions& options);
+
 // Serves one HttpService over HTTP/1.1 and WebSocket (Boost.Beast), or over TLS 1.2 and later. All
 // runs on the one thread that runs the io_context. It answers only requests whose Host is this
 // machine's or one of `hosts`, and whose Origin, if there is one, is the same; by itself it answers
