@@ -15,6 +15,12 @@ namespace {
 
 constexpr int kCheckMs = 100;  // interval at which Ctrl-C is checked
 
+ServerOptions ServerOf(const ViewerSettings& settings) {
+  ServerOptions server = settings.server;
+  server.port = *settings.port;
+  return server;
+}
+
 }  // namespace
 
 void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
@@ -23,10 +29,7 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
       fmt::format("serve a page that shows the run, at port {} unless given; 0: any that is free",
                   kViewerPort));
   viewer->type_name("[PORT]")->check(CLI::Range(0, 65535));
-  app.add_option(
-         "--bind", settings.bind,
-         "address the page is served at; 0.0.0.0: open to other machines, which may look only")
-      ->type_name("ADDR");
+  AddServerOptions(app, settings.server);
   app.add_flag("--viewer-stay", settings.stay, "go on serving the finished map until Ctrl-C")
       ->needs(viewer);
   app.add_flag("--viewer-paused", settings.paused, "wait for a viewer to start the run")
@@ -34,7 +37,7 @@ void AddViewerOptions(CLI::App& app, ViewerSettings& settings) {
 }
 
 void CheckAddress(const ViewerSettings& settings) {
-  if (settings.port) Viewer({.address = settings.bind, .port = *settings.port});
+  if (settings.port) CheckServer(ServerOf(settings));
 }
 
 std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& groundtruth,
@@ -55,8 +58,7 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
                    std::shared_ptr<const ModelLibrary> models, bool quiet)
     : settings_(settings) {
   if (!settings.port) return;
-  ViewerOptions options{.address = settings.bind,
-                        .port = *settings.port,
+  ViewerOptions options{.server = ServerOf(settings),
                         .accepts_commands = true,
                         .accepts_anchors = true,
                         .models = std::move(models),

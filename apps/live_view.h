@@ -12,12 +12,13 @@
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/viewer/viewer.h"
+#include "server_options.h"
 
 namespace oaslam::apps {
 
 struct ViewerSettings {
   std::optional<int> port;  // --viewer [PORT]: nothing: no viewer
-  std::string bind = "127.0.0.1";
+  ServerOptions server{};   // its port is not used
   bool stay = false, paused = false;
 };
 

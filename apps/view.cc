@@ -21,15 +21,17 @@
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
 #include "optional_values.h"
+#include "server_options.h"
 
 namespace oaslam::apps {
 namespace {
 
 struct ViewOptions {
   CommonOptions common;
-  std::string path, map, images, groundtruth, bind = "127.0.0.1";
+  std::string path, map, images, groundtruth;
   std::vector<std::string> models;
-  int port = kViewerPort, piece = 0;
+  ServerOptions server{};
+  int piece = 0;
 };
 
 // The frames of the map whose pictures are shown, by time in microseconds.
@@ -131,7 +133,7 @@ class AnchorFile {
 std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anchors) {
   using Kind = ViewerCommand::Kind;
   if (command.kind == Kind::kPlaceAnchor) return PlaceAnchor(map, command.place, anchors).why_not;
-  if (command.kind == Kind::kEditAnchor) 
+  if (command.kind == Kind::kEditAnchor)
     return EditAnchor(map, command.anchor, command.edit, anchors);
   return anchors.erase(command.anchor) > 0
              ? ""
@@ -182,8 +184,7 @@ void View(const ViewOptions& options) {
   const EndSignal end;
   cv::setNumThreads(1);
 
-  ViewerOptions viewer_options{.address = options.bind,
-                               .port = options.port,
+  ViewerOptions viewer_options{.server = options.server,
                                .accepts_commands = false,
                                .accepts_anchors = !run.map_file.empty(),
                                .models = LoadModels(options.models, false),
@@ -225,6 +226,7 @@ void AddViewCommand(CLI::App& app) {
   auto* command =
       app.add_subcommand("view", "Show a saved map, or the folder of a run, in the browser");
   const auto options = std::make_shared<ViewOptions>();
+  options->server.port = kViewerPort;
   command
       ->add_option("path", options->path,
                    "map file, or folder that run, localize or map-objects wrote")
@@ -236,12 +238,10 @@ void AddViewCommand(CLI::App& app) {
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   AddModelOption(*command, options->models);
   command
-      ->add_option("--port", options->port,
+      ->add_option("--port", options->server.port,
                    fmt::format("port, {} unless given; 0: any that is free", kViewerPort))
       ->check(CLI::Range(0, 65535));
-  command
-      ->add_option("--bind", options->bind, "address to serve at; 0.0.0.0: open to other machines")
-      ->type_name("ADDR");
+  AddServerOptions(*command, options->server);
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddQuietOption(*command, options->common);

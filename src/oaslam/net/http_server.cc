@@ -10,6 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/net/http_connection.h"
 #include "oaslam/net/tls.h"
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -46,6 +47,11 @@ void CheckSafety(const ServerOptions& options) {
       options.address, options.what, missing));
 }
 
+void CheckServer(const ServerOptions& options) {
+  boost::asio::io_context io;
+  HttpServer(io, options, nullptr);
+}
+
 class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
  public:
   Impl(boost::asio::io_context& io, const ServerOptions& options,
@@ -73,6 +79,14 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     const std::string host = is_any ? "localhost" : address;
     return fmt::format("{}://{}:{}/", core_->tls ? "https" : "http",
                        host.find(':') == std::string::npos ? host : "[" + host + "]", port());
+  }
+
+  void Start() {
+    if (core_->options.tls_self_signed)
+      Log(LogLevel::kInfo,
+          "TLS: a certificate for this run, which browsers ask about; its SHA-256 is " +
+              FingerprintOf(*core_->tls));
+    Accept();
   }
 
   void Accept() {
@@ -178,7 +192,7 @@ HttpServer::~HttpServer() { impl_->Close(); }
 
 int HttpServer::port() const { return impl_->port(); }
 std::string HttpServer::url() const { return impl_->url(); }
-void HttpServer::Start() { impl_->Accept(); }
+void HttpServer::Start() { impl_->Start(); }
 void HttpServer::Drain(std::function<void()> done) { impl_->Drain(std::move(done)); }
 void HttpServer::Close() { impl_->Close(); }
 

@@ -16,12 +16,12 @@ struct ServerOptions {
   int port = 0;  // 0: any that is free
   // PEM files of a certificate with its chain and its key; or a certificate that is made for this
   // run.
-  std::string tls_cert, tls_key;
+  std::string tls_cert{}, tls_key{};
   bool tls_self_signed = false;
-  std::string token_file;           // empty: every caller may write
-  bool insecure = false;            // beyond this machine also without TLS or tokens
-  std::vector<std::string> hosts;   // names by which it may be called, besides that of the machine
-  std::string what = "the viewer";  // that listens, for messages
+  std::string token_file{};          // empty: every caller may write
+  bool insecure = false;             // beyond this machine also without TLS or tokens
+  std::vector<std::string> hosts{};  // names by which it may be called, besides that of the machine
+  std::string what = "the viewer";   // that listens, for messages
 
   int max_connections = 2048;
   // Limits of time: for a TLS handshake or the header of a request, and between two requests; to
@@ -33,6 +33,9 @@ struct ServerOptions {
 // Throws InputError, which says what to add, for options that would let others than this machine
 // reach the server without TLS and tokens, unless `insecure`; and for half of a pair of TLS files.
 void CheckSafety(const ServerOptions& options);
+
+// Throws InputError where an HttpServer with these options could not start, without serving.
+void CheckServer(const ServerOptions& options);
 
 // Serves one HttpService over HTTP/1.1 and WebSocket (Boost.Beast), or over TLS 1.2 and later. All
 // runs on the one thread that runs the io_context. It answers only requests whose Host is this

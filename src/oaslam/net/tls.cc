@@ -14,7 +14,6 @@
 
 #include "oaslam/error.h"
 #include "oaslam/util/check.h"
-#include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
@@ -68,24 +67,12 @@ Certificate SelfSigned(EVP_PKEY* key, const ServerOptions& options) {
   return certificate;
 }
 
-std::string FingerprintOf(const X509* certificate) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned length = 0;
-  X509_digest(certificate, EVP_sha256(), digest.data(), &length);
-  std::string text;
-  for (unsigned i = 0; i < length; ++i) text += fmt::format("{}{:02X}", i ? ":" : "", digest[i]);
-  return text;
-}
-
 void UseSelfSigned(const ServerOptions& options, ssl::context& tls) {
   const Key key(EVP_EC_gen("P-256"));
   OASLAM_CHECK(key);
   const Certificate certificate = SelfSigned(key.get(), options);
   OASLAM_CHECK(SSL_CTX_use_certificate(tls.native_handle(), certificate.get()) == 1);
   OASLAM_CHECK(SSL_CTX_use_PrivateKey(tls.native_handle(), key.get()) == 1);
-  Log(LogLevel::kInfo,
-      "TLS: a certificate for this run, which browsers ask about; its SHA-256 is " +
-          FingerprintOf(certificate.get()));
 }
 
 void UseFiles(const ServerOptions& options, ssl::context& tls) {
@@ -114,6 +101,15 @@ std::unique_ptr<ssl::context> MakeTls(const ServerOptions& options) {
   else
     UseFiles(options, *tls);
   return tls;
+}
+
+std::string FingerprintOf(ssl::context& tls) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned length = 0;
+  X509_digest(SSL_CTX_get0_certificate(tls.native_handle()), EVP_sha256(), digest.data(), &length);
+  std::string text;
+  for (unsigned i = 0; i < length; ++i) text += fmt::format("{}{:02X}", i ? ":" : "", digest[i]);
+  return text;
 }
 
 }  // namespace oaslam

@@ -4,8 +4,8 @@
 #include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -15,7 +15,7 @@
 #endif
 
 #include "oaslam/util/log.h"
-#include "oaslam/viewer/server.h"
+#include "oaslam/viewer/viewer_service.h"
 
 namespace oaslam {
 namespace {
@@ -25,8 +25,9 @@ constexpr auto kInterval = std::chrono::milliseconds(40);  // between two update
 constexpr auto kAlignInterval =
     std::chrono::seconds(1);  // between two alignments of the ground truth
 constexpr auto kFarewell =
-    std::chrono::seconds(5);         // How long viewers may take to receive the last messages
-constexpr size_t kMaxCommands = 64;  // that wait
+    std::chrono::seconds(5);  // How long viewers may take to receive the last messages
+constexpr auto kClosing = std::chrono::milliseconds(500);  // for the closing handshakes after that
+constexpr size_t kMaxCommands = 64;                        // that wait
 constexpr int kNoFrame = -1;
 
 // Tracking has priority where both share a processor.
@@ -37,6 +38,13 @@ void LowerPriority() {
 #endif
 }
 
+ServerOptions ServerOf(const ViewerOptions& options) {
+  ServerOptions server = options.server;
+  server.max_connections = Viewer::kMaxConnections;
+  server.farewell = kClosing;
+  return server;
+}
+
 }  // namespace
 
 class Viewer::Impl {
@@ -44,17 +52,16 @@ class Viewer::Impl {
   explicit Impl(ViewerOptions options)
       : options_(std::move(options)),
         scene_(options_.names),
-        state_(std::make_shared<ServerState>()),
+        service_(std::make_shared<ViewerService>(
+            scene_,
+            ViewerService::Options{
+                .accepts_commands = options_.accepts_commands,
+                .accepts_anchors = options_.accepts_anchors,
+                .models = options_.models,
+                .on_command = [this](const ViewerCommand& command) { Receive(command); }})),
         tick_(io_),
-        server_(io_, options_.address, options_.port, state_) {
-    boost::system::error_code ignored;
-    state_->scene = &scene_;
-    state_->machine_name = boost::asio::ip::host_name(ignored);
-    state_->accepts_commands = options_.accepts_commands;
-    state_->accepts_anchors = options_.accepts_anchors;
-    state_->models = options_.models;
-    state_->on_command = [this](const ViewerCommand& command) { Receive(command); };
-    port_ = server_.port();
+        server_(io_, ServerOf(options_), service_),
+        url_(server_.url()) {
     server_.Start();
     thread_ = std::jthread([this] {
       LowerPriority();
@@ -126,12 +133,7 @@ class Viewer::Impl {
     return std::exchange(commands_, {});
   }
 
-  std::string Url() const {
-    const bool any = options_.address == "0.0.0.0" || options_.address == "::";
-    const std::string host = any ? "localhost" : options_.address;
-    return host.find(':') == std::string::npos ? fmt::format("http://{}:{}/", host, port_)
-                                               : fmt::format("http://[{}]:{}/", host, port_);
-  }
+  const std::string& url() const { return url_; }
 
   void Shutdown() {
     if (!thread_.joinable()) return;
@@ -192,13 +194,10 @@ class Viewer::Impl {
     last_tick_ = Clock::now();
     TakeMail();
     AlignGroundtruth(false);
-    server_.Broadcast();
+    service_->Broadcast();
     if (!farewell_) return;
-    if (!server_.AllHaveFollowed() && Clock::now() < *farewell_) return ScheduleTick();
-    server_.Close();
-    // The closing handshakes get a moment, but are not waited for.
-    tick_.expires_after(kInterval);
-    tick_.async_wait([this](boost::system::error_code) { io_.stop(); });
+    if (!service_->AllHaveFollowed() && Clock::now() < *farewell_) return ScheduleTick();
+    server_.Drain([this] { io_.stop(); });
   }
 
   void AlignGroundtruth(bool now) {
@@ -225,10 +224,10 @@ class Viewer::Impl {
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
       io_.get_executor()};
   Scene scene_;
-  std::shared_ptr<ServerState> state_;
+  std::shared_ptr<ViewerService> service_;
   boost::asio::steady_timer tick_;
-  Server server_;
-  int port_ = 0;
+  HttpServer server_;
+  const std::string url_;
   bool is_scheduled_ = false;
   Clock::time_point last_tick_{}, last_alignment_{};
   uint64_t aligned_path_ = 0;
@@ -246,7 +245,7 @@ class Viewer::Impl {
 Viewer::Viewer(ViewerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
 Viewer::~Viewer() = default;
 
-std::string Viewer::url() const { return impl_->Url(); }
+std::string Viewer::url() const { return impl_->url(); }
 void Viewer::Show(FrameRecord record) { impl_->Show(std::move(record)); }
 void Viewer::ShowMap(std::shared_ptr<const Map> map, std::vector<FramePose> trajectory) {
   impl_->Edit([map = std::move(map), trajectory = std::move(trajectory)](Scene& scene) {

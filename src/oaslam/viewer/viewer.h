@@ -6,19 +6,20 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/content/model_library.h"
 #include "oaslam/formats/class_names.h"
 #include "oaslam/formats/trajectory_file.h"
+#include "oaslam/net/http_server.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/scene.h"
-#include "oaslam/viewer/viewer_session.h"
+#include "oaslam/viewer/viewer_command.h"
 
 namespace oaslam {
 
 struct ViewerOptions {
-  std::string address = "127.0.0.1";
-  int port = 0;  // 0: any that is free
-  bool accepts_commands = false,
-       accepts_anchors = false;  // whether pages on this machine may send them
+  ServerOptions server{};
+  // Whether pages on this machine, or with a token to write, may send them.
+  bool accepts_commands = false, accepts_anchors = false;
   // Virtual content that may be placed; null: none.
   std::shared_ptr<const ModelLibrary> models{};
   ClassNames names{};
@@ -31,7 +32,9 @@ struct ViewerOptions {
 // copied; the caller does not wait for viewers (but see ShowPicture).
 class Viewer {
  public:
-  // Starts to listen.
+  static constexpr int kMaxConnections = 64;
+
+  // Starts to listen. Throws InputError as HttpServer does.
   explicit Viewer(ViewerOptions options);
   ~Viewer();
   Viewer(const Viewer&) = delete;

@@ -1,17 +1,18 @@
 #include "oaslam/viewer/viewer_session.h"
 
-#include <boost/asio/buffer.hpp>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "oaslam/viewer/message.h"
+#include "oaslam/viewer/viewer_service.h"
 
 namespace oaslam {
 namespace {
 
-namespace beast = boost::beast;
-namespace websocket = beast::websocket;
 using nlohmann::json;
 
-constexpr int kMaxUnacknowledged = 2;  // one being sent, one being drawn
+constexpr int kMaxUnacknowledged = 2;        // one being sent, one being drawn
+constexpr uint16_t kPolicyViolation = 1008;  // RFC 6455, 7.4.1
 
 std::optional<uint32_t> IdOf(const json& message) {
   const auto id = message.find("id");
@@ -22,34 +23,17 @@ std::optional<uint32_t> IdOf(const json& message) {
 
 }  // namespace
 
-ViewerSession::ViewerSession(beast::tcp_stream stream, std::shared_ptr<ServerState> server,
-                             std::shared_ptr<void> token)
-    : socket_(std::move(stream)), server_(std::move(server)), token_(std::move(token)) {
-  server_->viewers.insert(this);
+ViewerSession::ViewerSession(std::shared_ptr<ViewerService> service, bool may_command,
+                             bool may_place)
+    : service_(std::move(service)), may_command_(may_command), may_place_(may_place) {
+  service_->viewers_.insert(this);
 }
 
-ViewerSession::~ViewerSession() { server_->viewers.erase(this); }
+ViewerSession::~ViewerSession() { service_->viewers_.erase(this); }
 
-void ViewerSession::Run(Request request) {
-  constexpr size_t kMaxMessage = 4096;  // bytes; our page sends about fifty
-  request_ = std::move(request);
-  boost::system::error_code error;
-  const auto peer = beast::get_lowest_layer(socket_).socket().remote_endpoint(error);
-  const bool is_local = !error && peer.address().is_loopback();
-  may_command_ = server_->accepts_commands && is_local;
-  may_place_ = server_->accepts_anchors && is_local;
-  beast::get_lowest_layer(socket_).expires_never();
-  websocket::stream_base::timeout timeout{std::chrono::seconds(10), std::chrono::seconds(30), true};
-  socket_.set_option(timeout);
-  socket_.read_message_max(kMaxMessage);
-  socket_.binary(true);
-  socket_.auto_fragment(false);
-  socket_.async_accept(request_, [self = shared_from_this()](beast::error_code failure) {
-    if (failure) return;
-    self->is_open_ = true;
-    self->Send(self->Hello());
-    self->Read();
-  });
+void ViewerSession::OnOpen(std::shared_ptr<WebSocketConnection> connection) {
+  connection_ = std::move(connection);
+  Send(Hello());
 }
 
 std::string ViewerSession::Hello() const {
@@ -58,25 +42,21 @@ std::string ViewerSession::Hello() const {
   hello.header["commands"] = may_command_;
   hello.header["anchors"] = may_place_;
   json& models = hello.header["models"] = json::array();
-  if (server_->models)
-    for (const std::string& name : server_->models->names())
-      models.push_back({{"name", name}, {"url", "/models/" + server_->models->entry(name)}});
+  if (service_->options_.models)
+    for (const std::string& name : service_->options_.models->names())
+      models.push_back(
+          {{"name", name}, {"url", "/models/" + service_->options_.models->entry(name)}});
   return std::move(hello).Finish();
 }
 
-void ViewerSession::Read() {
-  socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, size_t) {
-    if (error) {
-      self->is_open_ = false;
-      return;
-    }
-    const bool is_ours =
-        self->socket_.got_text() && self->Take(beast::buffers_to_string(self->buffer_.data()));
-    self->buffer_.consume(self->buffer_.size());
-    if (!is_ours) return self->Close(websocket::close_code::policy_error);
-    self->SendNews();
-    self->Read();
-  });
+void ViewerSession::OnMessage(std::string message, bool is_text) {
+  if (!connection_) return;  // it is being closed
+  if (is_text && Take(message)) return SendNews();
+  std::exchange(connection_, nullptr)->Close(kPolicyViolation);
+}
+
+bool ViewerSession::HasFollowed() const {
+  return unacknowledged_ == 0 && !(connection_ && connection_->IsWriting());
 }
 
 bool ViewerSession::Take(const std::string& text) {
@@ -102,49 +82,35 @@ bool ViewerSession::Take(const std::string& text) {
 bool ViewerSession::TakeCommand(const json& message) {
   const std::optional<ViewerCommand> command = ParseCommand(message);
   if (!command) return false;
-  if (command->IsOfAnchors() ? may_place_ : may_command_) server_->on_command(*command);
+  if (command->IsOfAnchors() ? may_place_ : may_command_) service_->options_.on_command(*command);
   return true;
 }
 
 std::optional<std::string> ViewerSession::Answer() {
   if (asked_object_)
-    return server_->scene->DescribeObject(*std::exchange(asked_object_, std::nullopt));
+    return service_->scene_.DescribeObject(*std::exchange(asked_object_, std::nullopt));
   if (asked_keyframe_)
-    return server_->scene->DescribeKeyframe(*std::exchange(asked_keyframe_, std::nullopt));
+    return service_->scene_.DescribeKeyframe(*std::exchange(asked_keyframe_, std::nullopt));
   return std::nullopt;
 }
 
 void ViewerSession::SendNews() {
-  if (!is_open_ || is_writing_ || unacknowledged_ >= kMaxUnacknowledged) return;
+  if (!connection_ || connection_->IsWriting() || unacknowledged_ >= kMaxUnacknowledged) return;
   // News and answers alternate, so that a viewer with many questions still receives news.
   const bool is_turn_of_news = std::exchange(was_answer_, false);
   std::optional<std::string> message =
-      is_turn_of_news ? server_->scene->News(cursor_) : std::nullopt;
+      is_turn_of_news ? service_->scene_.News(cursor_) : std::nullopt;
   if (!message) {
     message = Answer();
     was_answer_ = message.has_value();
   }
-  if (!message && !is_turn_of_news) message = server_->scene->News(cursor_);
+  if (!message && !is_turn_of_news) message = service_->scene_.News(cursor_);
   if (message) Send(std::move(*message));
 }
 
 void ViewerSession::Send(std::string message) {
-  outgoing_ = std::move(message);
-  is_writing_ = true;
   ++unacknowledged_;
-  socket_.async_write(boost::asio::buffer(outgoing_),
-                      [self = shared_from_this()](beast::error_code error, size_t) {
-                        self->is_writing_ = false;
-                        if (error)
-                          self->is_open_ = false;
-                        else
-                          self->SendNews();
-                      });
-}
-
-void ViewerSession::Close(websocket::close_code reason) {
-  if (!std::exchange(is_open_, false)) return;
-  socket_.async_close(reason, [self = shared_from_this()](beast::error_code) {});
+  connection_->Send(std::move(message), false);
 }
 
 }  // namespace oaslam

@@ -1,57 +1,35 @@
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
-#include <functional>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <set>
 #include <string>
 
-#include "oaslam/content/model_library.h"
+#include "oaslam/net/http_service.h"
 #include "oaslam/viewer/scene.h"
-#include "oaslam/viewer/viewer_command.h"
 
 namespace oaslam {
 
-class ViewerSession;
+class ViewerService;
 
-// State that the connections of one server share. Used on its thread only.
-struct ServerState {
-  static constexpr int kMaxConnections = 64;
-  static constexpr int kMaxRefusals = 512;  // connections that are being refused
-
-  Scene* scene = nullptr;
-  std::string machine_name;
-  bool accepts_commands = false,
-       accepts_anchors = false;                // whether pages on this machine may send them
-  std::shared_ptr<const ModelLibrary> models;  // may be null
-  std::function<void(const ViewerCommand&)> on_command;
-  std::set<ViewerSession*> viewers;
-  int connections = 0, refusals = 0;
-};
-
-// The connection to one open page. The next message is sent when the page has acknowledged the one
+// The WebSocket of one open page. The next message is sent when the page has acknowledged the one
 // before, so that a page that is slow, or stops reading, holds up only a message or two; what
 // happened meanwhile comes in one message.
-class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
+class ViewerSession : public WebSocketHandler {
  public:
-  using Request = boost::beast::http::request<boost::beast::http::empty_body>;
+  ViewerSession(std::shared_ptr<ViewerService> service, bool may_command, bool may_place);
+  ~ViewerSession() override;
 
-  // `token` lives as long as the connection.
-  ViewerSession(boost::beast::tcp_stream stream, std::shared_ptr<ServerState> server,
-                std::shared_ptr<void> token);
-  ~ViewerSession();
+  size_t MaxMessage() const override { return 4096; }  // our page sends about fifty bytes
+  void OnOpen(std::shared_ptr<WebSocketConnection> connection) override;
+  void OnMessage(std::string message, bool is_text) override;
+  void OnWritten() override { SendNews(); }
+  void OnClosed() override { connection_.reset(); }
 
-  void Run(Request request);
   void SendNews();
-  void Close(boost::beast::websocket::close_code reason);
-  bool HasFollowed() const { return unacknowledged_ == 0 && !is_writing_; }
+  bool HasFollowed() const;
 
  private:
-  void Read();
   // Handles a message; false where it is not one that our page sends.
   bool Take(const std::string& text);
   bool TakeCommand(const nlohmann::json& message);
@@ -59,15 +37,11 @@ class ViewerSession : public std::enable_shared_from_this<ViewerSession> {
   void Send(std::string message);
   std::optional<std::string> Answer();
 
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
-  std::shared_ptr<ServerState> server_;
-  std::shared_ptr<void> token_;
-  boost::beast::flat_buffer buffer_;
-  Request request_;
-  std::string outgoing_;
+  const std::shared_ptr<ViewerService> service_;
+  const bool may_command_, may_place_;
+  std::shared_ptr<WebSocketConnection> connection_;  // while it is open
   SceneCursor cursor_;
-  bool is_open_ = false, is_writing_ = false, may_command_ = false, may_place_ = false,
-       was_answer_ = false;
+  bool was_answer_ = false;
   int unacknowledged_ = 0;
   std::optional<ObjectId> asked_object_;  // newest question of each kind
   std::optional<KeyframeId> asked_keyframe_;
