@@ -136,17 +136,12 @@ class Viewer(harness.InFolder):
         program = self.view()
         kept = self.watch(program)
         kept.receive()
-        sockets, refused = [], 0
+        sockets = []
         for _ in range(1000):
-            s = socket.socket()
-            s.settimeout(10)
-            s.connect(("127.0.0.1", program.port))
-            sockets.append(s)
+            sockets.append(socket.create_connection(("127.0.0.1", program.port), timeout=10))
             if len(sockets) >= 300:  # file descriptors are limited on this side, too
-                refused += self.is_refused(sockets.pop(150))
-        for s in sockets:
-            refused += self.is_refused(s)
-        self.assertGreater(refused, 500)
+                sockets.pop(150).close()
+        self.assertIn(b"200 OK", program.get())
         kept.send({"type": "keyframe", "id": 0})
         headers = [kept.receive()[0]["type"] for _ in range(2)]
         self.assertIn("keyframe", headers)
@@ -155,15 +150,6 @@ class Viewer(harness.InFolder):
             time.sleep(0.2)
         self.assertIn(b"200 OK", program.get())
         self.assertEqual(program.end(), 0)
-
-    def is_refused(self, s):
-        s.settimeout(0.01)
-        try:
-            return s.recv(100).startswith(b"HTTP/1.1 503")
-        except OSError:
-            return False
-        finally:
-            s.close()
 
     def test_one_line_where_the_port_is_in_use(self):
         program = self.view()

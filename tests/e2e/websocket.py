@@ -7,15 +7,15 @@ import struct
 
 
 class WebSocket:
-    def __init__(self, port, timeout=10, receive_buffer=None):
+    def __init__(self, port, timeout=10, receive_buffer=None, path="/ws", fields=""):
         self.socket = socket.socket()
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
         self.socket.settimeout(timeout)
         self.socket.connect(("127.0.0.1", port))
         key = base64.b64encode(os.urandom(16)).decode()
-        self.socket.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n").encode())
+        self.socket.sendall((f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n{fields}\r\n").encode())
         answer = b""
         while b"\r\n\r\n" not in answer:
             byte = self.socket.recv(1)
@@ -50,7 +50,14 @@ class WebSocket:
         return data
 
     def receive(self):
-        """(header, bytes) of the next message, acknowledged; pings are answered. ConnectionError when closed."""
+        """(header, bytes) of the next message, acknowledged. ConnectionError when closed."""
+        message = self.receive_text()
+        size = struct.unpack("<I", message[:4])[0]
+        self.send({"type": "ack"})
+        return json.loads(message[4:4 + size]), message[4 + size:]
+
+    def receive_text(self):
+        """The bytes of the next message; pings are answered. ConnectionError when closed."""
         message = b""
         while True:
             first, second = self.exactly(2)
@@ -67,9 +74,7 @@ class WebSocket:
             elif first & 15 in (0, 1, 2):
                 message += payload
                 if first & 0x80:
-                    size = struct.unpack("<I", message[:4])[0]
-                    self.send({"type": "ack"})
-                    return json.loads(message[4:4 + size]), message[4 + size:]
+                    return message
 
     def close(self):
         self.socket.close()

@@ -24,7 +24,10 @@ export class Connection {
 
   open() {
     this.onState("connecting");
-    this.socket = new WebSocket(`ws://${location.host}/ws`);
+    // What stands behind # is not sent with the page's own request.
+    const token = new URLSearchParams(location.hash.slice(1)).get("token");
+    const protocols = token ? ["oaslam", `oaslam.token.${token}`] : [];
+    this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, protocols);
     this.socket.binaryType = "arraybuffer";
     let taken = Promise.resolve(); // one after the other: pictures take their time
     this.socket.onmessage = ({ data }) => {

@@ -397,8 +397,8 @@ test("a new map: recorded, finished, and then the map that one is in; a token th
   service.onEdit = (message, socket) => {
     if (message.type !== "finish") return;
     socket.say({ type: "progress", phase: "saving", keyframes, landmarks: 100, objects: 3, text: "saving" });
-    service.maps.push("my room");
-    setTimeout(() => socket.say({ type: "saved", map: "my room", digest: "e" }), 300);
+    service.maps.push("my-room");
+    setTimeout(() => socket.say({ type: "saved", map: "my-room", digest: "e" }), 300);
   };
   const page = await open(service, "/camera", { size: PORTRAIT });
   await page.locator("input[placeholder=token]").fill("a-token");
@@ -411,7 +411,7 @@ test("a new map: recorded, finished, and then the map that one is in; a token th
     await page.locator("[data-action=create]").tap();
     assert.match(await page.locator("#screen").textContent(), hint);
   }
-  await name.fill("my room");
+  await name.fill("my-room");
   await page.locator("[data-action=create]").tap();
   await page.waitForFunction(() => /walk around/.test(document.querySelector("#progress").textContent) && window.oaslam.session.progress.keyframes > 2);
   assert.ok(await page.locator("[data-action=place]").isHidden());
@@ -422,7 +422,7 @@ test("a new map: recorded, finished, and then the map that one is in; a token th
   await page.waitForFunction(() => window.oaslam.session.kind === "track");
   assert.ok(service.images.length - sent <= 1);
   await isShowing(page);
-  assert.match(page.url(), /\?map=my%20room#token=a-token$/);
+  assert.match(page.url(), /\?map=my-room#token=a-token$/);
   assert.deepEqual(service.edits, [{ type: "finish" }]);
   await page.context().close();
 });

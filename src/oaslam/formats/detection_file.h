@@ -32,8 +32,8 @@ class DetectionTable {
 // entry with a NaN, inverted or absurd box, named by file name and index.
 DetectionTable LoadDetections(const std::string& path);
 
-// The detections of one image, a list as in OA-SLAM's JSON. `where`: what the list is, for messages.
-// Throws InputError.
+// The detections of one image, a list as in OA-SLAM's JSON. `where`: what the list is, for
+// messages. Throws InputError.
 std::vector<Detection> DetectionsFromJson(const nlohmann::json& list, const std::string& where);
 
 // Writes OA-SLAM's JSON.

@@ -122,7 +122,11 @@ class HttpConnection : public Connection,
     if (error) return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
     version_ = head_->get().version();
     std::optional<HttpRequest> request = RequestOf(head_->get(), address_, is_local_);
-    if (!request) return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
+    // Where a body of an unknown coding ends, nobody knows.
+    const bool has_unknown_body =
+        head_->get().count(http::field::transfer_encoding) > 0 && !head_->chunked();
+    if (!request || has_unknown_body)
+      return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
     is_head_ = request->method == http::verb::head;
     if (std::optional<HttpAnswer> refusal = CheckRequest(*core_, *request))
       return Answer(std::move(*refusal));

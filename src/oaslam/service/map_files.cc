@@ -162,14 +162,18 @@ std::optional<StoredMap> MapFiles::Find(const std::string& map) {
 }
 
 std::optional<MapFile> MapFiles::Open(const std::string& map) {
-  const std::optional<fs::path> path = Locate(map);
-  if (!path) return std::nullopt;
   MapFile file;
   file.path = own_->NewPath();
   file.hold = HoldFile(own_, file.path);
-  if (link(path->c_str(), file.path.c_str()) != 0) {
-    if (errno == ENOENT) return std::nullopt;
+  for (;;) {
+    const std::optional<fs::path> path = Locate(map);
+    if (!path) return std::nullopt;
+    if (link(path->c_str(), file.path.c_str()) == 0) break;
+    // A file that is replaced between its name being looked up and the link being made is gone,
+    // and another one has its name.
+    if (errno == ENOENT) continue;
     Copy(*path, file.path);
+    break;
   }
   std::optional<StoredMap> stored = Describe(map, file.path);
   if (!stored) ThrowUnavailable(file.path, ENOENT);

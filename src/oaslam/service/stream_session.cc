@@ -122,22 +122,23 @@ void StreamSession::Next() {
 
 void StreamSession::Run(std::function<StreamStep(StreamWork&)> step) {
   const auto self = shared_from_this();
-  const bool is_added = state_->workers.TryAdd([self, work = work_, step = std::move(step),
-                                                begins = must_begin_] {
-    StreamStep done;
-    try {
-      done = step(*work);
-    } catch (const InputError& error) {
-      done = ErrorStep(error.what(), begins);
-    } catch (const StoreUnavailable& error) {
-      done = ErrorStep(error.what(), begins);
-    } catch (const std::exception& error) {
-      Log(LogLevel::kWarning, fmt::format("stream of map {}: {}", self->map_, error.what()));
-      done = ErrorStep("internal error", true);
-    }
-    boost::asio::post(self->state_->executor,
-                      [self, done = std::move(done)]() mutable { self->Take(std::move(done)); });
-  });
+  const bool is_added =
+      state_->workers.TryAdd([self, work = work_, step = std::move(step), begins = must_begin_] {
+        StreamStep done;
+        try {
+          done = step(*work);
+        } catch (const InputError& error) {
+          done = ErrorStep(error.what(), begins);
+        } catch (const StoreUnavailable& error) {
+          done = ErrorStep(error.what(), begins);
+        } catch (const std::exception& error) {
+          Log(LogLevel::kWarning, fmt::format("stream of map {}: {}", self->map_, error.what()));
+          done = ErrorStep("internal error", true);
+        }
+        boost::asio::post(self->state_->executor, [self, done = std::move(done)]() mutable {
+          self->Take(std::move(done));
+        });
+      });
   if (!is_added) {  // all workers are busy, and enough waits for them: the stream gets its turn
                     // later
     constexpr auto kPause = std::chrono::milliseconds(20);

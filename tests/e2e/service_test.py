@@ -1,0 +1,321 @@
+"""`oaslam serve`: localization, maps, anchors and streams over HTTP and WebSocket, tokens, and input that is not meant well."""
+import base64
+import copy
+import glob
+import http.client
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+import threading
+import unittest
+import urllib.parse
+
+import cluster
+import harness
+from websocket import WebSocket
+
+
+class Stream(WebSocket):
+    """A camera's connection."""
+    def __init__(self, port, path, token):
+        self.path, self.token = path, token
+        super().__init__(port, timeout=60, path=path, fields=f"Sec-WebSocket-Protocol: oaslam, oaslam.token.{token}\r\n")
+
+    def image(self, bytes_, **header):
+        text = json.dumps({"type": "image", **header}).encode()
+        text += b" " * (-len(text) % 4)
+        self.send_frame(2, struct.pack("<I", len(text)) + text + bytes_)
+
+    def next(self, *types):
+        """The next message of one of these types."""
+        while True:
+            message = json.loads(self.receive_text())
+            if message["type"] in types:
+                return message
+
+
+class Service(harness.InFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        os.mkdir(cls.path("maps"))
+        cls.map = cls.path("maps/desk.map")
+        cls.made = [harness.oaslam("run", *harness.clip("map_front"), "--out", cls.path("run"), "--map-out", cls.map)]
+        cls.images = cluster.images_of("query_around", cls.folder, 0, 300, 15)
+        with open(os.path.join(harness.SAMPLE, "query_around", "detections.json")) as f:
+            cls.boxes = [image["detections"] for image in json.load(f)][::15]
+        cls.camera = cluster.camera_of("query_around")
+        cls.server = cluster.Server(cls.folder, cls.path("maps"), ["--detector", "none"])
+        cls.addClassCleanup(lambda: cls.server.process.kill())
+
+    def ask(self, method, path, body=None, token=cluster.WRITE, **fields):
+        headers = {name.replace("_", "-"): value for name, value in fields.items()}
+        if not isinstance(body, (bytes, type(None))):
+            body, headers["Content-Type"] = json.dumps(body).encode(), "application/json"
+        return self.server.request(method, path, body, {**headers, "Authorization": "Bearer " + token})
+
+    def json(self, status, *request, **options):
+        answer = self.ask(*request, **options)
+        self.assertEqual(answer.status, status, (request[:2], answer.body[:500]))
+        return answer.json()
+
+    def localize(self, images, mode="points+objects"):
+        return self.json(200, "POST", "/v1/maps/desk/localize", {"images": images, "mode": mode})["results"]
+
+    def test_poses_are_those_of_localize(self):
+        found = harness.oaslam("localize", "--map", self.map, *harness.clip("query_around"), "--every-frame", "--out", self.path("localized"))
+        self.assertEqual(found.code, 0, found)
+        poses = harness.read_tum(self.path("localized/poses.txt"))
+        frames = harness.read_csv(self.path("localized/frames.csv"))[::15]
+        evidence = set()
+        for number, (image, boxes, frame) in enumerate(zip(self.images, self.boxes, frames)):
+            result, = self.localize([{"image": base64.b64encode(image).decode(), "camera": self.camera, "detections": boxes}])
+            self.assertEqual(result.get("evidence", "failed"), frame["status"], number)
+            if not result["found"]:
+                continue
+            evidence.add(result["evidence"])
+            pose = min(poses, key=lambda p: abs(p[0] - float(frame["timestamp"])))
+            for a, b in zip(result["pose"]["position"], pose[1]):
+                self.assertAlmostEqual(a, b, delta=2e-6)
+        self.assertLessEqual({"points", "objects"}, evidence)
+
+    def test_ways_to_ask(self):
+        query = urllib.parse.urlencode({"camera": json.dumps(self.camera), "mode": "points", "gravity": "0,9.8,0"})
+        given = self.json(200, "POST", f"/v1/maps/desk/localize?{query}", self.images[0], Content_Type="image/png")["results"][0]
+        unknown = self.json(200, "POST", "/v1/maps/desk/localize", self.images[0], Content_Type="image/png")["results"][0]
+        self.assertAlmostEqual(unknown["camera"]["fx"], self.camera["fx"], delta=0.03 * self.camera["fx"])
+        by_objects, near = self.localize([{"camera": self.camera, "detections": self.boxes[10]},
+                                          {"image": base64.b64encode(self.images[0]).decode(), "camera": self.camera, "prior": given["pose"]}])
+        self.assertEqual(by_objects["evidence"], "objects")
+        for result in (unknown, near):
+            self.assertLess(max(abs(a - b) for a, b in zip(result["pose"]["position"], given["pose"]["position"])), 0.05)
+        self.assertGreater(len(given["objects"]), 3)
+
+    def test_anchors_are_edited_and_told(self):
+        stream = Stream(self.server.port, "/v1/maps/desk/track", cluster.READ)
+        hello = stream.next("hello")
+        self.assertFalse(hello["may_write"])
+        self.assertGreater(len(hello["objects"]), 5)
+        path = "/v1/maps/desk/anchors"
+        placed = self.json(201, "POST", path, {"name": "door", "model": "flag", "pose": {"position": [0, 0, 1], "rotation": [0, 0, 0, 1]}})
+        self.assertEqual([a["name"] for a in stream.next("anchors")["anchors"]], ["door"])
+        self.assertEqual(self.json(409, "POST", path, {"name": "door", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})["error"],
+                         'there is an anchor "door" already')
+        turned = self.json(200, "PATCH", f"{path}/door", {"turn": 1, "size": 2, "model": "lamp"})
+        self.assertEqual((turned["size"], turned["model"]), (2, "lamp"))
+        self.assertNotEqual(turned["pose"]["rotation"], placed["pose"]["rotation"])
+        self.json(200, "PATCH", f"{path}/door", {"name": "a gate"})
+        news = self.json(200, "GET", f"{path}?since={placed['version']}")
+        self.assertEqual(([a["name"] for a in news["anchors"]], news["removed"]), (["a gate"], ["door"]))
+        stream.send({"type": "place", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})
+        self.assertIn("reading", stream.next("error")["message"])
+        writer = Stream(self.server.port, "/v1/maps/desk/track", cluster.WRITE)
+        writer.next("hello")
+        writer.send({"type": "place", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})
+        name = writer.next("anchors")["anchors"][0]["name"]
+        for removed in (name, "a gate"):
+            self.json(200, "DELETE", f"{path}/{urllib.parse.quote(removed)}")
+        self.json(404, "DELETE", f"{path}/door")
+        self.assertEqual(self.json(200, "GET", path)["anchors"], [])
+        stream.close(), writer.close()
+
+    def test_maps_are_stored_replaced_and_removed(self):
+        content = harness.read_bytes(self.map)
+        stored = self.json(201, "PUT", "/v1/maps/copy", content)
+        self.assertEqual(self.json(200, "PUT", "/v1/maps/copy", content)["digest"], stored["digest"])
+        self.assertEqual([m["name"] for m in self.json(200, "GET", "/v1/maps")["maps"]], ["copy", "desk"])
+        self.json(400, "PUT", "/v1/maps/copy", content[:-5000])
+        self.json(400, "PUT", "/v1/maps/.hidden", content)
+        self.assertGreater(self.json(200, "GET", "/v1/maps/copy")["keyframes"], 10)
+        self.json(200, "DELETE", "/v1/maps/copy")
+        self.json(404, "GET", "/v1/maps/copy")
+        self.json(404, "DELETE", "/v1/maps/copy")
+
+    def test_a_place_on_earth(self):
+        path = "/v1/maps/desk/georeference"
+        self.json(404, "GET", path)
+        points = [{"map": m, "latitude": 48 + m[1] / 111000, "longitude": 11 + m[0] / 74000, "height": 500 + m[2]} for m in ([0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9])]
+        self.assertLess(self.json(200, "PUT", path, {"points": points})["residual_m"], 0.1)
+        result = self.json(200, "POST", "/v1/maps/desk/localize", self.images[0], Content_Type="image/png")["results"][0]
+        self.assertAlmostEqual(result["geopose"]["position"]["lat"], 48, delta=1e-4)
+        reading = {"timestamp": 1, "sensorId": "0", "sequenceNumber": 0, "imageFormat": "PNG", "size": [640, 480], "imageBytes": base64.b64encode(self.images[0]).decode()}
+        request = {"id": "7", "timestamp": 1, "type": "geopose", "sensors": [{"id": "0", "type": "camera"}], "sensorReadings": {"cameraReadings": [reading]}}
+        answer = self.json(200, "POST", "/geopose", request)
+        self.assertEqual((answer["id"], answer["type"]), ("7", "geopose"))
+        self.assertAlmostEqual(answer["geopose"]["position"]["lat"], result["geopose"]["position"]["lat"], delta=1e-6)
+        self.json(400, "PUT", path, {"points": points[:2]})
+        self.json(200, "DELETE", path)
+        self.json(404, "POST", "/geopose", request)
+
+    def test_a_camera_is_followed_and_makes_a_map(self):
+        frames = cluster.images_of("map_front", self.folder, 0, 240, 2)
+        camera = cluster.camera_of("map_front")
+        stream = Stream(self.server.port, "/v1/maps/desk/track", cluster.READ)
+        stream.next("hello")
+        states = []
+        for number, frame in enumerate(frames[:20]):
+            stream.image(frame, id=number, time=number / 15, camera="auto")
+            answer = stream.next("pose", "error")
+            self.assertEqual((answer["type"], answer.get("id")), ("pose", number), answer)
+            states.append(answer["state"])
+        self.assertEqual(states[-1], "tracking")
+        for number in range(20, 40):  # faster than answers come: the newest one is answered, others may be dropped
+            stream.image(frames[number], id=number, time=number / 15, camera=camera)
+        while (answer := stream.next("pose"))["id"] != 39:
+            pass
+        stream.image(b"no image", id=40, time=5, camera=camera)
+        self.assertIn("neither a JPEG nor a PNG", stream.next("error")["message"])
+        stream.send_frame(2, b"\xff\xff\xff\xff")
+        self.assertIn("header", stream.next("error")["message"])
+        stream.send_frame(1, b"[1")
+        self.assertIn("no JSON", stream.next("error")["message"])
+        stream.close()
+        nowhere = Stream(self.server.port, "/v1/maps/nowhere/track", cluster.READ)
+        self.assertIn("no map", nowhere.next("error")["message"])
+        with self.assertRaisesRegex(ConnectionError, "403"):
+            Stream(self.server.port, "/v1/maps/new/record", cluster.READ)
+        recorder = Stream(self.server.port, "/v1/maps/new/record", cluster.WRITE)
+        recorder.next("hello")
+        for number, frame in enumerate(frames):
+            recorder.image(frame, id=number, time=number / 15, camera=camera)
+            self.assertEqual(recorder.next("pose", "error")["type"], "pose")
+        self.assertGreater(recorder.next("progress")["keyframes"], 5)
+        recorder.send({"type": "finish"})
+        digest = recorder.next("saved")["digest"]
+        self.assertEqual(self.json(200, "GET", "/v1/maps/new")["digest"], digest)
+        self.json(200, "DELETE", "/v1/maps/new")
+
+    def test_tokens(self):
+        self.assertEqual(self.ask("GET", "/healthz", token="").status, 200)
+        self.assertEqual(self.ask("GET", "/camera", token="").status, 200)
+        for token in ("", "token-of-nobody-at-all"):
+            self.assertEqual(self.ask("GET", "/v1/maps", token=token).status, 401)
+        self.assertEqual(self.ask("GET", "/v1/maps", token=cluster.READ).status, 200)
+        for method, path in (("DELETE", "/v1/maps/desk"), ("PUT", "/v1/maps/other"), ("POST", "/v1/maps/desk/anchors")):
+            self.assertEqual(self.ask(method, path, token=cluster.READ).status, 403)
+        self.assertEqual(self.ask("GET", "/v1/maps", Host="evil.example").status, 403)
+        self.assertEqual(self.ask("GET", "/v1/maps", Origin="http://evil.example").status, 403)
+
+    def test_what_there_is_not(self):
+        self.assertEqual(self.ask("GET", "/nothing").status, 404)
+        self.assertEqual(self.ask("DELETE", "/v1/maps").status, 405)
+        self.assertEqual(self.ask("HEAD", "/v1/maps").body, b"")
+        self.assertEqual(self.ask("GET", "/v1/maps/%zz").status, 400)
+        self.assertEqual(self.ask("POST", "/v1/maps/desk/anchors", b"x" * 70000).status, 413)
+        self.assertEqual(self.ask("POST", "/v1/maps/desk/localize", b"x", Content_Type="text/plain").status, 400)
+        self.assertEqual(self.ask("GET", "/v1/maps", X_Large="x" * 9000).status, 431)
+        text = self.ask("GET", "/metrics").body.decode()
+        self.assertRegex(text, r'oaslam_requests_total\{route="other",status="404"\} \d')
+        self.assertEqual(json.loads(self.ask("GET", "/openapi.json").body)["openapi"][:3], "3.1")
+
+    def test_values_of_every_shape(self):
+        """Each value of a valid request in turn is something else: the answer is 200 or 400."""
+        image = {"camera": self.camera, "detections": self.boxes[10][:4], "gravity": [0, 9.8, 0], "prior": {"position": [0, 0, 0], "rotation": [0, 0, 0, 1]}}
+        requests = [("POST", "/v1/maps/desk/localize", {"images": [image], "mode": "objects"}),
+                    ("POST", "/v1/maps/desk/anchors", {"model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 0], "size": 1}),
+                    ("PUT", "/v1/maps/desk/georeference", {"points": [{"map": [0, 0, 0], "latitude": 1, "longitude": 1, "height": 1}]})]
+
+        def places(value, at=()):
+            yield at
+            for key in (value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()):
+                yield from places(value[key], (*at, key))
+        count = 0
+        for method, path, body in requests:
+            for place in places(body):
+                for wrong in (None, True, -1, 1e308, "", "x", [], {}, [[[]]], {"a": {}}):
+                    changed = copy.deepcopy({"": body})
+                    target = changed
+                    for key in ("", *place)[:-1]:
+                        target = target[key]
+                    target[("", *place)[-1]] = wrong
+                    answer = self.ask(method, path, changed[""])
+                    self.assertIn(answer.status, (200, 201, 400), (changed, answer.body))
+                    count += 1
+        self.assertGreater(count, 300)
+        for anchor in self.json(200, "GET", "/v1/maps/desk/anchors")["anchors"]:
+            self.json(200, "DELETE", f"/v1/maps/desk/anchors/{urllib.parse.quote(anchor['name'])}")
+        for text in (b"", b"{", b"[" * 50000, b"\xff\xfe", b'{"images": 1e999}', b'{"images": [{"image": "####"}]}'):
+            self.assertEqual(self.ask("POST", "/v1/maps/desk/localize", text, Content_Type="application/json").status, 400, text[:20])
+        bomb = self.images[0][:16] + struct.pack(">II", 60000, 60000) + self.images[0][24:]
+        for broken in (bomb, self.images[0][:2000], self.images[0][:40], b"\x89PNG\r\n\x1a\n"):
+            self.assertEqual(self.ask("POST", "/v1/maps/desk/localize", broken, Content_Type="image/png").status, 400)
+
+    def test_others_are_answered_while_some_misbehave(self):
+        silent = [socket.create_connection(("127.0.0.1", self.server.port)) for _ in range(1000)]
+        for number, connection in enumerate(silent):
+            if number % 2:
+                connection.sendall(b"GET /v1/maps HTTP/1.1\r\nHost: ")  # and never more
+        for garbage in (b"\x00" * 100, b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"POST /geopose HTTP/1.1\r\nHost: localhost\r\nContent-Length: -1\r\n\r\n",
+                        b"GET / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: nonsense\r\n\r\n"):
+            with socket.create_connection(("127.0.0.1", self.server.port)) as connection:
+                connection.sendall(garbage)
+                connection.shutdown(socket.SHUT_WR)
+                answer = connection.recv(100)
+                self.assertTrue(answer == b"" or answer.split()[1].startswith(b"4"), answer)
+        for opcode, payload in ((1, b"\xff\xff"), (3, b"x"), (9, b"x" * 200), (2, b"x" * (17 << 20))):
+            stream = Stream(self.server.port, "/v1/maps/desk/track", cluster.READ)
+            try:
+                stream.send_frame(opcode, payload)
+                while True:
+                    stream.receive_text()
+            except OSError:
+                stream.close()  # ended by the server
+        self.assertEqual(self.ask("GET", "/healthz").status, 200)
+        for connection in silent:
+            connection.close()
+
+    def test_it_ends_when_it_has_answered(self):
+        server = cluster.Server(self.folder, self.path("maps"), ["--detector", "none", "--workers", "1"])
+        body = json.dumps({"images": 16 * [{"image": base64.b64encode(self.images[0]).decode(), "camera": self.camera}]})
+        answers = []
+        threads = [threading.Thread(target=lambda: answers.append(server.request("POST", "/v1/maps/desk/localize", body, {"Content-Type": "application/json"})))
+                   for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        # One is worked at then, and the others wait.
+        cluster.wait_until(lambda: b"oaslam_waiting_requests 2\n" in server.request("GET", "/metrics").body, 60, "two requests wait")
+        self.assertEqual(server.end(signal.SIGTERM), 0)
+        for thread in threads:
+            thread.join()
+        self.assertEqual([answer.status for answer in answers], [200, 200, 200])
+
+    def test_command_lines_that_cannot_be(self):
+        maps, tokens = self.path("maps"), self.path("wrong tokens")
+        with open(tokens, "w") as f:
+            f.write("admin token-of-an-admin\n")
+        os.chmod(tokens, 0o600)
+        for options, message in ((["--maps", self.path("none")], "none"), (["--maps", maps, "--bind", "0.0.0.0"], "--tls-self-signed"),
+                                 (["--maps", maps, "--bind", "0.0.0.0", "--tls-self-signed"], "--token-file"),
+                                 (["--maps", maps, "--tls-cert", "x"], "--tls-key"), (["--maps", maps, "--bind", "nowhere"], "expected an address"),
+                                 (["--maps", maps, "--token-file", tokens], "expected: read TOKEN or write TOKEN"),
+                                 (["--maps", maps, "--port", str(self.server.port)], "cannot listen"), (["--maps", "postgresql://127.0.0.1:1/x"], "postgresql")):
+            outcome = harness.oaslam("serve", "--port", "0", *options, timeout=60)
+            self.assertEqual(outcome.code, 1, outcome)
+            self.assertIn(message, outcome.err)
+            self.assertEqual(outcome.err.strip().count("\n"), 0, outcome)
+
+    def test_tls(self):
+        process = subprocess.Popen([harness.BINARY, "serve", "--maps", self.path("maps"), "--port", "0", "--tls-self-signed", "--token-file", self.server.tokens],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            url = process.stdout.readline().strip()
+            self.assertTrue(url.startswith("https://"), url)
+            port = urllib.parse.urlsplit(url).port
+            certificate = cluster.ssl.get_server_certificate(("127.0.0.1", port))
+            path = self.path("certificate.pem")
+            with open(path, "w") as f:
+                f.write(certificate)
+            self.assertEqual(cluster.once(cluster.Client(port, path), "GET", "/v1/maps").status, 200)
+            with self.assertRaises((OSError, http.client.HTTPException)):
+                cluster.once(cluster.Client(port), "GET", "/v1/maps")
+        finally:
+            process.terminate()
+            self.assertEqual(process.wait(60), 0)
+            process.communicate()
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
