@@ -291,8 +291,8 @@ class Service(harness.InFolder):
                                  (["--maps", maps, "--bind", "0.0.0.0", "--tls-self-signed"], "--token-file"),
                                  (["--maps", maps, "--tls-cert", "x"], "--tls-key"), (["--maps", maps, "--bind", "nowhere"], "expected an address"),
                                  (["--maps", maps, "--token-file", tokens], "expected: read TOKEN or write TOKEN"),
-                                 (["--maps", maps, "--port", str(self.server.port)], "cannot listen"), (["--maps", "postgresql://127.0.0.1:1/x"], "postgresql")):
-            outcome = harness.oaslam("serve", "--port", "0", *options, timeout=60)
+                                 (["--maps", maps, "--port", str(self.server.port)], "cannot listen"), (["--maps", "postgresql://127.0.0.1:1/x"], "database: connection")):
+            outcome = harness.oaslam("serve", *([] if "--port" in options else ["--port", "0"]), *options, timeout=60)
             self.assertEqual(outcome.code, 1, outcome)
             self.assertIn(message, outcome.err)
             self.assertEqual(outcome.err.strip().count("\n"), 0, outcome)

@@ -149,6 +149,9 @@ class Viewer::Impl {
       Tick();
     });
     thread_.join();
+    server_.Close();
+    io_.restart();
+    io_.poll();  // lets the connections end
   }
 
  private:
