@@ -98,7 +98,7 @@ std::string Problem(const Rooms& rooms, const SourceFile& file, const std::strin
   if (slash == std::string::npos) {
     const bool allowed = !kPublicFace.contains(inside) || room == "public" ||
                          Closure(rooms, room).contains("system");
-    return allowed ? "" : "the public face is system's, and of those who may enter it";
+    return allowed ? "" : "the public face is system's alone";
   }
   if (room == "public") return "a public header may not show a room";
   const std::string target = inside.substr(0, slash);
