@@ -45,6 +45,7 @@ function serve(...args) {
 
 async function open(url, size = { width: 1440, height: 900 }, deviceScaleFactor = 1) {
   const page = await browser.newPage({ viewport: size, deviceScaleFactor });
+  page.setDefaultTimeout(120000); // a busy machine draws slowly
   page.errors = [];
   page.on("pageerror", (error) => page.errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && page.errors.push(message.text()));

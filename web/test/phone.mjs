@@ -50,6 +50,7 @@ export const PORTRAIT = { width: 390, height: 844 };
 export async function newPage(browser, { size = LANDSCAPE, scale = 1, ...options } = {}) {
   const context = await browser.newContext({ viewport: size, deviceScaleFactor: scale, hasTouch: true, isMobile: true, ignoreHTTPSErrors: true, ...options });
   const page = await context.newPage();
+  page.setDefaultTimeout(120000); // a busy machine draws slowly
   page.errors = [];
   page.on("pageerror", (error) => page.errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && page.errors.push(message.text()));
