@@ -149,8 +149,8 @@ class Haproxy:
 
 
 class Answer:
-    def __init__(self, status, body):
-        self.status, self.body = status, body
+    def __init__(self, status, body, kind):
+        self.status, self.body, self.type = status, body, kind
 
     def json(self):
         return json.loads(self.body)
@@ -169,7 +169,7 @@ class Client:
         try:
             self.connection.request(method, path, body, {"Authorization": "Bearer " + WRITE, **(headers or {})})
             response = self.connection.getresponse()
-            return Answer(response.status, response.read())
+            return Answer(response.status, response.read(), response.headers["Content-Type"])
         except (OSError, http.client.HTTPException):
             self.connection.close()
             raise
