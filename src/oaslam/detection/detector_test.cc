@@ -1,4 +1,4 @@
-#include "oaslam/detection/detector.h"
+#include "oaslam/detector.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
