@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/export.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -97,7 +98,7 @@ struct SlamConfig {
   RunnerConfig runner;
 
   // All problems at once, each "section.key: value, allowed: bound"; empty when valid.
-  std::vector<std::string> Validate() const;
+  OASLAM_API std::vector<std::string> Validate() const;
 };
 
 // Calls visit(name, value&, min, max) for numbers and visit(name, string&, allowed) for words.

@@ -12,6 +12,7 @@
 #include "oaslam/class_relations.h"
 #include "oaslam/config.h"
 #include "oaslam/error.h"
+#include "oaslam/export.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 
@@ -106,7 +107,7 @@ struct MapSnapshot {
 // out), it ends, and the map stays as it was before. Process, and other functions that change the
 // map, then throw std::runtime_error; Finish does so only if no other call has. All other functions
 // still work: Export and Save give the map so far. Load and Reset begin anew.
-class Slam {
+class OASLAM_API Slam {
  public:
   Slam(const SlamConfig& config, const Camera& camera);
   ~Slam();
