@@ -140,7 +140,7 @@ std::vector<std::string> Violations(const Rooms& rooms, const std::vector<Source
 
 // Types that the public headers name but do not define: an application could not use them.
 std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
-  static const std::regex type(R"(^(?:struct|class|enum class) (\w+)[^;{]*([;{]))");
+  static const std::regex type(R"(^(?:struct|class|enum class) (?:OASLAM_API )?(\w+)[^;{]*([;{]))");
   std::set<std::string> named, defined;
   for (const SourceFile& file : files) {
     if (!file.path.starts_with("public/")) continue;
@@ -158,7 +158,7 @@ std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
 // Types that two headers define: all rooms share a namespace, and the linker takes the functions of
 // either for both.
 std::vector<std::string> TypesDefinedTwice(const std::vector<SourceFile>& files) {
-  static const std::regex type(R"(^(?:struct|class|enum class) (\w+)[^;{]*\{)");
+  static const std::regex type(R"(^(?:struct|class|enum class) (?:OASLAM_API )?(\w+)[^;{]*\{)");
   std::set<std::string> defined, twice;
   for (const SourceFile& file : files) {
     if (!file.path.ends_with(".h")) continue;

@@ -114,7 +114,7 @@ struct SlamConfig {
   RunnerConfig runner;
 
   // All problems at once, each "section.key: value, allowed: bound"; empty when valid.
-  std::vector<std::string> Validate() const;
+  OASLAM_API std::vector<std::string> Validate() const;
 };
 
 // Calls visit(name, value&, min, max) for numbers, and visit(name, value&, words) for enumerations

@@ -1,5 +1,5 @@
 # Installs the library into the build tree, builds examples/minimal against it as anyone would, and runs it on the sample.
-foreach(name BUILD_DIR SOURCE_DIR CXX_COMPILER GENERATOR)
+foreach(name BUILD_DIR SOURCE_DIR CXX_COMPILER GENERATOR SHARED)
   if(NOT DEFINED ${name})
     message(FATAL_ERROR "-D${name}= is missing")
   endif()
@@ -16,12 +16,42 @@ function(run)
 endfunction()
 
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/install)
+
+# The public headers are installed, and no others.
+file(GLOB_RECURSE installed RELATIVE ${work}/install/include ${work}/install/include/*)
+file(GLOB_RECURSE public RELATIVE ${SOURCE_DIR}/include ${SOURCE_DIR}/include/*.h)
+if(NOT installed STREQUAL public)
+  message(FATAL_ERROR "installed headers: ${installed}\npublic headers: ${public}")
+endif()
+
+# Who links the shared library needs nothing of what is behind it.
+set(without "")
+if(SHARED)
+  foreach(package Ceres hwy nlohmann_json yaml-cpp fmt SQLite3 PkgConfig Threads Boost OpenSSL assimp)
+    list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+  endforeach()
+endif()
 run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/examples/minimal -B ${work}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
-  -DCMAKE_CXX_COMPILER=${CXX_COMPILER} -DCMAKE_PREFIX_PATH=${work}/install)
+  -DCMAKE_CXX_COMPILER=${CXX_COMPILER} -DCMAKE_PREFIX_PATH=${work}/install ${without})
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/minimal ${SOURCE_DIR}/data/sample/map_front/video.mp4 525 120)
-
 set(clip_out "${out}")
+
+# The same program built without CMake.
+find_program(PKG_CONFIG pkg-config)
+if(SHARED AND PKG_CONFIG)
+  file(GLOB_RECURSE pc ${work}/install/oaslam.pc)
+  get_filename_component(pc_dir ${pc} DIRECTORY)
+  run(${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_dir} ${PKG_CONFIG} --cflags --libs oaslam)
+  separate_arguments(flags UNIX_COMMAND "${out}")
+  get_filename_component(lib_dir ${pc_dir} DIRECTORY)
+  run(${CXX_COMPILER} -std=c++20 ${SOURCE_DIR}/examples/minimal/main.cc -o ${work}/minimal ${flags} -lopencv_imgproc -lopencv_videoio -Wl,-rpath,${lib_dir})
+  run(${work}/minimal ${SOURCE_DIR}/data/sample/map_front/video.mp4 525 120)
+  if(NOT out STREQUAL clip_out)
+    message(FATAL_ERROR "pkg-config's program says something else:\n${out}")
+  endif()
+endif()
+
 # The installed command finds its detector.
 run(${CMAKE_COMMAND} -E env --unset=OASLAM_MODELS ${work}/install/bin/oaslam detect ${SOURCE_DIR}/data/sample/map_front/video.mp4 --to 1 --out ${work}/boxes.json)
 set(out "${clip_out}")

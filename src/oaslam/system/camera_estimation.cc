@@ -81,7 +81,7 @@ double Change(const Camera& a, const Camera& b) { return std::abs(std::log(a.fx 
 
 }  // namespace
 
-class CameraEstimator::Impl {
+class OASLAM_LOCAL CameraEstimator::Impl {
  public:
   Impl(const SlamConfig& config, const CameraEstimationOptions& options)
       : config_(config), options_(options) {

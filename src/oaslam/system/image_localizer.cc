@@ -17,7 +17,7 @@ IndexedMap IndexPiece(const std::string& path, int piece) {
 
 }  // namespace
 
-class ImageLocalizer::Impl {
+class OASLAM_LOCAL ImageLocalizer::Impl {
  public:
   Impl(const std::string& map_path, const SlamConfig& config, int piece)
       : localizer(config, IndexPiece(map_path, piece)) {}

@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-struct MapSnapshot::Content {
+struct OASLAM_LOCAL MapSnapshot::Content {
   std::shared_ptr<const Map> map;
   std::shared_ptr<const ClassNames> names;
 };

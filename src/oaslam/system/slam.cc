@@ -37,7 +37,7 @@ MappingError ErrorOf(const std::exception_ptr& failure) {
 
 }  // namespace
 
-class Slam::Impl {
+class OASLAM_LOCAL Slam::Impl {
  public:
   Impl(const SlamConfig& config, const Camera& camera)
       : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {

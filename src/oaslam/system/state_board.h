@@ -9,7 +9,7 @@
 namespace oaslam {
 
 // Where a Slam leaves its newest state for other threads.
-class SlamStates::Board {
+class OASLAM_LOCAL SlamStates::Board {
  public:
   void Post(std::shared_ptr<const SlamState> state) {
     {
