@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "oaslam/detection/network.h"
 #include "oaslam/error.h"
 #include "oaslam_data.h"
 #include "onnx_file.h"

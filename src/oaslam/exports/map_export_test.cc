@@ -12,6 +12,7 @@
 #include "oaslam/camera_file.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/images/image_files.h"
 #include "oaslam/trajectory_file.h"
 #include "random_map.h"
 #include "temp_folder.h"

@@ -7,6 +7,7 @@
 
 #include "exif_jpeg.h"
 #include "expect_input_error.h"
+#include "oaslam/images/image_files.h"
 #include "temp_folder.h"
 
 namespace oaslam {

@@ -105,10 +105,10 @@ TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
     const KnownPoseMap result =
         MapObjectsFromKnownPoses(Film(objects, 150, {}, 1), kCamera, config);
     const std::vector<Object> mapped = MappedObjects(result.map);
-    EXPECT_EQ(mapped.size(), objects.size()) << model;
+    EXPECT_EQ(mapped.size(), objects.size()) << static_cast<int>(model);
     for (const TrueObject& truth : objects)
-      EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << model;
-    EXPECT_GT(result.mean_iou, 0.85) << model;
+      EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << static_cast<int>(model);
+    EXPECT_GT(result.mean_iou, 0.85) << static_cast<int>(model);
     for (const Object& o : mapped) {
       EXPECT_LE(o.observations.size(), 60U);
       EXPECT_GT(o.total_observations, 100);
