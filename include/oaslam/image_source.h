@@ -64,7 +64,7 @@ class OASLAM_API ImageSource {
 // folder of images is allowed, which may still be empty. Throws InputError where the source does
 // not exist, a list is empty, or a line has neither form.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
-                                        const ImageSourceOptions& options);
+                                                   const ImageSourceOptions& options);
 
 // An image of a source that is not read yet.
 struct ListedImage {
@@ -75,6 +75,6 @@ struct ListedImage {
 // The images of a TUM folder, a list file or a folder in [from, to); nothing for a video or a
 // camera. Throws as OpenImages.
 OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
-                                                   const ImageSourceOptions& options);
+                                                              const ImageSourceOptions& options);
 
 }  // namespace oaslam
