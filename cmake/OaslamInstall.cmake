@@ -1,16 +1,30 @@
-# `find_package(oaslam)` then `target_link_libraries(app oaslam::oaslam)`: the public headers and the static rooms behind them.
+# `find_package(oaslam)` then `target_link_libraries(app oaslam::oaslam)`, or `pkg-config oaslam`: the public headers and the library
+# behind them. A component is a package (docs/packages.md).
 include(CMakePackageConfigHelpers)
 
-get_property(room_targets GLOBAL PROPERTY OASLAM_ROOM_TARGETS)
-install(TARGETS oaslam ${room_targets} EXPORT oaslam ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+set(libraries oaslam)
+if(NOT BUILD_SHARED_LIBS)
+  get_property(room_targets GLOBAL PROPERTY OASLAM_ROOM_TARGETS)
+  list(APPEND libraries ${room_targets})
+endif()
+install(TARGETS ${libraries} EXPORT oaslam
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h")
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/models DESTINATION ${CMAKE_INSTALL_DATADIR}/oaslam)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/models DESTINATION ${CMAKE_INSTALL_DATADIR}/oaslam COMPONENT command)
 
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/oaslam)
-install(EXPORT oaslam NAMESPACE oaslam:: FILE oaslamTargets.cmake DESTINATION ${config_dir})
+install(EXPORT oaslam NAMESPACE oaslam:: FILE oaslamTargets.cmake DESTINATION ${config_dir} COMPONENT development)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/oaslamConfig.cmake.in ${PROJECT_BINARY_DIR}/oaslamConfig.cmake
   INSTALL_DESTINATION ${config_dir})
 # Before 1.0 a minor version may change the interface.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/oaslamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/oaslamConfig.cmake ${PROJECT_BINARY_DIR}/oaslamConfigVersion.cmake DESTINATION ${config_dir})
+install(FILES ${PROJECT_BINARY_DIR}/oaslamConfig.cmake ${PROJECT_BINARY_DIR}/oaslamConfigVersion.cmake DESTINATION ${config_dir} COMPONENT development)
+
+# The static rooms need more than a pkg-config file should list by hand: CMake's package knows it.
+if(BUILD_SHARED_LIBS)
+  file(RELATIVE_PATH OASLAM_PC_TO_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/oaslam.pc.in ${PROJECT_BINARY_DIR}/oaslam.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/oaslam.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+endif()

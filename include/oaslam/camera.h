@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 
+#include "oaslam/export.h"
+
 namespace oaslam {
 
 enum class LensModel {
@@ -10,7 +12,7 @@ enum class LensModel {
              // none)
   kFisheye,  // equidistant (Kannala-Brandt) distortion: k1 k2 k3 k4
 };
-const char* ToString(LensModel model);  // "pinhole" or "fisheye"
+OASLAM_API const char* ToString(LensModel model);  // "pinhole" or "fisheye"
 
 // A calibrated camera. Pixel centres are at integer coordinates; distances in pixels.
 struct Camera {

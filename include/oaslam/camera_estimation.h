@@ -8,6 +8,7 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/config.h"
+#include "oaslam/export.h"
 
 namespace oaslam {
 
@@ -37,7 +38,7 @@ struct CameraEstimate {
 // Estimates the camera of images without calibration: maps parts of them with a guess of the focal
 // length, calibrates the camera by that map, and repeats this with the result until it changes no
 // more. The same images give the same answer. Images are kept, scaled down where they are large.
-class CameraEstimator {
+class OASLAM_API CameraEstimator {
  public:
   explicit CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options = {});
   ~CameraEstimator();
@@ -64,6 +65,6 @@ class CameraEstimator {
 };
 
 // "focal length 953 +- 4 px (fov 67.7 x 41.0 degrees), k1 0.071, k2 -0.047, centre 635 366".
-std::string Describe(const CameraEstimate& estimate);
+OASLAM_API std::string Describe(const CameraEstimate& estimate);
 
 }  // namespace oaslam

@@ -3,11 +3,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "oaslam/export.h"
+
 namespace oaslam {
 
 // Bad input: a file, a configuration, a calibration, a detection. The message is one line that
 // names path, key, value and bound.
-class InputError : public std::runtime_error {
+class OASLAM_API InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/export.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -52,19 +53,19 @@ struct Ellipsoid {
 enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLost };
 
 // "initializing", "tracking", "relocalized", "objects", "lost".
-const char* ToString(TrackingState state);
+OASLAM_API const char* ToString(TrackingState state);
 
 // The evidence that supports a pose.
 enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
 
 // "failed", "points", "objects", "points+objects".
-const char* ToString(PoseEvidence evidence);
+OASLAM_API const char* ToString(PoseEvidence evidence);
 
 enum class RelocalizationMode { kPoints, kObjects, kPointsAndObjects };
 
 // "points", "objects", "points+objects".
-const char* ToString(RelocalizationMode mode);
+OASLAM_API const char* ToString(RelocalizationMode mode);
 // Throws InputError for any other word.
-RelocalizationMode RelocalizationModeOf(const std::string& name);
+OASLAM_API RelocalizationMode RelocalizationModeOf(const std::string& name);
 
 }  // namespace oaslam

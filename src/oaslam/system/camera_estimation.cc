@@ -81,11 +81,11 @@ double Change(const Camera& a, const Camera& b) { return std::abs(std::log(a.fx 
 
 }  // namespace
 
-class CameraEstimator::Impl {
+class OASLAM_LOCAL CameraEstimator::Impl {
  public:
   Impl(const SlamConfig& config, const CameraEstimationOptions& options)
       : config_(config), options_(options) {
-    if (config_.runner.mode == "live") config_.runner.mode = "lockstep";
+    if (config_.runner.mode == RunnerMode::kLive) config_.runner.mode = RunnerMode::kLockstep;
   }
 
   void Add(const cv::Mat& image, double timestamp) {
