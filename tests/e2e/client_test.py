@@ -43,6 +43,10 @@ class Asking(harness.InFolder):
         self.addCleanup(client.close)
         return client
 
+    def receive_until(self, stream, condition):
+        while not condition():
+            self.assertIsNotNone(stream.receive(timeout=20), "nothing more came")
+
     @contextlib.contextmanager
     def refused(self, status, text):
         with self.assertRaises(ServiceError) as caught:
@@ -114,8 +118,7 @@ class OfClient(Asking):
             self.assertEqual((edited["model"], edited["size"]), ("lamp", 0.3))
             news = client.anchors("desk", placed["version"])
             self.assertEqual(([a["name"] for a in news["anchors"]], news["removed"]), (["gate"], ["a/b door"]))
-            while camera.anchors != {"gate": edited}:  # two messages, if it is told between two steps of the edit
-                camera.wait_for("anchors")
+            self.receive_until(camera, lambda: camera.anchors == {"gate": edited})  # two messages, if it is told between two steps of the edit
             with self.refused(409, "already"):
                 client.place_anchor("desk", "flag", name="gate", origin=[0, 0, 0], direction=[0, 0, 1])
             ray = client.place_anchor("desk", "flag", origin=[0, 0, 0], direction=[0, 0, 1])
@@ -123,8 +126,7 @@ class OfClient(Asking):
                 client.delete_anchor("desk", name)
             with self.refused(404, "no anchor"):
                 client.delete_anchor("desk", "gate")
-            while camera.anchors:
-                camera.wait_for("anchors")
+            self.receive_until(camera, lambda: not camera.anchors)
             self.assertEqual(client.anchors("desk")["anchors"], [])
 
     def test_the_earth(self):
@@ -195,6 +197,7 @@ class OfClient(Asking):
 
     def test_a_server_that_ends(self):
         server = cluster.Server(self.folder, self.path("maps"), NO_DETECTOR)
+        self.addCleanup(lambda: server.end(signal.SIGKILL))
         client = Client(f"http://127.0.0.1:{server.port}", cluster.WRITE, timeout=20)
         track = client.track("desk")
         client.maps()
@@ -209,7 +212,6 @@ class OfClient(Asking):
         self.assertEqual([m["name"] for m in patient.maps()], ["desk"])
         starting.join()
         patient.close()
-        server.end(signal.SIGTERM)
 
     def test_a_busy_server_is_asked_again(self):
         """One worker, with as many requests waiting as may wait: the next one is told to come again."""

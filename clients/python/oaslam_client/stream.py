@@ -3,8 +3,6 @@ from __future__ import annotations
 
 import json
 import os
-import socket
-import ssl
 import struct
 import time as clock
 from types import TracebackType
@@ -72,13 +70,11 @@ class Stream:
         self._send(json.dumps(message))
 
     def receive(self, timeout: Optional[float] = None) -> Optional[Dict[str, Any]]:
-        """The next message; None if there is none within so many seconds (0: none is there yet). Raises Closed when the service ends the stream,
-        and Unreachable."""
-        connection = self._socket.socket
-        connection.settimeout(self._endpoint.timeout if timeout is None else timeout)
+        """The next message; None if there is none within so many seconds (0: none is there yet). Without a timeout it waits for as long as the
+        service shows that it lives. Raises Closed when the service ends the stream, and Unreachable."""
         try:
-            message: Dict[str, Any] = json.loads(self._socket.receive())
-        except (socket.timeout, BlockingIOError, ssl.SSLWantReadError) as error:
+            message: Dict[str, Any] = json.loads(self._socket.receive(timeout))
+        except TimeoutError as error:
             if timeout is None:
                 raise self._endpoint.unreachable(error) from error
             return None
@@ -86,8 +82,6 @@ class Stream:
             raise
         except OSError as error:
             raise self._endpoint.unreachable(error) from error
-        finally:
-            connection.settimeout(self._endpoint.timeout)
         self._note(message)
         return message
 

@@ -6,7 +6,9 @@ import http.client
 import io
 import os
 import socket
+import ssl
 import struct
+import time
 from typing import Mapping, Optional, Union
 
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
@@ -34,6 +36,7 @@ class WebSocket:
     def __init__(self, connection: socket.socket, host: str, path: str, headers: Optional[Mapping[str, str]] = None):
         """Raises Refused or OSError."""
         self.socket, self._buffer, self._message, self._is_text = connection, bytearray(), bytearray(), True
+        self._deadline: Optional[float] = None
         key = base64.b64encode(os.urandom(16)).decode()
         fields = {"Host": host, "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": key, "Sec-WebSocket-Version": "13", **(headers or {})}
         self.socket.sendall((f"GET {path} HTTP/1.1\r\n" + "".join(f"{name}: {value}\r\n" for name, value in fields.items()) + "\r\n").encode())
@@ -68,9 +71,11 @@ class WebSocket:
         masked = (int.from_bytes(payload, "big") ^ int.from_bytes(pad, "big")).to_bytes(length, "big")
         self.socket.sendall(head + mask + masked)
 
-    def receive(self) -> Union[str, bytes]:
-        """The next message; pings are answered. Raises Closed, ConnectionError when the connection is lost, and another OSError when the timeout of
-        the socket has passed: nothing is lost then, and it may be called again."""
+    def receive(self, timeout: Optional[float] = None) -> Union[str, bytes]:
+        """The next message; pings are answered. Raises Closed, ConnectionError when the connection is lost, and TimeoutError where no message is
+        complete within so many seconds, or, without a timeout, where nothing at all comes within that of the socket. Nothing is lost by a
+        TimeoutError."""
+        self._deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             first = self._need(2)[0]
             payload = self._take_payload()
@@ -95,7 +100,15 @@ class WebSocket:
         self.socket.close()
 
     def _receive_more(self) -> None:
-        part = self.socket.recv(65536)
+        usual = self.socket.gettimeout()
+        if self._deadline is not None:
+            self.socket.settimeout(max(0, self._deadline - time.monotonic()))
+        try:
+            part = self.socket.recv(65536)
+        except (socket.timeout, BlockingIOError, ssl.SSLWantReadError):
+            raise TimeoutError("nothing came in time") from None
+        finally:
+            self.socket.settimeout(usual)
         if not part:
             raise ConnectionResetError("the connection was lost")
         self._buffer += part

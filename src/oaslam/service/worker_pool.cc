@@ -9,7 +9,11 @@ WorkerPool::WorkerPool(size_t threads, size_t most_waiting) : most_waiting_(most
     threads_.emplace_back([this](const std::stop_token& stop) { Run(stop); });
 }
 
-WorkerPool::~WorkerPool() {
+void WorkerPool::Finish() {
+  {
+    const std::scoped_lock lock(mutex_);
+    is_finished_ = true;
+  }
   for (std::jthread& thread : threads_) thread.request_stop();
   threads_.clear();  // joins
 }
@@ -17,7 +21,7 @@ WorkerPool::~WorkerPool() {
 bool WorkerPool::TryAdd(Task task) {
   {
     const std::scoped_lock lock(mutex_);
-    if (tasks_.size() >= most_waiting_) return false;
+    if (is_finished_ || tasks_.size() >= most_waiting_) return false;
     tasks_.push_back(std::move(task));
   }
   changed_.notify_one();

@@ -15,10 +15,13 @@ class WorkerPool {
   using Task = std::function<void()>;  // must not throw
 
   WorkerPool(size_t threads, size_t most_waiting);
-  // Carries out what waits, and ends.
-  ~WorkerPool();
+  ~WorkerPool() { Finish(); }
 
-  // False, and the task is dropped, where too many wait already.
+  // Carries out what waits, and ends the threads. Called by one thread at a time, and by none of
+  // the pool.
+  void Finish();
+
+  // False, and the task is dropped, where too many wait already, or the pool has finished.
   bool TryAdd(Task task);
   size_t size() const { return threads_.size(); }
   size_t waiting() const;
@@ -30,6 +33,7 @@ class WorkerPool {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<Task> tasks_;             // guarded by mutex_
+  bool is_finished_ = false;           // guarded by mutex_
   std::vector<std::jthread> threads_;  // last member: they start when all others are constructed
 };
 
