@@ -31,9 +31,12 @@ struct ServiceOptions {
 // Answers where cameras are in the maps of a store (docs/service.md).
 class LocalizationService : public HttpService {
  public:
-  // `executor`: of the server's thread.
+  // `executor`: of the server's thread, which must exist until Finish has returned.
   LocalizationService(ServiceOptions options, boost::asio::any_io_executor executor);
   ~LocalizationService() override;
+
+  // Waits for what is under way; refuses further work.
+  void Finish();
 
   Access AccessFor(const HttpRequest& head) const override;
   BodyPlan PlanBody(const HttpRequest& head) override;

@@ -12,21 +12,23 @@ namespace oaslam {
 // Threads that carry out tasks in the order in which they come, of which a bounded number waits.
 class WorkerPool {
  public:
-  using Task = std::function<void()>;  // must not throw
+  using Task = std::function<void()>;  // a std::exception ends the task, with a warning
 
   WorkerPool(size_t threads, size_t most_waiting);
-  // Carries out what waits, and ends.
-  ~WorkerPool();
+  ~WorkerPool();  // finishes
 
-  // False, and the task is dropped, where too many wait already.
+  // False, and the task is dropped, where too many wait already, or it has finished.
   bool TryAdd(Task task);
-  size_t size() const { return threads_.size(); }
+  // Carries out what waits, and ends the threads. Not to be called by a task.
+  void Finish();
+  size_t size() const { return size_; }
   size_t waiting() const;
 
  private:
   void Run(const std::stop_token& stop);
 
-  const size_t most_waiting_;
+  const size_t size_, most_waiting_;
+  bool is_finished_ = false;  // guarded by mutex_
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<Task> tasks_;             // guarded by mutex_
