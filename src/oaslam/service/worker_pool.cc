@@ -1,10 +1,15 @@
 #include "oaslam/service/worker_pool.h"
 
+#include <exception>
+#include <string>
 #include <utility>
+
+#include "oaslam/util/log.h"
 
 namespace oaslam {
 
-WorkerPool::WorkerPool(size_t threads, size_t most_waiting) : most_waiting_(most_waiting) {
+WorkerPool::WorkerPool(size_t threads, size_t most_waiting)
+    : size_(threads), most_waiting_(most_waiting) {
   for (size_t i = 0; i < threads; ++i)
     threads_.emplace_back([this](const std::stop_token& stop) { Run(stop); });
 }
@@ -43,7 +48,11 @@ void WorkerPool::Run(const std::stop_token& stop) {
       task = std::move(tasks_.front());
       tasks_.pop_front();
     }
-    task();
+    try {
+      task();
+    } catch (const std::exception& error) {
+      Log(LogLevel::kWarning, std::string("a task of the service: ") + error.what());
+    }
   }
 }
 

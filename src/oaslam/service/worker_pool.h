@@ -12,7 +12,7 @@ namespace oaslam {
 // Threads that carry out tasks in the order in which they come, of which a bounded number waits.
 class WorkerPool {
  public:
-  using Task = std::function<void()>;  // must not throw
+  using Task = std::function<void()>;  // an exception is a warning
 
   WorkerPool(size_t threads, size_t most_waiting);
   ~WorkerPool() { Finish(); }
@@ -23,13 +23,13 @@ class WorkerPool {
 
   // False, and the task is dropped, where too many wait already, or the pool has finished.
   bool TryAdd(Task task);
-  size_t size() const { return threads_.size(); }
+  size_t size() const { return size_; }
   size_t waiting() const;
 
  private:
   void Run(const std::stop_token& stop);
 
-  const size_t most_waiting_;
+  const size_t size_, most_waiting_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::deque<Task> tasks_;             // guarded by mutex_
