@@ -258,7 +258,6 @@ TEST_F(WebSocketTest, TheEndDoesNotWaitForThoseWhoDoNotListen) {
   stalled.Send("flood");
   const std::future<void> ended = server.Drain();
   EXPECT_TRUE(Comes(ended));
-  EXPECT_NE(deaf.ReadClose(), 0);
   EXPECT_EQ(stalled.ReadClose(), 0);
 }
 
