@@ -113,7 +113,7 @@ TEST_F(RequestCheck, WithoutATokenThatIsKnownOneIsAskedFor) {
   EXPECT_THAT(refusal_->fields, ElementsAre(Pair("WWW-Authenticate", "Bearer")));
   for (const std::string& authorization :
        {std::string("Bearer"), std::string("Bearer "), std::string("Bearer nobody-has-this-1"),
-        "Basic " + kReader, kReader, "Bearer  " + kReader})
+        "Bearer " + kReader + " 1", "Basic " + kReader, kReader, "Bearer  " + kReader})
     EXPECT_EQ(Status({{"Authorization", authorization}}), 401) << authorization;
 }
 

@@ -138,9 +138,10 @@ TEST_F(ServerLimits, TheEndWaitsForWhatIsUnderWay) {
   auto working = std::make_unique<RawClient>(server.port());
   working->Send(Get("/hold"));
   held_.WaitFor(1);
-  const auto idle = Idle(server);
+  auto idle = Idle(server);
   const std::future<void> ended = server.Drain();
   EXPECT_EQ(idle->ReadAll(), "");
+  idle.reset();
   EXPECT_THROW(RawClient(server.port()), boost::system::system_error);
   EXPECT_EQ(ended.wait_for(milliseconds(0)), std::future_status::timeout);
   held_.Answer("done");

@@ -105,6 +105,7 @@ TEST_F(Tls, ASelfSignedCertificateIsOfThisRunAndItsHosts) {
   EXPECT_EQ(X509_verify(certificate, X509_get0_pubkey(certificate)), 1);
   EXPECT_THAT(FingerprintOf(*one), MatchesRegex("([0-9A-F][0-9A-F]:){31}[0-9A-F][0-9A-F]"));
   EXPECT_NE(FingerprintOf(*one), FingerprintOf(*other));
+  EXPECT_THAT(InputErrorOf([] { MakeTls(SelfSigned({"a,b"})); }), HasSubstr("--host"));
 }
 
 TEST_F(Tls, FilesAreUsed) {

@@ -43,5 +43,37 @@ TEST(Route, IsInTheDescriptionWithItsMethods) {
   EXPECT_EQ(described, Known());
 }
 
+TEST(Route, PathsNameWhatTheyAreOf) {
+  const auto expect = [](const std::string& path, Route route, const std::string& map = "",
+                         const std::string& rest = "") {
+    const Target target = TargetOf(path);
+    EXPECT_EQ(target.route, route) << path;
+    EXPECT_EQ(target.map, map) << path;
+    EXPECT_EQ(target.rest, rest) << path;
+  };
+  expect("/", Route::kCamera);
+  expect("/models/lamp/a/b.bin", Route::kModel, "", "lamp/a/b.bin");
+  expect("/v1/maps", Route::kMaps);
+  expect("/v1/maps/desk", Route::kMap, "desk");
+  expect("/v1/maps/localize", Route::kMap, "localize");
+  expect("/v1/maps/desk/localize", Route::kLocalize, "desk");
+  expect("/v1/maps/desk/anchors", Route::kAnchors, "desk");
+  expect("/v1/maps/desk/anchors/a/flag /x", Route::kAnchor, "desk", "a/flag /x");
+  for (const char* path : {"", "v1/maps", "//", "/healthz/", "/models", "/v1/", "/v1/maps/",
+                           "/v1/maps//localize", "/v1/maps/desk/", "/v1/maps/desk/anchors/",
+                           "/v1/maps/desk/localize/", "/V1/maps", "/v2/maps"})
+    expect(path, Route::kNowhere);
+}
+
+TEST(Route, MethodsAreWholeWords) {
+  using boost::beast::http::verb;
+  EXPECT_TRUE(Allows(Route::kMap, verb::put));
+  EXPECT_TRUE(Allows(Route::kMap, verb::head));
+  EXPECT_FALSE(Allows(Route::kMaps, verb::put));
+  EXPECT_FALSE(Allows(Route::kLocalize, verb::get));
+  EXPECT_FALSE(Allows(Route::kMap, verb::unknown));
+  EXPECT_FALSE(Allows(Route::kMap, verb::options));
+}
+
 }  // namespace
 }  // namespace oaslam
