@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Clock = std::chrono::steady_clock;
 
-Anchor Flag(double size = 1) { return {"flag", size, KeyframeId(0), {}, {}, {}}; }
+Anchor Flag(double size = 1) { return {"flag", size, KeyframeId(0), {}, {}, {0, 0, 0}}; }
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();

@@ -38,7 +38,7 @@ std::string ContentOf(const std::optional<MapFile>& file) {
   return content.str();
 }
 
-Anchor Flag() { return {"flag", 1, KeyframeId(0), {}, {}, {}}; }
+Anchor Flag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
 
 TEST(MapFolder, MapsAreFoundByTheNamesOfFiles) {
   const TempFolder folder, other;

@@ -66,7 +66,7 @@ class CountingStore : public MapStore {
   const std::unique_ptr<MapStore> store_;
 };
 
-Anchor Flag() { return {"flag", 1, KeyframeId(0), {}, {}, {}}; }
+Anchor Flag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
 
 class MapShelfTest : public testing::Test {
  protected:
