@@ -18,7 +18,9 @@ namespace oaslam {
 // image offered. Nothing waits for it.
 class OASLAM_API BackgroundDetector {
  public:
+  // From an image to its detections, as Detector::Detect.
   using Detect = std::function<std::vector<Detection>(const cv::Mat&)>;
+  // The detections of an image that was offered.
   struct Result {
     int frame = 0;
     std::vector<Detection> detections;

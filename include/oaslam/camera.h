@@ -7,6 +7,7 @@
 
 namespace oaslam {
 
+// How the lens bends what a pinhole would show.
 enum class LensModel {
   kPinhole,  // pinhole with radial-tangential distortion: k1 k2 p1 p2 k3 (OpenCV's order; zeros:
              // none)
@@ -24,6 +25,7 @@ struct Camera {
   bool is_guess = false;  // from a field of view, not from a calibration
   std::string name{};
 
+  // Whether a coefficient is not 0.
   bool HasDistortion() const {
     for (const double k : distortion)
       if (k != 0) return true;

@@ -12,6 +12,7 @@
 
 namespace oaslam {
 
+// What is known of the camera beforehand.
 struct CameraEstimationOptions {
   // The camera to start from: a rough calibration, or that of another run.
   std::optional<Camera> start;
@@ -40,6 +41,7 @@ struct CameraEstimate {
 // more. The same images give the same answer. Images are kept, scaled down where they are large.
 class OASLAM_API CameraEstimator {
  public:
+  // `config`: the settings of the maps that it makes.
   explicit CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options = {});
   ~CameraEstimator();
   CameraEstimator(CameraEstimator&&) noexcept;

@@ -9,6 +9,7 @@
 
 namespace oaslam {
 
+// The detections of one image.
 struct ImageDetections {
   std::string file_name;
   std::vector<Detection> detections;  // in the order of the file
@@ -17,10 +18,12 @@ struct ImageDetections {
 // Detections of many images, found by base name: with extension first, then without.
 class OASLAM_API DetectionTable {
  public:
+  // Of images with the same name the first one is found.
   explicit DetectionTable(std::vector<ImageDetections> images);
   DetectionTable() = default;
   // Empty when the image is not listed.
   const std::vector<Detection>& Find(const std::string& image_name) const;
+  // All images, in the order of the file.
   const std::vector<ImageDetections>& images() const { return images_; }
 
  private:

@@ -28,17 +28,20 @@ enum class DetectorLayout {
   kEndToEnd,
 };
 
-OASLAM_API const char* ToString(DetectorLayout layout);
 // "auto", "yolox", "yolov5", "yolov8", "end2end".
+OASLAM_API const char* ToString(DetectorLayout layout);
+// Nothing for any other word.
 OASLAM_API std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name);
 
 // The libraries that run networks. kAuto: ONNX Runtime where it is built in, else OpenCV.
 enum class NetworkBackend { kAuto, kOnnxRuntime, kOpenCv };
 
-OASLAM_API const char* ToString(NetworkBackend backend);
 // "auto", "onnxruntime", "opencv".
+OASLAM_API const char* ToString(NetworkBackend backend);
+// Nothing for any other word.
 OASLAM_API std::optional<NetworkBackend> NetworkBackendFromString(const std::string& name);
 
+// How a network is run, and which of its boxes are kept.
 struct DetectorOptions {
   double min_score = 0.2;  // detections at or below are dropped
   double max_iou = 0.45;   // of two boxes of a class with more overlap, the weaker one is dropped
@@ -64,7 +67,9 @@ class OASLAM_API Detector {
   // clipped to it, best first.
   std::vector<Detection> Detect(const cv::Mat& image);
 
+  // The layout that was requested or recognised; never kAuto.
   DetectorLayout layout() const;
+  // Of the images that the network sees, pixels.
   cv::Size input_size() const;
   int class_count() const;  // 0 where the file does not tell it
   // The names of the classes in the file; often empty.

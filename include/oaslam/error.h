@@ -11,6 +11,7 @@ namespace oaslam {
 // names path, key, value and bound.
 class OASLAM_API InputError : public std::runtime_error {
  public:
+  // `message`: one line.
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
 };
 

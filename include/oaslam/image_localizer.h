@@ -36,6 +36,7 @@ class OASLAM_API ImageLocalizer {
   RelocalizationResult LocalizeWithUnknownCamera(const ImageInput& input,
                                                  RelocalizationMode mode) const;
 
+  // The map that images are looked for in.
   MapSnapshot Snapshot() const;
 
  private:

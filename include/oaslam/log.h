@@ -7,6 +7,7 @@
 
 namespace oaslam {
 
+// How much a message matters.
 enum class LogLevel { kDebug, kInfo, kWarning };
 
 // Receives the messages of the library, on the thread that has something to say, one at a time.

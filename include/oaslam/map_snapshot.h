@@ -22,6 +22,7 @@ namespace oaslam {
 // things were made, and are never used again in the same map. Lengths are in map units.
 class OASLAM_API MapSnapshot {
  public:
+  // An image whose key points are in the map.
   struct Keyframe {
     uint32_t id = 0;
     int frame = 0;         // its image, counted from 0 since the map was begun
@@ -29,6 +30,7 @@ class OASLAM_API MapSnapshot {
     int camera = 0;        // index into Cameras()
     Rigid3 world_from_cam;
   };
+  // A point of the map.
   struct Landmark {
     uint32_t id = 0;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
@@ -40,6 +42,7 @@ class OASLAM_API MapSnapshot {
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as the camera gave it
     double sigma_px = 1;                              // standard deviation of that place
   };
+  // A thing of the map.
   struct Object {
     uint32_t id = 0;
     int category_id = 0;
@@ -54,18 +57,24 @@ class OASLAM_API MapSnapshot {
   // An empty map.
   MapSnapshot();
 
+  // Without the copy that Keyframes() makes.
   size_t keyframe_count() const;
+  // Without the copy that Landmarks() makes.
   size_t landmark_count() const;
 
   // In the order of ids.
   std::vector<Keyframe> Keyframes() const;
+  // In the order of ids.
   std::vector<Landmark> Landmarks() const;
   // The objects of the map; those that are still being examined are not among them.
   std::vector<Object> Objects() const;
   // Empty for an id that is not in the map.
   std::vector<Observation> ObservationsInKeyframe(uint32_t keyframe) const;
+  // Empty for an id that is not in the map.
   std::vector<Observation> ObservationsOfLandmark(uint32_t landmark) const;
+  // In the order of names.
   std::vector<AnchorPose> Anchors() const;
+  // The cameras of the keyframes.
   const std::vector<Camera>& Cameras() const;
 
   // World direction against gravity; nothing while it is unknown.

@@ -11,15 +11,20 @@ struct Rigid3 {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Rigid3() = default;
+  // A rotation, which is a unit quaternion, and a translation that follows it.
   Rigid3(const Eigen::Quaterniond& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
+  // The same with a rotation matrix.
   Rigid3(const Eigen::Matrix3d& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
 
+  // b_from_a * x_in_a.
   Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return rotation * x + translation; }
 
+  // c_from_b * b_from_a.
   Rigid3 operator*(const Rigid3& other) const {
     return {(rotation * other.rotation).normalized(), rotation * other.translation + translation};
   }
 
+  // a_from_b.
   Rigid3 Inverse() const {
     const Eigen::Quaterniond inverse = rotation.conjugate();
     return {inverse, inverse * -translation};
@@ -28,6 +33,7 @@ struct Rigid3 {
   // Of cam_from_world: the camera centre in the world.
   Eigen::Vector3d OriginInSource() const { return rotation.conjugate() * -translation; }
 
+  // [R | t].
   Eigen::Matrix<double, 3, 4> Matrix() const {
     Eigen::Matrix<double, 3, 4> m;
     m << rotation.toRotationMatrix(), translation;

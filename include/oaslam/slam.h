@@ -63,18 +63,19 @@ class OASLAM_API MappingError : public std::runtime_error {
 //
 // What Reset, Load and SetMapping leave as it was, in whatever order they are called:
 //
-//                                    Reset           Load                SetMapping
-//   map, anchors, trajectory         emptied         those of the file   kept
-//   frame numbers, time stamps       begin anew      begin anew          go on
-//   the camera                       initialises     is lost, until it   is tracked on
-//                                    a new map       is found
-//   class names and relations        kept            those of the file   kept
-//   SetMapping                       kept            kept                set
-//   SetRelocalizationMode            kept            kept                kept
-//   Shutdown                         kept            kept                kept
-//   States() handed out before       go on           go on               go on
+// |                             | Reset          | Load                 | SetMapping    |
+// |-----------------------------|----------------|----------------------|---------------|
+// | map, anchors, trajectory    | emptied        | those of the file    | kept          |
+// | frame numbers, time stamps  | begin anew     | begin anew           | go on         |
+// | the camera                  | begins a map   | is lost, until found | is tracked on |
+// | class names and relations   | kept           | those of the file    | kept          |
+// | SetMapping                  | kept           | kept                 | set           |
+// | SetRelocalizationMode       | kept           | kept                 | kept          |
+// | Shutdown                    | kept           | kept                 | kept          |
+// | States() handed out before  | go on          | go on                | go on         |
 class OASLAM_API Slam {
  public:
+  // Begins without a map. Throws InputError for settings or a camera that cannot be.
   Slam(const SlamConfig& config, const Camera& camera);
   // Ends as Shutdown does.
   ~Slam();

@@ -8,6 +8,7 @@
 
 namespace oaslam {
 
+// The pose of the image of that time.
 struct StampedPose {
   double timestamp = 0;
   Rigid3 world_from_cam;
@@ -16,6 +17,7 @@ struct StampedPose {
 // TUM format: "timestamp tx ty tz qx qy qz qw" in each line, camera to world; '#' starts a comment.
 // Sorted by time on return. Throws InputError naming path and line.
 OASLAM_API std::vector<StampedPose> LoadTrajectory(const std::string& path);
+// Writes that format. Throws InputError where the file cannot be written.
 OASLAM_API void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);
 
 // A candidates.txt line: TUM columns and a score.
@@ -23,7 +25,9 @@ struct ScoredPose {
   StampedPose pose;
   double score = 0;
 };
+// Writes such lines. Throws InputError where the file cannot be written.
 OASLAM_API void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& poses);
+// Reads them. Throws InputError naming path and line.
 OASLAM_API std::vector<ScoredPose> LoadScoredPoses(const std::string& path);
 
 }  // namespace oaslam

@@ -16,9 +16,13 @@ namespace oaslam {
 struct Box {
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
 
+  // Pixels; below 0 where the edges are swapped.
   double Width() const { return x2 - x1; }
+  // Pixels; below 0 where the edges are swapped.
   double Height() const { return y2 - y1; }
+  // Square pixels; 0 where the box is empty.
   double Area() const { return Width() > 0 && Height() > 0 ? Width() * Height() : 0; }
+  // Pixels.
   Eigen::Vector2d Center() const { return {(x1 + x2) / 2, (y1 + y2) / 2}; }
   bool operator==(const Box&) const = default;
 };
@@ -50,6 +54,9 @@ struct Ellipsoid {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
+// How the pose of an image was found: kInitializing: there is no map yet; kTracking: from the image
+// before; kRelocalized: in the map, after the camera was lost; kObjects: by objects alone; kLost:
+// not.
 enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLost };
 
 // "initializing", "tracking", "relocalized", "objects", "lost".
@@ -61,6 +68,7 @@ enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
 // "failed", "points", "objects", "points+objects".
 OASLAM_API const char* ToString(PoseEvidence evidence);
 
+// Which evidence may be used to find a camera.
 enum class RelocalizationMode { kPoints, kObjects, kPointsAndObjects };
 
 // "points", "objects", "points+objects".
