@@ -10,10 +10,10 @@
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/bundle/self_calibration.h"
+#include "oaslam/camera_file.h"
 #include "oaslam/error.h"
-#include "oaslam/formats/camera_file.h"
+#include "oaslam/image_source.h"
 #include "oaslam/images/focal_metadata.h"
-#include "oaslam/images/image_source.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
 

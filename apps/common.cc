@@ -12,8 +12,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "oaslam/config_file.h"
 #include "oaslam/error.h"
-#include "oaslam/formats/config_file.h"
 
 namespace oaslam::apps {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/class_names.h"
 #include "oaslam/config.h"
-#include "oaslam/formats/class_names.h"
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 
 namespace oaslam::apps {
 

@@ -8,8 +8,8 @@
 #include "commands.h"
 #include "common.h"
 #include "detector_options.h"
+#include "oaslam/detection_file.h"
 #include "oaslam/error.h"
-#include "oaslam/formats/detection_file.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {

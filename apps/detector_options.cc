@@ -1,45 +1,9 @@
 #include "detector_options.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <cstdlib>
 #include <filesystem>
 
-#include "oaslam/error.h"
-
 namespace oaslam::apps {
-namespace {
-
 namespace fs = std::filesystem;
-
-constexpr const char* kDefaultModel = "yolox_nano.onnx";
-
-// Where the models may be: the folder in the environment, else beside the installed command, or
-// beside the build folder of the repository.
-std::vector<fs::path> ModelFolders() {
-  if (const char* given = std::getenv("OASLAM_MODELS"); given && *given) return {given};
-  std::error_code error;
-  const fs::path command = fs::read_symlink("/proc/self/exe", error).parent_path();
-  return {command / "../share/oaslam/models", command / "../../data/models",
-          command / "../data/models"};
-}
-
-std::string DefaultModel() {
-  std::vector<std::string> tried;
-  std::error_code error;
-  for (const fs::path& folder : ModelFolders()) {
-    const fs::path path = (folder / kDefaultModel).lexically_normal();
-    if (fs::is_regular_file(path, error)) return path.string();
-    tried.push_back(path.string());
-  }
-  throw InputError(fmt::format(
-      "the default detector is not there: {}; set OASLAM_MODELS to its folder, or go on "
-      "with --detector none",
-      fmt::join(tried, ", ")));
-}
-
-}  // namespace
 
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
   app.add_option("--detector-layout", settings.layout,
@@ -79,7 +43,7 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings) {
   options.backend = NetworkBackendFromString(settings.backend).value_or(NetworkBackend::kAuto);
   options.input_size = {settings.size, settings.size};
   options.min_score = settings.min_score;
-  return Detector::Load(settings.model == "default" ? DefaultModel() : settings.model, options);
+  return Detector::Load(settings.model, options);
 }
 
 std::string NameOfDetector(const DetectorSettings& settings) {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common.h"
-#include "oaslam/detection/detector.h"
+#include "oaslam/detector.h"
 
 namespace oaslam::apps {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "camera_choice.h"
-#include "oaslam/formats/camera_file.h"
+#include "oaslam/camera_file.h"
 
 namespace oaslam::apps {
 

@@ -10,12 +10,12 @@
 #include "common.h"
 #include "detector_options.h"
 #include "gravity_file.h"
-#include "oaslam/detection/background_detector.h"
+#include "oaslam/background_detector.h"
 #include "oaslam/detection/detector_pool.h"
 #include "oaslam/detection/view_change.h"
-#include "oaslam/formats/detection_file.h"
-#include "oaslam/images/image_source.h"
-#include "oaslam/images/latest_image.h"
+#include "oaslam/detection_file.h"
+#include "oaslam/image_source.h"
+#include "oaslam/latest_image.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::apps {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "frame_inputs.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/trajectory_file.h"
 #include "oaslam/viewer/viewer.h"
 #include "server_options.h"
 

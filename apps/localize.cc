@@ -14,12 +14,12 @@
 #include "content_options.h"
 #include "frame_inputs.h"
 #include "gravity_file.h"
+#include "oaslam/camera_file.h"
 #include "oaslam/exports/map_results.h"
-#include "oaslam/formats/camera_file.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/trajectory_file.h"
 #include "recording.h"
 #include "timed_detections.h"
 
@@ -222,8 +222,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       if (MustForget(options, done)) BeginInMap(options, slam);
       RelocalizationResult result;
       if (options.every_frame) {
-        result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode,
-                                                            frame->input.gravity_in_cam)
+        result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode)
                          : slam.Relocalize(frame->input, mode);
         recording.Add(*frame, result);
       } else {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam::apps {
 

@@ -50,7 +50,7 @@ SlamConfig Configure(const RunOptions& options) {
   if (options.seed) common.set.push_back(fmt::format("runner.seed={}", *options.seed));
   SlamConfig defaults;
   if (options.plain.IsUsed() && options.images.starts_with("webcam:"))
-    defaults.runner.mode = "live";
+    defaults.runner.mode = RunnerMode::kLive;
   return LoadConfiguration(common, defaults);
 }
 
@@ -207,7 +207,7 @@ int Run(const RunOptions& given) {
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
-  const bool is_live = config.runner.mode == "live";
+  const bool is_live = config.runner.mode == RunnerMode::kLive;
   if (is_live) spdlog::info("live: images that come too late are dropped");
   InstallInterruptHandler();  // the first image of a growing folder may take long to come
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()

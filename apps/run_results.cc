@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "oaslam/camera_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_results.h"
-#include "oaslam/formats/camera_file.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -172,7 +172,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   nlohmann::ordered_json summary;
   summary["version"] = OASLAM_VERSION;
   summary["seed"] = config_.runner.seed;
-  summary["mode"] = config_.runner.mode;
+  summary["mode"] = ToString(config_.runner.mode);
   if (!images_.empty()) summary["images"] = images_;
   summary["frames"] = frames_.size();
   summary["tracked"] = trajectory.size();

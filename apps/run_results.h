@@ -6,9 +6,9 @@
 
 #include "frame_inputs.h"
 #include "oaslam/camera_estimation.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam::apps {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common.h"
-#include "oaslam/formats/detection_file.h"
+#include "oaslam/detection_file.h"
 
 namespace oaslam::apps {
 

@@ -17,7 +17,7 @@
 #include "content_options.h"
 #include "live_view.h"
 #include "oaslam/anchors/editing.h"
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 #include "oaslam/viewer/saved_run.h"
 #include "oaslam/viewer/viewer.h"
 #include "optional_values.h"

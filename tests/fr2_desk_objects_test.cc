@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/formats/camera_file.h"
-#include "oaslam/formats/detection_file.h"
+#include "oaslam/camera_file.h"
+#include "oaslam/detection_file.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/objects/known_poses.h"
 #include "oaslam/relocalization/by_objects.h"
+#include "oaslam/trajectory_file.h"
 #include "oaslam_data.h"
 
 namespace oaslam {
@@ -105,7 +105,7 @@ TEST(Fr2DeskObjects, MappedAndFoundAgain) {
   EXPECT_GE(robust.mean_iou, 0.8);
   ASSERT_TRUE(robust.map.up);
   ObjectsConfig paper;
-  paper.model = "paper";
+  paper.model = ObjectMethod::kPaper;
   const KnownPoseMap wasserstein = MapObjectsFromKnownPoses(mapping, desk.camera, paper);
   EXPECT_GE(CountMapped(wasserstein.map), 14U);
   EXPECT_GE(wasserstein.mean_iou, 0.65);

@@ -117,7 +117,7 @@ void ExpectBadAlloc(const std::exception_ptr& failure) {
 // the poses so far are known.
 TEST(MappingFailure, TheMapUpToThereIsKept) {
   const synthetic::World world = synthetic::MakeWorld({});
-  for (const std::string mode : {"lockstep", "live"})
+  for (const RunnerMode mode : {RunnerMode::kLockstep, RunnerMode::kLive})
     for (const int64_t allocations : {0, 1, 30, 300, 1500}) {
       SlamConfig config;
       config.runner.mode = mode;
@@ -126,34 +126,35 @@ TEST(MappingFailure, TheMapUpToThereIsKept) {
       int frame = 0;
       for (; frame < 30; ++frame) {
         atlas.Process(View(world, frame, rng));
-        if (mode == "live") atlas.main().Newest();
+        if (mode == RunnerMode::kLive) atlas.main().Newest();
       }
       const size_t keyframes = atlas.main().Newest()->keyframes.size();
-      ASSERT_GE(keyframes, 3U) << mode;
+      ASSERT_GE(keyframes, 3U) << ToString(mode);
       {
         const MemoryRunsOut out(allocations);
         for (; frame < 60 && !atlas.failure(); ++frame) {
           atlas.Process(View(world, frame, rng));
-          if (mode == "live") atlas.main().Newest();
+          if (mode == RunnerMode::kLive) atlas.main().Newest();
         }
       }
       ExpectBadAlloc(atlas.failure());
-      EXPECT_LT(frame, 60) << mode << ' ' << allocations;
+      EXPECT_LT(frame, 60) << ToString(mode) << ' ' << allocations;
       atlas.Process(View(world, frame, rng));
       atlas.Finish();
       const Map& map = *atlas.main().snapshot();
-      EXPECT_THAT(map.CheckInvariants(), IsEmpty()) << mode << ' ' << allocations;
+      EXPECT_THAT(map.CheckInvariants(), IsEmpty()) << ToString(mode) << ' ' << allocations;
       EXPECT_GE(map.keyframes.size() + map.retired.size(), keyframes);
       size_t poses = 0;
       for (const FramePose& pose : atlas.main().tracker().trajectory())
         poses += map.ResolvePose(pose.reference).has_value();
-      EXPECT_GE(poses, 25U) << mode << ' ' << allocations;
+      EXPECT_GE(poses, 25U) << ToString(mode) << ' ' << allocations;
       ExpectBadAlloc(atlas.failure());
     }
 }
 
 TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
-  for (const std::string mode : {"sequential", "lockstep", "live"}) {
+  for (const RunnerMode mode :
+       {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
     SlamConfig config;
     config.runner.mode = mode;
     MapPipeline pipeline(config, MapOfKeyframes({5}));
@@ -164,23 +165,23 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
     MapCommand broken;  // violates an invariant: no two pieces share an id
     broken.joining = JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()};
     pipeline.Submit(broken, true);
-    EXPECT_EQ(pipeline.Newest()->version, 2U) << mode;
-    EXPECT_EQ(pipeline.Newest()->keyframes.Ids(), std::vector{KeyframeId(5)}) << mode;
-    ASSERT_TRUE(pipeline.failure()) << mode;
+    EXPECT_EQ(pipeline.Newest()->version, 2U) << ToString(mode);
+    EXPECT_EQ(pipeline.Newest()->keyframes.Ids(), std::vector{KeyframeId(5)}) << ToString(mode);
+    ASSERT_TRUE(pipeline.failure()) << ToString(mode);
     EXPECT_THROW(std::rethrow_exception(pipeline.failure()), std::logic_error);
     for (int i = 0; i < 20; ++i) pipeline.Submit(nothing, i % 2 == 0);
-    EXPECT_EQ(pipeline.SnapshotFor(1000)->version, 2U) << mode;
-    EXPECT_EQ(pipeline.Finish()->version, 2U) << mode;
+    EXPECT_EQ(pipeline.SnapshotFor(1000)->version, 2U) << ToString(mode);
+    EXPECT_EQ(pipeline.Finish()->version, 2U) << ToString(mode);
     pipeline.Shutdown();
     pipeline.Submit(nothing, true);
-    EXPECT_EQ(pipeline.Newest()->version, 2U) << mode;
+    EXPECT_EQ(pipeline.Newest()->version, 2U) << ToString(mode);
   }
 }
 
 TEST(MappingFailure, OfTheLastOptimisationLeavesTheMapAsItWas) {
   const synthetic::World world = synthetic::MakeWorld({});
   SlamConfig config;
-  config.runner.mode = "sequential";
+  config.runner.mode = RunnerMode::kSequential;
   MapPipeline pipeline(config, synthetic::MakeMap(world, {.position_noise = 0.02}).map);
   const auto before = pipeline.Newest();
   std::shared_ptr<const Map> after;

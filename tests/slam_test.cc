@@ -2,20 +2,15 @@
 
 #include "oaslam/slam.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <utility>
 
+#include "desk_clip.h"
 #include "expect_input_error.h"
-#include "oaslam/formats/camera_file.h"
-#include "oaslam/formats/detection_file.h"
-#include "oaslam/images/image_source.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/slam_access.h"
-#include "temp_folder.h"
 
 namespace oaslam {
 namespace {
@@ -25,25 +20,6 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 constexpr int kLag = 6;  // number of images by which the detector is late
-
-struct Clip {
-  explicit Clip(int from, int to)
-      : camera(LoadCamera(kFolder + "/camera.yaml", {0, 0})),
-        table(LoadDetections(kFolder + "/detections.json")) {
-    const auto source = OpenImages(kFolder + "/video.mp4", {.from = from, .to = to});
-    while (const auto image = source->Next()) {
-      images.push_back({image->image.clone(), image->timestamp, {}, true});
-      detections.push_back(
-          table.Find(fmt::format("{:06}.jpg", from + static_cast<int>(detections.size()))));
-    }
-  }
-
-  const std::string kFolder = std::string(OASLAM_SOURCE_DIR) + "/data/sample/map_front";
-  Camera camera;
-  DetectionTable table;
-  std::vector<ImageInput> images;
-  std::vector<std::vector<Detection>> detections;
-};
 
 // Processes a clip with a late detector; returns the total number of mapped objects seen.
 int Follow(const Clip& clip, Slam& slam) {
@@ -64,13 +40,13 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   ASSERT_GT(Follow(clip, first), 0);
   first.Finish();
   const MapSnapshot map = first.Snapshot();
-  ASSERT_FALSE(map.objects.empty());
-  const MapSnapshot::Object& object = map.objects.front();
+  ASSERT_FALSE(map.Objects().empty());
+  const MapSnapshot::Object object = map.Objects().front();
 
   AnchorRequest request;
   request.model = "flag";
   request.object = object.id;
-  request.origin = map.keyframes.back().translation;
+  request.origin = map.Keyframes().back().world_from_cam.translation;
   request.direction = object.ellipsoid.center - request.origin;
   ASSERT_EQ(first.PlaceAnchor(request).name, "flag 1");
   request.object = 99999;
@@ -93,7 +69,7 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
             1e-12);
   EXPECT_GT(Follow(Clip(200, 260), second), 60);  // each image shows several
   // The anchor moves with the object, whose ellipsoid is refined meanwhile.
-  const auto objects = second.Snapshot().objects;
+  const auto objects = second.Snapshot().Objects();
   const auto now = std::ranges::find(objects, object.id, &MapSnapshot::Object::id);
   ASSERT_NE(now, objects.end());
   EXPECT_LT((second.Anchors().front().world_from_anchor.translation - now->ellipsoid.center).norm(),
@@ -103,71 +79,15 @@ TEST(Slam, AMapIsUsedAgainWithALateDetectorAndItsAnchors) {
   EXPECT_THAT(second.Anchors(), IsEmpty());
 }
 
-// Tests with a map file of the desk.
-class SlamWithMap : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    shared_ = new Shared;
-    Slam slam(SlamConfig{}, shared_->clip.camera);
-    slam.SetClassNames({{1, "mine"}});
-    slam.SetClassRelations(kRelations);
-    for (size_t i = 0; i < 120; ++i) slam.Process(shared_->WithDetections(i));
-    slam.Finish();
-    slam.Save(Path());
-  }
-  static void TearDownTestSuite() { delete std::exchange(shared_, nullptr); }
-
-  static const Clip& clip() { return shared_->clip; }
-  static std::string Path() { return shared_->folder / "desk.map"; }
-  static std::string Path(const std::string& name) { return shared_->folder / name; }
-  // An image with its detections, without those of the category `except`.
-  static ImageInput WithDetections(size_t i, int except = -1) {
-    return shared_->WithDetections(i, except);
-  }
-  static ImageInput WithoutDetections(size_t i) {
-    ImageInput input = clip().images[i];
-    input.detections_follow = false;
-    return input;
-  }
-  static Slam MakeSlam() { return Slam(SlamConfig{}, clip().camera); }
-
-  inline static const ClassRelations kRelations{{{76, 66}}, {15}};
-
- private:
-  struct Shared {
-    ImageInput WithDetections(size_t i, int except = -1) const {
-      ImageInput input = clip.images[i];
-      input.detections_follow = false;
-      for (const Detection& d : clip.detections[i])
-        if (d.category_id != except) input.detections.push_back(d);
-      return input;
-    }
-
-    const Clip clip{0, 150};
-    const TempFolder folder;
-  };
-  inline static Shared* shared_ = nullptr;
-};
-
-void ExpectSameMap(const MapSnapshot& a, const MapSnapshot& b) {
-  ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
-  for (size_t i = 0; i < a.keyframes.size(); ++i)
-    EXPECT_EQ(a.keyframes[i].translation, b.keyframes[i].translation);
-  EXPECT_EQ(a.landmarks, b.landmarks);
-  ASSERT_EQ(a.objects.size(), b.objects.size());
-  for (size_t i = 0; i < a.objects.size(); ++i)
-    EXPECT_EQ(a.objects[i].ellipsoid.center, b.objects[i].ellipsoid.center);
-}
-
 TEST_F(SlamWithMap, ResetForgetsTheMapAndKeepsTheSettings) {
   Slam slam = MakeSlam();
   slam.SetClassNames({{1, "mine"}});
   slam.SetClassRelations(kRelations);
   slam.SetRelocalizationMode(RelocalizationMode::kObjects);
   for (size_t i = 0; i < 40; ++i) slam.Process(WithDetections(i));
-  ASSERT_FALSE(slam.Snapshot().keyframes.empty());
+  ASSERT_GT(slam.Snapshot().keyframe_count(), 0U);
   slam.Reset();
-  EXPECT_THAT(slam.Snapshot().keyframes, IsEmpty());
+  EXPECT_EQ(slam.Snapshot().keyframe_count(), 0U);
   EXPECT_THAT(slam.Trajectory(), IsEmpty());
   EXPECT_EQ(SlamAccess::Export(slam).class_names, (ClassNames{{1, "mine"}}));
   EXPECT_EQ(SlamAccess::Export(slam).map.classes, kRelations);
@@ -199,7 +119,7 @@ TEST_F(SlamWithMap, ResetKeepsMappingOff) {
     EXPECT_EQ(slam.Process(WithDetections(i)).state, TrackingState::kInitializing);
   slam.SetMapping(true);
   for (size_t i = 40; i < 90; ++i) slam.Process(WithDetections(i));
-  EXPECT_FALSE(slam.Snapshot().keyframes.empty());
+  EXPECT_GT(slam.Snapshot().keyframe_count(), 0U);
 }
 
 TEST_F(SlamWithMap, ASecondMapTakesThePlaceOfTheFirst) {
@@ -262,7 +182,7 @@ TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
   const MapSnapshot before = maps.Snapshot();
   for (size_t i = 60; i < 150; ++i) maps.Process(WithDetections(i));
   maps.Finish();
-  EXPECT_NE(maps.Snapshot().landmarks, before.landmarks);
+  EXPECT_NE(PlacesOf(maps.Snapshot()), PlacesOf(before));
 }
 
 // A time stamp or a direction of gravity that is not finite would spoil all that follows.
@@ -332,7 +252,7 @@ TEST_F(SlamWithMap, ShutdownHoldsForLaterMaps) {
   slam.Reset();
   for (size_t i = 0; i < 40; ++i) slam.Process(WithDetections(i));
   slam.Finish();
-  EXPECT_FALSE(slam.Snapshot().keyframes.empty());
+  EXPECT_GT(slam.Snapshot().keyframe_count(), 0U);
 }
 
 TEST_F(SlamWithMap, SaysWhyAnImageIsNotFound) {

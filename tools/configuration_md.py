@@ -17,6 +17,11 @@ unknown key is an error that names the nearest known one.
 """
 
 
+def word(value):
+    """As in a configuration file."""
+    return {"true": "on", "false": "off"}.get(value, re.sub(r"\w+::k", "", value).lower())
+
+
 def fields(text):
     """{Struct: [(name, default, comment)]}; a comment goes on over the lines below that hold nothing else."""
     structs = {}
@@ -24,10 +29,10 @@ def fields(text):
         rows = []
         body = re.sub(r"=\s*\n\s*", "= ", body)  # a default that stands on a line of its own
         for line in body.split("\n"):
-            member = re.match(r"\s*(?:int|double|bool|std::string)\s+(\w+)\s*=\s*(.+?);\s*(?://\s*(.*))?$", line)
+            member = re.match(r"\s*(?:int|double|bool|RunnerMode|BundleObjects|ObjectMethod)\s+(\w+)\s*=\s*(.+?);\s*(?://\s*(.*))?$", line)
             more = re.match(r"\s+//\s*(.*)$", line)
             if member:
-                rows.append([member[1], member[2].strip('"'), member[3] or ""])
+                rows.append([member[1], word(member[2]), member[3] or ""])
             elif more and rows and line.index("//") > 8:
                 rows[-1][2] += " " + more[1]
         structs[name] = rows

@@ -46,6 +46,6 @@ int main(int argc, char** argv) {
   }
   slam.Finish();
   const oaslam::MapSnapshot map = slam.Snapshot();
-  std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.keyframes.size(),
-              map.landmarks.size(), map.objects.size());
+  std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.keyframe_count(),
+              map.landmark_count(), map.Objects().size());
 }

@@ -12,20 +12,20 @@ namespace oaslam {
 // A named place in the map where virtual content stands.
 struct AnchorPose {
   // `model`: the content that stands there, by a name that the application knows.
-  std::string name, model;
-  double size = 0;                 // of the content's longest side, map units
-  Rigid3 world_from_anchor;        // content: y up, standing on the origin, front towards +z (glTF)
-  std::optional<uint32_t> object;  // the object that it stands on
+  std::string name{}, model{};
+  double size = 0;           // of the content's longest side, map units
+  Rigid3 world_from_anchor;  // content: y up, standing on the origin, front towards +z (glTF)
+  std::optional<uint32_t> object{};  // the object that it stands on
 };
 
 // A request to place content where a ray, as of a click in an image, meets the map. The ray is
 // given in the map's frame; its direction may have any length.
 struct AnchorRequest {
-  std::string name;  // empty: the name of the model with a number
-  std::string model;
+  std::string name{};  // empty: the name of the model with a number
+  std::string model{};
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(), direction = Eigen::Vector3d::Zero();
   // On top of this mapped object; without it, on the plane of the landmarks around the ray.
-  std::optional<uint32_t> object;
+  std::optional<uint32_t> object{};
   double size = 0;  // map units; 0: a size that suits the place
   // Where the content stands, world_from_anchor; the ray and the object are not used then.
   std::optional<Rigid3> pose{};

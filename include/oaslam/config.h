@@ -11,6 +11,20 @@ namespace oaslam {
 // Every parameter of the system: its default, its unit and why. A configuration file names them
 // `section.key` ; VisitFields below binds names and bounds.
 
+// How tracking and mapping take turns (docs/architecture.md). Sequential: mapping works inside
+// Process. Lockstep: on a thread of its own, with the same results on every run. Live: on a thread
+// of its own, for a camera that does not wait.
+enum class RunnerMode { kSequential, kLockstep, kLive };
+// "sequential", "lockstep", "live".
+OASLAM_API const char* ToString(RunnerMode mode);
+
+// What detections of mapped objects pull at in bundle adjustments: nothing, keyframes, or keyframes
+// and the ellipsoids.
+enum class BundleObjects { kNone, kPoses, kFull };
+
+// The methods of the paper (docs/paper.md), or ours (docs/objects.md).
+enum class ObjectMethod { kRobust, kPaper };
+
 struct FeaturesConfig {
   int count = 1000;           // key points a frame (doubled until initialised)
   double scale_factor = 1.2;  // between pyramid levels
@@ -41,22 +55,23 @@ struct MappingConfig {
   double min_parallax_cos = 0.9998;  // rays closer than this are not triangulated
   double keyframe_redundancy =
       0.9;  // share of landmarks seen by 3 others at the same scale: redundant
-  std::string loop_closing = "on";  // on | off
+  bool loop_closing = true;
 };
 
 struct BundleConfig {
   int local_iterations = 10;
-  int max_local_keyframes = 25;  // free keyframes of a local bundle adjustment
-  std::string objects = "none";  // "poses": detections of mapped objects pull at keyframes; "full":
-                                 // and at the ellipsoids
+  int max_local_keyframes = 25;                  // free keyframes of a local bundle adjustment
+  BundleObjects objects = BundleObjects::kNone;  // poses: detections of mapped objects pull at
+                                                 // keyframes; full: and at the ellipsoids
 };
 
 struct ObjectsConfig {
-  std::string model = "robust";  // "paper": Wasserstein distance, 9 dof; "robust": docs/objects.md
-  double min_score = 0.5;        // detections at or below are not mapped
-  double min_iou_box = 0.3;      // association gate, last box
-  double min_iou_projection = 0.2;  // association gate, projected ellipsoid
-  int min_shared_points = 10;       // tau: association by landmarks
+  ObjectMethod model = ObjectMethod::kRobust;  // paper: Wasserstein distance, 9 dof; robust:
+                                               // docs/objects.md
+  double min_score = 0.5;                      // detections at or below are not mapped
+  double min_iou_box = 0.3;                    // association gate, last box
+  double min_iou_projection = 0.2;             // association gate, projected ellipsoid
+  int min_shared_points = 10;                  // tau: association by landmarks
   double max_box_age_s =
       0.5;  // a last box older than this says nothing, unless it is of the image before
   double drop_after_s =
@@ -71,9 +86,10 @@ struct ObjectsConfig {
 };
 
 struct RelocalizationConfig {
-  std::string objects = "robust";  // "paper": P3P on the centres of all triplets, the best overlap,
-                                   // always accepted (docs/paper.md); "robust": docs/objects.md
-  double min_score = 0.3;          // detections below are not used
+  ObjectMethod objects = ObjectMethod::kRobust;  // paper: P3P on the centres of all triplets, the
+                                                 // best overlap, always accepted (docs/paper.md);
+                                                 // robust: docs/objects.md
+  double min_score = 0.3;                        // detections below are not used
   int max_detections = 24;
   int ransac_iterations = 300;
   double accept_margin = 5;  // statistic S (docs/objects.md) less that of the best pose elsewhere
@@ -83,8 +99,8 @@ struct RelocalizationConfig {
 };
 
 struct RunnerConfig {
-  std::string mode = "lockstep";  // sequential | lockstep | live
-  int lag = 2;                    // lockstep: the tracker of frame k sees the map of frame k - lag
+  RunnerMode mode = RunnerMode::kLockstep;
+  int lag = 2;  // lockstep: the tracker of frame k sees the map of frame k - lag
   int seed = 0;
 };
 
@@ -101,7 +117,8 @@ struct SlamConfig {
   OASLAM_API std::vector<std::string> Validate() const;
 };
 
-// Calls visit(name, value&, min, max) for numbers and visit(name, string&, allowed) for words.
+// Calls visit(name, value&, min, max) for numbers, and visit(name, value&, words) for enumerations
+// and bool, whose values are named by `words` in order.
 template <typename Config, typename Visitor>
 void VisitFields(Config& c, Visitor&& visit) {
   using Words = std::vector<std::string>;
@@ -124,7 +141,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("mapping.min_shared_landmarks", c.mapping.min_shared_landmarks, 1, 1000);
   visit("mapping.min_parallax_cos", c.mapping.min_parallax_cos, 0.5, 0.999999);
   visit("mapping.keyframe_redundancy", c.mapping.keyframe_redundancy, 0.5, 1.0);
-  visit("mapping.loop_closing", c.mapping.loop_closing, Words{"on", "off"});
+  visit("mapping.loop_closing", c.mapping.loop_closing, Words{"off", "on"});
   visit("bundle.local_iterations", c.bundle.local_iterations, 1, 1000);
   visit("bundle.max_local_keyframes", c.bundle.max_local_keyframes, 2, 1000);
   visit("bundle.objects", c.bundle.objects, Words{"none", "poses", "full"});

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <map>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,70 +15,16 @@
 #include "oaslam/config.h"
 #include "oaslam/error.h"
 #include "oaslam/export.h"
+#include "oaslam/image_input.h"
+#include "oaslam/map_snapshot.h"
+#include "oaslam/relocalization_result.h"
 #include "oaslam/rigid3.h"
+#include "oaslam/slam_state.h"
+#include "oaslam/tracking_result.h"
+#include "oaslam/trajectory_file.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
-
-struct ImageInput {
-  cv::Mat image;         // 8-bit, one channel or BGR, of the camera's size
-  double timestamp = 0;  // seconds, ascending
-  // From an object detector, in pixels of this image; may be empty. Class, score and box are used;
-  // an ellipse is not.
-  std::vector<Detection> detections;
-  // The detections will be given later, by AddDetections.
-  bool detections_follow = false;
-  // Gravity in the camera's frame (OpenCV axes) where a sensor measures it, of any length. For an
-  // accelerometer give the measured length: it shows how much the hand shook. Where keyframes have
-  // gravity, the map's vertical is computed from it.
-  std::optional<Eigen::Vector3d> gravity_in_cam{};
-};
-
-// The tracking result of one image. Poses are camera-to-world, OpenCV axes (x right, y down, z
-// forward), in the frame and unit of the map.
-struct TrackingResult {
-  int frame = 0;  // counted from 0 since the start, Load or Reset
-  double timestamp = 0;
-  TrackingState state = TrackingState::kLost;
-  std::optional<Rigid3> world_from_cam;
-  // `matched`: landmarks found; `inliers`: those that agree with the pose.
-  int keypoints = 0, matched = 0, inliers = 0;
-  // `detections`: all of this image; `objects`: mapped objects seen in it.
-  int detections = 0, objects = 0;
-  double confidence = 0;  // probability that the pose is right (RelocalizationResult)
-  // Median depth of the landmarks that support the pose, map units; 0 without any.
-  double depth = 0;
-  // The number of the piece of map that the pose refers to. It changes where a camera that was lost
-  // could not be found in its map and continues in a new one: poses with different numbers are in
-  // different frames and units. Earlier pieces are kept, and joined once they are seen again.
-  int piece = 0;
-  double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
-  double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted
-};
-
-// The result of finding one image in the map, independent of others.
-struct RelocalizationResult {
-  PoseEvidence evidence = PoseEvidence::kNone;  // the evidence for the pose; kNone: not found
-  std::optional<Rigid3> world_from_cam;
-  // In [0, 1]: how often the best hypothesis is right given this evidence, accepted or not.
-  double confidence = 0;
-  // Of the best hypothesis from objects, where objects were used.
-  double object_score = 0, object_margin = 0;
-  int inlier_points = 0, matched_objects = 0;
-  double sigma_position = 0;  // map units, 1 sigma
-  struct Candidate {
-    Rigid3 world_from_cam;
-    // Higher is better; comparable within one image. By points: the number of points that agree; by
-    // objects: the statistic S (docs/objects.md).
-    double score = 0;
-  };
-  // The best hypotheses. An accepted pose is the first, and no other has a higher score.
-  std::vector<Candidate> candidates;
-  std::string why_not;           // where no pose was found
-  std::optional<Camera> camera;  // the camera that was found, where it was unknown
-  double focal_sigma_px = 0;     // of that camera; 0 where it is one of the map's
-  double ms_features = 0, ms = 0;
-};
 
 // Whether the images show a mapped object in its place.
 struct ObjectPresence {
@@ -88,34 +36,55 @@ struct ObjectPresence {
   bool is_missing = false;
 };
 
-// The content of the map, for display and for applications.
-struct MapSnapshot {
-  struct Object {
-    uint32_t id = 0;
-    int category_id = 0;
-    Ellipsoid ellipsoid;
-    int observations = 0;
-  };
-  std::vector<Rigid3> keyframes;  // world_from_cam
-  std::vector<Eigen::Vector3d> landmarks;
-  std::vector<Object> objects;
+// A key point of an image, and the landmark that it was matched with.
+struct TrackedPoint {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as it was given
+  double sigma_px = 1;                              // standard deviation of that place
+  std::optional<uint32_t> landmark;                 // its id in the map
+  // Where that is, world.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-// Monocular SLAM with points and objects. Not thread-safe: it must be used by one thread at a time.
-// Mapping runs on a thread of its own (runner.mode). Throws InputError, and changes nothing, for a
-// configuration, image, detection or map file that cannot be used. If mapping fails (memory runs
-// out), it ends, and the map stays as it was before. Process, and other functions that change the
-// map, then throw std::runtime_error; Finish does so only if no other call has. All other functions
-// still work: Export and Save give the map so far. Load and Reset begin anew.
+// Mapping has ended, because memory ran out or an invariant of the map was violated: what() says
+// why. The map is as it was before that, and can be saved.
+class OASLAM_API MappingError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Monocular SLAM with points and objects. To be used by one thread at a time; States() is for the
+// others. Mapping runs on a thread of its own, in the way that runner.mode names; in sequential
+// mode Process maps, too.
+//
+// Errors. InputError, and nothing has changed, for a configuration, image, detection or map file
+// that cannot be used. If mapping fails, Process and the functions that change the map throw
+// MappingError from then on, Finish only if no other call has; all others still work, and Load and
+// Reset begin anew. No exception leaves a thread.
+//
+// What Reset, Load and SetMapping leave as it was, in whatever order they are called:
+//
+//                                    Reset           Load                SetMapping
+//   map, anchors, trajectory         emptied         those of the file   kept
+//   frame numbers, time stamps       begin anew      begin anew          go on
+//   the camera                       initialises     is lost, until it   is tracked on
+//                                    a new map       is found
+//   class names and relations        kept            those of the file   kept
+//   SetMapping                       kept            kept                set
+//   SetRelocalizationMode            kept            kept                kept
+//   Shutdown                         kept            kept                kept
+//   States() handed out before       go on           go on               go on
 class OASLAM_API Slam {
  public:
   Slam(const SlamConfig& config, const Camera& camera);
+  // Ends as Shutdown does.
   ~Slam();
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
 
   // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than
-  // the last throws InputError.
+  // the last throws InputError. Waits for mapping: sequential, until the image is mapped; lockstep,
+  // until the images up to `runner.lag` before this one are; live, not at all, but for an initial
+  // map, and while eight keyframes are queued.
   TrackingResult Process(const ImageInput& input);
 
   // Adds detections of an image that was processed with `detections_follow`; `frame` is its
@@ -125,17 +94,14 @@ class OASLAM_API Slam {
   // image is tracked on from there.
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
-  // Finds one image in the map, independent of all others; the map is not changed.
-  // `gravity_in_cam`: direction of gravity in the camera's frame, any length, where known; by
-  // default that of the input.
-  RelocalizationResult Relocalize(
-      const ImageInput& input, RelocalizationMode mode,
-      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  // Finds one image in the map, independent of all others; the map is not changed. `prior`: where
+  // the camera is thought to be, world_from_cam; looked at first, and never trusted.
+  RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
+                                  const std::optional<Rigid3>& prior = std::nullopt);
   // The same for an image whose camera is unknown: as if a camera of the map had taken it, or with
   // a focal length estimated from its points. Of this Slam's camera only the image size is used.
-  RelocalizationResult RelocalizeWithUnknownCamera(
-      const ImageInput& input, RelocalizationMode mode,
-      const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
+  RelocalizationResult RelocalizeWithUnknownCamera(const ImageInput& input,
+                                                   RelocalizationMode mode);
   // The same by detections only.
   RelocalizationResult RelocalizeByObjects(
       const std::vector<Detection>& detections,
@@ -167,8 +133,15 @@ class OASLAM_API Slam {
   // Relocalize), in the order of ids.
   std::vector<ObjectPresence> Presence() const;
 
-  // Gives up the present pose: the next image is relocalized.
-  void ForceRelocalization();
+  // Gives up the present pose: the next image is relocalized. `near`: where the camera is thought
+  // to be, world_from_cam. It is looked for there first, in each image until it is found.
+  void ForceRelocalization(const std::optional<Rigid3>& near = std::nullopt);
+
+  // Makes the metre the unit of the map: a present unit has so many metres (finite, above 0; else
+  // InputError). Everything that is asked for from then on is in metres, and the camera is tracked
+  // on; what other pieces of map hold becomes metric when they are joined with this one. Waits
+  // until everything seen is in the map.
+  void SetMetresPerUnit(double metres);
 
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
   // with loops, and with the object it stands on.
@@ -181,22 +154,27 @@ class OASLAM_API Slam {
   // Returns false where there is no such anchor.
   bool RemoveAnchor(const std::string& name);
 
+  // The map that the last call worked with; it does not wait for mapping.
   MapSnapshot Snapshot() const;
 
-  // The poses of the frames given to Process, by time stamp, as of now: they move with the map.
-  struct TimedPose {
-    double timestamp = 0;
-    Rigid3 world_from_cam;
-  };
-  std::vector<TimedPose> Trajectory() const;
+  // The key points of the newest image, with the landmarks that agree with its pose. Without a pose
+  // by points no point has a landmark; without an image it is empty.
+  std::vector<TrackedPoint> TrackedPoints() const;
 
-  // Waits until everything seen is in the map, and optimises it a last time. Process may be called
-  // again afterwards.
+  // The newest results and maps, for other threads.
+  SlamStates States() const;
+
+  // The poses of the frames given to Process, by time stamp, as of now: they move with the map.
+  std::vector<StampedPose> Trajectory() const;
+
+  // Waits until everything seen is in the map, and optimises it a last time, on the caller's
+  // thread: seconds for a room, minutes for a building. Process may be called again afterwards.
   void Finish();
   // The number (TrackingResult::piece) of the map: after Finish it may differ from
   // that of the last image.
   int MainPiece() const;
-  // Writes the map with the trajectory so far.
+  // Writes the map with the trajectory so far. The file is replaced as a whole. Throws InputError
+  // where it cannot be written.
   void Save(const std::string& path) const;
   // Replaces the map by that of a file; the next image is relocalized in it and may have any time
   // stamp. The file's camera may differ from this one. `piece`: selects the piece of a map with

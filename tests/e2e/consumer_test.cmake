@@ -1,4 +1,4 @@
-# Installs the library into the build tree, builds examples/minimal against it as anyone would, and runs it on the sample.
+# Installs the library into the build tree, builds the examples against it as anyone would, and runs them on the sample.
 foreach(name BUILD_DIR SOURCE_DIR CXX_COMPILER GENERATOR SHARED)
   if(NOT DEFINED ${name})
     message(FATAL_ERROR "-D${name}= is missing")
@@ -31,11 +31,37 @@ if(SHARED)
     list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
   endforeach()
 endif()
-run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/examples/minimal -B ${work}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
+run(${CMAKE_COMMAND} -S ${SOURCE_DIR}/examples -B ${work}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
   -DCMAKE_CXX_COMPILER=${CXX_COMPILER} -DCMAKE_PREFIX_PATH=${work}/install ${without})
 run(${CMAKE_COMMAND} --build ${work}/build)
-run(${work}/build/minimal ${SOURCE_DIR}/data/sample/map_front/video.mp4 525 120)
+run(${work}/build/minimal/minimal ${SOURCE_DIR}/data/sample/map_front/video.mp4 525 120)
 set(clip_out "${out}")
+
+# The other examples: each prints where it is, and draws or finds something.
+set(clip ${SOURCE_DIR}/data/sample/map_front)
+function(expect pattern)
+  if(NOT out MATCHES "${pattern}")
+    message(FATAL_ERROR "${pattern}: not in\n${out}")
+  endif()
+endfunction()
+run(${work}/build/ar_anchors ${clip}/video.mp4 ${clip}/camera.yaml ${work}/ar.png 100)
+expect("\n99 [0-9]+ [0-9]+\n")  # the anchor is still in view
+run(${CMAKE_COMMAND} -E env OASLAM_MODELS=${work}/install/share/oaslam/models
+  ${work}/build/live_camera ${clip}/video.mp4 ${clip}/camera.yaml ${work}/live.png 4)
+expect("[1-9][0-9]* keyframes in the end")
+run(${work}/install/bin/oaslam run --images ${clip}/video.mp4 --camera ${clip}/camera.yaml --to 100 --out ${work}/run --map-out ${work}/desk.map)
+run(${work}/build/localize_many ${work}/desk.map ${clip}/video.mp4 ${clip}/camera.yaml)
+expect("000050 -?[0-9.]+ -?[0-9.]+ -?[0-9.]+\n000051 ")  # in order
+foreach(picture ar live)
+  if(NOT EXISTS ${work}/${picture}.png)
+    message(FATAL_ERROR "no ${picture}.png")
+  endif()
+endforeach()
+execute_process(COMMAND ${work}/build/localize_many ${work}/no.map ${clip}/video.mp4 RESULT_VARIABLE code ERROR_VARIABLE out)
+expect("no.map")  # InputError crosses the boundary of the library
+if(NOT code EQUAL 1)
+  message(FATAL_ERROR "exit ${code} instead of 1")
+endif()
 
 # The same program built without CMake.
 find_program(PKG_CONFIG pkg-config)

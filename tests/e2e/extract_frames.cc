@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 
 int main(int argc, char** argv) {
   if (argc != 5) return 2;

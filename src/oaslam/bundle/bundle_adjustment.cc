@@ -31,9 +31,9 @@ std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<Lan
   return strongest;
 }
 
-void SelectObjects(const Map& map, const std::string& how, BundleSelection& selection) {
-  selection.free_objects = how == "full";
-  if (how == "none") return;
+void SelectObjects(const Map& map, BundleObjects how, BundleSelection& selection) {
+  selection.free_objects = how == BundleObjects::kFull;
+  if (how == BundleObjects::kNone) return;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     const auto is_free = [&](const ObjectObservation& o) {
       const auto carried = map.ResolveKeyframe(o.reference);

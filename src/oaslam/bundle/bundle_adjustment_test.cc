@@ -217,19 +217,19 @@ TEST(BundleAdjustment, BoxesOfKnownEllipsoidsSetTheScale) {
   auto [map, landmarks] = synthetic::MakeMap(world, options);
   AddObjects(world, map);
   ScaleAroundFirst(1.1, map);
-  const auto error_with = [&, &known = landmarks](const std::string& how) {
+  const auto error_with = [&, &known = landmarks](BundleObjects how) {
     Map adjusted = map;
     const BundleCorrection correction =
         GlobalBundleAdjustment(map, 20, BundleConfig{.objects = how});
     EXPECT_TRUE(correction.success);
-    EXPECT_EQ(correction.objects.size(), how == "full" ? 6U : 0U);
+    EXPECT_EQ(correction.objects.size(), how == BundleObjects::kFull ? 6U : 0U);
     ApplyCorrection(correction, adjusted);
     return ErrorsOf(adjusted, world, known).centers;
   };
   const double before = ErrorsOf(map, world, landmarks).centers;
-  EXPECT_GT(error_with("none"), 0.9 * before);
-  EXPECT_LT(error_with("poses"), 0.1 * before);
-  EXPECT_GT(error_with("full"), 0.5 * before);  // the ellipsoids follow instead
+  EXPECT_GT(error_with(BundleObjects::kNone), 0.9 * before);
+  EXPECT_LT(error_with(BundleObjects::kPoses), 0.1 * before);
+  EXPECT_GT(error_with(BundleObjects::kFull), 0.5 * before);  // the ellipsoids follow instead
 }
 
 TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
@@ -243,8 +243,9 @@ TEST(BundleAdjustment, FullItMovesEllipsoidsToTheirBoxes) {
     e.half_axes *= 1.4;
   }
   const double before = CenterError(map, truth);
-  ApplyCorrection(LocalBundleAdjustment(map, KeyframeId(5),
-                                        BundleConfig{.max_local_keyframes = 3, .objects = "full"}),
+  ApplyCorrection(LocalBundleAdjustment(
+                      map, KeyframeId(5),
+                      BundleConfig{.max_local_keyframes = 3, .objects = BundleObjects::kFull}),
                   map);
   EXPECT_LT(CenterError(map, truth), 0.15 * before);
   EXPECT_NEAR(map.objects.At(ObjectId(0)).ellipsoid.half_axes.maxCoeff(), 0.2, 0.03);

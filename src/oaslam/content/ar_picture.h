@@ -5,8 +5,8 @@
 #include <string>
 
 #include "oaslam/camera.h"
+#include "oaslam/class_names.h"
 #include "oaslam/content/model_library.h"
-#include "oaslam/formats/class_names.h"
 #include "oaslam/map/map.h"
 #include "oaslam/rigid3.h"
 

@@ -2,8 +2,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "oaslam/class_names.h"
 #include "oaslam/content/ar_picture.h"
-#include "oaslam/formats/class_names.h"
 
 namespace oaslam {
 

@@ -1,4 +1,4 @@
-#include "oaslam/detection/background_detector.h"
+#include "oaslam/background_detector.h"
 
 #include <utility>
 

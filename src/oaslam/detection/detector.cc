@@ -1,4 +1,4 @@
-#include "oaslam/detection/detector.h"
+#include "oaslam/detector.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +14,7 @@
 #include "oaslam/detection/mask_ellipse.h"
 #include "oaslam/detection/network.h"
 #include "oaslam/detection/onnx_info.h"
+#include "oaslam/detection/yolo_output.h"
 #include "oaslam/error.h"
 #include "oaslam/util/check.h"
 
@@ -108,7 +109,8 @@ struct Detector::Impl {
   }
 };
 
-std::unique_ptr<Detector> Detector::Load(const std::string& path, const DetectorOptions& options) {
+std::unique_ptr<Detector> Detector::Load(const std::string& model, const DetectorOptions& options) {
+  const std::string path = model == "default" ? DefaultDetectorModel() : model;
   const std::string bytes = ReadFile(path);
   const std::optional<OnnxInfo> info = ParseOnnxInfo(bytes);
   if (!info) throw InputError(path + ": not an ONNX file, or a damaged one");

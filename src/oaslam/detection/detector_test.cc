@@ -1,4 +1,4 @@
-#include "oaslam/detection/detector.h"
+#include "oaslam/detector.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "oaslam/detection/network.h"
 #include "oaslam/error.h"
 #include "oaslam_data.h"
 #include "onnx_file.h"

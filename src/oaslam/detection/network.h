@@ -7,14 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/detector.h"
+
 namespace oaslam {
-
-// The libraries that run networks. kAuto: ONNX Runtime where it is built in, else OpenCV.
-enum class NetworkBackend { kAuto, kOnnxRuntime, kOpenCv };
-
-const char* ToString(NetworkBackend backend);
-// "auto", "onnxruntime", "opencv".
-std::optional<NetworkBackend> NetworkBackendFromString(const std::string& name);
 
 // What a library says of a network that it cannot run; begins with the library's name and version.
 class NetworkError : public std::runtime_error {

@@ -5,29 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/detector.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
-
-// The layout of a detector's output, for N candidates and C classes. It also tells how the family
-// expects its input.
-enum class DetectorLayout {
-  kAuto,
-  // N x (5 + C): offsets in grid cells and log sizes (strides 8, 16, 32), objectness. Input: BGR
-  // 0..255, padded at the right and the bottom.
-  kYolox,
-  // N x (5 + C): cx cy w h in network pixels, objectness (v5, v6, v7). Input: RGB 0..1, padded on
-  // both sides.
-  kYolov5,
-  // (4 + C) x N: cx cy w h in network pixels, no objectness (v8, v9, v11, v12). Input: as kYolov5.
-  kYolov8,
-  // N x 6: x1 y1 x2 y2 score class, already suppressed (v10, exports with NMS). Input: as kYolov5.
-  kEndToEnd,
-};
-
-const char* ToString(DetectorLayout layout);
-// "auto", "yolox", "yolov5", "yolov8", "end2end".
-std::optional<DetectorLayout> DetectorLayoutFromString(const std::string& name);
 
 // The layout of one output tensor, its number of classes (0: unknown) and of mask coefficients
 // behind them (a segmenting model).

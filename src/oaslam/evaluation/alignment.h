@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/geometry/similarity.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 

@@ -5,7 +5,7 @@
 
 #include "oaslam/evaluation/reliability.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
-#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 

@@ -7,8 +7,8 @@
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 namespace {

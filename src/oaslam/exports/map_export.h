@@ -5,7 +5,7 @@
 #include <string>
 
 #include "oaslam/exports/map_scene.h"
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 #include "oaslam/storage/map_file.h"
 
 namespace oaslam {

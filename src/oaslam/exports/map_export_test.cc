@@ -9,10 +9,11 @@
 
 #include "exif_jpeg.h"
 #include "expect_input_error.h"
+#include "oaslam/camera_file.h"
 #include "oaslam/exports/map_scene.h"
-#include "oaslam/formats/camera_file.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/images/image_files.h"
+#include "oaslam/trajectory_file.h"
 #include "random_map.h"
 #include "temp_folder.h"
 

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/formats/class_names.h"
-#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/class_names.h"
 #include "oaslam/map/map.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "oaslam/exports/svg.h"
-#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 

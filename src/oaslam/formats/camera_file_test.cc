@@ -1,4 +1,4 @@
-#include "oaslam/formats/camera_file.h"
+#include "oaslam/camera_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

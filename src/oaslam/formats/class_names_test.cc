@@ -1,4 +1,4 @@
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

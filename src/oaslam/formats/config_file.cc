@@ -1,4 +1,4 @@
-#include "oaslam/formats/config_file.h"
+#include "oaslam/config_file.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -32,20 +32,23 @@ std::string NearestKey(const std::string& key) {
       keys, {}, [&](const std::string& known) { return EditDistance(known, key); });
 }
 
-template <typename... Bound>
-std::optional<std::string> Assign(const YAML::Node& node, std::string& value,
-                                  const Bound&... bound) {
-  const std::vector<std::string>& allowed = std::get<0>(std::tie(bound...));
-  if (!node.IsScalar() || std::ranges::find(allowed, node.Scalar()) == allowed.end())
-    return fmt::format("{}, allowed: {}", Show(node), fmt::join(allowed, " | "));
-  value = node.Scalar();
+template <typename Value>
+constexpr bool kIsNamed = std::is_enum_v<Value> || std::is_same_v<Value, bool>;
+
+template <typename Value, typename... Bound>
+requires kIsNamed<Value> std::optional<std::string> Assign(const YAML::Node& node, Value& value,
+                                                           const Bound&... bound) {
+  const std::vector<std::string>& words = std::get<0>(std::tie(bound...));
+  const auto word = node.IsScalar() ? std::ranges::find(words, node.Scalar()) : words.end();
+  if (word == words.end())
+    return fmt::format("{}, allowed: {}", Show(node), fmt::join(words, " | "));
+  value = static_cast<Value>(word - words.begin());
   return std::nullopt;
 }
 
 template <typename Number, typename... Bound>
-requires std::is_arithmetic_v<Number> std::optional<std::string> Assign(const YAML::Node& node,
-                                                                        Number& value,
-                                                                        const Bound&... bound) {
+requires(!kIsNamed<Number>) std::optional<std::string> Assign(const YAML::Node& node, Number& value,
+                                                              const Bound&... bound) {
   const auto [min, max] = std::tie(bound...);
   const auto number = node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
   if (!number) return fmt::format("{}, expected a number", Show(node));
@@ -117,13 +120,17 @@ void ApplySetting(const std::string& assignment, SlamConfig& config) {
 
 std::string ConfigToYaml(const SlamConfig& config) {
   std::string text, section;
-  VisitFields(config, [&](const std::string& name, const auto& value, const auto&...) {
+  VisitFields(config, [&](const std::string& name, const auto& value, const auto&... bound) {
     const size_t dot = name.find('.');
     if (name.substr(0, dot) != section) {
       section = name.substr(0, dot);
       text += section + ":\n";
     }
-    text += fmt::format("  {}: {}\n", name.substr(dot + 1), value);
+    if constexpr (kIsNamed<std::decay_t<decltype(value)>>)
+      text += fmt::format("  {}: {}\n", name.substr(dot + 1),
+                          std::get<0>(std::tie(bound...)).at(static_cast<size_t>(value)));
+    else
+      text += fmt::format("  {}: {}\n", name.substr(dot + 1), value);
   });
   return text;
 }

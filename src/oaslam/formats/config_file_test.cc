@@ -1,4 +1,4 @@
-#include "oaslam/formats/config_file.h"
+#include "oaslam/config_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ TEST(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
           "tracking:\n  min_inliers: 20\nobjects:\n  model: paper\n  min_score: 0.25\nbundle:\n"),
       config);
   EXPECT_EQ(config.tracking.min_inliers, 20);
-  EXPECT_EQ(config.objects.model, "paper");
+  EXPECT_EQ(config.objects.model, ObjectMethod::kPaper);
   EXPECT_EQ(config.objects.min_score, 0.25);
   EXPECT_EQ(config.runner.seed, 7);
 }
@@ -52,7 +52,7 @@ TEST(ConfigFile, SettingIsAsStrictAsTheFile) {
   SlamConfig config;
   ApplySetting("runner.mode=sequential", config);
   ApplySetting("objects.min_score = 0.4", config);
-  EXPECT_EQ(config.runner.mode, "sequential");
+  EXPECT_EQ(config.runner.mode, RunnerMode::kSequential);
   EXPECT_EQ(config.objects.min_score, 0.4);
   EXPECT_THAT(InputErrorOf([&] { ApplySetting("objects.minscore=0.4", config); }),
               HasSubstr("nearest is objects.min_score"));
@@ -68,7 +68,7 @@ TEST(ConfigFile, RoundTrip) {
   const TempFolder folder;
   SlamConfig config;
   config.features.scale_factor = 1.1 + 1e-13;
-  config.runner.mode = "live";
+  config.runner.mode = RunnerMode::kLive;
   SlamConfig copy;
   LoadConfig(folder.Write("c.yaml", ConfigToYaml(config)), copy);
   EXPECT_EQ(copy.features.scale_factor, config.features.scale_factor);

@@ -1,4 +1,4 @@
-#include "oaslam/formats/detection_file.h"
+#include "oaslam/detection_file.h"
 
 #include <fmt/format.h>
 
@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/detection_json.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/detection_check.h"

@@ -1,4 +1,4 @@
-#include "oaslam/formats/detection_file.h"
+#include "oaslam/detection_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/trajectory_file.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
-#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/trajectory_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "expect_input_error.h"
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 #include "temp_folder.h"
 
 namespace oaslam {

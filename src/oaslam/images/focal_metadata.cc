@@ -7,8 +7,8 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/image_source.h"
 #include "oaslam/images/image_files.h"
-#include "oaslam/images/image_source.h"
 #include "oaslam/images/video_container.h"
 
 namespace oaslam {

@@ -4,12 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace oaslam {
+#include "oaslam/image_source.h"
 
-enum class Orientation {
-  kStored,   // the pixels as stored in the file
-  kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
-};
+namespace oaslam {
 
 // 8-bit, grey or BGR; empty where the file is missing or no image. Calibrations and boxes usually
 // refer to the stored pixels.

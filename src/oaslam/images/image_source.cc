@@ -1,4 +1,4 @@
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 
 #include <fmt/format.h>
 

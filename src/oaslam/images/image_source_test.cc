@@ -1,4 +1,4 @@
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 
 #include "exif_jpeg.h"
 #include "expect_input_error.h"
+#include "oaslam/images/image_files.h"
 #include "temp_folder.h"
 
 namespace oaslam {

@@ -1,4 +1,4 @@
-#include "oaslam/images/latest_image.h"
+#include "oaslam/latest_image.h"
 
 #include <utility>
 

@@ -10,7 +10,7 @@
 
 #include "expect_input_error.h"
 #include "oaslam/images/followed_folder.h"
-#include "oaslam/images/latest_image.h"
+#include "oaslam/latest_image.h"
 #include "temp_folder.h"
 
 namespace oaslam {

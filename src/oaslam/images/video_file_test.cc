@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "expect_input_error.h"
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 #include "temp_folder.h"
 
 namespace oaslam {

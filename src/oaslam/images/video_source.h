@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "oaslam/images/image_source.h"
+#include "oaslam/image_source.h"
 
 namespace oaslam {
 

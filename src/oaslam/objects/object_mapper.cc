@@ -85,7 +85,7 @@ std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
 std::vector<BoxView> VisibleViews(const Map& map, std::span<const ObjectPlace> places, ObjectId id,
                                   const Object& object, const ObjectsConfig& config) {
   std::vector<BoxView> views = ViewsOf(map, object.observations);
-  if (object.state != ObjectState::kTentative && config.model != "paper")
+  if (object.state != ObjectState::kTentative && config.model != ObjectMethod::kPaper)
     MarkHiddenEdges(map, places, std::span(&id, 1), object.ellipsoid, views);
   return views;
 }

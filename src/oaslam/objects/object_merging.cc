@@ -91,7 +91,8 @@ std::optional<Joint> Join(const Map& map, std::span<const ObjectPlace> places, O
   const Ellipsoid* start = HasEllipsoid(*better) ? &better->ellipsoid : nullptr;
   std::vector<BoxView> views = ViewsOf(map, joint.object.observations);
   const ObjectId own[] = {kept, gone};
-  if (start && config.model != "paper") MarkHiddenEdges(map, places, own, *start, views);
+  if (start && config.model != ObjectMethod::kPaper)
+    MarkHiddenEdges(map, places, own, *start, views);
   const auto model = FitObjectModel(map, views, start, config);
   if (!model) return std::nullopt;
   AdoptModel(*model, views, joint.object);

@@ -13,7 +13,7 @@ constexpr double kBadIoU = 0.5;  // below this overlap the fit starts again from
 
 EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {
   EllipsoidFitOptions options;
-  if (config.model == "paper")
+  if (config.model == ObjectMethod::kPaper)
     options.residual = EllipsoidResidual::kWasserstein;
   else
     options.up = map.up;

@@ -99,16 +99,16 @@ double DistanceToNearest(const TrueObject& truth, const std::vector<Object>& map
 
 TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
   const auto objects = Table();
-  for (const char* model : {"robust", "paper"}) {
+  for (const ObjectMethod model : {ObjectMethod::kRobust, ObjectMethod::kPaper}) {
     ObjectsConfig config;
     config.model = model;
     const KnownPoseMap result =
         MapObjectsFromKnownPoses(Film(objects, 150, {}, 1), kCamera, config);
     const std::vector<Object> mapped = MappedObjects(result.map);
-    EXPECT_EQ(mapped.size(), objects.size()) << model;
+    EXPECT_EQ(mapped.size(), objects.size()) << static_cast<int>(model);
     for (const TrueObject& truth : objects)
-      EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << model;
-    EXPECT_GT(result.mean_iou, 0.85) << model;
+      EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << static_cast<int>(model);
+    EXPECT_GT(result.mean_iou, 0.85) << static_cast<int>(model);
     for (const Object& o : mapped) {
       EXPECT_LE(o.observations.size(), 60U);
       EXPECT_GT(o.total_observations, 100);
@@ -268,7 +268,7 @@ TEST(Occlusion, WhatAnotherObjectHidesDoesNotPullAtTheModel) {
   const TrueObject front{75, {{0.45, 0.2, 0.15}, {0.1, 0.1, 0.2}, Eigen::Quaterniond::Identity()}};
   const TrueObject behind{66,
                           {{-0.05, 0.25, 0.05}, {0.2, 0.2, 0.06}, Eigen::Quaterniond::Identity()}};
-  const auto error_of = [&](const std::string& model, bool cut) {
+  const auto error_of = [&](ObjectMethod model, bool cut) {
     ObjectsConfig config;
     config.model = model;
     config.min_accept_share = 0.5;
@@ -280,9 +280,10 @@ TEST(Occlusion, WhatAnotherObjectHidesDoesNotPullAtTheModel) {
         error = std::min(error, (object.ellipsoid.center - behind.ellipsoid.center).norm());
     return error;
   };
-  EXPECT_LT(error_of("robust", false), 0.01);
-  EXPECT_LT(error_of("robust", true), 0.015);
-  EXPECT_GT(error_of("paper", true), 0.025);  // the paper's model treats cut boxes as complete
+  EXPECT_LT(error_of(ObjectMethod::kRobust, false), 0.01);
+  EXPECT_LT(error_of(ObjectMethod::kRobust, true), 0.015);
+  EXPECT_GT(error_of(ObjectMethod::kPaper, true),
+            0.025);  // the paper's model treats cut boxes as complete
 }
 
 TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
@@ -751,7 +752,7 @@ TEST(Merging, WhatIsGivenTwoLabelsBecomesOneOfTheCommonerClass) {
 
 TEST(Merging, WhatHasFewLandmarksIsForgottenAndSoDoesThePaper) {
   ObjectsConfig paper;
-  paper.model = "paper";
+  paper.model = ObjectMethod::kPaper;
   for (const Map& map : {PassedTwice(5, {}), PassedTwice(15, paper)}) {
     EXPECT_FALSE(map.objects.Contains(ObjectId(0)));
     ASSERT_TRUE(map.objects.Contains(ObjectId(1)));  // the second pass, still in view

@@ -39,7 +39,7 @@ int CountShared(std::span<const LandmarkId> a, std::span<const LandmarkId> b) {
 }
 
 bool IsKnownByLandmarks(const Map& map, const ObjectsConfig& config, const Object& object) {
-  if (object.state == ObjectState::kMapped || config.model == "paper") return false;
+  if (object.state == ObjectState::kMapped || config.model == ObjectMethod::kPaper) return false;
   return std::ssize(PositionsOf(map, OwnLandmarks(object))) >= config.min_shared_points;
 }
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/class_names.h"
 #include "oaslam/config.h"
 #include "oaslam/content/model_library.h"
-#include "oaslam/detection/detector.h"
-#include "oaslam/formats/class_names.h"
+#include "oaslam/detector.h"
 #include "oaslam/net/http_service.h"
 #include "oaslam/service/map_store.h"
 

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 
+#include "oaslam/camera_file.h"
+#include "oaslam/detection_file.h"
 #include "oaslam/error.h"
-#include "oaslam/formats/camera_file.h"
-#include "oaslam/formats/detection_file.h"
+#include "oaslam/formats/detection_json.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"

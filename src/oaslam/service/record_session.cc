@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "oaslam/camera_estimation.h"
+#include "oaslam/camera_file.h"
 #include "oaslam/detection/view_change.h"
 #include "oaslam/error.h"
-#include "oaslam/formats/camera_file.h"
 #include "oaslam/service/received_image.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/util/stopwatch.h"
@@ -60,7 +60,7 @@ StreamStep Recording::Begin() {
 
 void Recording::BeginMap(const Camera& camera) {
   SlamConfig config = state_->options.config;
-  config.runner.mode = "sequential";  // no threads of its own
+  config.runner.mode = RunnerMode::kSequential;  // no threads of its own
   slam_ = std::make_unique<Slam>(config, camera);
   slam_->SetClassNames(state_->options.classes.names);
   slam_->SetClassRelations(state_->options.classes.relations);

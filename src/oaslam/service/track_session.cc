@@ -131,7 +131,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   const std::optional<Camera> camera = CameraOf(request, input);
   if (camera && (!slam_ || camera != camera_)) {
     SlamConfig config = state_->options.config;
-    config.runner.mode = "sequential";  // no threads of its own
+    config.runner.mode = RunnerMode::kSequential;  // no threads of its own
     slam_ = std::make_unique<Slam>(config, *camera);
     slam_->SetMapping(false);
     SlamAccess::Load(*slam_, map_->localizer.map());

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 #include "oaslam/map/piece.h"
 
 namespace oaslam {

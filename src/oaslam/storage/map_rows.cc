@@ -10,7 +10,7 @@
 #include <span>
 #include <utility>
 
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/detection_check.h"
 #include "oaslam/storage/map_schema.h"

@@ -81,7 +81,7 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   }
   outcome = mapping_ ? UpdateGrowingPiece(frame, std::move(outcome))
                      : PlaceByGrowingPiece(frame, std::move(outcome));
-  if (mapping_ && config_.runner.mode != "live")
+  if (mapping_ && config_.runner.mode != RunnerMode::kLive)
     passed_.Add(frame, main_->tracker().HasTracked(frame.index));
   return outcome;
 }
@@ -222,7 +222,7 @@ void Atlas::PromoteGrowingPiece() {
 // A live camera does not wait for the end of an adjustment in the background, which takes some
 // tenths of a second.
 void Atlas::End(std::unique_ptr<Session> session) {
-  if (config_.runner.mode == "live")
+  if (config_.runner.mode == RunnerMode::kLive)
     ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
 }
 
@@ -325,8 +325,13 @@ void Atlas::SetMapping(bool enabled) {
   main_->tracker().SetMapping(enabled);
 }
 
-void Atlas::ForceRelocalization() {
-  main_->tracker().ForceRelocalization();
+void Atlas::SetMetresPerUnit(double metres) {
+  EndGrowingPiece(newest_frame_);
+  main_->ScaleToMetres(metres, newest_frame_);
+}
+
+void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
+  main_->tracker().ForceRelocalization(near);
   EndGrowingPiece(newest_frame_);
   lost_since_.reset();
   few_in_view_at_.reset();

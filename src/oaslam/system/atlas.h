@@ -51,7 +51,9 @@ class Atlas {
 
   void SetRelocalizationMode(RelocalizationMode mode);
   void SetMapping(bool enabled);
-  void ForceRelocalization();
+  void ForceRelocalization(const std::optional<Rigid3>& near);
+  // Makes the metre the unit of the main piece.
+  void SetMetresPerUnit(double metres);
   void SetClassRelations(const ClassRelations& relations);
 
   bool IsInitializing() const {

@@ -85,7 +85,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
  public:
   Impl(const SlamConfig& config, const CameraEstimationOptions& options)
       : config_(config), options_(options) {
-    if (config_.runner.mode == "live") config_.runner.mode = "lockstep";
+    if (config_.runner.mode == RunnerMode::kLive) config_.runner.mode = RunnerMode::kLockstep;
   }
 
   void Add(const cv::Mat& image, double timestamp) {

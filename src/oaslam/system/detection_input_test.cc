@@ -17,7 +17,7 @@ const Camera kCamera{.width = 320, .height = 240, .fx = 260, .fy = 260, .cx = 15
 
 SlamConfig Sequential() {
   SlamConfig config;
-  config.runner.mode = "sequential";
+  config.runner.mode = RunnerMode::kSequential;
   return config;
 }
 

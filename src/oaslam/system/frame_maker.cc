@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -43,6 +44,12 @@ void CheckCamera(const Camera& camera) {
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
     throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive",
                                  camera.width, camera.height, camera.fx, camera.fy));
+}
+
+void CheckPose(const std::optional<Rigid3>& pose) {
+  constexpr double kMaxError = 1e-6;
+  if (pose && !(pose->translation.allFinite() && std::abs(pose->rotation.norm() - 1) < kMaxError))
+    throw InputError("pose: must be finite, and its rotation a unit quaternion");
 }
 
 void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {

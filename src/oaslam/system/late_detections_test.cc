@@ -36,7 +36,7 @@ class LateDetections : public testing::Test {
 
   static SlamConfig Config() {
     SlamConfig config;
-    config.runner.mode = "sequential";
+    config.runner.mode = RunnerMode::kSequential;
     config.objects.min_observations = 20;
     config.objects.min_parallax_deg = 5;
     return config;

@@ -22,7 +22,7 @@ class AdjustmentTest : public testing::Test {
  protected:
   AdjustmentTest() : map_(synthetic::MakeMap(synthetic::MakeWorld({}), {}).map) {}
 
-  Mapper MapperOf(const std::string& mode) {
+  Mapper MapperOf(RunnerMode mode) {
     SlamConfig config;
     config.runner.mode = mode;
     return Mapper(config, map_,
@@ -102,7 +102,7 @@ class AdjustmentTest : public testing::Test {
 // This test does not end where a command waits for the adjustment. The map moves with a keyframe
 // only: a lost camera makes none, and links other pieces to the map as it is.
 TEST_F(AdjustmentTest, LiveNothingWaitsForIt) {
-  Mapper mapper = MapperOf("live");
+  Mapper mapper = MapperOf(RunnerMode::kLive);
   mapper.Apply(Joining(1, 0));
   const std::shared_ptr<const Map> before = mapper.Publish();
   const KeyframeId first = before->keyframes.First();
@@ -127,7 +127,7 @@ TEST_F(AdjustmentTest, LiveNothingWaitsForIt) {
 // A piece that is joined while an adjustment goes on does not stay behind where that ends. It does
 // not wait for the end either.
 TEST_F(AdjustmentTest, LiveItBeginsAnewWithAPiece) {
-  Mapper mapper = MapperOf("live");
+  Mapper mapper = MapperOf(RunnerMode::kLive);
   mapper.Apply(Joining(1, 0));
   while (begun_ < 1) std::this_thread::yield();
   MapCommand elsewhere = Joining(2, 1);  // too far away to be tied
@@ -139,7 +139,7 @@ TEST_F(AdjustmentTest, LiveItBeginsAnewWithAPiece) {
 }
 
 TEST_F(AdjustmentTest, ElseItIsAppliedAfterAFixedNumberOfFrames) {
-  for (const std::string mode : {"sequential", "lockstep"}) {
+  for (const RunnerMode mode : {RunnerMode::kSequential, RunnerMode::kLockstep}) {
     Mapper mapper = MapperOf(mode);
     mapper.Apply(Joining(1, 0));
     const std::shared_ptr<const Map> before = mapper.Publish();
@@ -148,10 +148,10 @@ TEST_F(AdjustmentTest, ElseItIsAppliedAfterAFixedNumberOfFrames) {
     MapCommand nothing;
     nothing.frame_index = 29;
     mapper.Apply(nothing);
-    EXPECT_LT(Moved(*before, *mapper.Publish(), first), 1) << mode;
+    EXPECT_LT(Moved(*before, *mapper.Publish(), first), 1) << ToString(mode);
     nothing.frame_index = 30;
     mapper.Apply(nothing);
-    EXPECT_GT(Moved(*before, *mapper.Publish(), first), 9) << mode;
+    EXPECT_GT(Moved(*before, *mapper.Publish(), first), 9) << ToString(mode);
   }
 }
 

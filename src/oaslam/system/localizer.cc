@@ -1,40 +1,11 @@
 #include "oaslam/system/localizer.h"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "oaslam/map/camera_replacement.h"
-#include "oaslam/relocalization/by_points.h"
-#include "oaslam/relocalization/confidence.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
-namespace {
-
-// Looks for the landmarks about a pose that somebody thinks the camera has. Nothing where they do
-// not confirm it.
-std::optional<Relocalization> FindNear(const Rigid3& world_from_cam, const Frame& frame,
-                                       const Map& map, const SlamConfig& config, Rng& rng) {
-  constexpr double kErrorRad = 4.0 / 35;  // of a prior pose, as of one by objects
-  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
-  const double radius =
-      kErrorRad * std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
-  const RelocalizationReport report = VerifyByPoints(frame, map, world_from_cam.Inverse(), radius,
-                                                     config.relocalization, config.tracking, rng);
-  if (!report.success) return std::nullopt;
-  Relocalization found;
-  found.evidence = PoseEvidence::kPoints;
-  found.cam_from_world = report.cam_from_world;
-  found.landmarks = report.landmarks;
-  found.inliers = report.inliers;
-  found.sigma_position = report.sigma_position;
-  found.confidence = ConfidenceOfPoints(report.inliers);
-  found.candidates = {{report.cam_from_world, static_cast<double>(report.inliers)}};
-  return found;
-}
-
-}  // namespace
 
 RelocalizationResult ResultOf(const Relocalization& found) {
   RelocalizationResult result;
@@ -48,6 +19,7 @@ RelocalizationResult ResultOf(const Relocalization& found) {
   result.sigma_position = found.sigma_position;
   for (const PoseHypothesis& h : found.candidates)
     result.candidates.push_back({h.cam_from_world.Inverse(), h.score});
+  result.candidates_are_by = found.candidates_are_by;
   result.why_not = found.why_not;
   return result;
 }
@@ -85,6 +57,7 @@ RelocalizationResult Localizer::Find(const ImageInput& input, const Camera& came
                                      const std::optional<Rigid3>& prior) const {
   CheckCamera(camera);
   CheckGravity(input.gravity_in_cam);
+  CheckPose(prior);
   const Stopwatch watch;
   Map map = map_.saved->map;  // shares its tables
   map.cameras.push_back(camera);
@@ -98,12 +71,10 @@ RelocalizationResult Localizer::Find(const ImageInput& input, const Camera& came
   frame.camera = static_cast<int>(map.cameras.size()) - 1;
   const double ms_features = watch.WallMs();
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  std::optional<Relocalization> found;
-  if (prior && frame.features && mode != RelocalizationMode::kObjects)
-    found = FindNear(*prior, frame, map, config_, rng);
-  if (!found)
-    found = Relocalizer(config_, map_.index).Find(frame, map, mode, input.gravity_in_cam, rng);
-  RelocalizationResult result = ResultOf(*found);
+  const Relocalization found =
+      Relocalizer(config_, map_.index)
+          .Find(frame, map, mode, input.gravity_in_cam, rng, nullptr, prior);
+  RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs() - ms_features;
   return result;

@@ -88,9 +88,9 @@ struct Result {
   int tracked = 0;
 };
 
-Result Film(const House& house, const Walk& walk, const std::string& loop_closing) {
+Result Film(const House& house, const Walk& walk, bool loop_closing) {
   SlamConfig config;
-  config.runner.mode = "sequential";
+  config.runner.mode = RunnerMode::kSequential;
   config.mapping.loop_closing = loop_closing;
   // Many keyframes, as in the images of a real walk.
   config.tracking.max_keyframe_interval = 0.2;
@@ -148,7 +148,7 @@ TEST(LoopTrial, AWrongLoopIsUndoneOnceOtherThingsAreSeenThere) {
   Walk walk = WalkUp();
   walk.detected_above = walk.centers.size() + 20;
   walk.StayAbout({0, -3, kStorey});
-  const Result without = Film(house, walk, "off"), undone = Film(house, walk, "on");
+  const Result without = Film(house, walk, false), undone = Film(house, walk, true);
   ASSERT_EQ(without.tracked, static_cast<int>(walk.centers.size()));
   ASSERT_EQ(without.most_loops, 0);
   EXPECT_GT(undone.most_loops, 0);
@@ -168,7 +168,7 @@ TEST(LoopTrial, ATrueLoopIsNotUndone) {
   Walk walk = WalkUp();
   walk.Go({0, -3, 0});
   walk.StayAbout({0, -3, 0});
-  const Result result = Film(house, walk, "on");
+  const Result result = Film(house, walk, true);
   EXPECT_GE(result.map->loops_closed, 1);
   EXPECT_TRUE(result.map->undone_loops.empty());
   EXPECT_LT(result.error, 0.05);

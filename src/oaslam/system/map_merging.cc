@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "oaslam/class_names.h"
 #include "oaslam/error.h"
-#include "oaslam/formats/class_names.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
 #include "oaslam/objects/moved_objects.h"

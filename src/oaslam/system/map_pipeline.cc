@@ -5,17 +5,9 @@
 #include <vector>
 
 namespace oaslam {
-namespace {
-
-RunnerMode ModeOf(const std::string& name) {
-  if (name == "sequential") return RunnerMode::kSequential;
-  return name == "live" ? RunnerMode::kLive : RunnerMode::kLockstep;
-}
-
-}  // namespace
 
 MapPipeline::MapPipeline(const SlamConfig& config, Map map)
-    : mode_(ModeOf(config.runner.mode)), lag_(config.runner.lag), mapper_(config, std::move(map)) {
+    : mode_(config.runner.mode), lag_(config.runner.lag), mapper_(config, std::move(map)) {
   published_.push_back({0, mapper_.Publish()});
   if (mode_ != RunnerMode::kSequential)
     thread_ = std::jthread([this](std::stop_token stop) { Work(stop); });

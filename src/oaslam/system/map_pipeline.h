@@ -13,8 +13,6 @@
 
 namespace oaslam {
 
-enum class RunnerMode { kSequential, kLockstep, kLive };
-
 // Carries map commands from the tracker to the mapper, and snapshots of the map back. Sequential:
 // the mapper works inside Submit. Lockstep: the mapper has its own thread, and the tracker of frame
 // k gets exactly the snapshot that contains the commands of frames up to k - lag, so that results

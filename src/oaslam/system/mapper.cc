@@ -45,6 +45,7 @@ void Mapper::Apply(const MapCommand& command) {
       Log(LogLevel::kDebug, "initial map refused after refinement");
     unsettled_keyframes_ = map_.keyframes.Ids();
   }
+  if (command.metres_per_unit) ScaleToMetres(*command.metres_per_unit, command.frame_index);
   if (command.joining) {
     Join(*command.joining, command.frame_index);
     has_moved = true;
@@ -61,6 +62,15 @@ void Mapper::Apply(const MapCommand& command) {
                   {command.frame_index, command.sightings.back().timestamp}, config_.objects);
   else if (command.keyframe)
     UpdateUp(map_);
+}
+
+void Mapper::ScaleToMetres(double metres_per_unit, int frame_index) {
+  map_.Scale(metres_per_unit);
+  map_.is_metric = true;
+  // They know the map in the old unit.
+  loops_on_trial_.clear();
+  map_.refuted_loop.reset();
+  if (background_bundle_ || !windows_.empty()) AdjustInBackground(frame_index);
 }
 
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
@@ -92,7 +102,7 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
 }
 
 void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
-  if (config_.mapping.loop_closing == "off") return;
+  if (!config_.mapping.loop_closing) return;
   constexpr uint32_t kMinKeyframesBetween = 10;
   if (map_.refuted_loop) return;
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;

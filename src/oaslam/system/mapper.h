@@ -38,6 +38,8 @@ struct MapCommand {
   // undone in it.
   std::shared_ptr<const Map> successor;
   std::optional<JoiningMap> joining;
+  // Makes the metre the unit of the map; the tracker, too, must change its unit.
+  std::optional<double> metres_per_unit;
   std::optional<KeyframeInsertion> keyframe;
   std::vector<LandmarkUse> uses;
   std::vector<ObjectSighting> sightings;  // since the previous command, in order of frames
@@ -63,12 +65,13 @@ class Mapper {
   std::shared_ptr<const Map> Publish();
 
  private:
+  void ScaleToMetres(double metres_per_unit, int frame_index);
   void Join(const JoiningMap& joining, int frame_index);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
   void ReviewLoops(KeyframeId newest);
   void AdjustInBackground(int frame_index);
-  bool IsLive() const { return config_.runner.mode == "live"; }
+  bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }
   bool IsAdjustmentDue(const MapCommand& command) const;
   bool AdoptBackgroundBundle(const MapCommand& command);
   void BeginNextWindow(int frame_index);

@@ -56,18 +56,20 @@ double OverlapIn(const Map& map, const Ellipsoid& ellipsoid) {
 TEST(Mapper, TheLastOptimisationTakesObjectsAlong) {
   const synthetic::World world = synthetic::MakeWorld({.cameras = 24});
   const synthetic::TrueObject object = synthetic::Upright(5, {0.2, -0.1, 0.1}, {0.3, 0.2, 0.25});
-  for (const char* objects : {"none", "poses", "full"}) {
+  for (const BundleObjects objects :
+       {BundleObjects::kNone, BundleObjects::kPoses, BundleObjects::kFull}) {
     SlamConfig config;
     config.bundle.objects = objects;
     Mapper mapper(config, DriftedMap(world));
     mapper.Apply(SightingsOf(world, object));
     const auto before = mapper.Publish();
     const Ellipsoid drifted = before->objects.At(ObjectId(0)).ellipsoid;
-    ASSERT_GT(OverlapIn(*before, drifted), 0.95) << objects;
+    ASSERT_GT(OverlapIn(*before, drifted), 0.95) << static_cast<int>(objects);
     mapper.Finish();
     const auto after = mapper.Publish();
-    ASSERT_LT(OverlapIn(*after, drifted), 0.85) << objects;
-    EXPECT_GT(OverlapIn(*after, after->objects.At(ObjectId(0)).ellipsoid), 0.95) << objects;
+    ASSERT_LT(OverlapIn(*after, drifted), 0.85) << static_cast<int>(objects);
+    EXPECT_GT(OverlapIn(*after, after->objects.At(ObjectId(0)).ellipsoid), 0.95)
+        << static_cast<int>(objects);
   }
 }
 

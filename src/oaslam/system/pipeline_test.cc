@@ -28,7 +28,7 @@ struct WalkResult {
 // A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; it sees
 // nothing in [blind_from, blind_to) and little up to dim_to. With a slow camera the mapper has
 // all the time it needs.
-WalkResult Walk(const std::string& mode, int frames, int blind_from = -1, int blind_to = -1,
+WalkResult Walk(RunnerMode mode, int frames, int blind_from = -1, int blind_to = -1,
                 bool slow_camera = false, int dim_to = -1) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = std::min(d, 3.6);
@@ -83,7 +83,7 @@ double AbsoluteError(const WalkResult& run) {
 TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
   const synthetic::World world = synthetic::MakeWorld({});
   SlamConfig config;
-  config.runner.mode = "sequential";
+  config.runner.mode = RunnerMode::kSequential;
   MapPipeline pipeline(config, EmptyMap());
   Tracker tracker(config, {}, false);
   Rng rng(7);
@@ -96,7 +96,7 @@ TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
         synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.4 * i), {.missed = 0.1}, rng)
             .features,
         {}};
-    if (i == 50) tracker.ForceRelocalization();
+    if (i == 50) tracker.ForceRelocalization(std::nullopt);
     outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
     if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
     if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
@@ -121,7 +121,7 @@ TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
 std::vector<TrackingState> StatesOfWalkThatGoesOnAt(double angle_after) {
   const synthetic::World world = synthetic::MakeWorld({});
   SlamConfig config;
-  config.runner.mode = "sequential";
+  config.runner.mode = RunnerMode::kSequential;
   MapPipeline pipeline(config, EmptyMap());
   Tracker tracker(config, {}, false);
   Rng rng(7);
@@ -151,17 +151,18 @@ TEST(Tracker, DoesNotBelieveThatTheCameraJumped) {
 }
 
 TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
-  for (const std::string mode : {"sequential", "lockstep", "live"}) {
-    const WalkResult run = Walk(mode, 120, -1, -1, mode == "live");
-    EXPECT_GT(run.trajectory.size(), 95U) << mode;
-    EXPECT_LT(AbsoluteError(run), 0.01) << mode;
-    EXPECT_GE(run.map->keyframes.size(), 4U) << mode;
-    EXPECT_THAT(run.map->CheckInvariants(), IsEmpty()) << mode;
+  for (const RunnerMode mode :
+       {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
+    const WalkResult run = Walk(mode, 120, -1, -1, mode == RunnerMode::kLive);
+    EXPECT_GT(run.trajectory.size(), 95U) << ToString(mode);
+    EXPECT_LT(AbsoluteError(run), 0.01) << ToString(mode);
+    EXPECT_GE(run.map->keyframes.size(), 4U) << ToString(mode);
+    EXPECT_THAT(run.map->CheckInvariants(), IsEmpty()) << ToString(mode);
   }
 }
 
 TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
-  for (const std::string mode : {"sequential", "lockstep"}) {
+  for (const RunnerMode mode : {RunnerMode::kSequential, RunnerMode::kLockstep}) {
     const WalkResult a = Walk(mode, 90), b = Walk(mode, 90);
     ASSERT_GT(a.final_poses.size(), 60U);
     ASSERT_EQ(a.final_poses.size(), b.final_poses.size());
@@ -176,7 +177,7 @@ TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
 // Which frames are tracked depends on the load of the machine; the map must be
 // consistent in any case.
 TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
-  const WalkResult run = Walk("live", 120);
+  const WalkResult run = Walk(RunnerMode::kLive, 120);
   EXPECT_GE(run.map->keyframes.size(), 2U);
   EXPECT_GE(run.map->landmarks.size(), 100U);
   EXPECT_THAT(run.map->CheckInvariants(), IsEmpty());
@@ -199,7 +200,7 @@ TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
 
 TEST(Pipeline, ItsQueueIsBounded) {
   SlamConfig config;
-  config.runner.mode = "live";
+  config.runner.mode = RunnerMode::kLive;
   MapPipeline pipeline(config, EmptyMap());
   MapCommand nothing;
   for (nothing.frame_index = 0; nothing.frame_index < 200; ++nothing.frame_index) {
@@ -211,7 +212,8 @@ TEST(Pipeline, ItsQueueIsBounded) {
 
 TEST(Pipeline, MayEndAtAnyMoment) {
   synthetic::World world = synthetic::MakeWorld({});
-  for (const std::string mode : {"sequential", "lockstep", "live"}) {
+  for (const RunnerMode mode :
+       {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
     for (const int end : {0, 1, 5, 9, 10, 11, 12, 13, 14, 25, 40}) {
       SlamConfig config;
       config.runner.mode = mode;
@@ -249,14 +251,14 @@ TEST(BackgroundBundle, EndsWithItsOwnerAndCorrectsWhatHasGrown) {
 }
 
 TEST(Pipeline, LostEarlyItStartsAnew) {
-  const WalkResult run = Walk("lockstep", 70, 16, 22);
+  const WalkResult run = Walk(RunnerMode::kLockstep, 70, 16, 22);
   EXPECT_EQ(run.states[18], TrackingState::kInitializing);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   EXPECT_LT(AbsoluteError(run), 0.02);
 }
 
 TEST(Pipeline, FramesBeforeItCameBackAreFoundFromThere) {
-  const WalkResult run = Walk("lockstep", 130, 100, 103, false, 110);
+  const WalkResult run = Walk(RunnerMode::kLockstep, 130, 100, 103, false, 110);
   EXPECT_EQ(run.states[105], TrackingState::kLost);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   std::vector<int> frames;
@@ -268,7 +270,7 @@ TEST(Pipeline, FramesBeforeItCameBackAreFoundFromThere) {
 }
 
 TEST(Pipeline, LostWithARealMapItComesBackToIt) {
-  const WalkResult run = Walk("lockstep", 160, 100, 106);
+  const WalkResult run = Walk(RunnerMode::kLockstep, 160, 100, 106);
   EXPECT_EQ(run.states[103], TrackingState::kLost);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   EXPECT_GT(run.trajectory.size(), 135U);

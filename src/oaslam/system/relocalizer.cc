@@ -22,13 +22,20 @@ double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
              : 1;
 }
 
+constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;  // 1.6 and 6.5 degrees
+
+// The search radius for landmarks about a pose whose error is an angle of the image.
+double SearchRadius(const Map& map, const Frame& frame, double error_rad) {
+  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
+  return error_rad * std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
+}
+
 // The search radius for landmarks about a pose from objects: the pixels by which its error moves
 // the image at the objects' depth.
 double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
-  constexpr double kSigmas = 3, kMin = 1.0 / 35, kMax = 4.0 / 35;  // rad: 1.6 and 6.5 degrees
-  const Camera& camera = map.cameras[frame.camera];
-  return std::clamp(kSigmas * RelativeSigma(map, candidate), kMin, kMax) *
-         std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
+  constexpr double kSigmas = 3;
+  return SearchRadius(
+      map, frame, std::clamp(kSigmas * RelativeSigma(map, candidate), kMinErrorRad, kMaxErrorRad));
 }
 
 // Whether two poses agree. A few points in one corner of the image can agree on a pose that is far
@@ -50,6 +57,7 @@ Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evide
   result.sigma_position = report.sigma_position;
   result.confidence = ConfidenceOfPoints(report.inliers);
   result.candidates = report.hypotheses;
+  if (!result.candidates.empty()) result.candidates_are_by = PoseEvidence::kPoints;
   result.why_not = report.why_not;
   return result;
 }
@@ -86,6 +94,18 @@ bool LandmarkIndex::IsOf(const Map& map) const {
 const PlaceIndex& Relocalizer::IndexOf(const Map& map) {
   if (!index_ || !index_->IsOf(map)) index_ = std::make_shared<const LandmarkIndex>(map);
   return index_->places;
+}
+
+std::optional<Relocalization> Relocalizer::Near(const Rigid3& world_from_cam, const Frame& frame,
+                                                const Map& map, Rng& rng) const {
+  const RelocalizationReport report =
+      VerifyByPoints(frame, map, world_from_cam.Inverse(), SearchRadius(map, frame, kMaxErrorRad),
+                     config_.relocalization, config_.tracking, rng);
+  if (!report.success) return std::nullopt;
+  Relocalization found = FromPoints(report, PoseEvidence::kPoints);
+  found.candidates = {{report.cam_from_world, static_cast<double>(report.inliers)}};
+  found.candidates_are_by = PoseEvidence::kPoints;
+  return found;
 }
 
 Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects,
@@ -135,6 +155,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   Relocalization result;
   for (const ObjectPoseCandidate& c : candidates)
     result.candidates.push_back({c.cam_from_world, c.score});
+  if (!candidates.empty()) result.candidates_are_by = PoseEvidence::kObjects;
   if (confirm_by_points && frame.features)
     for (const ObjectPoseCandidate& c : candidates) {
       const RelocalizationReport report =
@@ -148,6 +169,7 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
       confirmed.object_score = c.score;
       confirmed.object_margin = c.margin;
       confirmed.candidates = std::move(result.candidates);
+      confirmed.candidates_are_by = result.candidates_are_by;
       return confirmed;
     }
   if (candidates.empty()) {
@@ -172,8 +194,10 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
 
 Relocalization Relocalizer::Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                                  const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
-                                 ObjectTrails* trails) {
+                                 ObjectTrails* trails, const std::optional<Rigid3>& prior) {
   const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
+  if (prior && use_points)
+    if (std::optional<Relocalization> near = Near(*prior, frame, map, rng)) return *std::move(near);
   Relocalization result;
   if (use_points) result = ByPoints(frame, map, mode == RelocalizationMode::kPointsAndObjects, rng);
   if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {

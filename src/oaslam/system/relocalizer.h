@@ -31,7 +31,8 @@ struct Relocalization {
   double confidence = 0;                       // [0, 1], of the best hypothesis, accepted or not
   double object_score = 0, object_margin = 0;  // of the best hypothesis from objects
   std::vector<PoseHypothesis> candidates;      // best first; an accepted pose is the first
-  std::string why_not;                         // where evidence is kNone
+  PoseEvidence candidates_are_by = PoseEvidence::kNone;  // kPoints or kObjects: whose scores
+  std::string why_not;                                   // where evidence is kNone
 };
 
 // The same for a frame whose camera is not known.
@@ -56,10 +57,12 @@ class Relocalizer {
 
   // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without
   // features is found by objects only. `trails`: what the objects of the frames before told, which
-  // counts, too (not by the paper's method); none to find each frame by itself.
+  // counts, too (not by the paper's method); none to find each frame by itself. `prior`: where the
+  // camera is thought to be, world_from_cam; landmarks are looked for about it first.
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
-                      ObjectTrails* trails = nullptr);
+                      ObjectTrails* trails = nullptr,
+                      const std::optional<Rigid3>& prior = std::nullopt);
 
   // Finds a frame whose camera is not known. `raw` holds key points and boxes of the original
   // image, and its camera in `map` gives the image's size and has no distortion; the focal length
@@ -71,6 +74,9 @@ class Relocalizer {
       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
 
  private:
+  // Nothing where landmarks do not confirm the pose.
+  std::optional<Relocalization> Near(const Rigid3& world_from_cam, const Frame& frame,
+                                     const Map& map, Rng& rng) const;
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
   // Refines a pose that few points support by the objects it shows. (This is not in the paper,
   // which refines with points.)
@@ -81,7 +87,7 @@ class Relocalizer {
       Rng& rng, ObjectTrails* trails) const;
   // 0 for poses by the paper's method, which have no confidence.
   double ConfidenceIn(const ObjectPoseCandidate& candidate) const;
-  bool IsAsInPaper() const { return config_.relocalization.objects == "paper"; }
+  bool IsAsInPaper() const { return config_.relocalization.objects == ObjectMethod::kPaper; }
   Relocalization ByObjects(const Frame& frame, const Map& map, bool confirm_by_points,
                            const std::vector<ObjectPoseCandidate>& candidates, Rng& rng) const;
   const PlaceIndex& IndexOf(const Map& map);

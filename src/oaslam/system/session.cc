@@ -63,6 +63,16 @@ void Session::FinishAdjustment(int frame_index) {
   SubmitAndWait(std::move(command));
 }
 
+void Session::ScaleToMetres(double factor, int frame_index) {
+  SubmitRest();
+  if (failure()) return;
+  MapCommand command;
+  command.frame_index = frame_index;
+  command.metres_per_unit = factor;
+  SubmitAndWait(std::move(command));
+  if (!failure()) tracker_.Scale(factor);
+}
+
 bool Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
   if (failure()) return false;
   MapCommand command;

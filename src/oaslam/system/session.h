@@ -32,6 +32,9 @@ class Session {
   // background, and takes the resulting map, which does not move before its next keyframe.
   // `frame_index`: the newest frame.
   void FinishAdjustment(int frame_index);
+  // Multiplies all lengths of the map and of what the tracker knows, once everything seen is in the
+  // map, whose unit is the metre from then on. `frame_index`: the newest frame.
+  void ScaleToMetres(double factor, int frame_index);
   // Adds another piece to the map and waits until the mapper has done so. Returns false if mapping
   // has ended before.
   bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);

@@ -8,12 +8,15 @@
 #include <stdexcept>
 
 #include "oaslam/anchors/editing.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/frame_maker.h"
 #include "oaslam/system/localizer.h"
 #include "oaslam/system/object_audit.h"
 #include "oaslam/system/relocalizer.h"
 #include "oaslam/system/slam_access.h"
+#include "oaslam/system/snapshot_maker.h"
+#include "oaslam/system/state_board.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -21,7 +24,7 @@ namespace oaslam {
 namespace {
 
 // The exception that Slam throws to its caller.
-std::runtime_error MappingError(const std::exception_ptr& failure) {
+MappingError ErrorOf(const std::exception_ptr& failure) {
   std::string what = "unknown error";
   try {
     std::rethrow_exception(failure);
@@ -29,8 +32,7 @@ std::runtime_error MappingError(const std::exception_ptr& failure) {
     what = error.what();
   } catch (...) {
   }
-  return std::runtime_error(
-      fmt::format("mapping has ended: {}; the map is as it was before that", what));
+  return MappingError(fmt::format("mapping has ended: {}; the map is as it was before that", what));
 }
 
 }  // namespace
@@ -43,6 +45,7 @@ class OASLAM_LOCAL Slam::Impl {
     map.cameras.push_back(camera);
     Begin(std::move(map), false);
   }
+  ~Impl() { states_->Close(); }
 
   // Begins with another map, for which time stamps begin anew; the settings stay. Throws before
   // anything is changed.
@@ -67,7 +70,7 @@ class OASLAM_LOCAL Slam::Impl {
     Begin(std::move(saved.map), true, std::move(saved.pieces));
     first_index_ = next_index_ = frames;
     loaded_trajectory_ = std::move(saved.trajectory);
-    class_names_ = std::move(saved.class_names);
+    class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
   }
 
   void Reset() {
@@ -84,7 +87,7 @@ class OASLAM_LOCAL Slam::Impl {
     const std::exception_ptr failure = atlas_->failure();
     if (!failure) return;
     has_told_failure_ = true;
-    throw MappingError(failure);
+    throw ErrorOf(failure);
   }
 
   void CheckTimestamp(double timestamp) const {
@@ -99,7 +102,9 @@ class OASLAM_LOCAL Slam::Impl {
   const Session& session() const { return atlas_->main(); }
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
                             const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                            double ms_features, ObjectTrails* trails = nullptr);
+                            double ms_features, ObjectTrails* trails = nullptr,
+                            const std::optional<Rigid3>& prior = std::nullopt);
+  MapSnapshot Snapshot() const { return SnapshotMaker::Of(session().snapshot(), class_names_); }
 
   void SetAnchors(std::map<std::string, Anchor> anchors) {
     ExpectMapping();
@@ -122,7 +127,9 @@ class OASLAM_LOCAL Slam::Impl {
   Relocalizer relocalizer_;
   std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
-  ClassNames class_names_ = CocoClassNames();
+  std::shared_ptr<const ClassNames> class_names_ =
+      std::make_shared<const ClassNames>(CocoClassNames());
+  std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true, is_shut_down_ = false;
   // Whether the reason why mapping has ended was thrown already.
@@ -167,17 +174,19 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.ms_track = ms_track;
   result.ms_total = ms_features + ms_track;
   result.cpu_ms = cpu_features + cpu_track;
+  states_->Post(std::make_shared<const SlamState>(SlamState{result, Snapshot()}));
   return result;
 }
 
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
                                       const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                                      double ms_features, ObjectTrails* trails) {
+                                      double ms_features, ObjectTrails* trails,
+                                      const std::optional<Rigid3>& prior) {
   // A fresh random generator for each image: no answer depends on the random numbers before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
   const Relocalization found =
-      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng, trails);
+      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng, trails, prior);
   RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
@@ -210,21 +219,17 @@ void Slam::SetRelocalizationMode(RelocalizationMode mode) {
 }
 
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode,
-                                      const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  CheckGravity(gravity_in_cam);
+                                      const std::optional<Rigid3>& prior) {
+  CheckPose(prior);
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
-  return impl_->Find(frame, mode, gravity_in_cam ? gravity_in_cam : frame.gravity_in_cam,
-                     watch.WallMs());
+  return impl_->Find(frame, mode, frame.gravity_in_cam, watch.WallMs(), nullptr, prior);
 }
 
-RelocalizationResult Slam::RelocalizeWithUnknownCamera(
-    const ImageInput& input, RelocalizationMode mode,
-    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  ImageInput with_gravity = input;
-  if (gravity_in_cam) with_gravity.gravity_in_cam = gravity_in_cam;
-  CheckGravity(with_gravity.gravity_in_cam);
-  return FindWithUnknownCamera(with_gravity, impl_->camera_, *impl_->session().snapshot(), mode,
+RelocalizationResult Slam::RelocalizeWithUnknownCamera(const ImageInput& input,
+                                                       RelocalizationMode mode) {
+  CheckGravity(input.gravity_in_cam);
+  return FindWithUnknownCamera(input, impl_->camera_, *impl_->session().snapshot(), mode,
                                impl_->config_, impl_->frame_maker_, impl_->relocalizer_);
 }
 
@@ -253,8 +258,9 @@ void Slam::SetMapping(bool enabled) {
   impl_->atlas_->SetMapping(enabled);
 }
 
-void Slam::ForceRelocalization() {
-  impl_->atlas_->ForceRelocalization();
+void Slam::ForceRelocalization(const std::optional<Rigid3>& near) {
+  CheckPose(near);
+  impl_->atlas_->ForceRelocalization(near);
   impl_->trails_ = {};
 }
 
@@ -266,7 +272,7 @@ FrameView SlamAccess::View(const Slam& slam) {
 }
 
 void Slam::SetClassNames(std::map<int, std::string> names) {
-  impl_->class_names_ = std::move(names);
+  impl_->class_names_ = std::make_shared<const ClassNames>(std::move(names));
 }
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
@@ -316,8 +322,18 @@ void Slam::Finish() {
   if (!impl_->has_told_failure_) impl_->ExpectMapping();
 }
 
-std::vector<Slam::TimedPose> Slam::Trajectory() const {
-  std::vector<TimedPose> poses;
+void Slam::SetMetresPerUnit(double metres) {
+  if (!(std::isfinite(metres) && metres > 0))
+    throw InputError(fmt::format("metres per unit: {}, allowed: above 0 and finite", metres));
+  impl_->ExpectMapping();
+  impl_->atlas_->SetMetresPerUnit(metres);
+  for (FramePose& pose : impl_->loaded_trajectory_) pose.cam_from_reference.translation *= metres;
+  impl_->trails_ = {};
+  impl_->ExpectMapping();
+}
+
+std::vector<StampedPose> Slam::Trajectory() const {
+  std::vector<StampedPose> poses;
   for (const FramePose& frame : impl_->session().tracker().trajectory())
     if (const auto reference = frame.frame_index < impl_->first_index_
                                    ? std::nullopt
@@ -328,7 +344,7 @@ std::vector<Slam::TimedPose> Slam::Trajectory() const {
 
 SavedMap SlamAccess::Export(const Slam& slam) {
   const Slam::Impl& impl = *slam.impl_;
-  SavedMap saved{*impl.session().snapshot(), impl.loaded_trajectory_, impl.class_names_,
+  SavedMap saved{*impl.session().snapshot(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
   return saved;
@@ -357,17 +373,30 @@ void Slam::Shutdown() {
   impl_->atlas_->Shutdown();
 }
 
-MapSnapshot Slam::Snapshot() const {
-  MapSnapshot view;
-  impl_->session().snapshot()->keyframes.ForEach(
-      [&](KeyframeId, const Keyframe& k) { view.keyframes.push_back(k.cam_from_world.Inverse()); });
-  impl_->session().snapshot()->landmarks.ForEach(
-      [&](LandmarkId, const Landmark& l) { view.landmarks.push_back(l.position); });
-  impl_->session().snapshot()->objects.ForEach([&](ObjectId id, const Object& o) {
-    if (o.state == ObjectState::kMapped)
-      view.objects.push_back({id.value, o.category_id, o.ellipsoid, o.total_observations});
-  });
-  return view;
+MapSnapshot Slam::Snapshot() const { return impl_->Snapshot(); }
+
+SlamStates Slam::States() const { return SlamStates(impl_->states_); }
+
+std::vector<TrackedPoint> Slam::TrackedPoints() const {
+  const FrameView view = impl_->session().tracker().View();
+  std::vector<TrackedPoint> points;
+  if (!view.frame.features) return points;
+  const Features& features = *view.frame.features;
+  const Map& map = *impl_->session().snapshot();
+  for (size_t i = 0; i < features.keypoints.size(); ++i) {
+    const Keypoint& keypoint = features.keypoints[i];
+    TrackedPoint point;
+    point.pixel = Distort(impl_->camera_, keypoint.px.cast<double>());
+    point.sigma_px = features.pyramid.scale[keypoint.octave];
+    const Landmark* landmark =
+        view.landmarks.empty() ? nullptr : map.landmarks.Find(view.landmarks[i]);
+    if (landmark) {
+      point.landmark = view.landmarks[i].value;
+      point.position = landmark->position;
+    }
+    points.push_back(point);
+  }
+  return points;
 }
 
 }  // namespace oaslam

@@ -153,7 +153,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   last_.reset();
   const Relocalization found =
       relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_,
-                        mapping_ ? nullptr : &object_trails_);
+                        mapping_ ? nullptr : &object_trails_, prior_);
   relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects,
                      found.why_not};
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
@@ -164,6 +164,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   if (!tracked.success) return Lose(frame);
   relocalized_frame_ = frame.index;
   relocalized_time_ = frame.timestamp;
+  prior_.reset();
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
@@ -265,8 +266,9 @@ FrameView Tracker::View() const {
   return view;
 }
 
-void Tracker::ForceRelocalization() {
+void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
   object_trails_ = {};
+  prior_ = near;
   if (phase_ != Phase::kTracking) return;
   phase_ = Phase::kLost;
   motion_.reset();

@@ -112,8 +112,11 @@ class Tracker {
 
   // What a viewer shows of the newest frame; the caller adds the map.
   FrameView View() const;
-  // Makes the tracker lose its pose, if it has one: the next frame is relocalized.
-  void ForceRelocalization();
+  // Makes the tracker lose its pose, if it has one: the next frame is relocalized. `near`: where
+  // the camera may be, world_from_cam; it is looked for there first until it is found.
+  void ForceRelocalization(const std::optional<Rigid3>& near);
+  // Goes on in the same map after all of its lengths were multiplied by `factor`.
+  void Scale(double factor);
 
   // The outcome of the newest frame, computed again with `map`; lost where the
   // frame is not tracked.
@@ -231,6 +234,7 @@ class Tracker {
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
   bool is_pose_doubted_ = false;   // by the user: the last pose tells nothing of the next
+  std::optional<Rigid3> prior_;    // from the user, world_from_cam, while the camera is lost
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   ObjectTracks object_tracks_;

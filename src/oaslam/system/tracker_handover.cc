@@ -54,4 +54,18 @@ void Tracker::Restore(const LaterPoses& later, const std::map<LandmarkId, Landma
   trajectory_.Restore(later);
 }
 
+void Tracker::Scale(double factor) {
+  if (motion_) motion_->cam_from_before.translation *= factor;
+  if (last_) last_->cam_from_reference.translation *= factor;
+  if (prior_) prior_->translation *= factor;
+  EndBackfill();
+  object_trails_ = {};
+  for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= factor;
+  for (Undetected& undetected : undetected_)
+    undetected.tracked.cam_from_reference.translation *= factor;
+  for (ObjectSighting& sighting : sightings_)
+    sighting.observation.cam_from_reference.translation *= factor;
+  trajectory_.Scale(factor);
+}
+
 }  // namespace oaslam

@@ -90,6 +90,10 @@ void Trajectory::Restore(const LaterPoses& later) {
     later.Restore(pose.frame_index, pose.reference, pose.cam_from_reference);
 }
 
+void Trajectory::Scale(double factor) {
+  for (FramePose& pose : poses_) pose.cam_from_reference.translation *= factor;
+}
+
 const FramePose* Trajectory::PoseOf(int frame_index) const {
   const auto place = std::ranges::lower_bound(poses_, frame_index, {}, &FramePose::frame_index);
   return place != poses_.end() && place->frame_index == frame_index ? &*place : nullptr;

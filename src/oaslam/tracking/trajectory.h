@@ -28,6 +28,8 @@ class Trajectory {
   void Adopt(const std::vector<FramePose>& poses, double scale);
   // Makes the poses of frames after a loop that was undone those in the restored map.
   void Restore(const LaterPoses& later);
+  // Multiplies all lengths, as those of the map were.
+  void Scale(double factor);
   // Returns null where the frame has no pose.
   const FramePose* PoseOf(int frame_index) const;
   void Clear();

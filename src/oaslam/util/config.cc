@@ -13,11 +13,11 @@ std::vector<std::string> SlamConfig::Validate() const {
   std::vector<std::string> problems;
   const auto check = [&]<typename Value, typename... Bound>(const char* name, const Value& value,
                                                             const Bound&... bound) {
-    if constexpr (std::is_same_v<Value, std::string>) {
-      const std::vector<std::string>& allowed = std::get<0>(std::tie(bound...));
-      if (std::ranges::find(allowed, value) == allowed.end())
-        problems.push_back(
-            fmt::format("{}: {}, allowed: {}", name, value, fmt::join(allowed, " | ")));
+    if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, bool>) {
+      const std::vector<std::string>& words = std::get<0>(std::tie(bound...));
+      if (static_cast<size_t>(value) >= words.size())
+        problems.push_back(fmt::format("{}: {}, allowed: {}", name, static_cast<size_t>(value),
+                                       fmt::join(words, " | ")));
     } else {
       const auto [min, max] = std::tie(bound...);
       if (!(value >= min && value <= max))

@@ -1,6 +1,8 @@
 #include "oaslam/util/log.h"
 
-#include <memory>
+#include <fmt/format.h>
+
+#include <cstdio>
 #include <mutex>
 
 namespace oaslam {
@@ -10,7 +12,9 @@ namespace {
 // queue's.
 std::mutex sink_mutex;
 LogSink& Sink() {
-  static LogSink sink;
+  static LogSink sink = [](LogLevel level, const std::string& message) {
+    if (level == LogLevel::kWarning) fmt::print(stderr, "oaslam: warning: {}\n", message);
+  };
   return sink;
 }
 

@@ -1,4 +1,5 @@
 #include "oaslam/camera.h"
+#include "oaslam/config.h"
 #include "oaslam/error.h"
 #include "oaslam/types.h"
 
@@ -18,6 +19,18 @@ const char* ToString(TrackingState state) {
       break;
   }
   return "lost";
+}
+
+const char* ToString(RunnerMode mode) {
+  switch (mode) {
+    case RunnerMode::kSequential:
+      return "sequential";
+    case RunnerMode::kLive:
+      return "live";
+    case RunnerMode::kLockstep:
+      break;
+  }
+  return "lockstep";
 }
 
 const char* ToString(LensModel model) {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/message.h"
 

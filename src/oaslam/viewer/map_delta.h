@@ -1,6 +1,6 @@
 #pragma once
 
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 #include "oaslam/map/map.h"
 #include "oaslam/viewer/message.h"
 

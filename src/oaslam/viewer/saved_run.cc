@@ -12,7 +12,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/formats/trajectory_file.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/formats/class_names.h"
+#include "oaslam/class_names.h"
 #include "oaslam/viewer/crops.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/landmark_colors.h"

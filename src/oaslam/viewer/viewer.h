@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/class_names.h"
 #include "oaslam/content/model_library.h"
-#include "oaslam/formats/class_names.h"
-#include "oaslam/formats/trajectory_file.h"
 #include "oaslam/net/http_server.h"
+#include "oaslam/trajectory_file.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/scene.h"
 #include "oaslam/viewer/viewer_command.h"

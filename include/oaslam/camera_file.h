@@ -4,6 +4,7 @@
 #include <string>
 
 #include "oaslam/camera.h"
+#include "oaslam/export.h"
 
 namespace oaslam {
 
@@ -12,13 +13,13 @@ namespace oaslam {
 // ORB-SLAM2/3 YAML, COLMAP cameras.txt, Kalibr camchain. `image_size`: the size of the images it is
 // for; {0, 0} if there are none (then fov: is refused). A file without a size gets this one. Throws
 // InputError naming path, key, value and bound, also when the file's size differs from image_size.
-Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
+OASLAM_API Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
 
 // Throws InputError, which begins with `where`, for a camera that cannot be.
-void CheckCalibration(const Camera& camera, const std::string& where);
+OASLAM_API void CheckCalibration(const Camera& camera, const std::string& where);
 
 // Writes a calibration as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment
 // at its top.
-std::string CameraText(const Camera& camera, const std::string& note);
+OASLAM_API std::string CameraText(const Camera& camera, const std::string& note);
 
 }  // namespace oaslam

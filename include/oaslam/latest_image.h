@@ -7,13 +7,14 @@
 #include <mutex>
 #include <thread>
 
-#include "oaslam/images/image_source.h"
+#include "oaslam/export.h"
+#include "oaslam/image_source.h"
 
 namespace oaslam {
 
 // Reads a live source on a thread of its own and returns its newest image: a caller that is slower
 // than the camera misses images, but never gets an old one.
-class LatestImageSource : public ImageSource {
+class OASLAM_API LatestImageSource : public ImageSource {
  public:
   explicit LatestImageSource(std::unique_ptr<ImageSource> source);
   // Stops the source, and waits until the present read ends.

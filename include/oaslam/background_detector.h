@@ -9,13 +9,14 @@
 #include <thread>
 #include <vector>
 
+#include "oaslam/export.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
 
 // Runs a detector on a thread of its own, at its own speed: whenever it is free it takes the newest
 // image offered. Nothing waits for it.
-class BackgroundDetector {
+class OASLAM_API BackgroundDetector {
  public:
   using Detect = std::function<std::vector<Detection>(const cv::Mat&)>;
   struct Result {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "oaslam/export.h"
 #include "oaslam/types.h"
 
 namespace oaslam {
@@ -15,7 +15,7 @@ struct ImageDetections {
 };
 
 // Detections of many images, found by base name: with extension first, then without.
-class DetectionTable {
+class OASLAM_API DetectionTable {
  public:
   explicit DetectionTable(std::vector<ImageDetections> images);
   DetectionTable() = default;
@@ -30,13 +30,9 @@ class DetectionTable {
 
 // Reads OA-SLAM's JSON or COCO results (docs/formats.md). Throws InputError: malformed JSON, or an
 // entry with a NaN, inverted or absurd box, named by file name and index.
-DetectionTable LoadDetections(const std::string& path);
-
-// The detections of one image, a list as in OA-SLAM's JSON. `where`: what the list is, for
-// messages. Throws InputError.
-std::vector<Detection> DetectionsFromJson(const nlohmann::json& list, const std::string& where);
+OASLAM_API DetectionTable LoadDetections(const std::string& path);
 
 // Writes OA-SLAM's JSON.
-void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images);
+OASLAM_API void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images);
 
 }  // namespace oaslam

@@ -5,13 +5,14 @@
 #include <string>
 
 #include "oaslam/class_relations.h"
+#include "oaslam/export.h"
 
 namespace oaslam {
 
 // category_id -> name.
 using ClassNames = std::map<int, std::string>;
 
-const ClassNames& CocoClassNames();  // the 80 of COCO, ids 0..79
+OASLAM_API const ClassNames& CocoClassNames();  // the 80 of COCO, ids 0..79
 
 struct Classes {
   ClassNames names;
@@ -19,11 +20,11 @@ struct Classes {
 };
 // Loads a class file (docs/formats.md): YAML with names, parts and movable, or a text file with a
 // name in each line. Throws InputError.
-Classes LoadClasses(const std::string& path);
+OASLAM_API Classes LoadClasses(const std::string& path);
 
 // A category that is a part of itself, directly or through others; nothing if there is none.
-std::optional<int> PartOfItself(const std::map<int, int>& whole_of);
+OASLAM_API std::optional<int> PartOfItself(const std::map<int, int>& whole_of);
 // The name, or "class 41".
-std::string NameOf(const ClassNames& names, int category_id);
+OASLAM_API std::string NameOf(const ClassNames& names, int category_id);
 
 }  // namespace oaslam

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/export.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -14,15 +15,15 @@ struct StampedPose {
 
 // TUM format: "timestamp tx ty tz qx qy qz qw" in each line, camera to world; '#' starts a comment.
 // Sorted by time on return. Throws InputError naming path and line.
-std::vector<StampedPose> LoadTrajectory(const std::string& path);
-void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);
+OASLAM_API std::vector<StampedPose> LoadTrajectory(const std::string& path);
+OASLAM_API void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);
 
 // A candidates.txt line: TUM columns and a score.
 struct ScoredPose {
   StampedPose pose;
   double score = 0;
 };
-void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& poses);
-std::vector<ScoredPose> LoadScoredPoses(const std::string& path);
+OASLAM_API void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& poses);
+OASLAM_API std::vector<ScoredPose> LoadScoredPoses(const std::string& path);
 
 }  // namespace oaslam

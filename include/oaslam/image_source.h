@@ -7,9 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "oaslam/images/image_files.h"
+#include "oaslam/export.h"
 
 namespace oaslam {
+
+// How an image file is read. Calibrations and boxes usually refer to the stored pixels.
+enum class Orientation {
+  kStored,   // the pixels as stored in the file
+  kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
+};
 
 struct InputImage {
   int index = 0;         // in the whole source, 0-based
@@ -40,7 +46,7 @@ struct ImageSourceOptions {
 };
 
 // A sequence of images, read one at a time.
-class ImageSource {
+class OASLAM_API ImageSource {
  public:
   virtual ~ImageSource() = default;
   // The next image, nothing at the end. An unreadable image is returned empty with its name; the
@@ -57,8 +63,8 @@ class ImageSource {
 // of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow only a
 // folder of images is allowed, which may still be empty. Throws InputError where the source does
 // not exist, a list is empty, or a line has neither form.
-std::unique_ptr<ImageSource> OpenImages(const std::string& source,
-                                        const ImageSourceOptions& options);
+OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
+                                                   const ImageSourceOptions& options);
 
 // An image of a source that is not read yet.
 struct ListedImage {
@@ -68,7 +74,7 @@ struct ListedImage {
 
 // The images of a TUM folder, a list file or a folder in [from, to); nothing for a video or a
 // camera. Throws as OpenImages.
-std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
-                                                   const ImageSourceOptions& options);
+OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
+                                                              const ImageSourceOptions& options);
 
 }  // namespace oaslam

@@ -1,0 +1,77 @@
+// Places content in the middle of an image, and draws where it is in a later one:
+//   ar_anchors SOURCE CAMERA PICTURE [FRAMES]
+// SOURCE: a video or a folder of images. CAMERA: a calibration or fov:DEGREES.
+#include <cstdio>
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "oaslam/oaslam.h"
+
+namespace {
+
+// Pixel of a point, for a camera without distortion; what is behind it is nowhere.
+std::optional<cv::Point> Project(const oaslam::Camera& camera, const oaslam::Rigid3& world_from_cam,
+                                 const Eigen::Vector3d& point) {
+  const Eigen::Vector3d p = world_from_cam.Inverse() * point;
+  if (p.z() <= 0) return std::nullopt;
+  return cv::Point(cvRound(camera.fx * p.x() / p.z() + camera.cx),
+                   cvRound(camera.fy * p.y() / p.z() + camera.cy));
+}
+
+void Draw(const oaslam::AnchorPose& anchor, const oaslam::Camera& camera,
+          const oaslam::Rigid3& world_from_cam, cv::Mat& picture) {
+  const auto at = [&](const Eigen::Vector3d& in_anchor) {
+    return Project(camera, world_from_cam, anchor.world_from_anchor * (anchor.size * in_anchor));
+  };
+  const auto origin = at(Eigen::Vector3d::Zero());
+  const cv::Scalar colors[] = {{60, 60, 230}, {60, 200, 60}, {230, 120, 40}};  // x, y (up), z
+  for (int axis = 0; axis < 3; ++axis)
+    if (const auto end = at(Eigen::Vector3d::Unit(axis)); origin && end)
+      cv::arrowedLine(picture, *origin, *end, colors[axis], 3, cv::LINE_AA);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 4)
+    return std::fprintf(stderr, "usage: ar_anchors SOURCE CAMERA PICTURE [FRAMES]\n"), 2;
+  try {
+    const auto images = oaslam::OpenImages(argv[1], {.color = true});
+    const int frames = argc > 4 ? std::atoi(argv[4]) : 1 << 30;
+    std::optional<oaslam::Slam> slam;
+    oaslam::Camera camera;
+    cv::Mat picture;
+    for (int i = 0; i < frames; ++i) {
+      const std::optional<oaslam::InputImage> image = images->Next();
+      if (!image) break;
+      if (image->image.empty()) continue;
+      if (!slam) {
+        camera = oaslam::LoadCamera(argv[2], image->image.size());
+        slam.emplace(oaslam::SlamConfig{}, camera);
+      }
+      const oaslam::TrackingResult result =
+          slam->Process({.image = image->image, .timestamp = image->timestamp});
+      if (result.state != oaslam::TrackingState::kTracking) continue;
+      const oaslam::Rigid3& pose = *result.world_from_cam;
+      if (slam->Anchors().empty()) {  // where the ray of the image's middle meets the map
+        const oaslam::AnchorReport placed =
+            slam->PlaceAnchor({.name = "here",
+                               .model = "axes",
+                               .origin = pose.translation,
+                               .direction = pose.rotation * Eigen::Vector3d::UnitZ()});
+        if (placed.name.empty()) std::fprintf(stderr, "not yet: %s\n", placed.why_not.c_str());
+      }
+      picture = image->image.clone();
+      for (const oaslam::AnchorPose& anchor : slam->Anchors()) {
+        Draw(anchor, camera, pose, picture);
+        if (const auto at = Project(camera, pose, anchor.world_from_anchor.translation))
+          std::printf("%d %d %d\n", result.frame, at->x, at->y);
+      }
+    }
+    if (picture.empty()) return std::fprintf(stderr, "ar_anchors: nothing was tracked\n"), 1;
+    cv::imwrite(argv[3], picture);
+  } catch (const oaslam::InputError& error) {
+    return std::fprintf(stderr, "ar_anchors: %s\n", error.what()), 1;
+  }
+}

@@ -1,0 +1,81 @@
+// A camera that does not wait: live_camera SOURCE CAMERA PICTURE [SECONDS]
+// SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or
+// fov:DEGREES. Tracking and mapping, a detector, and a display run side by side; the display gets
+// the newest state without a lock, and writes what it has shown last to PICTURE.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+#include "oaslam/oaslam.h"
+
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+// Prints a line for each state that is new when the one before is printed.
+void Show(const oaslam::SlamStates& states, const std::stop_token& stop) {
+  std::shared_ptr<const oaslam::SlamState> shown;
+  while (!stop.stop_requested()) {
+    const auto state = states.WaitForNext(shown, std::chrono::milliseconds(100));
+    if (!state) continue;
+    shown = state;
+    std::printf("%d %s: %zu keyframes, %zu landmarks, %zu objects\n", state->result.frame,
+                oaslam::ToString(state->result.state), state->map.keyframe_count(),
+                state->map.landmark_count(), state->map.Objects().size());
+  }
+}
+
+cv::Mat Picture(const cv::Mat& image, const std::vector<oaslam::TrackedPoint>& points) {
+  cv::Mat picture;
+  if (image.channels() == 1)
+    cv::cvtColor(image, picture, cv::COLOR_GRAY2BGR);
+  else
+    picture = image.clone();
+  for (const oaslam::TrackedPoint& point : points)
+    if (point.landmark)
+      cv::circle(picture, cv::Point(cvRound(point.pixel.x()), cvRound(point.pixel.y())), 3,
+                 {60, 220, 60}, 1, cv::LINE_AA);
+  return picture;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 4)
+    return std::fprintf(stderr, "usage: live_camera SOURCE CAMERA PICTURE [SECONDS]\n"), 2;
+  try {
+    // For a camera, LatestImageSource would drop images that come while one is tracked.
+    const auto images = oaslam::OpenImages(argv[1], {.color_if_free = true});
+    std::optional<oaslam::InputImage> image = images->Next();
+    if (!image) return std::fprintf(stderr, "live_camera: no image\n"), 1;
+    oaslam::SlamConfig config;
+    config.runner.mode = oaslam::RunnerMode::kLive;
+    oaslam::Slam slam(config, oaslam::LoadCamera(argv[2], image->image.size()));
+    const auto detector = oaslam::Detector::Load("default");
+    oaslam::BackgroundDetector boxes([&](const cv::Mat& i) { return detector->Detect(i); });
+    const std::jthread display(
+        [states = slam.States()](const std::stop_token& stop) { Show(states, stop); });
+
+    const auto start = Clock::now();
+    const double begin = image->timestamp, seconds = argc > 4 ? std::atof(argv[4]) : 1e9;
+    cv::Mat picture;
+    for (; image && image->timestamp - begin < seconds; image = images->Next()) {
+      const auto due = start + std::chrono::duration<double>(image->timestamp - begin);
+      std::this_thread::sleep_until(std::chrono::time_point_cast<Clock::duration>(due));
+      const oaslam::TrackingResult result = slam.Process(
+          {.image = image->image, .timestamp = image->timestamp, .detections_follow = true});
+      boxes.Offer(result.frame, image->image);
+      for (const auto& late : boxes.Take()) slam.AddDetections(late.frame, late.detections);
+      if (result.world_from_cam) picture = Picture(image->image, slam.TrackedPoints());
+    }
+    slam.Finish();
+    if (picture.empty()) return std::fprintf(stderr, "live_camera: nothing was tracked\n"), 1;
+    cv::imwrite(argv[3], picture);
+    std::printf("%zu keyframes in the end\n", slam.Snapshot().keyframe_count());
+  } catch (const oaslam::InputError& error) {
+    return std::fprintf(stderr, "live_camera: %s\n", error.what()), 1;
+  }
+}

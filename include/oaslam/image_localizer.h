@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "oaslam/camera.h"
+#include "oaslam/config.h"
+#include "oaslam/export.h"
+#include "oaslam/image_input.h"
+#include "oaslam/map_snapshot.h"
+#include "oaslam/relocalization_result.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// Finds single images in a saved map, each by itself, as Slam::Relocalize does. All functions may
+// be called by any number of threads at once: an image takes one thread, some 10 ms, and shares the
+// map with the others. Copies share it, too.
+class OASLAM_API ImageLocalizer {
+ public:
+  // Loads a map file. `piece`: as for Slam::Load. Throws InputError.
+  explicit ImageLocalizer(const std::string& map_path, const SlamConfig& config = {},
+                          int piece = 0);
+  ~ImageLocalizer();
+  ImageLocalizer(const ImageLocalizer&);
+  ImageLocalizer& operator=(const ImageLocalizer&);
+
+  // `camera`: that of the image. Without an image, the detections alone are used. `prior`: where
+  // the camera is thought to be, world_from_cam; looked at first, and never trusted. The time stamp
+  // is not used. Throws InputError.
+  RelocalizationResult Localize(const ImageInput& input, const Camera& camera,
+                                RelocalizationMode mode,
+                                const std::optional<Rigid3>& prior = std::nullopt) const;
+  // For an image whose camera is not known: Slam::RelocalizeWithUnknownCamera.
+  RelocalizationResult LocalizeWithUnknownCamera(const ImageInput& input,
+                                                 RelocalizationMode mode) const;
+
+  MapSnapshot Snapshot() const;
+
+ private:
+  class Impl;
+  std::shared_ptr<const Impl> impl_;
+};
+
+}  // namespace oaslam

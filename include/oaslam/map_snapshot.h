@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/anchors.h"
+#include "oaslam/camera.h"
+#include "oaslam/export.h"
+#include "oaslam/rigid3.h"
+#include "oaslam/types.h"
+
+namespace oaslam {
+
+// The map at one moment, as data. It is a handle: copies share one map, which never changes, so
+// that a snapshot costs next to nothing, may be kept as long as one likes, and may be read by any
+// threads at once. The functions below copy what they return. Ids ascend in the order in which
+// things were made, and are never used again in the same map. Lengths are in map units.
+class OASLAM_API MapSnapshot {
+ public:
+  struct Keyframe {
+    uint32_t id = 0;
+    int frame = 0;         // its image, counted from 0 since the map was begun
+    double timestamp = 0;  // seconds
+    int camera = 0;        // index into Cameras()
+    Rigid3 world_from_cam;
+  };
+  struct Landmark {
+    uint32_t id = 0;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
+    int observations = 0;                                // number of keyframes that see it
+  };
+  // A landmark seen in a keyframe.
+  struct Observation {
+    uint32_t keyframe = 0, landmark = 0;
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as the camera gave it
+    double sigma_px = 1;                              // standard deviation of that place
+  };
+  struct Object {
+    uint32_t id = 0;
+    int category_id = 0;
+    std::string name;     // given by a person, else that of its class
+    Ellipsoid ellipsoid;  // world
+    // Of centre (world), logarithms of the half axes, and rotation about the vertical (rad).
+    Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
+    int observations = 0;
+    bool has_moved = false;  // since the map was made or loaded
+  };
+
+  // An empty map.
+  MapSnapshot();
+
+  size_t keyframe_count() const;
+  size_t landmark_count() const;
+
+  // In the order of ids.
+  std::vector<Keyframe> Keyframes() const;
+  std::vector<Landmark> Landmarks() const;
+  // The objects of the map; those that are still being examined are not among them.
+  std::vector<Object> Objects() const;
+  // Empty for an id that is not in the map.
+  std::vector<Observation> ObservationsInKeyframe(uint32_t keyframe) const;
+  std::vector<Observation> ObservationsOfLandmark(uint32_t landmark) const;
+  std::vector<AnchorPose> Anchors() const;
+  const std::vector<Camera>& Cameras() const;
+
+  // World direction against gravity; nothing while it is unknown.
+  std::optional<Eigen::Vector3d> up() const;
+  // Whether the unit is the metre; else it is arbitrary.
+  bool is_metric() const;
+  // Ascends with every change of the map.
+  uint64_t version() const;
+
+ private:
+  friend class SnapshotMaker;
+  struct Content;
+  explicit MapSnapshot(std::shared_ptr<const Content> content);
+  std::shared_ptr<const Content> content_;
+};
+
+}  // namespace oaslam

@@ -1,0 +1,225 @@
+// What the public interface gives to an application besides poses: the map as data, the newest
+// state for other threads, single images found by many threads, metres.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <future>
+#include <thread>
+
+#include "desk_clip.h"
+#include "expect_input_error.h"
+#include "oaslam/oaslam.h"
+
+namespace oaslam {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+// Pixels between where a point is seen and where it is expected, for a camera without distortion.
+double Error(const Camera& camera, const Rigid3& world_from_cam, const Eigen::Vector3d& position,
+             const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d p = world_from_cam.Inverse() * position;
+  return (Eigen::Vector2d(camera.fx * p.x() / p.z() + camera.cx,
+                          camera.fy * p.y() / p.z() + camera.cy) -
+          pixel)
+      .norm();
+}
+
+double Median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values.at(values.size() / 2);
+}
+
+TEST_F(SlamWithMap, GivesTheMapAndWhatIsTrackedAsData) {
+  Slam slam = MakeSlam();
+  EXPECT_THAT(slam.TrackedPoints(), IsEmpty());
+  EXPECT_EQ(MapSnapshot().keyframe_count() + slam.Snapshot().landmark_count(), 0U);
+  slam.Load(Path());
+  TrackingResult tracked;
+  for (size_t i = 30; i < 33; ++i) tracked = slam.Process(WithDetections(i));
+  ASSERT_EQ(tracked.state, TrackingState::kTracking);
+
+  const std::vector<TrackedPoint> points = slam.TrackedPoints();
+  EXPECT_THAT(points, SizeIs(static_cast<size_t>(tracked.keypoints)));
+  std::vector<double> errors;
+  for (const TrackedPoint& point : points)
+    if (point.landmark)
+      errors.push_back(Error(clip().camera, *tracked.world_from_cam, point.position, point.pixel) /
+                       point.sigma_px);
+  EXPECT_EQ(static_cast<int>(errors.size()), tracked.inliers);
+  EXPECT_LT(Median(errors), 2);
+
+  const MapSnapshot map = slam.Snapshot();
+  EXPECT_EQ(map.Cameras().front(), clip().camera);
+  const auto keyframes = map.Keyframes();
+  ASSERT_EQ(keyframes.size(), map.keyframe_count());
+  const auto landmarks = map.Landmarks();
+  ASSERT_EQ(landmarks.size(), map.landmark_count());
+  errors.clear();
+  for (const MapSnapshot::Observation& o : map.ObservationsInKeyframe(keyframes.back().id)) {
+    const auto landmark =
+        std::ranges::lower_bound(landmarks, o.landmark, {}, &MapSnapshot::Landmark::id);
+    ASSERT_EQ(landmark->id, o.landmark);
+    errors.push_back(
+        Error(clip().camera, keyframes.back().world_from_cam, landmark->position, o.pixel) /
+        o.sigma_px);
+    const auto seen_in = map.ObservationsOfLandmark(o.landmark);
+    EXPECT_THAT(seen_in, SizeIs(static_cast<size_t>(landmark->observations)));
+    EXPECT_EQ(std::ranges::count(seen_in, o.keyframe, &MapSnapshot::Observation::keyframe), 1);
+  }
+  EXPECT_LT(Median(errors), 2);
+  EXPECT_THAT(map.ObservationsInKeyframe(1 << 30), IsEmpty());
+  EXPECT_THAT(map.ObservationsOfLandmark(1 << 30), IsEmpty());
+  ASSERT_FALSE(map.Objects().empty());
+  for (const MapSnapshot::Object& object : map.Objects()) {
+    EXPECT_EQ(object.name, fmt::format("class {}", object.category_id));  // its names are others
+    EXPECT_GT(object.covariance.diagonal().minCoeff(), 0);
+  }
+  EXPECT_FALSE(map.is_metric());
+  // A snapshot is of its moment.
+  slam.Reset();
+  EXPECT_THAT(map.Keyframes(), SizeIs(keyframes.size()));
+}
+
+TEST_F(SlamWithMap, GoesOnInMetres) {
+  constexpr double kMetres = 2.5;
+  Slam plain = MakeSlam(), metric = MakeSlam();
+  for (size_t i = 0; i < 70; ++i)
+    for (Slam* slam : {&plain, &metric}) slam->Process(WithDetections(i));
+  const auto before = metric.Trajectory();
+  for (const double wrong : {0.0, -1.0, std::nan(""), double{INFINITY}})
+    EXPECT_THAT(InputErrorOf([&] { metric.SetMetresPerUnit(wrong); }), HasSubstr("above 0"));
+  metric.SetMetresPerUnit(kMetres);
+  EXPECT_TRUE(metric.Snapshot().is_metric());
+  const auto after = metric.Trajectory();
+  ASSERT_EQ(after.size(), before.size());
+  const double length =
+      (before.back().world_from_cam.translation - before.front().world_from_cam.translation).norm();
+  EXPECT_NEAR(
+      (after.back().world_from_cam.translation - after.front().world_from_cam.translation).norm(),
+      kMetres * length, 0.02 * kMetres * length);
+  for (size_t i = 70; i < 110; ++i) {
+    const TrackingResult expected = plain.Process(WithDetections(i)),
+                         result = metric.Process(WithDetections(i));
+    ASSERT_EQ(result.state, TrackingState::kTracking) << i;
+    EXPECT_LT((result.world_from_cam->translation - kMetres * expected.world_from_cam->translation)
+                  .norm(),
+              0.03 * kMetres * expected.depth)
+        << i;
+  }
+  metric.Finish();
+  EXPECT_NEAR(metric.Snapshot().Objects().front().ellipsoid.half_axes.norm(),
+              kMetres * plain.Snapshot().Objects().front().ellipsoid.half_axes.norm(),
+              0.3 * kMetres);
+  metric.Save(Path("metric.map"));
+  Slam again = MakeSlam();
+  again.Load(Path("metric.map"));
+  EXPECT_TRUE(again.Snapshot().is_metric());
+}
+
+TEST_F(SlamWithMap, ImagesAreFoundByManyThreadsAndNearAPriorPose) {
+  const auto mode = RelocalizationMode::kPointsAndObjects;
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  const RelocalizationResult expected = slam.Relocalize(WithDetections(30), mode);
+  ASSERT_TRUE(expected.world_from_cam);
+  EXPECT_EQ(expected.candidates_are_by, PoseEvidence::kPoints);
+  const ImageLocalizer localizer(Path());
+  EXPECT_EQ(localizer.Snapshot().landmark_count(), slam.Snapshot().landmark_count());
+  std::vector<std::future<RelocalizationResult>> answers;
+  for (int i = 0; i < 4; ++i)
+    answers.push_back(std::async(std::launch::async, [localizer, mode] {
+      return localizer.Localize(WithDetections(30), clip().camera, mode);
+    }));
+  for (auto& answer : answers)
+    EXPECT_EQ(answer.get().world_from_cam->translation, expected.world_from_cam->translation);
+  EXPECT_THAT(InputErrorOf([&] { ImageLocalizer(Path("nothing.map")); }), HasSubstr("nothing.map"));
+
+  // About a prior pose one place is looked at; a wrong one costs nothing but time.
+  Rigid3 prior = *expected.world_from_cam;
+  prior.translation += Eigen::Vector3d(0.02, 0, 0);
+  const RelocalizationResult near = slam.Relocalize(WithoutDetections(30), mode, prior);
+  ASSERT_TRUE(near.world_from_cam);
+  EXPECT_THAT(near.candidates, SizeIs(1));
+  EXPECT_LT((near.world_from_cam->translation - expected.world_from_cam->translation).norm(), 0.02);
+  prior.translation += Eigen::Vector3d(50, 0, 0);
+  EXPECT_EQ(slam.Relocalize(WithDetections(30), mode, prior).world_from_cam->translation,
+            expected.world_from_cam->translation);
+  prior.translation.x() = std::nan("");
+  EXPECT_THAT(InputErrorOf([&] { slam.Relocalize(WithDetections(30), mode, prior); }),
+              HasSubstr("pose"));
+  slam.ForceRelocalization(expected.world_from_cam);
+  EXPECT_EQ(slam.Process(WithoutDetections(31)).state, TrackingState::kRelocalized);
+}
+
+TEST_F(SlamWithMap, OtherThreadsGetTheNewestState) {
+  std::vector<int> frames;
+  SlamStates states = MakeSlam().States();
+  EXPECT_EQ(states.WaitForNext(nullptr, std::chrono::hours(1)), nullptr);  // its Slam has gone
+  std::jthread reader;
+  {
+    Slam slam = MakeSlam();
+    states = slam.States();
+    EXPECT_EQ(states.Newest(), nullptr);
+    EXPECT_EQ(states.WaitForNext(nullptr, std::chrono::milliseconds(1)), nullptr);
+    reader = std::jthread([states, &frames] {
+      std::shared_ptr<const SlamState> last;
+      while ((last = states.WaitForNext(last, std::chrono::hours(1))))
+        frames.push_back(last->result.frame);
+    });
+    for (size_t i = 0; i < 20; ++i) slam.Process(WithDetections(i));
+    ASSERT_TRUE(states.Newest());
+    EXPECT_EQ(states.Newest()->result.frame, 19);
+    // Also in another map.
+    slam.Load(Path());
+    slam.Process(WithDetections(30));
+    EXPECT_EQ(states.Newest()->result.state, TrackingState::kRelocalized);
+    EXPECT_EQ(states.Newest()->map.keyframe_count(), slam.Snapshot().keyframe_count());
+    slam.Reset();
+    slam.Process(WithDetections(31));
+    EXPECT_EQ(states.Newest()->map.keyframe_count(), 0U);
+  }
+  reader.join();
+  EXPECT_FALSE(frames.empty());
+  EXPECT_TRUE(states.Newest());
+}
+
+// The cells of the table in slam.h that slam_test.cc does not look at: orders of calls.
+TEST_F(SlamWithMap, ResetLoadAndSetMappingInAnyOrder) {
+  Slam slam = MakeSlam();
+  slam.SetMapping(false);
+  slam.Reset();
+  slam.Load(Path());
+  const MapSnapshot loaded = slam.Snapshot();
+  for (size_t i = 20; i < 60; ++i) slam.Process(WithDetections(i));
+  ExpectSameMap(slam.Snapshot(), loaded);  // mapping is off, by the first call
+  // SetMapping keeps the map, the trajectory, and the camera's pose; frame numbers and times go on.
+  ASSERT_FALSE(slam.PlaceAnchor({.name = "flag", .model = "flag", .pose = Rigid3()}).name.empty());
+  const size_t poses = slam.Trajectory().size();
+  slam.SetMapping(true);
+  ExpectSameMap(slam.Snapshot(), loaded);
+  EXPECT_THAT(slam.Anchors(), SizeIs(1));
+  EXPECT_EQ(slam.Trajectory().size(), poses);
+  EXPECT_THAT(InputErrorOf([&] { slam.Process(WithDetections(59)); }), HasSubstr("time stamp"));
+  const TrackingResult next = slam.Process(WithDetections(60));
+  EXPECT_EQ(next.frame, 40);
+  EXPECT_EQ(next.state, TrackingState::kTracking);
+  // Load after mapping: the file again, without the anchor, and still with mapping.
+  slam.Load(Path());
+  ExpectSameMap(slam.Snapshot(), loaded);
+  EXPECT_THAT(slam.Anchors(), IsEmpty());
+  for (size_t i = 60; i < 120; ++i) slam.Process(WithDetections(i));
+  slam.Finish();
+  EXPECT_NE(PlacesOf(slam.Snapshot()), PlacesOf(loaded));
+  // Reset after Load: an empty map, which the next images make.
+  slam.Reset();
+  EXPECT_EQ(slam.Process(WithDetections(0)).state, TrackingState::kInitializing);
+  EXPECT_EQ(slam.Snapshot().Objects().size(), 0U);
+}
+
+}  // namespace
+}  // namespace oaslam
