@@ -79,6 +79,7 @@ void Serve(ServeOptions options) {
     }
   }
   server.Close();
+  service->Finish();
   io.restart();
   io.poll();  // lets the connections end
 }

@@ -51,6 +51,7 @@ if [ "${1:-}" = --tests ]; then
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev python3                      # tests and benchmarks
     assimp-utils colmap ffmpeg                                              # readers of what is exported, writer of videos
+    curl                                                                    # requests of docs/service.md
   )
 fi
 

@@ -1,6 +1,5 @@
 """A service of several servers, for tests: PostgreSQL, HAProxy with deploy/haproxy.cfg, `oaslam serve`, and clients that localize
 images all the time. Python's standard library only."""
-import base64
 import glob
 import http.client
 import json
@@ -17,7 +16,9 @@ import threading
 import time
 import urllib.parse
 
+import client_path  # noqa: F401
 import harness
+from oaslam_client.websocket import WebSocket
 
 READ, WRITE = "token-of-a-reader", "token-of-a-writer"
 SOURCE = os.environ["OASLAM_SOURCE_DIR"]
@@ -148,8 +149,8 @@ class Haproxy:
 
 
 class Answer:
-    def __init__(self, status, body):
-        self.status, self.body = status, body
+    def __init__(self, status, body, kind):
+        self.status, self.body, self.type = status, body, kind
 
     def json(self):
         return json.loads(self.body)
@@ -168,7 +169,7 @@ class Client:
         try:
             self.connection.request(method, path, body, {"Authorization": "Bearer " + WRITE, **(headers or {})})
             response = self.connection.getresponse()
-            return Answer(response.status, response.read())
+            return Answer(response.status, response.read(), response.headers["Content-Type"])
         except (OSError, http.client.HTTPException):
             self.connection.close()
             raise
@@ -187,22 +188,13 @@ def once(client, *request):
 
 
 def track(haproxy, name):
-    """Opens a WebSocket that tracks in a map, as a browser would. Returns the socket and the server's first message."""
+    """Opens a WebSocket that tracks in a map, as a browser would. Returns it and the server's first message."""
     context = ssl.create_default_context(cafile=haproxy.certificate)
     connection = context.wrap_socket(socket.create_connection(("127.0.0.1", haproxy.port), timeout=20), server_hostname="localhost")
-    connection.sendall((f"GET /v1/maps/{name}/track HTTP/1.1\r\nHost: localhost:{haproxy.port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                        f"Origin: https://localhost:{haproxy.port}\r\nSec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}\r\n"
-                        f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: oaslam, oaslam.token.{READ}\r\n\r\n").encode())
-    stream = connection.makefile("rb")
-    assert b" 101 " in stream.readline()
-    while stream.readline().strip():
-        pass
-    length = stream.read(2)[1] & 127
-    if length == 126:
-        length = int.from_bytes(stream.read(2), "big")
-    elif length == 127:
-        length = int.from_bytes(stream.read(8), "big")
-    return connection, json.loads(stream.read(length))
+    host = f"localhost:{haproxy.port}"
+    stream = WebSocket(connection, host, f"/v1/maps/{name}/track",
+                       {"Origin": f"https://{host}", "Sec-WebSocket-Protocol": f"oaslam, oaslam.token.{READ}"})
+    return stream, json.loads(stream.receive())
 
 
 def camera_of(clip):
@@ -306,7 +298,8 @@ class Cluster:
 
     def put(self, name, path):
         answer = once(self.haproxy.client(), "PUT", f"/v1/maps/{name}", harness.read_bytes(path), {"Content-Type": "application/octet-stream"})
-        assert answer.status in (200, 201, 204), (answer.status, answer.body[:500])
+        assert answer.status in (200, 201), (answer.status, answer.body[:500])
+        return answer.json()["digest"]
 
 
 def make_maps(folder):
@@ -336,10 +329,9 @@ def kill_a_server(cluster, load, answers):
 def replace_the_map(cluster, load, maps, times, answers):
     """Replaces the map under load, again and again, until the answers are of the new one each time."""
     for number in range(1, times + 1):
-        cluster.put(load.name, maps[number % 2])
-        digest = once(cluster.haproxy.client(), "GET", f"/v1/maps/{load.name}").json()["digest"]
+        digest = cluster.put(load.name, maps[number % 2])
         load.wait_for(answers)
-        wait_until(lambda: {a["digest"] for *_, a, problem in load.answers[-8:] if not problem} == {digest}, 3, "answers are of the new map alone")
+        wait_until(lambda: {a["digest"] for *_, a, problem in load.answers[-8:] if not problem} == {digest}, 60, "answers are of the new map alone")
 
 
 def place(server, name, anchor):
@@ -357,7 +349,7 @@ def break_the_database(cluster, load, seconds):
     """Stops the database for a while under load. Returns the longest time that an edit took to be refused meanwhile."""
     a, b = cluster.servers
     assert place(a, load.name, "before") == 201
-    wait_until(lambda: "before" in anchors_of(b, load.name), 1, "an anchor placed on one server is on the other")
+    wait_until(lambda: "before" in anchors_of(b, load.name), 30, "an anchor placed on one server is on the other")
     cluster.postgres.stop()
     end, slowest = time.monotonic() + seconds, 0
     while time.monotonic() < end:
@@ -366,6 +358,6 @@ def break_the_database(cluster, load, seconds):
         slowest = max(slowest, time.monotonic() - start)
         time.sleep(0.2)
     cluster.postgres.start()
-    wait_until(lambda: place(a, load.name, "after") == 201, 5, "anchors can be placed again")
-    wait_until(lambda: "after" in anchors_of(b, load.name), 3, "an anchor placed on one server is on the other again")
+    wait_until(lambda: place(a, load.name, "after") == 201, 30, "anchors can be placed again")
+    wait_until(lambda: "after" in anchors_of(b, load.name), 30, "an anchor placed on one server is on the other again")
     return slowest

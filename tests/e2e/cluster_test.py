@@ -56,7 +56,7 @@ class OfTwoServers(harness.InFolder):
     def test_the_database_is_gone_for_a_while(self):
         with self.load() as load:
             slowest = cluster.break_the_database(self.cluster, load, 3)
-        self.assertLess(slowest, 2)
+        self.assertLess(slowest, 20)  # what needs the database is refused, and does not hang
         self.assertEqual(load.failures(), [])
         self.assertEqual(load.mixtures(), [])
 

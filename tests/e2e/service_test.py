@@ -21,8 +21,7 @@ from websocket import WebSocket
 class Stream(WebSocket):
     """A camera's connection."""
     def __init__(self, port, path, token):
-        self.path, self.token = path, token
-        super().__init__(port, timeout=60, path=path, fields=f"Sec-WebSocket-Protocol: oaslam, oaslam.token.{token}\r\n")
+        super().__init__(port, timeout=60, path=path, fields={"Sec-WebSocket-Protocol": f"oaslam, oaslam.token.{token}"})
 
     def image(self, bytes_, **header):
         text = json.dumps({"type": "image", **header}).encode()
@@ -32,7 +31,7 @@ class Stream(WebSocket):
     def next(self, *types):
         """The next message of one of these types."""
         while True:
-            message = json.loads(self.receive_text())
+            message = self.receive_json()
             if message["type"] in types:
                 return message
 
@@ -260,7 +259,7 @@ class Service(harness.InFolder):
             try:
                 stream.send_frame(opcode, payload)
                 while True:
-                    stream.receive_text()
+                    stream.receive_json()
             except OSError:
                 stream.close()  # ended by the server
         self.assertEqual(self.ask("GET", "/healthz").status, 200)

@@ -14,6 +14,9 @@ export function decode(buffer) {
   return message;
 }
 
+// What stands behind # is not sent with the page's own request.
+export const tokenOf = (hash) => new URLSearchParams(hash.replace(/^#/, "")).get("token") ?? "";
+
 export class Connection {
   constructor({ onMessage, onState }) {
     this.onMessage = onMessage;
@@ -24,8 +27,7 @@ export class Connection {
 
   open() {
     this.onState("connecting");
-    // What stands behind # is not sent with the page's own request.
-    const token = new URLSearchParams(location.hash.slice(1)).get("token");
+    const token = tokenOf(location.hash);
     const protocols = token ? ["oaslam", `oaslam.token.${token}`] : [];
     this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, protocols);
     this.socket.binaryType = "arraybuffer";

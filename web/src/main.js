@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import { ArView } from "./ar_view.js";
-import { Connection } from "./connection.js";
+import { Connection, tokenOf } from "./connection.js";
 import { Content } from "./content.js";
 import { el } from "./dom.js";
 import { ImageView } from "./image_view.js";
@@ -20,6 +20,8 @@ const imageElement = el("div", { className: "view image" });
 const arElement = el("div", { className: "view image" });
 $("stage").prepend(mapElement, imageElement, arElement);
 const content = new Content(store);
+const token = tokenOf(location.hash);
+if (token) content.loader.setRequestHeader({ Authorization: `Bearer ${token}` });
 const mapView = new MapView(mapElement, store, content);
 const imageView = new ImageView(imageElement, store);
 const arView = new ArView(arElement, store, content, mapView.world.quaternion);

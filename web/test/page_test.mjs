@@ -2,7 +2,7 @@
 // Pictures go to OASLAM_SCREENSHOTS where that is set.
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
-import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -43,14 +43,14 @@ function serve(...args) {
   });
 }
 
-async function open(url, size = { width: 1440, height: 900 }, deviceScaleFactor = 1) {
+async function open(url, size = { width: 1440, height: 900 }, deviceScaleFactor = 1, hash = "") {
   const page = await browser.newPage({ viewport: size, deviceScaleFactor });
   page.setDefaultTimeout(120000); // a busy machine draws slowly
   page.errors = [];
   page.on("pageerror", (error) => page.errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && page.errors.push(message.text()));
   page.on("request", (request) => /^(http|blob|data)/.test(request.url()) && !request.url().startsWith(url) && !/^(blob|data):/.test(request.url()) && page.errors.push(`foreign request ${request.url()}`));
-  await page.goto(url);
+  await page.goto(url + hash);
   return page;
 }
 
@@ -560,8 +560,11 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   const copy = join(folder, "anchored.map");
   copyFileSync(map, copy);
   const anchors = () => spawnSync(BINARY, ["anchors", copy], { encoding: "utf8" }).stdout.split("\n").slice(1, -2);
-  const { url, child } = await serve("view", out, "--map", copy, "--images", `${CLIP}/video.mp4`, "--port", "0");
-  const page = await open(url);
+  // With a token, as over a network: models are fetched with it, too.
+  const tokens = join(folder, "tokens");
+  writeFileSync(tokens, "write token-of-this-test\n", { mode: 0o600 });
+  const { url, child } = await serve("view", out, "--map", copy, "--images", `${CLIP}/video.mp4`, "--port", "0", "--token-file", tokens);
+  const page = await open(url, undefined, undefined, "#token=token-of-this-test");
   await page.waitForFunction(() => window.oaslam.store.chosen?.bitmap && window.oaslam.store.chosen.ellipses.length > 10);
   await page.locator("[data-view=AR]").click();
   await page.waitForSelector("[data-showing=true]");

@@ -128,10 +128,10 @@ class HttpConnection : public Connection,
     if (!request || has_unknown_body)
       return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
     is_head_ = request->method == http::verb::head;
-    if (std::optional<HttpAnswer> refusal = CheckRequest(*core_, *request))
-      return Answer(std::move(*refusal));
     request_ = std::move(*request);
     Guarded([this] {
+      if (std::optional<HttpAnswer> refusal = CheckRequest(*core_, request_))
+        return Answer(std::move(*refusal));
       if (beast::websocket::is_upgrade(head_->get())) return Upgrade();
       ReadBody();
     });
@@ -175,13 +175,13 @@ class HttpConnection : public Connection,
     }
     auto parser = std::make_shared<http::request_parser<http::file_body>>(std::move(*head_));
     beast::error_code error;
-    unowned_file_ = plan.file;
     parser->get().body().open(plan.file.c_str(), beast::file_mode::write_new, error);
     if (error) {
       Log(LogLevel::kWarning, plan.file + ": " + error.message());
       keeps_alive_ = false;
       return Answer(TextAnswer(http::status::internal_server_error, "no place for the body\n"));
     }
+    unowned_file_ = plan.file;
     Receive(parser, plan);
   }
 
@@ -216,9 +216,13 @@ class HttpConnection : public Connection,
 
   void Handle() {
     beast::get_lowest_layer(stream_).expires_never();  // the service takes the time that it needs
-    Guarded([this] {
-      core_->service->Handle(std::move(request_), [self = Self()](HttpAnswer answer) {
-        asio::post(self->stream_.get_executor(), [self, answer = std::move(answer)]() mutable {
+    // Handed on with the answer, so that a service that keeps the reply keeps no connection, and
+    // none ends on another thread than the server's.
+    const auto waiting = std::make_shared<std::shared_ptr<HttpConnection>>(Self());
+    Guarded([&] {
+      core_->service->Handle(std::move(request_), [waiting, executor = stream_.get_executor()](
+                                                      HttpAnswer answer) {
+        asio::post(executor, [self = std::move(*waiting), answer = std::move(answer)]() mutable {
           self->Answer(std::move(answer));
         });
       });

@@ -2,6 +2,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,9 +25,11 @@ struct ServerOptions {
   std::string what = "the viewer";   // that listens, for messages
 
   int max_connections = 2048;
-  // Limits of time: for a TLS handshake or the header of a request, and between two requests; to
-  // which one second is added for each 16 KB of a body or an answer.
+  // Limits of time: for a TLS handshake or the header of a request, and between two requests; for a
+  // body or an answer it is longer by what these take at the least rate, in bytes a second. Who
+  // needs more is given up without an answer.
   std::chrono::milliseconds patience{30'000};
+  uint64_t least_rate = 16 * 1024;
   std::chrono::milliseconds farewell{10'000};  // for requests in flight, when it ends
 };
 
@@ -40,7 +43,7 @@ void CheckServer(const ServerOptions& options);
 // Serves one HttpService over HTTP/1.1 and WebSocket (Boost.Beast), or over TLS 1.2 and later. All
 // runs on the one thread that runs the io_context. It answers only requests whose Host is this
 // machine's or one of `hosts`, and whose Origin, if there is one, is the same; by itself it answers
-// 400, 401, 403, 408, 413, 431, 500 and 503.
+// 400, 401, 403, 404, 413, 431, 500 and 503.
 class HttpServer {
  public:
   // Listens at once. Throws InputError where the address does not belong to this machine, the port

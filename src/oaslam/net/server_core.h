@@ -38,8 +38,7 @@ struct ServerCore {
 
   // How long `bytes` may take.
   std::chrono::milliseconds TimeFor(uint64_t bytes) const {
-    constexpr uint64_t kLeastRate = 16 * 1024;  // bytes a second
-    return options.patience + std::chrono::milliseconds(1000 * bytes / kLeastRate);
+    return options.patience + std::chrono::milliseconds(1000 * bytes / options.least_rate);
   }
 };
 

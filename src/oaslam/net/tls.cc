@@ -81,6 +81,8 @@ void UseFiles(const ServerOptions& options, ssl::context& tls) {
   if (error)
     throw InputError(
         fmt::format("{}: no certificate in PEM: {}", options.tls_cert, error.message()));
+  // Without this, OpenSSL would ask the terminal for the password of an encrypted key.
+  tls.set_password_callback([](size_t, ssl::context::password_purpose) { return std::string(); });
   tls.use_private_key_file(options.tls_key, ssl::context::pem, error);
   if (error)
     throw InputError(fmt::format("{}: no key of {} in PEM: {}", options.tls_key, options.tls_cert,

@@ -69,7 +69,10 @@ class WebSocket : public WebSocketConnection,
                         [self = Self()](boost::beast::error_code) {});
   }
 
-  void EndSoon() override { Close(boost::beast::websocket::close_code::going_away); }
+  void EndSoon() override {
+    if (!is_open_) return EndNow();
+    Close(boost::beast::websocket::close_code::going_away);
+  }
   void EndNow() override { boost::beast::get_lowest_layer(socket_).close(); }
 
  private:

@@ -116,6 +116,7 @@ class LocalizationService::Impl {
   void Handle(HttpRequest request, Reply reply);
   BodyPlan PlanBody(const HttpRequest& head);
   std::shared_ptr<WebSocketHandler> Upgrade(const HttpRequest& request);
+  void Finish() { state_->workers.Finish(); }
 
  private:
   HttpAnswer AnswerAtOnce(const Target& target);
@@ -373,6 +374,8 @@ LocalizationService::LocalizationService(ServiceOptions options,
                                          boost::asio::any_io_executor executor)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(executor))) {}
 LocalizationService::~LocalizationService() = default;
+
+void LocalizationService::Finish() { impl_->Finish(); }
 
 Access LocalizationService::AccessFor(const HttpRequest& head) const {
   const Route route = TargetOf(head.path).route;

@@ -35,6 +35,11 @@ class LocalizationService : public HttpService {
   LocalizationService(ServiceOptions options, boost::asio::any_io_executor executor);
   ~LocalizationService() override;
 
+  // Waits for the work that is under way, also of streams that are closed, since it tells the
+  // executor of its end; none is begun any more. To be called when the server is closed, and while
+  // the executor lives.
+  void Finish();
+
   Access AccessFor(const HttpRequest& head) const override;
   BodyPlan PlanBody(const HttpRequest& head) override;
   void Handle(HttpRequest request, Reply reply) override;

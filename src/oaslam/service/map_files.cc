@@ -96,6 +96,8 @@ std::optional<fs::path> MapFiles::Locate(const std::string& map) const {
     const fs::path path = fs::canonical(folder_ / place, error);
     if (!error && fs::is_regular_file(path, error) && IsInside(path, folder_)) return path;
   }
+  // Not that there is no such map, where it is the folder that is away.
+  if (access(folder_.c_str(), R_OK | X_OK) != 0) ThrowUnavailable(folder_, errno);
   return std::nullopt;
 }
 
@@ -165,13 +167,14 @@ std::optional<MapFile> MapFiles::Open(const std::string& map) {
   MapFile file;
   file.path = own_->NewPath();
   file.hold = HoldFile(own_, file.path);
-  for (;;) {
+  constexpr int kAttempts = 100;
+  for (int attempt = 0;; ++attempt) {
     const std::optional<fs::path> path = Locate(map);
     if (!path) return std::nullopt;
     if (link(path->c_str(), file.path.c_str()) == 0) break;
     // A file that is replaced between its name being looked up and the link being made is gone,
     // and another one has its name.
-    if (errno == ENOENT) continue;
+    if (errno == ENOENT && attempt < kAttempts) continue;
     Copy(*path, file.path);
     break;
   }

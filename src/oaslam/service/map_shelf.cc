@@ -95,17 +95,13 @@ void MapShelf::Forget(const Slot& newest) {
 }
 
 std::shared_ptr<const MapEdits> MapShelf::ReadEdits(const std::string& map, Slot& slot) {
-  std::shared_ptr<const MapEdits> known;
-  {
-    const std::scoped_lock lock(mutex_);
-    known = slot.edits;
-  }
-  MapEdits edits = known ? *known : MapEdits{};
-  AnchorEdits news = store_->AnchorsSince(map, edits.version);
-  edits.version = news.version;
-  for (AnchorEntry& entry : news.entries) {
+  // All of them: after a map was removed and stored anew, nothing tells that the old ones are gone.
+  AnchorEdits stored = store_->AnchorsSince(map, 0);
+  MapEdits edits;
+  edits.version = stored.version;
+  for (AnchorEntry& entry : stored.entries) {
     const std::string name = entry.name;
-    edits.anchors.insert_or_assign(name, std::move(entry));
+    edits.anchors.emplace(name, std::move(entry));
   }
   edits.georeference = store_->Georeference(map);
   auto now = std::make_shared<const MapEdits>(std::move(edits));

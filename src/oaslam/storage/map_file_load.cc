@@ -34,8 +34,13 @@ std::string NameOf(const MapPart& part) {
 using Choice = std::function<bool(const MapPart&)>;
 
 int64_t CheckKind(Database& database) {
-  if (database.QueryInteger("PRAGMA application_id") != kMapApplicationId)
-    database.Refuse("is a database, but not a map of oaslam");
+  int64_t application = 0;
+  try {
+    application = database.QueryInteger("PRAGMA application_id");
+  } catch (const DatabaseError&) {
+    if (sqlite3_errcode(database.handle()) != SQLITE_NOTADB) throw;
+  }
+  if (application != kMapApplicationId) database.Refuse("is no map file of oaslam");
   const int64_t version = database.QueryInteger("PRAGMA user_version");
   if (version > kMapFormatVersion)
     database.Refuse(

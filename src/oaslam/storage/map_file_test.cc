@@ -282,12 +282,13 @@ TEST(MapFile, RefusesTruncatedForeignAndNewer) {
   EXPECT_THAT(LoadError(folder,
                         "# a text file, long enough to hold a header of a database, which is 100 "
                         "bytes at least ........"),
-              HasSubstr("not a database"));
+              HasSubstr("bad.map: is no map file"));
   {
     Database other(folder / "other.db", Database::Access::kCreate);
     other.Execute("CREATE TABLE t(a); INSERT INTO t VALUES (1)");
   }
-  EXPECT_THAT(LoadError(folder, folder.Read("other.db")), HasSubstr("not a map"));
+  EXPECT_THAT(LoadError(folder, folder.Read("other.db")), HasSubstr("is no map file"));
+  EXPECT_THAT(LoadError(folder, ""), HasSubstr("is no map file"));
   Database(folder / "a.map", Database::Access::kCreate)
       .Execute("PRAGMA user_version=" + std::to_string(kMapFormatVersion + 1));
   EXPECT_THAT(LoadError(folder, folder.Read("a.map")), HasSubstr("newer"));

@@ -1,3 +1,5 @@
+import { tokenOf } from "../connection.js";
+
 const TOKEN = /^[A-Za-z0-9._~-]+$/; // what a subprotocol takes
 
 // The addresses of the service, and the token that opens them: what stands behind # in the page's address (docs/service.md).
@@ -5,7 +7,7 @@ export class Service {
   constructor({ protocol, host, hash }) {
     this.base = `${protocol}//${host}`;
     this.socketBase = `${protocol === "https:" ? "wss:" : "ws:"}//${host}`;
-    this.setToken(new URLSearchParams(hash.replace(/^#/, "")).get("token") ?? "");
+    this.setToken(tokenOf(hash));
   }
 
   // One that cannot be is none: the server will ask for it.

@@ -1,0 +1,266 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+#include <optional>
+
+#include "test_server.h"
+
+namespace oaslam {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr size_t kMaxMessage = 1000;
+constexpr int kFlood = 64;  // messages of 1 MiB, more than the buffers of a connection hold
+
+// Sends back what comes; "flood": many messages, each as soon as the one before is written.
+class Echo : public WebSocketHandler {
+ public:
+  size_t MaxMessage() const override { return kMaxMessage; }
+  void OnOpen(std::shared_ptr<WebSocketConnection> connection) override {
+    connection_ = std::move(connection);
+  }
+  void OnMessage(std::string message, bool is_text) override {
+    EXPECT_FALSE(is_closed_);
+    if (message == "flood") return Flood();
+    if (message == "close") return connection_->Close(1008);
+    connection_->Send(std::move(message), is_text);
+  }
+  void OnWritten() override {
+    EXPECT_FALSE(connection_->IsWriting());
+    if (flooded_ > 0 && flooded_ < kFlood) Flood();
+  }
+  void OnClosed() override {
+    EXPECT_FALSE(std::exchange(is_closed_, true));
+    connection_ = nullptr;
+    closed_.set_value();
+  }
+
+  std::future<void> Closed() { return closed_.get_future(); }
+  int flooded() const { return flooded_; }
+
+ private:
+  void Flood() {
+    connection_->Send(std::string(1 << 20, static_cast<char>(flooded_++)), false);
+    EXPECT_TRUE(connection_->IsWriting());
+  }
+
+  std::shared_ptr<WebSocketConnection> connection_;
+  std::atomic<int> flooded_ = 0;
+  bool is_closed_ = false;
+  std::promise<void> closed_;
+};
+
+class Client {
+ public:
+  explicit Client(const TestServer& server, const std::string& protocols = {}) : socket_(io_) {
+    socket_.next_layer().connect({asio::ip::address_v4::loopback(), server.port()});
+    socket_.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
+      if (!protocols.empty()) request.set(beast::http::field::sec_websocket_protocol, protocols);
+    }));
+    socket_.read_message_max(size_t{1} << 28);
+    socket_.handshake(response_, "localhost", "/ws");
+  }
+  void Send(const std::string& message, bool is_text = true) {
+    socket_.text(is_text);
+    socket_.write(asio::buffer(message));
+  }
+  std::string Read() {
+    beast::flat_buffer buffer;
+    socket_.read(buffer);
+    return beast::buffers_to_string(buffer.data());
+  }
+  std::string Ask(const std::string& message, bool is_text = true) {
+    Send(message, is_text);
+    return Read();
+  }
+  // Reads until the connection ends; the status that the server closed it with, 0: none came.
+  int ReadClose() {
+    beast::flat_buffer buffer;
+    boost::system::error_code error;
+    while (!error) socket_.read(buffer, error);
+    return socket_.reason().code;
+  }
+  std::string protocol() {
+    return std::string(response_[beast::http::field::sec_websocket_protocol]);
+  }
+  bool got_text() const { return socket_.got_text(); }
+
+ private:
+  asio::io_context io_;
+  websocket::response_type response_;
+  websocket::stream<tcp::socket> socket_;
+};
+
+class WebSocketTest : public testing::Test {
+ protected:
+  WebSocketTest() {
+    options_.farewell = 10 * kAtMost;
+    service_->upgrade = [this] {
+      const std::scoped_lock lock(mutex_);
+      return handlers_.emplace_back(std::make_shared<Echo>());
+    };
+  }
+  std::shared_ptr<Echo> LastHandler() {
+    const std::scoped_lock lock(mutex_);
+    return handlers_.back();
+  }
+
+  const std::shared_ptr<TestService> service_ = std::make_shared<TestService>();
+  ServerOptions options_;
+  std::mutex mutex_;
+  std::vector<std::shared_ptr<Echo>> handlers_;
+};
+
+TEST_F(WebSocketTest, MessagesGoBothWays) {
+  const TestServer server(service_, options_);
+  Client client(server);
+  EXPECT_EQ(client.Ask("text"), "text");
+  EXPECT_TRUE(client.got_text());
+  const std::string bytes("\0\xff\x80", 3);
+  EXPECT_EQ(client.Ask(bytes, false), bytes);
+  EXPECT_FALSE(client.got_text());
+  EXPECT_EQ(client.Ask(""), "");
+}
+
+// A browser wants one of those that it offered, or none if it offered none.
+TEST_F(WebSocketTest, OurSubprotocolIsChosenWhereItIsOffered) {
+  const TestServer server(service_, options_);
+  EXPECT_EQ(Client(server).protocol(), "");
+  EXPECT_EQ(Client(server, "chat").protocol(), "");
+  EXPECT_EQ(Client(server, "oaslam.token.abc, oaslam").protocol(), "oaslam");
+}
+
+TEST_F(WebSocketTest, ElsewhereThereIsNone) {
+  service_->upgrade = [] { return nullptr; };
+  const TestServer server(service_, options_);
+  EXPECT_THROW(Client{server}, beast::system_error);
+  const std::string fields =
+      "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+  EXPECT_THAT(AnswerTo(server, Get("/", fields)), StartsWith("HTTP/1.1 404 "));
+}
+
+TEST_F(WebSocketTest, MessagesAreBounded) {
+  const TestServer server(service_, options_);
+  Client client(server);
+  const std::string most(kMaxMessage, 'x');
+  EXPECT_EQ(client.Ask(most), most);
+  client.Send(most + "x");
+  EXPECT_EQ(client.ReadClose(), 1009);
+  EXPECT_TRUE(Comes(LastHandler()->Closed()));
+}
+
+TEST_F(WebSocketTest, MalformedFramesEndTheirConnectionOnly) {
+  const TestServer server(service_, options_);
+  Client other(server);
+  // What follows the first byte is masked by zeros.
+  const std::string mask(4, '\0');
+  const std::string of_two = "\x82" + mask;
+  for (const std::string& frame :
+       {std::string("\x81\x02hi"),                                             // not masked
+        "\x83" + of_two + "hi", "\x8b" + of_two + "hi",                        // opcodes of nothing
+        "\xc1" + of_two + "hi",                                                // a reserved bit
+        "\x81" + of_two + "\xff\xfe",                                          // no UTF-8
+        "\x09" + of_two + "hi",                                                // a ping in pieces
+        "\x89\xfe" + std::string("\0\x7e", 2) + mask + std::string(126, 'x'),  // too long a ping
+        "\x80" + of_two + "hi",                             // goes on with nothing
+        "\x82\xff\xff" + std::string(7, '\xff') + mask}) {  // of 2^64 bytes
+    RawClient client(server.port());
+    client.Send(Get("/",
+                    "Connection: Upgrade\r\nUpgrade: websocket\r\n"
+                    "Sec-WebSocket-Version: 13\r\n"
+                    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"));
+    EXPECT_THAT(client.ReadAnswer(), StartsWith("HTTP/1.1 101 "));
+    const std::shared_ptr<Echo> handler = LastHandler();
+    client.Send(frame);
+    client.EndSending();
+    EXPECT_THAT(client.ReadAll(), Not(HasSubstr("hi")));
+    EXPECT_TRUE(Comes(handler->Closed()));
+  }
+  EXPECT_EQ(other.Ask("still there"), "still there");
+}
+
+TEST_F(WebSocketTest, TheHandlerMayClose) {
+  const TestServer server(service_, options_);
+  Client client(server);
+  client.Send("close");
+  EXPECT_EQ(client.ReadClose(), 1008);
+  EXPECT_TRUE(Comes(LastHandler()->Closed()));
+}
+
+// Who sends each message once the one before is written never sends more than the connection takes.
+TEST_F(WebSocketTest, WhoDoesNotReadIsNotSentMore) {
+  const TestServer server(service_, options_);
+  Client stalled(server);
+  const std::shared_ptr<Echo> handler = LastHandler();
+  stalled.Send("flood");
+  Client other(server);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(other.Ask("here"), "here");
+  EXPECT_LT(handler->flooded(), kFlood);
+  for (int i = 0; i < kFlood; ++i)
+    EXPECT_EQ(stalled.Read(), std::string(1 << 20, static_cast<char>(i)));
+  EXPECT_EQ(stalled.Ask("and then"), "and then");
+}
+
+TEST_F(WebSocketTest, WhoDoesNotAnswerIsGivenUp) {
+  options_.patience = milliseconds(100);
+  const TestServer server(service_, options_);
+  Client silent(server);
+  EXPECT_TRUE(Comes(LastHandler()->Closed()));
+  Client stalled(server);
+  const std::shared_ptr<Echo> handler = LastHandler();
+  stalled.Send("flood");
+  EXPECT_TRUE(Comes(handler->Closed()));
+  EXPECT_LT(handler->flooded(), kFlood);
+}
+
+TEST_F(WebSocketTest, ItsHandlerGoesWithTheConnection) {
+  const TestServer server(service_, options_);
+  std::weak_ptr<Echo> handler;
+  std::future<void> closed;
+  {
+    Client client(server);
+    client.Ask("text");
+    handler = LastHandler();
+    closed = handler.lock()->Closed();
+    handlers_.clear();
+  }
+  EXPECT_TRUE(Comes(closed));
+  while (!handler.expired()) std::this_thread::yield();  // its last call may not be over
+}
+
+TEST_F(WebSocketTest, TheEndOfTheServerIsTold) {
+  TestServer server(service_, options_);
+  std::optional<Client> client(server);
+  client->Ask("text");
+  const std::future<void> ended = server.Drain();
+  EXPECT_EQ(client->ReadClose(), 1001);
+  client.reset();
+  EXPECT_TRUE(Comes(ended));
+  EXPECT_TRUE(Comes(LastHandler()->Closed()));
+}
+
+TEST_F(WebSocketTest, TheEndDoesNotWaitForThoseWhoDoNotListen) {
+  options_.farewell = milliseconds(100);
+  TestServer server(service_, options_);
+  Client deaf(server), stalled(server);
+  stalled.Send("flood");
+  const std::future<void> ended = server.Drain();
+  EXPECT_TRUE(Comes(ended));
+  EXPECT_EQ(deaf.ReadClose(), 1001);
+  stalled.ReadClose();  // ends, whether it was told or not
+}
+
+}  // namespace
+}  // namespace oaslam
