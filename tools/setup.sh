@@ -2,7 +2,8 @@
 # Installs missing packages for building, on Debian 12 and 13 and Ubuntu 24.04. Does nothing if none is missing.
 #   --tests     also those that the tests and benchmarks need
 #   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14,
-#               PostgreSQL and HAProxy (the service; they are installed without being started), abigail-tools and doxygen (the library's interface)
+#               PostgreSQL and HAProxy (the service; they are installed without being started), abigail-tools and doxygen (the library's interface),
+#               zsh (the completions)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -29,6 +30,7 @@ if [ "${1:-}" = --optional ]; then
   install /usr/sbin/haproxy haproxy || true
   install abidw abigail-tools || true
   install doxygen doxygen || true
+  install zsh zsh || true
   command -v chromium-browser >/dev/null || install chromium chromium || exit 0
   install npm nodejs npm || exit 0
   if [ ! -d web/node_modules/playwright-core ] || [ web/package-lock.json -nt web/node_modules/.package-lock.json ]; then
