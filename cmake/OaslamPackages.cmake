@@ -1,0 +1,51 @@
+# Debian packages by CPack, one for each install component; tools/packages builds and checks them (docs/packages.md).
+set(CPACK_GENERATOR DEB)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_COMPONENTS_ALL library development command)
+if(OASLAM_BUILD_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+set(CPACK_STRIP_FILES ON)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_NAME oaslam)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_CONTACT "OA-SLAM maintainers <${OASLAM_MAINTAINER_MAIL}>")
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(version ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
+
+# oaslam_package(COMPONENT NAME SECTION DESCRIPTION): the description's first line is the summary.
+function(oaslam_package component name section description)
+  string(TOUPPER ${component} key)
+  set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${name} PARENT_SCOPE)
+  set(CPACK_DEBIAN_${key}_PACKAGE_SECTION ${section} PARENT_SCOPE)
+  set(CPACK_COMPONENT_${key}_DESCRIPTION "${description}" PARENT_SCOPE)
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/debian/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component} EXCLUDE_FROM_ALL)
+  install(FILES ${PROJECT_BINARY_DIR}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component} EXCLUDE_FROM_ALL)
+endfunction()
+
+set(what " OA-SLAM makes a map of points and of everyday objects from one camera, and
+ finds the camera again in it, also from where points alone fail.")
+oaslam_package(library liboaslam0 libs "object-aided monocular visual SLAM (library)\n${what}\n .\n This package contains the shared library.")
+oaslam_package(development liboaslam-dev libdevel "object-aided monocular visual SLAM (headers)\n${what}\n .\n This package contains the headers, a CMake package and a pkg-config file.")
+oaslam_package(command oaslam science "object-aided monocular visual SLAM (command)\n${what}\n .\n This package contains the command, the localization service and the default\n detector.")
+oaslam_package(python python3-oaslam python "object-aided monocular visual SLAM (Python)\n${what}\n .\n This package contains the Python module.")
+
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
+# The default detector is with the command.
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS oaslam)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS oaslam)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-dev")
+
+# What changed is in CHANGELOG.md, which is not in Debian's form.
+string(TIMESTAMP date "%a, %d %b %Y 00:00:00 +0000" UTC)  # honours SOURCE_DATE_EPOCH
+file(WRITE ${PROJECT_BINARY_DIR}/changelog.Debian
+  "oaslam (${version}) unstable; urgency=medium\n\n  * Version ${PROJECT_VERSION}; see CHANGELOG.md in the repository.\n\n -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
+execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/changelog.Debian)
+
+include(CPack)
