@@ -1,4 +1,4 @@
-# Debian packages by CPack, one for each install component; tools/packages builds and checks them (docs/packages.md).
+# Debian packages by CPack, one for each install component: tools/packages builds and checks them (docs/packages.md).
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
@@ -10,7 +10,12 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_NAME oaslam)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
-set(CPACK_PACKAGE_CONTACT "OA-SLAM maintainers <${OASLAM_MAINTAINER_MAIL}>")
+# As for Debian's own tools.
+set(maintainer $ENV{DEBFULLNAME} "OA-SLAM maintainers")
+set(mail $ENV{DEBEMAIL} maintainers@oaslam.example.org)
+list(GET maintainer 0 maintainer)
+list(GET mail 0 mail)
+set(CPACK_PACKAGE_CONTACT "${maintainer} <${mail}>")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -28,19 +33,26 @@ function(oaslam_package component name section description)
   install(FILES ${PROJECT_BINARY_DIR}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component} EXCLUDE_FROM_ALL)
 endfunction()
 
-set(what " OA-SLAM makes a map of points and of everyday objects from one camera, and
- finds the camera again in it, also from where points alone fail.")
-oaslam_package(library liboaslam0 libs "object-aided monocular visual SLAM (library)\n${what}\n .\n This package contains the shared library.")
-oaslam_package(development liboaslam-dev libdevel "object-aided monocular visual SLAM (headers)\n${what}\n .\n This package contains the headers, a CMake package and a pkg-config file.")
-oaslam_package(command oaslam science "object-aided monocular visual SLAM (command)\n${what}\n .\n This package contains the command, the localization service and the default\n detector.")
-oaslam_package(python python3-oaslam python "object-aided monocular visual SLAM (Python)\n${what}\n .\n This package contains the Python module.")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(what "OA-SLAM makes a map of points and of everyday objects from one camera, and\nfinds the camera again in it, also from where points alone fail.\n\nThis package contains")
+oaslam_package(library liboaslam0 libs "${what} the shared library.")
+oaslam_package(development liboaslam-dev libdevel "${what} the headers, a CMake package and a pkg-config file.")
+oaslam_package(command oaslam science "${what} the command, the localization service and the\ndefault detector.")
+oaslam_package(python python3-oaslam python "${what} the Python module.")
 
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
 # The default detector is with the command.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS oaslam)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS oaslam)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-dev")
+if(OASLAM_BUILD_PYTHON)
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "liboaslam0 (= ${version}), python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS oaslam)
+endif()
+install(FILES ${PROJECT_SOURCE_DIR}/deploy/README.md ${PROJECT_SOURCE_DIR}/deploy/oaslam.service ${PROJECT_SOURCE_DIR}/deploy/haproxy.cfg
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/oaslam/examples COMPONENT command EXCLUDE_FROM_ALL)
 
 # What changed is in CHANGELOG.md, which is not in Debian's form.
 string(TIMESTAMP date "%a, %d %b %Y 00:00:00 +0000" UTC)  # honours SOURCE_DATE_EPOCH
