@@ -31,6 +31,7 @@ struct AnchorRequest {
   std::optional<Rigid3> pose{};
 };
 
+// What became of a request.
 struct AnchorReport {
   std::string name;  // of the new anchor; empty on failure
   std::string why_not;

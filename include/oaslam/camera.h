@@ -7,6 +7,7 @@
 
 namespace oaslam {
 
+// The model of a lens.
 enum class LensModel {
   kPinhole,  // pinhole with radial-tangential distortion: k1 k2 p1 p2 k3 (OpenCV's order; zeros:
              // none)
@@ -24,6 +25,7 @@ struct Camera {
   bool is_guess = false;  // from a field of view, not from a calibration
   std::string name{};
 
+  // Whether the lens bends straight lines.
   bool HasDistortion() const {
     for (const double k : distortion)
       if (k != 0) return true;

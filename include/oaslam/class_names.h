@@ -14,6 +14,7 @@ using ClassNames = std::map<int, std::string>;
 
 OASLAM_API const ClassNames& CocoClassNames();  // the 80 of COCO, ids 0..79
 
+// What a class file says.
 struct Classes {
   ClassNames names;
   ClassRelations relations;

@@ -11,8 +11,10 @@ struct ClassRelations {
   std::map<int, int> whole_of;
   std::set<int> movable;  // neither they nor key points in their boxes are mapped
 
+  // Whether nothing is stated.
   bool Empty() const { return whole_of.empty() && movable.empty(); }
 
+  // Directly or through others.
   bool IsPartOf(int part, int whole) const {
     for (auto next = whole_of.find(part); next != whole_of.end();
          next = whole_of.find(next->second))

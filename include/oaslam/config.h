@@ -25,6 +25,7 @@ enum class BundleObjects { kNone, kPoses, kFull };
 // The methods of the paper (docs/paper.md), or ours (docs/objects.md).
 enum class ObjectMethod { kRobust, kPaper };
 
+// Key points.
 struct FeaturesConfig {
   int count = 1000;           // key points a frame (doubled until initialised)
   double scale_factor = 1.2;  // between pyramid levels
@@ -35,6 +36,7 @@ struct FeaturesConfig {
   int min_fast_threshold = 7;  // in cells where the first finds nothing
 };
 
+// Initialisation, tracking, and the choice of keyframes.
 struct TrackingConfig {
   int min_init_matches = 100;        // between the two views of the initialisation
   double min_init_parallax_deg = 2;  // that half of `min_init_matches` points have
@@ -49,6 +51,7 @@ struct TrackingConfig {
   int reset_below_keyframes = 6;  // lost with a smaller map: start anew
 };
 
+// Landmarks and keyframes.
 struct MappingConfig {
   int covisible_neighbors = 20;      // keyframes to triangulate with and to fuse with
   int min_shared_landmarks = 15;     // an edge of the covisibility graph
@@ -58,6 +61,7 @@ struct MappingConfig {
   bool loop_closing = true;
 };
 
+// Bundle adjustment.
 struct BundleConfig {
   int local_iterations = 10;
   int max_local_keyframes = 25;                  // free keyframes of a local bundle adjustment
@@ -65,6 +69,7 @@ struct BundleConfig {
                                                  // keyframes; full: and at the ellipsoids
 };
 
+// From detections to objects of the map.
 struct ObjectsConfig {
   ObjectMethod model = ObjectMethod::kRobust;  // paper: Wasserstein distance, 9 dof; robust:
                                                // docs/objects.md
@@ -85,6 +90,7 @@ struct ObjectsConfig {
   double fusion_iou = 0.2;  // duplicates: IoU of the 3-D boxes
 };
 
+// Finding a lost camera by objects.
 struct RelocalizationConfig {
   ObjectMethod objects = ObjectMethod::kRobust;  // paper: P3P on the centres of all triplets, the
                                                  // best overlap, always accepted (docs/paper.md);
@@ -98,12 +104,14 @@ struct RelocalizationConfig {
   int min_matches = 30;         // guided points that confirm an object pose
 };
 
+// How tracking and mapping take turns.
 struct RunnerConfig {
   RunnerMode mode = RunnerMode::kLockstep;
   int lag = 2;  // lockstep: the tracker of frame k sees the map of frame k - lag
   int seed = 0;
 };
 
+// All parameters, in the sections of a configuration file.
 struct SlamConfig {
   FeaturesConfig features;
   TrackingConfig tracking;

@@ -9,6 +9,7 @@
 
 namespace oaslam {
 
+// The detections of an image.
 struct ImageDetections {
   std::string file_name;
   std::vector<Detection> detections;  // in the order of the file
@@ -21,6 +22,7 @@ class OASLAM_API DetectionTable {
   DetectionTable() = default;
   // Empty when the image is not listed.
   const std::vector<Detection>& Find(const std::string& image_name) const;
+  // All of them, in the order of the file.
   const std::vector<ImageDetections>& images() const { return images_; }
 
  private:

@@ -64,7 +64,9 @@ class OASLAM_API Detector {
   // clipped to it, best first.
   std::vector<Detection> Detect(const cv::Mat& image);
 
+  // What was recognised, or asked for.
   DetectorLayout layout() const;
+  // Of the network.
   cv::Size input_size() const;
   int class_count() const;  // 0 where the file does not tell it
   // The names of the classes in the file; often empty.

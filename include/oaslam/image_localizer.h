@@ -36,6 +36,7 @@ class OASLAM_API ImageLocalizer {
   RelocalizationResult LocalizeWithUnknownCamera(const ImageInput& input,
                                                  RelocalizationMode mode) const;
 
+  // The map that was loaded.
   MapSnapshot Snapshot() const;
 
  private:

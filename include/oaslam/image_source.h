@@ -17,6 +17,7 @@ enum class Orientation {
   kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
 };
 
+// An image of a source.
 struct InputImage {
   int index = 0;         // in the whole source, 0-based
   double timestamp = 0;  // seconds
@@ -33,6 +34,7 @@ struct FollowOptions {
   std::function<bool()> stopped;  // checked several times a second; empty: never stopped
 };
 
+// How a source is read.
 struct ImageSourceOptions {
   // Rate of folders of images (default 30) and of videos (default: their time stamps).
   std::optional<double> fps{};

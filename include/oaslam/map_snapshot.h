@@ -22,6 +22,7 @@ namespace oaslam {
 // things were made, and are never used again in the same map. Lengths are in map units.
 class OASLAM_API MapSnapshot {
  public:
+  // An image that the map was made of.
   struct Keyframe {
     uint32_t id = 0;
     int frame = 0;         // its image, counted from 0 since the map was begun
@@ -29,6 +30,7 @@ class OASLAM_API MapSnapshot {
     int camera = 0;        // index into Cameras()
     Rigid3 world_from_cam;
   };
+  // A point of the scene.
   struct Landmark {
     uint32_t id = 0;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world
@@ -40,6 +42,7 @@ class OASLAM_API MapSnapshot {
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as the camera gave it
     double sigma_px = 1;                              // standard deviation of that place
   };
+  // An object of the scene.
   struct Object {
     uint32_t id = 0;
     int category_id = 0;
@@ -54,6 +57,7 @@ class OASLAM_API MapSnapshot {
   // An empty map.
   MapSnapshot();
 
+  // Without copying them.
   size_t keyframe_count() const;
   size_t landmark_count() const;
 
@@ -65,7 +69,9 @@ class OASLAM_API MapSnapshot {
   // Empty for an id that is not in the map.
   std::vector<Observation> ObservationsInKeyframe(uint32_t keyframe) const;
   std::vector<Observation> ObservationsOfLandmark(uint32_t landmark) const;
+  // By name.
   std::vector<AnchorPose> Anchors() const;
+  // Those that images of the map were taken with.
   const std::vector<Camera>& Cameras() const;
 
   // World direction against gravity; nothing while it is unknown.

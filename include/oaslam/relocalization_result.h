@@ -20,6 +20,7 @@ struct RelocalizationResult {
   double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
   double sigma_position = 0;  // map units, 1 sigma
+  // A pose that the image may have.
   struct Candidate {
     Rigid3 world_from_cam;
     // Higher is better. All candidates of one result are of one kind, which candidates_are_by

@@ -8,6 +8,7 @@
 
 namespace oaslam {
 
+// The pose of the image of a time stamp (seconds).
 struct StampedPose {
   double timestamp = 0;
   Rigid3 world_from_cam;
@@ -23,6 +24,7 @@ struct ScoredPose {
   StampedPose pose;
   double score = 0;
 };
+// As the functions for trajectories, with the score at the end of each line.
 OASLAM_API void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& poses);
 OASLAM_API std::vector<ScoredPose> LoadScoredPoses(const std::string& path);
 

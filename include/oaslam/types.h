@@ -16,8 +16,10 @@ namespace oaslam {
 struct Box {
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
 
+  // In pixels.
   double Width() const { return x2 - x1; }
   double Height() const { return y2 - y1; }
+  // In pixels; 0 for an inverted box.
   double Area() const { return Width() > 0 && Height() > 0 ? Width() * Height() : 0; }
   Eigen::Vector2d Center() const { return {(x1 + x2) / 2, (y1 + y2) / 2}; }
   bool operator==(const Box&) const = default;
@@ -50,6 +52,7 @@ struct Ellipsoid {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
+// What the pose of an image comes from, or why it has none.
 enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLost };
 
 // "initializing", "tracking", "relocalized", "objects", "lost".
@@ -61,6 +64,7 @@ enum class PoseEvidence { kNone, kPoints, kObjects, kPointsAndObjects };
 // "failed", "points", "objects", "points+objects".
 OASLAM_API const char* ToString(PoseEvidence evidence);
 
+// The evidence that may be used to find the camera.
 enum class RelocalizationMode { kPoints, kObjects, kPointsAndObjects };
 
 // "points", "objects", "points+objects".

@@ -33,6 +33,14 @@ void SayAsToString(py::enum_<Enum>& type) {
                                           py::name("__str__"), py::is_method(type));
 }
 
+// A function whose first argument is a path.
+template <typename Result, typename... Args>
+auto OfPath(Result (*function)(const std::string&, Args...)) {
+  return [function](const PathText& path, Args... args) -> Result {
+    return function(path, std::forward<Args>(args)...);
+  };
+}
+
 using WithoutGil = py::call_guard<py::gil_scoped_release>;
 
 }  // namespace oaslam::python

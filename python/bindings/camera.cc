@@ -56,7 +56,7 @@ void AddCameras(py::module_& m) {
       .def("__repr__", &ReprOf);
   m.def(
       "load_camera",
-      [](const std::string& spec, const std::pair<int, int>& image_size) {
+      [](const PathText& spec, const std::pair<int, int>& image_size) {
         return LoadCamera(spec, {image_size.first, image_size.second});
       },
       py::arg("spec"), py::arg("image_size") = std::pair(0, 0), WithoutGil(), doc::LoadCamera);

@@ -16,7 +16,6 @@ py::array_t<double> Numbers(py::handle object, const char* what,
                             const std::vector<py::ssize_t>& shape) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(object);
   if (!array) {
-    PyErr_Clear();
     throw py::type_error(py::str("{} is an array of numbers, not {}")
                              .format(what, py::type::handle_of(object).attr("__name__")));
   }
@@ -85,6 +84,12 @@ py::array_t<double> ArrayOf(const Rigid3& pose) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   matrix.topRows<3>() = pose.Matrix();
   return ArrayOf(matrix);
+}
+
+PathText PathOf(py::handle object) {
+  const auto path = py::reinterpret_steal<py::object>(PyOS_FSPath(object.ptr()));
+  if (!path) throw py::error_already_set();
+  return {py::cast<std::string>(path)};
 }
 
 Eigen::Vector3d VectorOf(py::handle object) {

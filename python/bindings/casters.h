@@ -6,8 +6,9 @@
 #include <pybind11/stl.h>
 
 #include <Eigen/Core>
-#include <initializer_list>
 #include <opencv2/core.hpp>
+#include <string>
+#include <vector>
 
 #include "oaslam/rigid3.h"
 
@@ -27,6 +28,10 @@ py::object ArrayOf(const cv::Mat& image);
 // A 4x4 array, whose rotation must be one up to 1e-6.
 Rigid3 PoseOf(py::handle object);
 py::array_t<double> ArrayOf(const Rigid3& pose);
+
+// A path: str, or anything with a path (os.PathLike).
+struct PathText : std::string {};
+PathText PathOf(py::handle object);
 
 // Three finite numbers.
 Eigen::Vector3d VectorOf(py::handle object);
@@ -76,6 +81,15 @@ struct type_caster<oaslam::Rigid3> {
   }
   static handle cast(const oaslam::Rigid3& pose, return_value_policy, handle) {
     return oaslam::python::ArrayOf(pose).release();
+  }
+};
+
+template <>
+struct type_caster<oaslam::python::PathText> {
+  PYBIND11_TYPE_CASTER(oaslam::python::PathText, const_name("os.PathLike"));
+  bool load(handle source, bool) {
+    value = oaslam::python::PathOf(source);
+    return true;
   }
 };
 

@@ -103,7 +103,7 @@ void AddConfig(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(SlamConfig, relocalization))
       .def_readwrite(OASLAM_FIELD(SlamConfig, runner))
       .def("validate", &SlamConfig::Validate, doc::SlamConfig_Validate);
-  m.def("load_config", &LoadConfig, py::arg("path"), py::arg("config"), WithoutGil(),
+  m.def("load_config", OfPath(&LoadConfig), py::arg("path"), py::arg("config"), WithoutGil(),
         doc::LoadConfig);
   m.def("apply_setting", &ApplySetting, py::arg("assignment"), py::arg("config"),
         doc::ApplySetting);

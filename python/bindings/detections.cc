@@ -35,7 +35,7 @@ void AddClasses(py::module_& m) {
       .def_readonly(OASLAM_FIELD(Classes, names))
       .def_readonly(OASLAM_FIELD(Classes, relations));
   m.def("coco_class_names", &CocoClassNames, doc::CocoClassNames);
-  m.def("load_classes", &LoadClasses, py::arg("path"), WithoutGil(), doc::LoadClasses);
+  m.def("load_classes", OfPath(&LoadClasses), py::arg("path"), WithoutGil(), doc::LoadClasses);
   m.def("part_of_itself", &PartOfItself, py::arg("whole_of"), doc::PartOfItself);
   m.def("name_of", &NameOf, py::arg("names"), py::arg("category_id"), doc::NameOf);
 }
@@ -57,9 +57,10 @@ void AddDetections(py::module_& m) {
            doc::DetectionTable_Find)
       .def_property_readonly("images", &DetectionTable::images, py::return_value_policy::copy,
                              doc::DetectionTable_images);
-  m.def("load_detections", &LoadDetections, py::arg("path"), WithoutGil(), doc::LoadDetections);
-  m.def("save_detections", &SaveDetections, py::arg("path"), py::arg("images"), WithoutGil(),
-        doc::SaveDetections);
+  m.def("load_detections", OfPath(&LoadDetections), py::arg("path"), WithoutGil(),
+        doc::LoadDetections);
+  m.def("save_detections", OfPath(&SaveDetections), py::arg("path"), py::arg("images"),
+        WithoutGil(), doc::SaveDetections);
 }
 
 }  // namespace oaslam::python

@@ -10,7 +10,7 @@ namespace {
 using SharedDetector = std::unique_ptr<Detector>;
 using ExclusiveDetector = Exclusive<SharedDetector>;
 
-std::shared_ptr<ExclusiveDetector> LoadDetector(const std::string& model, double min_score,
+std::shared_ptr<ExclusiveDetector> LoadDetector(const PathText& model, double min_score,
                                                 double max_iou,
                                                 const std::pair<int, int>& input_size,
                                                 DetectorLayout layout, NetworkBackend backend) {

@@ -76,7 +76,7 @@ std::function<bool()> StoppedBySignals() {
   };
 }
 
-std::shared_ptr<Images> Open(const std::string& source, std::optional<double> fps, int from, int to,
+std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, int from, int to,
                              bool color, Orientation orientation,
                              std::optional<double> follow_quiet_s, bool color_if_free) {
   ImageSourceOptions options{fps, from, to, color, orientation, {}, color_if_free};
@@ -140,7 +140,7 @@ void AddImages(py::module_& m) {
       .def_readonly(OASLAM_FIELD(ListedImage, path));
   m.def(
       "list_images",
-      [](const std::string& source, std::optional<double> fps, int from, int to) {
+      [](const PathText& source, std::optional<double> fps, int from, int to) {
         return ListImages(source, {.fps = fps, .from = from, .to = to});
       },
       py::arg("source"), py::kw_only(), py::arg("fps") = options.fps,

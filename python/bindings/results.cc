@@ -102,12 +102,14 @@ void AddTrajectories(py::module_& m) {
            py::arg("pose"), py::arg("score"), doc::ScoredPose)
       .def_readonly(OASLAM_FIELD(ScoredPose, pose))
       .def_readonly(OASLAM_FIELD(ScoredPose, score));
-  m.def("load_trajectory", &LoadTrajectory, py::arg("path"), WithoutGil(), doc::LoadTrajectory);
-  m.def("save_trajectory", &SaveTrajectory, py::arg("path"), py::arg("poses"), WithoutGil(),
+  m.def("load_trajectory", OfPath(&LoadTrajectory), py::arg("path"), WithoutGil(),
+        doc::LoadTrajectory);
+  m.def("save_trajectory", OfPath(&SaveTrajectory), py::arg("path"), py::arg("poses"), WithoutGil(),
         doc::SaveTrajectory);
-  m.def("load_scored_poses", &LoadScoredPoses, py::arg("path"), WithoutGil(), doc::LoadScoredPoses);
-  m.def("save_scored_poses", &SaveScoredPoses, py::arg("path"), py::arg("poses"), WithoutGil(),
-        doc::SaveScoredPoses);
+  m.def("load_scored_poses", OfPath(&LoadScoredPoses), py::arg("path"), WithoutGil(),
+        doc::LoadScoredPoses);
+  m.def("save_scored_poses", OfPath(&SaveScoredPoses), py::arg("path"), py::arg("poses"),
+        WithoutGil(), doc::SaveScoredPoses);
 }
 
 }  // namespace oaslam::python

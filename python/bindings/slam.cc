@@ -141,8 +141,18 @@ void AddMapping(SlamClass& slam) {
       .def("trajectory", Method(&Slam::Trajectory), doc::Slam_Trajectory)
       .def("finish", Method(&Slam::Finish), doc::Slam_Finish)
       .def("main_piece", Method(&Slam::MainPiece), doc::Slam_MainPiece)
-      .def("save", Method(&Slam::Save), py::arg("path"), doc::Slam_Save)
-      .def("load", Method(&Slam::Load), py::arg("path"), py::arg("piece") = 0, doc::Slam_Load)
+      .def(
+          "save",
+          [](ExclusiveSlam& slam, const PathText& path) {
+            slam.Use([&](Slam& s) { s.Save(path); });
+          },
+          py::arg("path"), doc::Slam_Save)
+      .def(
+          "load",
+          [](ExclusiveSlam& slam, const PathText& path, int piece) {
+            slam.Use([&](Slam& s) { s.Load(path, piece); });
+          },
+          py::arg("path"), py::arg("piece") = 0, doc::Slam_Load)
       .def("reset", Method(&Slam::Reset), doc::Slam_Reset)
       .def("shutdown", Method(&Slam::Shutdown), doc::Slam_Shutdown);
 }
@@ -159,7 +169,7 @@ void AddSlam(py::module_& m) {
 void AddImageLocalizer(py::module_& m) {
   py::class_<ImageLocalizer, std::shared_ptr<ImageLocalizer>>(m, "ImageLocalizer",
                                                               doc::ImageLocalizer)
-      .def(py::init([](const std::string& map_path, const SlamConfig& config, int piece) {
+      .def(py::init([](const PathText& map_path, const SlamConfig& config, int piece) {
              return MakeWithoutGil<ImageLocalizer>(map_path, config, piece);
            }),
            py::arg("map_path"), py::arg("config") = SlamConfig{}, py::arg("piece") = 0,
