@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs missing packages for building, on Debian 12 and 13 and Ubuntu 24.04. Does nothing if none is missing.
 #   --tests     also those that the tests and benchmarks need
+#   --python    those of the Python module (also with --tests)
 #   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14,
 #               PostgreSQL and HAProxy (the service; they are installed without being started), abigail-tools and doxygen (the library's interface),
 #               zsh (the completions)
@@ -49,11 +50,15 @@ packages=(
   libassimp-dev                                                             # models of virtual content
   libssl-dev libpq-dev libgeographiclib-dev                                 # the service: digests, maps in PostgreSQL, geographic coordinates
 )
+if [ "${1:-}" = --python ] || [ "${1:-}" = --tests ]; then
+  packages+=(python3-dev pybind11-dev python3-numpy)                        # the Python module
+fi
 if [ "${1:-}" = --tests ]; then
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev python3                      # tests and benchmarks
     assimp-utils colmap ffmpeg                                              # readers of what is exported, writer of videos
     curl                                                                    # requests of docs/service.md
+    python3-pytest python3-pip python3-venv python3-opencv python3-matplotlib mypy  # the Python module and its examples
   )
 fi
 

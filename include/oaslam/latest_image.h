@@ -24,6 +24,7 @@ class OASLAM_API LatestImageSource : public ImageSource {
   // Waits for an image that was not returned yet; returns nothing once the source has ended.
   // Rethrows exceptions of the source.
   std::optional<InputImage> Next() override;
+  // That of the source.
   int size() const override { return source_->size(); }
   // The number of images that were replaced by newer ones before they were returned.
   int dropped() const { return dropped_; }

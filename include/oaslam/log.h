@@ -14,8 +14,8 @@ enum class LogLevel { kDebug, kInfo, kWarning };
 using LogSink = std::function<void(LogLevel, const std::string&)>;
 
 // Where the messages of the whole program's library go. By default warnings go to the standard
-// error stream, and nothing else is said; an empty sink silences them all. Thread-safe. A sink must
-// neither throw nor call SetLogSink.
+// error stream, and nothing else is said; an empty sink silences them all. Thread-safe. A sink may
+// call the library, this function too; it must not throw.
 OASLAM_API void SetLogSink(LogSink sink);
 
 }  // namespace oaslam

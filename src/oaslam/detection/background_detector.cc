@@ -39,9 +39,10 @@ void BackgroundDetector::Run(const std::stop_token& stop) {
 }
 
 void BackgroundDetector::Offer(int frame, const cv::Mat& image) {
+  Work work{frame, image.clone()};
   {
     const std::lock_guard lock(mutex_);
-    waiting_ = Work{frame, image};
+    waiting_ = std::move(work);
   }
   changed_.notify_all();
 }

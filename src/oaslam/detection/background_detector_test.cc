@@ -49,6 +49,21 @@ TEST(BackgroundDetector, TakesTheNewestImageWheneverItIsFree) {
   EXPECT_GT(detector.busy_ms(), 0);
 }
 
+TEST(BackgroundDetector, TheCallerMayReuseTheImage) {
+  std::binary_semaphore go_on(0);
+  BackgroundDetector detector([&](const cv::Mat& image) {
+    go_on.acquire();
+    return std::vector<Detection>{
+        {.category_id = image.at<int>(0), .score = 0.9, .box = {0, 0, 1, 1}}};
+  });
+  cv::Mat image(1, 1, CV_32S, cv::Scalar(5));
+  detector.Offer(0, image);
+  image = 6;
+  go_on.release();
+  detector.Wait();
+  EXPECT_EQ(detector.Take().at(0).detections.at(0).category_id, 5);
+}
+
 TEST(BackgroundDetector, FailuresComeOutOnTheCallersThread) {
   BackgroundDetector detector(
       [](const cv::Mat&) -> std::vector<Detection> { throw InputError("broken network"); });

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "casters.h"
+#include "docstrings.h"
+
+namespace oaslam::python {
+
+// Each adds what a group of public headers declares. What a function takes must have been added
+// before it, so that signatures name it.
+void AddErrors(py::module_& m);
+void AddTypes(py::module_& m);
+void AddCameras(py::module_& m);
+void AddConfig(py::module_& m);
+void AddClasses(py::module_& m);
+void AddDetections(py::module_& m);
+void AddDetectors(py::module_& m);
+void AddImages(py::module_& m);
+void AddMap(py::module_& m);
+void AddResults(py::module_& m);
+void AddTrajectories(py::module_& m);
+void AddCameraEstimation(py::module_& m);
+void AddSlam(py::module_& m);
+void AddImageLocalizer(py::module_& m);
+void AddLog(py::module_& m);
+
+// A member and its docstring, for def_readwrite and def_readonly.
+#define OASLAM_FIELD(type, name) #name, &type::name, doc::type##_##name
+
+// Python's name of an enumerator is that of C++ without the k, in capitals.
+template <typename Enum>
+void SayAsToString(py::enum_<Enum>& type) {
+  type.attr("__str__") = py::cpp_function([](Enum value) { return std::string(ToString(value)); },
+                                          py::name("__str__"), py::is_method(type));
+}
+
+// A function whose first argument is a path.
+template <typename Result, typename... Args>
+auto OfPath(Result (*function)(const std::string&, Args...)) {
+  return [function](const PathText& path, Args... args) -> Result {
+    return function(path, std::forward<Args>(args)...);
+  };
+}
+
+using WithoutGil = py::call_guard<py::gil_scoped_release>;
+
+}  // namespace oaslam::python

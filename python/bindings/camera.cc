@@ -1,0 +1,95 @@
+#include "oaslam/camera.h"
+
+#include "bindings.h"
+#include "exclusive.h"
+#include "oaslam/camera_estimation.h"
+#include "oaslam/camera_file.h"
+
+namespace oaslam::python {
+namespace {
+
+Camera MakeCamera(LensModel model, int width, int height, double fx, double fy, double cx,
+                  double cy, const std::vector<double>& distortion, bool is_guess,
+                  const std::string& name) {
+  Camera camera{model, width, height, fx, fy, cx, cy, {}, is_guess, name};
+  if (distortion.size() > camera.distortion.size())
+    throw py::value_error("a camera has at most 5 numbers of distortion, not " +
+                          std::to_string(distortion.size()));
+  std::ranges::copy(distortion, camera.distortion.begin());
+  return camera;
+}
+
+std::string ReprOf(const Camera& c) {
+  return py::str("Camera({}, {}x{}, fx={}, fy={}, cx={}, cy={}, distortion={})")
+      .format(c.model, c.width, c.height, c.fx, c.fy, c.cx, c.cy,
+              py::tuple(py::cast(c.distortion)));
+}
+
+}  // namespace
+
+void AddCameras(py::module_& m) {
+  auto lens = py::enum_<LensModel>(m, "LensModel", doc::LensModel)
+                  .value("PINHOLE", LensModel::kPinhole, doc::LensModel_kPinhole)
+                  .value("FISHEYE", LensModel::kFisheye, doc::LensModel_kFisheye);
+  SayAsToString(lens);
+  py::class_<Camera>(m, "Camera", doc::Camera)
+      .def(py::init(&MakeCamera), py::kw_only(), py::arg("model") = LensModel::kPinhole,
+           py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"), py::arg("cx"),
+           py::arg("cy"), py::arg("distortion") = py::tuple(), py::arg("is_guess") = false,
+           py::arg("name") = "", doc::Camera)
+      .def_readwrite(OASLAM_FIELD(Camera, model))
+      .def_readwrite(OASLAM_FIELD(Camera, width))
+      .def_readwrite(OASLAM_FIELD(Camera, height))
+      .def_readwrite(OASLAM_FIELD(Camera, fx))
+      .def_readwrite(OASLAM_FIELD(Camera, fy))
+      .def_readwrite(OASLAM_FIELD(Camera, cx))
+      .def_readwrite(OASLAM_FIELD(Camera, cy))
+      .def_property(
+          "distortion", [](const Camera& c) { return py::tuple(py::cast(c.distortion)); },
+          [](Camera& c, const std::array<double, 5>& d) { c.distortion = d; },
+          doc::Camera_distortion)
+      .def_readwrite(OASLAM_FIELD(Camera, is_guess))
+      .def_readwrite(OASLAM_FIELD(Camera, name))
+      .def("has_distortion", &Camera::HasDistortion, doc::Camera_HasDistortion)
+      .def(
+          "__eq__", [](const Camera& a, const Camera& b) { return a == b; }, py::is_operator())
+      .def("__repr__", &ReprOf);
+  m.def(
+      "load_camera",
+      [](const PathText& spec, const std::pair<int, int>& image_size) {
+        return LoadCamera(spec, {image_size.first, image_size.second});
+      },
+      py::arg("spec"), py::arg("image_size") = std::pair(0, 0), WithoutGil(), doc::LoadCamera);
+  m.def("check_calibration", &CheckCalibration, py::arg("camera"), py::arg("where"),
+        doc::CheckCalibration);
+  m.def("camera_text", &CameraText, py::arg("camera"), py::arg("note") = "", doc::CameraText);
+}
+
+void AddCameraEstimation(py::module_& m) {
+  py::class_<CameraEstimate>(m, "CameraEstimate", doc::CameraEstimate)
+      .def_readonly(OASLAM_FIELD(CameraEstimate, camera))
+      .def_readonly(OASLAM_FIELD(CameraEstimate, is_determined))
+      .def_readonly(OASLAM_FIELD(CameraEstimate, focal_sigma_px))
+      .def_readonly(OASLAM_FIELD(CameraEstimate, why_not))
+      .def_readonly(OASLAM_FIELD(CameraEstimate, readout_s))
+      .def_readonly(OASLAM_FIELD(CameraEstimate, images))
+      .def_readonly(OASLAM_FIELD(CameraEstimate, rmse));
+  using Estimator = Exclusive<CameraEstimator>;
+  py::class_<Estimator, std::shared_ptr<Estimator>>(m, "CameraEstimator", doc::CameraEstimator)
+      .def(py::init([](const SlamConfig& config, const std::optional<Camera>& start,
+                       std::optional<double> focal_length_35mm) {
+             return MakeWithoutGil<Estimator>(config,
+                                              CameraEstimationOptions{start, focal_length_35mm});
+           }),
+           py::arg("config") = SlamConfig{}, py::kw_only(), py::arg("start") = std::nullopt,
+           py::arg("focal_length_35mm") = std::nullopt, doc::CameraEstimator)
+      .def("add", Method(&CameraEstimator::Add), py::arg("image"), py::arg("timestamp"),
+           doc::CameraEstimator_Add)
+      .def("duration", Method(&CameraEstimator::Duration), doc::CameraEstimator_Duration)
+      .def("is_full", Method(&CameraEstimator::IsFull), doc::CameraEstimator_IsFull)
+      .def("estimate", Method(&CameraEstimator::Estimate), doc::CameraEstimator_Estimate)
+      .def("forget", Method(&CameraEstimator::Forget), doc::CameraEstimator_Forget);
+  m.def("describe", &Describe, py::arg("estimate"), doc::Describe);
+}
+
+}  // namespace oaslam::python

@@ -1,0 +1,113 @@
+#include "oaslam/config.h"
+
+#include "bindings.h"
+#include "oaslam/config_file.h"
+
+namespace oaslam::python {
+namespace {
+
+void AddEnumerations(py::module_& m) {
+  auto mode = py::enum_<RunnerMode>(m, "RunnerMode", doc::RunnerMode)
+                  .value("SEQUENTIAL", RunnerMode::kSequential)
+                  .value("LOCKSTEP", RunnerMode::kLockstep)
+                  .value("LIVE", RunnerMode::kLive);
+  SayAsToString(mode);
+  py::enum_<BundleObjects>(m, "BundleObjects", doc::BundleObjects)
+      .value("NONE", BundleObjects::kNone)
+      .value("POSES", BundleObjects::kPoses)
+      .value("FULL", BundleObjects::kFull);
+  py::enum_<ObjectMethod>(m, "ObjectMethod", doc::ObjectMethod)
+      .value("ROBUST", ObjectMethod::kRobust)
+      .value("PAPER", ObjectMethod::kPaper);
+}
+
+void AddPointSections(py::module_& m) {
+  py::class_<FeaturesConfig>(m, "FeaturesConfig", doc::FeaturesConfig)
+      .def(py::init(), doc::FeaturesConfig)
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, count))
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, scale_factor))
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, levels))
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, resolution))
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, fast_threshold))
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, min_fast_threshold));
+  py::class_<TrackingConfig>(m, "TrackingConfig", doc::TrackingConfig)
+      .def(py::init(), doc::TrackingConfig)
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, min_init_matches))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, min_init_parallax_deg))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, min_inliers))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, min_relocalization_inliers))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, min_keyframe_interval))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, max_keyframe_interval))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, keyframe_inlier_ratio))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, max_object_sigma))
+      .def_readwrite(OASLAM_FIELD(TrackingConfig, reset_below_keyframes));
+  py::class_<MappingConfig>(m, "MappingConfig", doc::MappingConfig)
+      .def(py::init(), doc::MappingConfig)
+      .def_readwrite(OASLAM_FIELD(MappingConfig, covisible_neighbors))
+      .def_readwrite(OASLAM_FIELD(MappingConfig, min_shared_landmarks))
+      .def_readwrite(OASLAM_FIELD(MappingConfig, min_parallax_cos))
+      .def_readwrite(OASLAM_FIELD(MappingConfig, keyframe_redundancy))
+      .def_readwrite(OASLAM_FIELD(MappingConfig, loop_closing));
+  py::class_<BundleConfig>(m, "BundleConfig", doc::BundleConfig)
+      .def(py::init(), doc::BundleConfig)
+      .def_readwrite(OASLAM_FIELD(BundleConfig, local_iterations))
+      .def_readwrite(OASLAM_FIELD(BundleConfig, max_local_keyframes))
+      .def_readwrite(OASLAM_FIELD(BundleConfig, objects));
+}
+
+void AddObjectSections(py::module_& m) {
+  py::class_<ObjectsConfig>(m, "ObjectsConfig", doc::ObjectsConfig)
+      .def(py::init(), doc::ObjectsConfig)
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, model))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_score))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_iou_box))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_iou_projection))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_shared_points))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, max_box_age_s))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, drop_after_s))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_parallax_deg))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_observations))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_accept_iou))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, min_accept_share))
+      .def_readwrite(OASLAM_FIELD(ObjectsConfig, fusion_iou));
+  py::class_<RelocalizationConfig>(m, "RelocalizationConfig", doc::RelocalizationConfig)
+      .def(py::init(), doc::RelocalizationConfig)
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, objects))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, min_score))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, max_detections))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, ransac_iterations))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_margin))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_evidence))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_objects))
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, min_matches));
+  py::class_<RunnerConfig>(m, "RunnerConfig", doc::RunnerConfig)
+      .def(py::init(), doc::RunnerConfig)
+      .def_readwrite(OASLAM_FIELD(RunnerConfig, mode))
+      .def_readwrite(OASLAM_FIELD(RunnerConfig, lag))
+      .def_readwrite(OASLAM_FIELD(RunnerConfig, seed));
+}
+
+}  // namespace
+
+void AddConfig(py::module_& m) {
+  AddEnumerations(m);
+  AddPointSections(m);
+  AddObjectSections(m);
+  py::class_<SlamConfig>(m, "SlamConfig", doc::SlamConfig)
+      .def(py::init(), doc::SlamConfig)
+      .def_readwrite(OASLAM_FIELD(SlamConfig, features))
+      .def_readwrite(OASLAM_FIELD(SlamConfig, tracking))
+      .def_readwrite(OASLAM_FIELD(SlamConfig, mapping))
+      .def_readwrite(OASLAM_FIELD(SlamConfig, bundle))
+      .def_readwrite(OASLAM_FIELD(SlamConfig, objects))
+      .def_readwrite(OASLAM_FIELD(SlamConfig, relocalization))
+      .def_readwrite(OASLAM_FIELD(SlamConfig, runner))
+      .def("validate", &SlamConfig::Validate, doc::SlamConfig_Validate);
+  m.def("load_config", OfPath(&LoadConfig), py::arg("path"), py::arg("config"), WithoutGil(),
+        doc::LoadConfig);
+  m.def("apply_setting", &ApplySetting, py::arg("assignment"), py::arg("config"),
+        doc::ApplySetting);
+  m.def("config_to_yaml", &ConfigToYaml, py::arg("config"), doc::ConfigToYaml);
+}
+
+}  // namespace oaslam::python

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "casters.h"
+
+namespace oaslam::python {
+
+// An object of which C++ allows one call at a time. Python lets go of its lock while we work, so
+// that its other threads could call in between: they get RuntimeError. Its functions work, and it
+// ends, without Python's lock, which our own threads may need to get done.
+template <typename T>
+class Exclusive {
+ public:
+  template <typename... Args>
+  explicit Exclusive(Args&&... args) : value_(std::forward<Args>(args)...) {}
+
+  template <typename Function>
+  auto Use(Function&& function) {
+    if (is_used_.exchange(true))
+      throw std::runtime_error("this object is at work for another call, and takes one at a time");
+    const struct Release {
+      std::atomic<bool>& flag;
+      ~Release() { flag = false; }
+    } release{is_used_};
+    const py::gil_scoped_release without_gil;
+    return function(value_);
+  }
+
+ private:
+  std::atomic<bool> is_used_ = false;
+  T value_;
+};
+
+// Made and deleted without Python's lock.
+template <typename T, typename... Args>
+std::shared_ptr<T> MakeWithoutGil(Args&&... args) {
+  const py::gil_scoped_release without_gil;
+  return std::shared_ptr<T>(new T(std::forward<Args>(args)...), [](T* object) {
+    if (PyGILState_Check()) {
+      const py::gil_scoped_release released;
+      delete object;
+    } else {
+      delete object;
+    }
+  });
+}
+
+// A member function of T as one of Exclusive<T>.
+template <typename T, typename Result, typename... Args>
+auto Method(Result (T::*function)(Args...)) {
+  return [function](Exclusive<T>& object, Args... args) -> Result {
+    return object.Use(
+        [&](T& value) -> Result { return (value.*function)(std::forward<Args>(args)...); });
+  };
+}
+template <typename T, typename Result, typename... Args>
+auto Method(Result (T::*function)(Args...) const) {
+  return [function](Exclusive<T>& object, Args... args) -> Result {
+    return object.Use(
+        [&](T& value) -> Result { return (value.*function)(std::forward<Args>(args)...); });
+  };
+}
+
+}  // namespace oaslam::python

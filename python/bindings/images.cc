@@ -1,0 +1,150 @@
+#include <thread>
+
+#include "bindings.h"
+#include "exclusive.h"
+#include "oaslam/image_source.h"
+#include "oaslam/latest_image.h"
+
+namespace oaslam::python {
+namespace {
+
+// Reads a source that is someone else's, too.
+class SharedSource : public ImageSource {
+ public:
+  explicit SharedSource(std::shared_ptr<ImageSource> source) : source_(std::move(source)) {}
+  std::optional<InputImage> Next() override { return source_->Next(); }
+  int size() const override { return source_->size(); }
+  void Stop() override { source_->Stop(); }
+
+ private:
+  std::shared_ptr<ImageSource> source_;
+};
+
+// An image source, whose Next may be called by one thread at a time, and Stop by any.
+class Images {
+ public:
+  explicit Images(std::shared_ptr<ImageSource> source) : source_(std::move(source)) {}
+  virtual ~Images() = default;
+
+  std::optional<InputImage> Next() {
+    if (is_read_.exchange(true))
+      throw std::runtime_error("this image source is read by another thread");
+    const struct Release {
+      std::atomic<bool>& flag;
+      ~Release() { flag = false; }
+    } release{is_read_};
+    const py::gil_scoped_release without_gil;
+    return source_->Next();
+  }
+  int size() const { return source_->size(); }
+  void Stop() {
+    const py::gil_scoped_release without_gil;
+    source_->Stop();
+  }
+  // The source, for who alone reads it from then on.
+  std::shared_ptr<ImageSource> Take() {
+    if (is_read_.exchange(true))
+      throw std::runtime_error("this image source is read by another thread");
+    return source_;
+  }
+
+ private:
+  std::shared_ptr<ImageSource> source_;
+  std::atomic<bool> is_read_ = false;
+};
+
+class LatestImages : public Images {
+ public:
+  explicit LatestImages(const std::shared_ptr<ImageSource>& source)
+      : LatestImages(std::make_shared<LatestImageSource>(std::make_unique<SharedSource>(source))) {}
+  int dropped() const { return latest_->dropped(); }
+
+ private:
+  explicit LatestImages(std::shared_ptr<LatestImageSource> latest)
+      : Images(latest), latest_(latest.get()) {}
+  const LatestImageSource* latest_;
+};
+
+// Ends the wait for an image where Python has been told to end (Ctrl-C), which it looks after on
+// its main thread only.
+std::function<bool()> StoppedBySignals() {
+  return [reader = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() != reader) return false;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    return false;
+  };
+}
+
+std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, int from, int to,
+                             bool color, Orientation orientation,
+                             std::optional<double> follow_quiet_s, bool color_if_free) {
+  ImageSourceOptions options{fps, from, to, color, orientation, {}, color_if_free};
+  if (follow_quiet_s) options.follow = FollowOptions{*follow_quiet_s, StoppedBySignals()};
+  std::shared_ptr<ImageSource> opened;
+  {
+    const py::gil_scoped_release without_gil;
+    opened = OpenImages(source, options);
+  }
+  return MakeWithoutGil<Images>(std::move(opened));
+}
+
+InputImage NextOrStop(Images& images) {
+  std::optional<InputImage> image = images.Next();
+  if (!image) throw py::stop_iteration();
+  return std::move(*image);
+}
+
+std::string DocOfOpenImages() {
+  return std::string(doc::OpenImages) + "\n\nfps: " + doc::ImageSourceOptions_fps +
+         "\nfrom_: " + doc::ImageSourceOptions_from + "\nto: " + doc::ImageSourceOptions_to +
+         "\ncolor: " + doc::ImageSourceOptions_color +
+         "\norientation: " + doc::ImageSourceOptions_orientation +
+         "\nfollow_quiet_s: " + doc::FollowOptions_quiet_s +
+         "\ncolor_if_free: " + doc::ImageSourceOptions_color_if_free;
+}
+
+}  // namespace
+
+void AddImages(py::module_& m) {
+  py::enum_<Orientation>(m, "Orientation", doc::Orientation)
+      .value("STORED", Orientation::kStored, doc::Orientation_kStored)
+      .value("UPRIGHT", Orientation::kUpright, doc::Orientation_kUpright);
+  py::class_<InputImage>(m, "InputImage", doc::InputImage)
+      .def_readonly(OASLAM_FIELD(InputImage, index))
+      .def_readonly(OASLAM_FIELD(InputImage, timestamp))
+      .def_readonly(OASLAM_FIELD(InputImage, name))
+      .def_property_readonly(
+          "image", [](const InputImage& i) { return i.image; }, doc::InputImage_image)
+      .def_readonly(OASLAM_FIELD(InputImage, path))
+      .def_readonly(OASLAM_FIELD(InputImage, orientation));
+  py::class_<Images, std::shared_ptr<Images>>(m, "ImageSource", doc::ImageSource)
+      .def("__iter__", [](const std::shared_ptr<Images>& images) { return images; })
+      .def("__next__", &NextOrStop)
+      .def("next", &Images::Next, doc::ImageSource_Next)
+      .def_property_readonly("size", &Images::size, doc::ImageSource_size)
+      .def("stop", &Images::Stop, doc::ImageSource_Stop);
+  py::class_<LatestImages, Images, std::shared_ptr<LatestImages>>(m, "LatestImageSource",
+                                                                  doc::LatestImageSource)
+      .def(py::init([](Images& source) { return MakeWithoutGil<LatestImages>(source.Take()); }),
+           py::arg("source"), doc::LatestImageSource)
+      .def_property_readonly("dropped", &LatestImages::dropped, doc::LatestImageSource_dropped);
+  const ImageSourceOptions options;
+  m.def("open_images", &Open, py::arg("source"), py::kw_only(), py::arg("fps") = options.fps,
+        py::arg("from_") = options.from, py::arg("to") = options.to,
+        py::arg("color") = options.color, py::arg("orientation") = options.orientation,
+        py::arg("follow_quiet_s") = std::nullopt, py::arg("color_if_free") = options.color_if_free,
+        DocOfOpenImages().c_str());
+  py::class_<ListedImage>(m, "ListedImage", doc::ListedImage)
+      .def_readonly(OASLAM_FIELD(ListedImage, timestamp))
+      .def_readonly(OASLAM_FIELD(ListedImage, path));
+  m.def(
+      "list_images",
+      [](const PathText& source, std::optional<double> fps, int from, int to) {
+        return ListImages(source, {.fps = fps, .from = from, .to = to});
+      },
+      py::arg("source"), py::kw_only(), py::arg("fps") = options.fps,
+      py::arg("from_") = options.from, py::arg("to") = options.to, WithoutGil(), doc::ListImages);
+}
+
+}  // namespace oaslam::python

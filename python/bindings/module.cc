@@ -1,0 +1,26 @@
+#include "bindings.h"
+
+PYBIND11_MODULE(_oaslam, m) {
+  using namespace oaslam::python;
+  m.doc() = "Object-aided monocular visual SLAM.";
+  // Types and functions name the package that they are imported from.
+  const py::object own_name = m.attr("__name__");
+  m.attr("__name__") = "oaslam";
+  m.attr("__version__") = OASLAM_VERSION;
+  AddErrors(m);
+  AddTypes(m);
+  AddCameras(m);
+  AddConfig(m);
+  AddClasses(m);
+  AddDetections(m);
+  AddDetectors(m);
+  AddImages(m);
+  AddMap(m);
+  AddTrajectories(m);
+  AddResults(m);
+  AddCameraEstimation(m);
+  AddSlam(m);
+  AddImageLocalizer(m);
+  AddLog(m);
+  m.attr("__name__") = own_name;
+}

@@ -1,0 +1,115 @@
+#include <pybind11/chrono.h>
+
+#include "bindings.h"
+#include "oaslam/relocalization_result.h"
+#include "oaslam/slam.h"
+#include "oaslam/slam_state.h"
+#include "oaslam/trajectory_file.h"
+
+namespace oaslam::python {
+namespace {
+
+void AddTrackingResult(py::module_& m) {
+  py::class_<TrackingResult>(m, "TrackingResult", doc::TrackingResult)
+      .def_readonly(OASLAM_FIELD(TrackingResult, frame))
+      .def_readonly(OASLAM_FIELD(TrackingResult, timestamp))
+      .def_readonly(OASLAM_FIELD(TrackingResult, state))
+      .def_readonly(OASLAM_FIELD(TrackingResult, world_from_cam))
+      .def_readonly(OASLAM_FIELD(TrackingResult, keypoints))
+      .def_readonly(OASLAM_FIELD(TrackingResult, matched))
+      .def_readonly(OASLAM_FIELD(TrackingResult, inliers))
+      .def_readonly(OASLAM_FIELD(TrackingResult, detections))
+      .def_readonly(OASLAM_FIELD(TrackingResult, objects))
+      .def_readonly(OASLAM_FIELD(TrackingResult, confidence))
+      .def_readonly(OASLAM_FIELD(TrackingResult, depth))
+      .def_readonly(OASLAM_FIELD(TrackingResult, piece))
+      .def_readonly(OASLAM_FIELD(TrackingResult, ms_total))
+      .def_readonly(OASLAM_FIELD(TrackingResult, ms_features))
+      .def_readonly(OASLAM_FIELD(TrackingResult, ms_track))
+      .def_readonly(OASLAM_FIELD(TrackingResult, ms_objects))
+      .def_readonly(OASLAM_FIELD(TrackingResult, cpu_ms))
+      .def("__repr__", [](const TrackingResult& r) {
+        return py::str("<oaslam.TrackingResult of frame {}: {}>").format(r.frame, r.state);
+      });
+  py::class_<ObjectPresence>(m, "ObjectPresence", doc::ObjectPresence)
+      .def_readonly(OASLAM_FIELD(ObjectPresence, id))
+      .def_readonly(OASLAM_FIELD(ObjectPresence, category_id))
+      .def_readonly(OASLAM_FIELD(ObjectPresence, expected))
+      .def_readonly(OASLAM_FIELD(ObjectPresence, seen))
+      .def_readonly(OASLAM_FIELD(ObjectPresence, is_missing));
+}
+
+void AddRelocalizationResult(py::module_& m) {
+  using Candidate = RelocalizationResult::Candidate;
+  py::class_<RelocalizationResult> result(m, "RelocalizationResult", doc::RelocalizationResult);
+  py::class_<Candidate>(result, "Candidate", doc::RelocalizationResult_Candidate)
+      .def_readonly(OASLAM_FIELD(Candidate, world_from_cam))
+      .def_readonly(OASLAM_FIELD(Candidate, score));
+  result.def_readonly(OASLAM_FIELD(RelocalizationResult, evidence))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, world_from_cam))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, confidence))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, object_score))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, object_margin))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, inlier_points))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, matched_objects))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, sigma_position))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, candidates))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, candidates_are_by))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, why_not))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, camera))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, focal_sigma_px))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, ms_features))
+      .def_readonly(OASLAM_FIELD(RelocalizationResult, ms));
+}
+
+// pybind11 holds what never changes by a pointer that would let it be changed; all that is bound
+// only reads it.
+std::shared_ptr<SlamState> Held(const std::shared_ptr<const SlamState>& state) {
+  return std::const_pointer_cast<SlamState>(state);
+}
+
+}  // namespace
+
+void AddResults(py::module_& m) {
+  AddTrackingResult(m);
+  AddRelocalizationResult(m);
+  py::class_<SlamState, std::shared_ptr<SlamState>>(m, "SlamState", doc::SlamState)
+      .def_readonly(OASLAM_FIELD(SlamState, result))
+      .def_readonly(OASLAM_FIELD(SlamState, map));
+  py::class_<SlamStates>(m, "SlamStates", doc::SlamStates)
+      .def(
+          "newest", [](const SlamStates& states) { return Held(states.Newest()); },
+          doc::SlamStates_Newest)
+      .def(
+          "wait_for_next",
+          [](const SlamStates& states, const std::shared_ptr<SlamState>& last,
+             std::chrono::milliseconds timeout) { return Held(states.WaitForNext(last, timeout)); },
+          py::arg("last"), py::arg("timeout"), WithoutGil(), doc::SlamStates_WaitForNext);
+}
+
+void AddTrajectories(py::module_& m) {
+  py::class_<StampedPose>(m, "StampedPose", doc::StampedPose)
+      .def(py::init([](double timestamp, const Rigid3& world_from_cam) {
+             return StampedPose{timestamp, world_from_cam};
+           }),
+           py::arg("timestamp"), py::arg("world_from_cam"), doc::StampedPose)
+      .def_readonly(OASLAM_FIELD(StampedPose, timestamp))
+      .def_readonly(OASLAM_FIELD(StampedPose, world_from_cam));
+  py::class_<ScoredPose>(m, "ScoredPose", doc::ScoredPose)
+      .def(py::init([](const StampedPose& pose, double score) {
+             return ScoredPose{pose, score};
+           }),
+           py::arg("pose"), py::arg("score"), doc::ScoredPose)
+      .def_readonly(OASLAM_FIELD(ScoredPose, pose))
+      .def_readonly(OASLAM_FIELD(ScoredPose, score));
+  m.def("load_trajectory", OfPath(&LoadTrajectory), py::arg("path"), WithoutGil(),
+        doc::LoadTrajectory);
+  m.def("save_trajectory", OfPath(&SaveTrajectory), py::arg("path"), py::arg("poses"), WithoutGil(),
+        doc::SaveTrajectory);
+  m.def("load_scored_poses", OfPath(&LoadScoredPoses), py::arg("path"), WithoutGil(),
+        doc::LoadScoredPoses);
+  m.def("save_scored_poses", OfPath(&SaveScoredPoses), py::arg("path"), py::arg("poses"),
+        WithoutGil(), doc::SaveScoredPoses);
+}
+
+}  // namespace oaslam::python

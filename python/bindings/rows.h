@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+
+namespace oaslam::python {
+
+// The records of the arrays that Python gets; their fields are those of the public headers.
+struct KeyframeRow {
+  uint32_t id;
+  int32_t frame;
+  double timestamp;
+  int32_t camera;
+  double world_from_cam[4][4];
+};
+struct LandmarkRow {
+  uint32_t id;
+  double position[3];
+  int32_t observations;
+};
+struct ObservationRow {
+  uint32_t keyframe, landmark;
+  double pixel[2];
+  double sigma_px;
+};
+struct TrackedPointRow {
+  double pixel[2];
+  double sigma_px;
+  int64_t landmark;  // -1: none
+  double position[3];
+};
+
+}  // namespace oaslam::python

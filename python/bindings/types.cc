@@ -1,0 +1,89 @@
+#include "oaslam/types.h"
+
+#include "bindings.h"
+#include "oaslam/error.h"
+#include "oaslam/slam.h"
+
+namespace oaslam::python {
+
+void AddErrors(py::module_& m) {
+  py::register_exception<InputError>(m, "InputError", PyExc_ValueError).doc() = doc::InputError;
+  py::register_exception<MappingError>(m, "MappingError", PyExc_RuntimeError).doc() =
+      doc::MappingError;
+}
+
+void AddTypes(py::module_& m) {
+  auto state = py::enum_<TrackingState>(m, "TrackingState", doc::TrackingState)
+                   .value("INITIALIZING", TrackingState::kInitializing)
+                   .value("TRACKING", TrackingState::kTracking)
+                   .value("RELOCALIZED", TrackingState::kRelocalized)
+                   .value("OBJECTS", TrackingState::kObjects)
+                   .value("LOST", TrackingState::kLost);
+  SayAsToString(state);
+  auto evidence = py::enum_<PoseEvidence>(m, "PoseEvidence", doc::PoseEvidence)
+                      .value("NONE", PoseEvidence::kNone)
+                      .value("POINTS", PoseEvidence::kPoints)
+                      .value("OBJECTS", PoseEvidence::kObjects)
+                      .value("POINTS_AND_OBJECTS", PoseEvidence::kPointsAndObjects);
+  SayAsToString(evidence);
+  auto mode = py::enum_<RelocalizationMode>(m, "RelocalizationMode", doc::RelocalizationMode)
+                  .value("POINTS", RelocalizationMode::kPoints)
+                  .value("OBJECTS", RelocalizationMode::kObjects)
+                  .value("POINTS_AND_OBJECTS", RelocalizationMode::kPointsAndObjects);
+  SayAsToString(mode);
+  m.def("relocalization_mode_of", &RelocalizationModeOf, py::arg("name"),
+        doc::RelocalizationModeOf);
+
+  py::class_<Box>(m, "Box", doc::Box)
+      .def(py::init([](double x1, double y1, double x2, double y2) {
+             return Box{x1, y1, x2, y2};
+           }),
+           py::arg("x1") = 0, py::arg("y1") = 0, py::arg("x2") = 0, py::arg("y2") = 0, doc::Box)
+      .def_readwrite(OASLAM_FIELD(Box, x1))
+      .def_readwrite(OASLAM_FIELD(Box, y1))
+      .def_readwrite(OASLAM_FIELD(Box, x2))
+      .def_readwrite(OASLAM_FIELD(Box, y2))
+      .def("width", &Box::Width, doc::Box_Width)
+      .def("height", &Box::Height, doc::Box_Height)
+      .def("area", &Box::Area, doc::Box_Area)
+      .def(
+          "__eq__", [](const Box& a, const Box& b) { return a == b; }, py::is_operator())
+      .def("__repr__", [](const Box& b) {
+        return py::str("Box({}, {}, {}, {})").format(b.x1, b.y1, b.x2, b.y2);
+      });
+  py::class_<Label>(m, "Label", doc::Label)
+      .def(py::init([](int category_id, double score) {
+             return Label{category_id, score};
+           }),
+           py::arg("category_id"), py::arg("score"), doc::Label)
+      .def_readwrite(OASLAM_FIELD(Label, category_id))
+      .def_readwrite(OASLAM_FIELD(Label, score))
+      .def(
+          "__eq__", [](const Label& a, const Label& b) { return a == b; }, py::is_operator());
+  py::class_<Detection>(m, "Detection", doc::Detection)
+      .def(py::init([](int category_id, double score, const Box& box,
+                       const std::optional<std::array<double, 5>>& ellipse,
+                       const std::vector<Label>& other_labels) {
+             return Detection{category_id, score, box, ellipse, other_labels};
+           }),
+           py::arg("category_id"), py::arg("score"), py::arg("box"),
+           py::arg("ellipse") = std::nullopt, py::arg("other_labels") = py::tuple(), doc::Detection)
+      .def_readwrite(OASLAM_FIELD(Detection, category_id))
+      .def_readwrite(OASLAM_FIELD(Detection, score))
+      .def_readwrite(OASLAM_FIELD(Detection, box))
+      .def_readonly(OASLAM_FIELD(Detection, ellipse))
+      .def_property_readonly(
+          "other_labels", [](const Detection& d) { return py::tuple(py::cast(d.other_labels)); },
+          doc::Detection_other_labels)
+      .def("__repr__", [](const Detection& d) {
+        return py::str("Detection({}, {}, {!r})").format(d.category_id, d.score, d.box);
+      });
+  py::class_<Ellipsoid>(m, "Ellipsoid", doc::Ellipsoid)
+      .def_readonly(OASLAM_FIELD(Ellipsoid, center))
+      .def_readonly(OASLAM_FIELD(Ellipsoid, half_axes))
+      .def_property_readonly(
+          "rotation", [](const Ellipsoid& e) { return ArrayOf(e.rotation.toRotationMatrix()); },
+          doc::Ellipsoid_rotation);
+}
+
+}  // namespace oaslam::python

@@ -1,0 +1,109 @@
+"""What does not fit is refused, with a message that says what was expected."""
+import numpy
+import pytest
+
+import oaslam
+
+IMAGE = numpy.zeros((480, 640), numpy.uint8)
+POSE = numpy.eye(4)
+
+
+@pytest.fixture
+def slam():
+    return oaslam.Slam(oaslam.SlamConfig(), oaslam.Camera(width=640, height=480, fx=500, fy=500, cx=319.5, cy=239.5))
+
+
+@pytest.mark.parametrize("image, error, message", [
+    ([[1]], TypeError, "NumPy array of uint8, not list"),
+    (None, TypeError, "not NoneType"),
+    (IMAGE.astype(float), TypeError, r"uint8, not float64 of shape \(480, 640\)"),
+    (IMAGE[0], ValueError, r"\(height, width\).*uint8 of shape \(640,\)"),
+    (numpy.zeros((480, 640, 2), numpy.uint8), ValueError, r"uint8 of shape \(480, 640, 2\)"),
+    (IMAGE[:0], ValueError, r"shape \(0, 640\)"),
+    (IMAGE[:, ::-1], ValueError, "ascontiguousarray"),
+    (IMAGE[::-1], ValueError, "ascontiguousarray"),
+    (numpy.zeros((480, 640, 3), numpy.uint8)[..., ::-1], ValueError, "ascontiguousarray"),
+    (IMAGE.T, ValueError, "ascontiguousarray"),
+    (numpy.broadcast_to(IMAGE[:1], (480, 640)), ValueError, "ascontiguousarray"),
+    (IMAGE[:240], oaslam.InputError, "640x240"),
+])
+def test_images(slam, image, error, message):
+    with pytest.raises(error, match=message):
+        slam.process(image, 0)
+
+
+@pytest.mark.parametrize("pose, error, message", [
+    ("here", TypeError, "array of numbers, not str"),
+    (POSE[:3], ValueError, r"shape \(4, 4\), not \(3, 4\)"),
+    (2 * POSE, ValueError, "rotation"),
+    (numpy.diag([1, 1, -1, 1]), ValueError, "rotation"),
+    (numpy.full((4, 4), numpy.nan), ValueError, "not finite"),
+    (POSE.T + numpy.eye(4, k=-3), ValueError, "last row"),
+])
+def test_poses(slam, pose, error, message):
+    with pytest.raises(error, match=message):
+        slam.force_relocalization(pose)
+
+
+def test_poses_of_other_types_are_taken(slam):
+    slam.force_relocalization(POSE.tolist())
+    slam.force_relocalization(POSE.astype(numpy.float32))
+    slam.force_relocalization(numpy.asfortranarray(POSE))
+
+
+@pytest.mark.parametrize("gravity, error", [((0, 1), ValueError), ((0, numpy.inf, 0), ValueError), ("down", TypeError)])
+def test_vectors(slam, gravity, error):
+    with pytest.raises(error, match="a vector"):
+        slam.process(IMAGE, 0, gravity_in_cam=gravity)
+
+
+def test_input_errors(slam, tmp_path):
+    assert issubclass(oaslam.InputError, ValueError) and issubclass(oaslam.MappingError, RuntimeError)
+    slam.process(IMAGE, 1)
+    with pytest.raises(oaslam.InputError, match="time stamp 1.0"):
+        slam.process(IMAGE, 1)
+    with pytest.raises(oaslam.InputError, match="detection 0"):
+        slam.process(IMAGE, 2, [oaslam.Detection(0, 0.5, oaslam.Box(5, 5, 1, 1))])
+    with pytest.raises(TypeError):
+        slam.process(IMAGE, 2, [(0, 0.5)])
+    for read in (oaslam.load_detections, oaslam.load_trajectory, oaslam.load_classes, oaslam.load_camera, oaslam.open_images, oaslam.Detector.load,
+                 oaslam.ImageLocalizer):
+        with pytest.raises(oaslam.InputError, match="nowhere"):
+            read(tmp_path / "nowhere")
+    with pytest.raises(TypeError):
+        oaslam.load_trajectory(5)
+    with pytest.raises(oaslam.InputError, match="features.count"):
+        config = oaslam.SlamConfig()
+        config.features.count = 1
+        oaslam.Slam(config, oaslam.Camera(width=640, height=480, fx=500, fy=500, cx=319.5, cy=239.5))
+    with pytest.raises(ValueError, match="at most 5"):
+        oaslam.Camera(width=1, height=1, fx=1, fy=1, cx=0, cy=0, distortion=[0] * 6)
+
+
+def test_settings():
+    config = oaslam.SlamConfig()
+    assert config.validate() == []
+    oaslam.apply_setting("runner.mode=live", config)
+    assert config.runner.mode == oaslam.RunnerMode.LIVE and "mode: live" in oaslam.config_to_yaml(config)
+    with pytest.raises(oaslam.InputError, match="runner.mode"):
+        oaslam.apply_setting("runner.mod=live", config)
+    with pytest.raises(AttributeError):
+        config.runner.mod = oaslam.RunnerMode.LIVE
+    with pytest.raises(TypeError):
+        config.runner.mode = "live"
+
+
+def test_what_would_be_lost_cannot_be_changed():
+    relations = oaslam.ClassRelations(whole_of={1: 2}, movable={0})
+    with pytest.raises(AttributeError):
+        relations.movable.add(3)
+    with pytest.raises(TypeError):
+        relations.whole_of[3] = 4
+    detection = oaslam.Detection(0, 0.5, oaslam.Box(0, 0, 1, 1), other_labels=[oaslam.Label(1, 0.2)])
+    with pytest.raises(AttributeError):
+        detection.other_labels.append(oaslam.Label(2, 0.1))
+    camera = oaslam.Camera(width=1, height=1, fx=1, fy=1, cx=0, cy=0)
+    with pytest.raises(TypeError):
+        camera.distortion[0] = 1
+    camera.distortion = (0.1, 0, 0, 0, 0)
+    assert camera.has_distortion() and "0.1" in repr(camera)

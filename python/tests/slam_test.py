@@ -1,0 +1,115 @@
+"""Slam and what comes out of it."""
+import numpy
+import pytest
+
+import oaslam
+from conftest import CLIP
+
+
+def test_results(desk):
+    last = desk.results[-1]
+    assert last.state == oaslam.TrackingState.TRACKING and str(last.state) == "tracking"
+    assert last.frame == len(desk.images) - 1 and last.inliers > 100 and last.objects > 0
+    pose = last.world_from_cam
+    assert pose.shape == (4, 4) and pose.dtype == numpy.float64
+    assert numpy.allclose(pose[:3, :3] @ pose[:3, :3].T, numpy.eye(3))
+    assert desk.results[0].world_from_cam is None
+
+
+def test_map(desk):
+    map = desk.slam.snapshot()
+    keyframes, landmarks = map.keyframes(), map.landmarks()
+    assert len(keyframes) == map.keyframe_count > 5 and len(landmarks) == map.landmark_count > 500
+    assert keyframes["world_from_cam"].shape == (len(keyframes), 4, 4) and landmarks["position"].shape == (len(landmarks), 3)
+    assert (numpy.diff(landmarks["id"].astype(int)) > 0).all()
+    seen = map.observations_in_keyframe(keyframes["id"][-1])
+    assert len(seen) > 50 and set(seen["landmark"]) <= set(landmarks["id"])
+    # A landmark is seen where the camera projects it to.
+    pose, camera = keyframes["world_from_cam"][-1], map.cameras()[keyframes["camera"][-1]]
+    positions = landmarks["position"][numpy.searchsorted(landmarks["id"], seen["landmark"])]
+    local = (positions - pose[:3, 3]) @ pose[:3, :3]
+    pixel = local[:, :2] / local[:, 2:] * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+    assert numpy.median(numpy.linalg.norm(pixel - seen["pixel"], axis=1)) < 1
+    assert len(map.observations_of_landmark(landmarks["id"][0])) == landmarks["observations"][0]
+    thing = map.objects()[0]
+    assert thing.name and thing.covariance.shape == (7, 7) and (thing.ellipsoid.half_axes > 0).all()
+    assert thing.ellipsoid.rotation.shape == (3, 3)
+    assert not map.is_metric and oaslam.MapSnapshot().keyframe_count == 0
+
+
+def test_tracked_points(desk):
+    points = desk.slam.tracked_points()
+    found = points[points["landmark"] >= 0]
+    assert len(found) == desk.results[-1].inliers and len(points) > len(found)
+    assert set(found["landmark"]) <= set(desk.slam.snapshot().landmarks()["id"])
+    assert numpy.isfinite(found["position"]).all()
+
+
+def test_states(desk):
+    states = desk.slam.states()
+    newest = states.newest()
+    assert newest.result.frame == desk.results[-1].frame and newest.map.keyframe_count > 5
+    assert states.wait_for_next(newest, 0.01) is None
+    del newest
+    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    states = slam.states()
+    assert states.newest() is None
+    del slam
+    assert states.wait_for_next(None, 10) is None  # at once, since the Slam has gone
+
+
+def test_saved_map(desk, desk_map):
+    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam.set_mapping(False)
+    slam.load(desk_map)
+    image = desk.images[50]
+    found = slam.relocalize(image.image, oaslam.RelocalizationMode.POINTS)
+    assert found.evidence == oaslam.PoseEvidence.POINTS and found.candidates[0].score > 30
+    true = desk.slam.trajectory()[50]
+    assert true.timestamp == image.timestamp
+    assert numpy.allclose(found.world_from_cam, true.world_from_cam, atol=0.02)
+    near = slam.relocalize(image.image, oaslam.RelocalizationMode.POINTS, prior=true.world_from_cam)
+    assert near.world_from_cam is not None
+    assert slam.process(image.image, 0).world_from_cam is not None
+    slam.reset()
+    assert slam.snapshot().keyframe_count == 0
+    with pytest.raises(oaslam.InputError, match="no.map"):
+        slam.load("no.map")
+
+
+def test_anchors(desk, desk_map):
+    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    slam.load(desk_map)
+    thing = slam.snapshot().objects()[0]
+    placed = slam.place_anchor(name="flag", model="axes", object=thing.id)
+    assert placed.name == "flag", placed.why_not
+    pose = numpy.eye(4)
+    pose[:3, 3] = 1, 2, 3
+    assert slam.place_anchor(name="here", pose=pose, size=0.5).name == "here"
+    assert [anchor.name for anchor in slam.anchors()] == ["flag", "here"]
+    assert (slam.anchors()[1].world_from_anchor == pose).all() and slam.anchors()[0].object == thing.id
+    assert slam.edit_anchor("here", name="there", size=2) == "" and slam.anchors()[1].size == 2
+    assert slam.edit_anchor("here", size=2) != ""
+    assert slam.remove_anchor("there") and not slam.remove_anchor("there")
+
+
+def test_late_detections(desk):
+    detections = oaslam.load_detections(CLIP / "detections.json")
+    slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
+    seen = []
+    for image in desk.images:
+        result = slam.process(image.image, image.timestamp, detections_follow=True)
+        seen.append(slam.add_detections(result.frame, detections.find(image.name)))
+    assert seen[0] is None and seen[-1] > 0
+
+
+def test_estimated_camera(desk):
+    estimator = oaslam.CameraEstimator(focal_length_35mm=30)
+    with pytest.raises(oaslam.InputError, match="no images"):
+        estimator.estimate()
+    for image in desk.images[:10]:
+        estimator.add(image.image, image.timestamp)
+    assert estimator.duration() == pytest.approx(0.3, abs=0.1) and not estimator.is_full()
+    estimate = estimator.estimate()
+    assert not estimate.is_determined and estimate.why_not
+    assert oaslam.describe(estimate).startswith("focal length")

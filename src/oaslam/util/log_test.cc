@@ -1,0 +1,31 @@
+#include "oaslam/util/log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace oaslam {
+namespace {
+
+TEST(Log, ASinkMayReplaceItselfAndCauseMessages) {
+  std::vector<std::string> told;
+  const auto kept = std::make_shared<std::string>("first: ");
+  SetLogSink([&told, kept](LogLevel, const std::string& message) {
+    SetLogSink([&told](LogLevel, const std::string& later) { told.push_back("second: " + later); });
+    Log(LogLevel::kInfo, "from within");
+    told.push_back(*kept + message);  // what the sink has captured is still there
+  });
+  EXPECT_EQ(kept.use_count(), 2);
+  Log(LogLevel::kInfo, "a");
+  EXPECT_EQ(kept.use_count(), 1);
+  Log(LogLevel::kInfo, "b");
+  SetLogSink({});
+  Log(LogLevel::kInfo, "c");
+  EXPECT_THAT(told, testing::ElementsAre("second: from within", "first: a", "second: b"));
+}
+
+}  // namespace
+}  // namespace oaslam
