@@ -27,7 +27,7 @@ print(oaslam.__version__, result.state)
 
 def run(*command):
     env = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "OASLAM_MODELS")}
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env=env)
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env=env, cwd="/")
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
