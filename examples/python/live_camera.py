@@ -28,7 +28,7 @@ def show(states: oaslam.SlamStates, stop: threading.Event) -> None:
 
 
 def picture_of(image: Image, points: numpy.typing.NDArray[numpy.void]) -> Image:
-    picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
+    picture: Image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
     for x, y in points["pixel"][points["landmark"] >= 0]:
         cv2.circle(picture, (round(x), round(y)), 3, (60, 220, 60), 1, cv2.LINE_AA)
     return picture

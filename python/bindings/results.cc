@@ -1,4 +1,7 @@
-#include <pybind11/chrono.h>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
 
 #include "bindings.h"
 #include "oaslam/relocalization_result.h"
@@ -64,8 +67,18 @@ void AddRelocalizationResult(py::module_& m) {
 
 // pybind11 holds what never changes by a pointer that would let it be changed; all that is bound
 // only reads it.
-std::shared_ptr<SlamState> Held(const std::shared_ptr<const SlamState>& state) {
-  return std::const_pointer_cast<SlamState>(state);
+using HeldState = std::optional<std::shared_ptr<SlamState>>;
+
+HeldState Held(const std::shared_ptr<const SlamState>& state) {
+  return state ? HeldState(std::const_pointer_cast<SlamState>(state)) : std::nullopt;
+}
+
+HeldState WaitForNext(const SlamStates& states, const HeldState& last, double timeout_s) {
+  constexpr double kMostSeconds = 1e9;
+  if (!(timeout_s >= 0)) throw py::value_error("timeout_s is not negative");
+  const std::chrono::milliseconds timeout(std::lround(1000 * std::min(timeout_s, kMostSeconds)));
+  const py::gil_scoped_release without_gil;
+  return Held(states.WaitForNext(last.value_or(nullptr), timeout));
 }
 
 }  // namespace
@@ -80,11 +93,8 @@ void AddResults(py::module_& m) {
       .def(
           "newest", [](const SlamStates& states) { return Held(states.Newest()); },
           doc::SlamStates_Newest)
-      .def(
-          "wait_for_next",
-          [](const SlamStates& states, const std::shared_ptr<SlamState>& last,
-             std::chrono::milliseconds timeout) { return Held(states.WaitForNext(last, timeout)); },
-          py::arg("last"), py::arg("timeout"), WithoutGil(), doc::SlamStates_WaitForNext);
+      .def("wait_for_next", &WaitForNext, py::arg("last"), py::arg("timeout_s"),
+           doc::SlamStates_WaitForNext);
 }
 
 void AddTrajectories(py::module_& m) {

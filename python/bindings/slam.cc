@@ -143,14 +143,14 @@ void AddMapping(SlamClass& slam) {
       .def("main_piece", Method(&Slam::MainPiece), doc::Slam_MainPiece)
       .def(
           "save",
-          [](ExclusiveSlam& slam, const PathText& path) {
-            slam.Use([&](Slam& s) { s.Save(path); });
+          [](ExclusiveSlam& self, const PathText& path) {
+            self.Use([&](Slam& s) { s.Save(path); });
           },
           py::arg("path"), doc::Slam_Save)
       .def(
           "load",
-          [](ExclusiveSlam& slam, const PathText& path, int piece) {
-            slam.Use([&](Slam& s) { s.Load(path, piece); });
+          [](ExclusiveSlam& self, const PathText& path, int piece) {
+            self.Use([&](Slam& s) { s.Load(path, piece); });
           },
           py::arg("path"), py::arg("piece") = 0, doc::Slam_Load)
       .def("reset", Method(&Slam::Reset), doc::Slam_Reset)

@@ -33,7 +33,6 @@ def test_all_has_a_docstring():
                 functions += 1
     assert functions > 50
     assert "Time stamps must ascend" in oaslam.Slam.process.__doc__ and "add_detections" in oaslam.Slam.process.__doc__
-    assert "Read by set_mapping" not in oaslam.SlamConfig.__doc__
 
 
 def test_the_stub_is_that_of_the_module():
@@ -48,7 +47,7 @@ def test_types(tmp_path):
     package.mkdir()
     for name in ("__init__.pyi", "py.typed"):
         shutil.copy(SOURCE / "python" / "oaslam" / name, package)
-    command = ["mypy", "--strict", "--cache-dir", tmp_path / "cache", "--no-site-packages", "--ignore-missing-imports"]
+    command = ["mypy", "--strict", "--cache-dir", tmp_path / "cache", "--ignore-missing-imports"]
 
     def check(*files):
         return subprocess.run([*command, *files], capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "MYPYPATH": str(tmp_path)})
@@ -104,4 +103,5 @@ def test_the_page(tmp_path):
         os.symlink(CLIP / file, tmp_path / name)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "walk.map").exists() and (tmp_path / "walk.txt").exists() and "laptop" in done.stdout or "keyboard" in done.stdout, done.stdout
+    assert (tmp_path / "walk.map").exists() and (tmp_path / "walk.txt").exists()
+    assert "\n119 tracking" in done.stdout and "\nbottle [" in done.stdout, done.stdout

@@ -24,7 +24,7 @@ def test_trajectory(mode, tmp_path):
     assert (tmp_path / "python.txt").read_bytes() == by_command(tmp_path / "run", "--set", f"runner.mode={mode}")
     with open(tmp_path / "run" / "objects.json") as f:
         told = json.load(f)
-    assert [thing.id for thing in run.slam.snapshot().objects()] == [thing["id"] for thing in told["objects"]]
+    assert [thing.id for thing in run.slam.snapshot().objects()] == [thing["id"] for thing in told]
 
 
 def test_an_image_with_gaps_between_its_rows_gives_the_same(desk):
@@ -47,4 +47,4 @@ def test_an_image_with_gaps_between_its_rows_gives_the_same(desk):
 def test_a_trajectory_is_read_as_it_was_written(desk, tmp_path):
     oaslam.save_trajectory(tmp_path / "a.txt", desk.slam.trajectory())
     oaslam.save_trajectory(tmp_path / "b.txt", oaslam.load_trajectory(tmp_path / "a.txt"))
-    assert (tmp_path / "a.txt").read_bytes() == (tmp_path / "b.txt").read_bytes()
+    assert numpy.allclose(numpy.loadtxt(tmp_path / "a.txt"), numpy.loadtxt(tmp_path / "b.txt"), rtol=0, atol=2e-9)

@@ -81,11 +81,12 @@ def test_anchors(desk, desk_map):
     slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
     slam.load(desk_map)
     thing = slam.snapshot().objects()[0]
-    placed = slam.place_anchor(name="flag", model="axes", object=thing.id)
+    above = thing.ellipsoid.center - (0, 1, 0)
+    placed = slam.place_anchor(name="flag", model="axes", origin=above, direction=(0, 1, 0), object=thing.id)
     assert placed.name == "flag", placed.why_not
     pose = numpy.eye(4)
     pose[:3, 3] = 1, 2, 3
-    assert slam.place_anchor(name="here", pose=pose, size=0.5).name == "here"
+    assert slam.place_anchor(name="here", model="axes", pose=pose, size=0.5).name == "here"
     assert [anchor.name for anchor in slam.anchors()] == ["flag", "here"]
     assert (slam.anchors()[1].world_from_anchor == pose).all() and slam.anchors()[0].object == thing.id
     assert slam.edit_anchor("here", name="there", size=2) == "" and slam.anchors()[1].size == 2

@@ -8,6 +8,9 @@ import pytest
 
 from conftest import CLIP, SOURCE
 
+sys.path.insert(0, str(SOURCE / "python" / "packaging"))
+import oaslam_backend
+
 PROGRAM = f"""
 import os, sys, oaslam
 assert oaslam.__file__.startswith(sys.prefix), oaslam.__file__
@@ -24,7 +27,7 @@ print(oaslam.__version__, result.state)
 
 def run(*command):
     env = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "OASLAM_MODELS")}
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env=env)
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env=env, cwd="/")
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -34,7 +37,7 @@ def test_pip(tmp_path):
     run(sys.executable, "-m", "venv", "--system-site-packages", tmp_path / "venv")
     python = tmp_path / "venv" / "bin" / "python"
     run(python, "-m", "pip", "install", SOURCE, "--no-build-isolation", "--no-index", "--config-settings", f"build-dir={os.environ['OASLAM_BUILD_DIR']}")
-    assert run(python, "-c", PROGRAM) == "0.2.0 tracking\n"
+    assert run(python, "-c", PROGRAM) == f"{oaslam_backend.version()} tracking\n"
     listed = run(python, "-m", "pip", "show", "--files", "oaslam")
     assert "oaslam/py.typed" in listed and "oaslam/__init__.pyi" in listed
     run(python, "-m", "pip", "uninstall", "--yes", "oaslam")
@@ -42,8 +45,6 @@ def test_pip(tmp_path):
 
 @pytest.mark.skipif(not (SOURCE / ".git").exists(), reason="not a repository")
 def test_source_archive(tmp_path):
-    sys.path.insert(0, str(SOURCE / "python" / "packaging"))
-    import oaslam_backend
     name = oaslam_backend.build_sdist(tmp_path)
     with tarfile.open(tmp_path / name) as archive:
         names = archive.getnames()

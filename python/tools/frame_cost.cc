@@ -19,10 +19,9 @@ int main(int argc, char** argv) {
   double depth = 0;
   const std::clock_t start = std::clock();
   for (const oaslam::InputImage& image : images) {
-    const oaslam::TrackingResult result =
-        slam.Process({.image = image.image,
-                      .timestamp = image.timestamp,
-                      .detections = detections.Find(image.name)});
+    const oaslam::TrackingResult result = slam.Process({.image = image.image,
+                                                        .timestamp = image.timestamp,
+                                                        .detections = detections.Find(image.name)});
     if (result.world_from_cam) depth += result.world_from_cam->translation.z();
   }
   const double seconds = double(std::clock() - start) / CLOCKS_PER_SEC;

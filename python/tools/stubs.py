@@ -12,7 +12,6 @@ import oaslam
 HEADER = """# Made by python/tools/stubs.py; python/tests/stubs_test.py compares it with the module.
 from typing import Any, Callable, ClassVar, Dict, FrozenSet, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
-import datetime
 import os
 
 import numpy
@@ -20,7 +19,8 @@ import numpy.typing
 
 """
 RECORDS = "numpy.typing.NDArray[numpy.void]"
-# What a property in Python returns, where its getter is a function of Python types.
+# Where the signature does not tell, since Python's own types go in or out.
+FUNCTIONS = {"set_log_sink": "(sink: Optional[Callable[[LogLevel, str], None]]) -> None"}
 PROPERTIES = {
     "BackgroundDetector.Result.detections": "Tuple[Detection, ...]",
     "Camera.distortion": "Tuple[float, float, float, float, float]",
@@ -39,7 +39,7 @@ def type_in(text):
     text = re.sub(r"\bList\[", "Sequence[", text)
     text = re.sub(r"Annotated\[Sequence\[(\w+)\], FixedSize\(\d+\)\]|Sequence\[(\w+)\[\d+\]\]", r"Sequence[\1\2]", text)
     text = text.replace("os.PathLike", "Union[str, os.PathLike[str]]")
-    return text.replace("datetime.timedelta", "Union[float, datetime.timedelta]").replace("oaslam.", "")
+    return text.replace("oaslam.", "")
 
 
 def type_out(text):
@@ -63,8 +63,10 @@ def split(text):
     return parts + [part.strip()] if part.strip() else parts
 
 
-def signature(function, owner=None):
+def signature(function):
     """'(self, image: ..., timestamp: float = ...) -> ...' of a function of pybind11."""
+    if getattr(function, "__name__", "") in FUNCTIONS:
+        return FUNCTIONS[function.__name__]
     match = re.match(r"\w*\((.*)\) -> (.*)", (function.__doc__ or "").split("\n")[0])
     if not match:
         sys.exit(f"stubs.py: {function} has no signature")
