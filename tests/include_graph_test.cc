@@ -230,6 +230,21 @@ TEST(IncludeGraph, TheBuildLinksNothingElse) {
   EXPECT_EQ(seen.size(), Architecture().size());
 }
 
+// What programs of others see: the module for Python and the examples are such.
+TEST(IncludeGraph, PythonAndTheExamplesSeeThePublicHeadersAlone) {
+  const std::filesystem::path root = OASLAM_SOURCE_DIR;
+  size_t count = 0;
+  for (const char* folder : {"python", "examples"})
+    for (const SourceFile& file : FilesUnder(root / folder, std::string(folder) + "/"))
+      for (const std::string& include : IncludesOf(file.text))
+        if (include.starts_with("oaslam/")) {
+          EXPECT_TRUE(std::filesystem::exists(root / "include" / include))
+              << file.path << " includes " << include;
+          ++count;
+        }
+  EXPECT_GT(count, 10u);
+}
+
 TEST(IncludeGraph, NoCycles) {
   for (const auto& [room, below] : Architecture())
     for (const std::string& other : below)
