@@ -29,7 +29,8 @@ class OASLAM_API BackgroundDetector {
   // Waits until the present image is processed.
   ~BackgroundDetector();
 
-  // Offers an image, which replaces one that still waits. Frames ascend.
+  // Offers an image, which replaces one that still waits. Frames ascend. The image is kept and not
+  // copied: clone a view of memory that changes.
   void Offer(int frame, const cv::Mat& image);
   // The results since the last call, ascending by frame. Rethrows an exception of `detect`.
   std::vector<Result> Take();
