@@ -216,9 +216,13 @@ class Ros(harness.InFolder):
                 self.assertAlmostEqual(extent, 2 * half, places=4)
 
     def test_bad_input_ends_it(self):
-        for name, info, encoding, word in (("lens", camera_info("rational_polynomial", [0] * 8), "mono8", "distortion_model: rational_polynomial"),
-                                           ("depth", camera_info("plumb_bob", []), "16UC1", "encoding: 16UC1")):
-            node = self.start("_detector:=none")
+        sample = camera_info("plumb_bob", [])
+        for name, info, encoding, parameter, word in (
+                ("lens", camera_info("rational_polynomial", [0] * 8), "mono8", "_mapping:=true", "distortion_model: rational_polynomial"),
+                ("encoding", sample, "16UC1", "_mapping:=true", "encoding: 16UC1"),
+                ("config", sample, "mono8", "_config:=/no/settings.yaml", "/no/settings.yaml"),
+                ("map", sample, "mono8", "_map:=/no/desk.map", "/no/desk.map")):
+            node = self.start("_detector:=none", parameter)
             senders = {"/camera_info": rospy.Publisher("/camera_info", CameraInfo, queue_size=1), "/image": rospy.Publisher("/image", Image, queue_size=1)}
             image = Image(width=WIDTH, height=HEIGHT, encoding=encoding, step=2 * WIDTH, data=bytes(2 * WIDTH * HEIGHT))
 
