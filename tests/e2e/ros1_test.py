@@ -114,7 +114,9 @@ class Ros(harness.InFolder):
             return False
 
     def start(self, *parameters):
-        """The node; it ends with the test."""
+        """The node; it ends with the test. The master would keep the parameters of the one before."""
+        if rospy.has_param("/oaslam"):
+            rospy.delete_param("/oaslam")
         with open(self.path("log"), "w") as log:
             node = subprocess.Popen([self.path("build/oaslam_node"), *parameters], stdout=log, stderr=log)
         self.addCleanup(node.wait)
