@@ -72,7 +72,6 @@ Answer Tracker::Track(const cv::Mat& image, double timestamp) try {
   const oaslam::TrackingResult result = i.slam.Process(
       {.image = image, .timestamp = timestamp, .detections_follow = i.boxes.has_value()});
   if (i.boxes) {
-    // The detector looks at the image when that view may be gone.
     i.boxes->Offer(result.frame, image);
     for (const auto& late : i.boxes->Take()) i.slam.AddDetections(late.frame, late.detections);
   }
