@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "common.h"
+#include "oaslam/display/frame_record_of.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/system/slam_access.h"
 #include "optional_values.h"
@@ -148,18 +149,7 @@ void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingRes
                     int dropped) {
   if (!viewer_) return;
   frame_ = result.frame;
-  FrameRecord record;
-  record.note = {result.frame, result.timestamp, result.state, result.inliers, result.ms_total};
-  record.world_from_cam = result.world_from_cam;
-  record.keypoints = result.keypoints;
-  record.matched = result.matched;
-  record.objects = result.objects;
-  record.confidence = result.confidence;
-  record.ms_features = result.ms_features;
-  record.ms_track = result.ms_track;
-  record.ms_objects = result.ms_objects;
-  record.view = SlamAccess::View(slam);
-  record.image = frame.input.image;
+  FrameRecord record = FrameRecordOf(slam, result, frame.input.image);
   record.image_path = frame.path;
   record.image_orientation = frame.orientation;
   viewer_->Show(std::move(record));

@@ -44,6 +44,7 @@ const Rooms& Architecture() {
       {"content", {"exports"}},
       {"net", {"util"}},
       {"viewer", {"anchors", "content", "net"}},
+      {"display", {"system", "viewer"}},
       {"detection", {"geometry"}},
       {"service", {"system", "content", "net", "detection"}},
       {"evaluation", {"exports"}},
@@ -65,6 +66,7 @@ const std::map<std::string, std::string> kImplementedIn{
     {"image_source.h", "images"},
     {"latest_image.h", "images"},
     {"map_snapshot.h", "system"},
+    {"map_viewer.h", "display"},
     {"slam.h", "system"},
     {"slam_state.h", "system"},
     {"trajectory_file.h", "formats"},
@@ -158,7 +160,7 @@ std::vector<std::string> UndefinedTypes(const std::vector<SourceFile>& files) {
 // Types that two headers define: all rooms share a namespace, and the linker takes the functions of
 // either for both.
 std::vector<std::string> TypesDefinedTwice(const std::vector<SourceFile>& files) {
-  static const std::regex type(R"(^(?:struct|class|enum class) (?:OASLAM_API )?(\w+)[^;{]*\{)");
+  static const std::regex type(R"(^(?:struct|class|enum class) (?:OASLAM_\w+ )?([\w:]+)[^;{]*\{)");
   std::set<std::string> defined, twice;
   for (const SourceFile& file : files) {
     if (!file.path.ends_with(".h")) continue;

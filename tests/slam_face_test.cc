@@ -57,6 +57,7 @@ TEST_F(SlamWithMap, GivesTheMapAndWhatIsTrackedAsData) {
   EXPECT_EQ(map.Cameras().front(), clip().camera);
   const auto keyframes = map.Keyframes();
   ASSERT_EQ(keyframes.size(), map.keyframe_count());
+  EXPECT_EQ(keyframes.front().frame, std::nullopt);  // of the file
   const auto landmarks = map.Landmarks();
   ASSERT_EQ(landmarks.size(), map.landmark_count());
   errors.clear();
@@ -159,16 +160,20 @@ TEST_F(SlamWithMap, ImagesAreFoundByManyThreadsAndNearAPriorPose) {
 TEST_F(SlamWithMap, OtherThreadsGetTheNewestState) {
   std::vector<int> frames;
   SlamStates states = MakeSlam().States();
-  EXPECT_EQ(states.WaitForNext(nullptr, std::chrono::hours(1)), nullptr);  // its Slam has gone
+  EXPECT_TRUE(states.HasEnded());
+  EXPECT_EQ(states.WaitForNext(states.Newest(), std::chrono::milliseconds::max()), nullptr);
   std::jthread reader;
   {
     Slam slam = MakeSlam();
     states = slam.States();
-    EXPECT_EQ(states.Newest(), nullptr);
-    EXPECT_EQ(states.WaitForNext(nullptr, std::chrono::milliseconds(1)), nullptr);
+    EXPECT_FALSE(states.HasEnded());
+    const auto first = states.Newest();
+    EXPECT_EQ(first->result.frame, -1);
+    EXPECT_EQ(first->map.keyframe_count(), 0U);
+    EXPECT_EQ(states.WaitForNext(first, std::chrono::milliseconds(1)), nullptr);
     reader = std::jthread([states, &frames] {
-      std::shared_ptr<const SlamState> last;
-      while ((last = states.WaitForNext(last, std::chrono::hours(1))))
+      auto last = states.Newest();
+      while ((last = states.WaitForNext(last, std::chrono::milliseconds::max())))
         frames.push_back(last->result.frame);
     });
     for (size_t i = 0; i < 20; ++i) slam.Process(WithDetections(i));
@@ -176,16 +181,109 @@ TEST_F(SlamWithMap, OtherThreadsGetTheNewestState) {
     EXPECT_EQ(states.Newest()->result.frame, 19);
     // Also in another map.
     slam.Load(Path());
+    EXPECT_EQ(states.Newest()->result.frame, -1);
+    EXPECT_EQ(states.Newest()->map.keyframe_count(), slam.Snapshot().keyframe_count());
     slam.Process(WithDetections(30));
     EXPECT_EQ(states.Newest()->result.state, TrackingState::kRelocalized);
     EXPECT_EQ(states.Newest()->map.keyframe_count(), slam.Snapshot().keyframe_count());
     slam.Reset();
+    EXPECT_EQ(states.Newest()->map.keyframe_count(), 0U);
     slam.Process(WithDetections(31));
     EXPECT_EQ(states.Newest()->map.keyframe_count(), 0U);
   }
   reader.join();
   EXPECT_FALSE(frames.empty());
   EXPECT_TRUE(states.Newest());
+}
+
+// Every call that changes the map shows it, with the newest image's pose in it, and versions
+// ascend.
+TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
+  Slam slam = MakeSlam();
+  const SlamStates states = slam.States();
+  uint64_t version = 0;
+  const auto expect_news = [&](const char* call) {
+    EXPECT_GT(states.Newest()->map.version(), version) << call;
+    version = states.Newest()->map.version();
+    EXPECT_EQ(slam.Snapshot().version(), version) << call;
+  };
+  expect_news("start");
+  for (size_t i = 0; i < 70; ++i) slam.Process(WithDetections(i));
+  expect_news("Process");
+  const auto keyframes = slam.Snapshot().Keyframes();
+  EXPECT_EQ(keyframes.back().timestamp,
+            WithDetections(static_cast<size_t>(keyframes.back().frame.value())).timestamp);
+  const auto before = states.Newest();
+  slam.SetMetresPerUnit(3);
+  expect_news("SetMetresPerUnit");
+  EXPECT_TRUE(states.Newest()->map.is_metric());
+  EXPECT_EQ(states.Newest()->result.frame, 69);
+  EXPECT_LT((states.Newest()->result.world_from_cam->translation -
+             3 * before->result.world_from_cam->translation)
+                .norm(),
+            0.03 * 3 * before->result.depth);
+  EXPECT_EQ(states.Newest()->result.depth, 3 * before->result.depth);
+  slam.PlaceAnchor({.name = "flag", .model = "flag", .pose = Rigid3()});
+  expect_news("PlaceAnchor");
+  EXPECT_THAT(states.Newest()->map.Anchors(), SizeIs(1));
+  slam.EditAnchor("flag", {.size = 2});
+  expect_news("EditAnchor");
+  slam.RemoveAnchor("flag");
+  expect_news("RemoveAnchor");
+  slam.SetClassNames({{1, "mine"}});
+  expect_news("SetClassNames");
+  slam.Finish();
+  expect_news("Finish");
+  EXPECT_EQ(states.Newest()->result.world_from_cam->translation,
+            slam.Trajectory().back().world_from_cam.translation);
+  slam.Load(Path());
+  expect_news("Load");
+  slam.Reset();
+  expect_news("Reset");
+}
+
+TEST_F(SlamWithMap, StatesShowDetectionsThatCameLater) {
+  Slam slam = MakeSlam();
+  const SlamStates states = slam.States();
+  slam.Load(Path());
+  for (size_t i = 30; i < 34; ++i) {
+    ImageInput input = WithoutDetections(i);
+    input.detections_follow = true;
+    const TrackingResult result = slam.Process(input);
+    ASSERT_TRUE(result.world_from_cam);
+    EXPECT_EQ(states.Newest()->result.detections, 0);
+    const auto boxes = WithDetections(i).detections;
+    const std::optional<int> objects = slam.AddDetections(result.frame, boxes);
+    ASSERT_GT(objects.value_or(0), 0);
+    EXPECT_EQ(states.Newest()->result.frame, result.frame);
+    EXPECT_EQ(states.Newest()->result.objects, *objects);
+    EXPECT_EQ(states.Newest()->result.detections, static_cast<int>(boxes.size()));
+    EXPECT_EQ(states.Newest()->result.state, result.state);
+  }
+}
+
+TEST_F(SlamWithMap, MetresNeedAMapAndKeepIt) {
+  Slam slam = MakeSlam();
+  EXPECT_THAT(InputErrorOf([&] { slam.SetMetresPerUnit(2); }), HasSubstr("no map yet"));
+  size_t i = 0;
+  while (slam.Process(WithDetections(i)).state != TrackingState::kTracking) ++i;
+  slam.SetMetresPerUnit(2);
+  // Such a small map would be given up otherwise.
+  const TrackingResult lost = slam.Process(
+      {.image = cv::Mat::zeros(480, 640, CV_8UC1), .timestamp = WithDetections(i + 1).timestamp});
+  EXPECT_FALSE(lost.world_from_cam);
+  EXPECT_TRUE(slam.Snapshot().is_metric());
+  EXPECT_GE(slam.Snapshot().keyframe_count(), 2U);
+}
+
+TEST_F(SlamWithMap, BoxesOfAnImageThatIsTrackedMayBeFollowedToo) {
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  for (size_t i = 30; i < 32; ++i) {
+    const ImageInput input = WithDetections(i);
+    slam.FollowByObjects(input.timestamp, input.detections);
+    EXPECT_EQ(slam.Process(input).frame, static_cast<int>(i) - 30);
+  }
 }
 
 // The cells of the table in slam.h that slam_test.cc does not look at: orders of calls.

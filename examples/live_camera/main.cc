@@ -1,7 +1,8 @@
 // A camera that does not wait: live_camera SOURCE CAMERA PICTURE [SECONDS]
 // SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or
-// fov:DEGREES. Tracking and mapping, a detector, and a display run side by side; the display gets
-// the newest state without a lock, and writes what it has shown last to PICTURE.
+// fov:DEGREES. Tracking and mapping, a detector, a display and a viewer run side by side; the
+// display gets the newest state without a lock, the viewer is a page for browsers. What was drawn
+// last is written to PICTURE.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -59,19 +60,26 @@ int main(int argc, char** argv) {
     const std::jthread display(
         [states = slam.States()](const std::stop_token& stop) { Show(states, stop); });
 
+    oaslam::MapViewer viewer(slam, {.port = 0, .title = argv[1]});
+    std::printf("viewer: %s\n", viewer.url().c_str());
+    std::fflush(stdout);
+
     const auto start = Clock::now();
     const double begin = image->timestamp, seconds = argc > 4 ? std::atof(argv[4]) : 1e9;
     cv::Mat picture;
     for (; image && image->timestamp - begin < seconds; image = images->Next()) {
       const auto due = start + std::chrono::duration<double>(image->timestamp - begin);
       std::this_thread::sleep_until(std::chrono::time_point_cast<Clock::duration>(due));
-      const oaslam::TrackingResult result = slam.Process(
-          {.image = image->image, .timestamp = image->timestamp, .detections_follow = true});
+      const oaslam::ImageInput input{
+          .image = image->image, .timestamp = image->timestamp, .detections_follow = true};
+      const oaslam::TrackingResult result = slam.Process(input);
       boxes.Offer(result.frame, image->image);
       for (const auto& late : boxes.Take()) slam.AddDetections(late.frame, late.detections);
+      viewer.Show(slam, input, result);
       if (result.world_from_cam) picture = Picture(image->image, slam.TrackedPoints());
     }
     slam.Finish();
+    viewer.ShowMap(slam);
     if (picture.empty()) return std::fprintf(stderr, "live_camera: nothing was tracked\n"), 1;
     cv::imwrite(argv[3], picture);
     std::printf("%zu keyframes in the end\n", slam.Snapshot().keyframe_count());

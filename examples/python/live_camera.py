@@ -1,7 +1,7 @@
 """A camera that does not wait:  live_camera.py SOURCE CAMERA PICTURE [SECONDS]
 
-SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and mapping, a detector, and a display run side by
-side; the display gets the newest state without a lock, and writes what it has shown last to PICTURE.
+SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and mapping, a detector, a display and a viewer run
+side by side; the display gets the newest state without a lock, the viewer is a page for browsers. What was drawn last is written to PICTURE.
 """
 import sys
 import threading
@@ -51,6 +51,9 @@ def main() -> None:
     display = threading.Thread(target=show, args=(slam.states(), stop))
     display.start()
 
+    viewer = oaslam.MapViewer(slam, port=0, title=sys.argv[1])
+    print(f"viewer: {viewer.url}", flush=True)
+
     start, begin = time.monotonic(), first.timestamp
     seconds = float(sys.argv[4]) if len(sys.argv) > 4 else 1e9
     picture = None
@@ -64,11 +67,13 @@ def main() -> None:
         boxes.offer(result.frame, image.image)
         for late in boxes.take():
             slam.add_detections(late.frame, late.detections)
+        viewer.show(slam, image.image, result)
         if result.world_from_cam is not None:
             picture = picture_of(image.image, slam.tracked_points())
     stop.set()
     display.join()
     slam.finish()
+    viewer.show_map(slam)
     if picture is None:
         sys.exit("live_camera.py: nothing was tracked")
     cv2.imwrite(sys.argv[3], picture)

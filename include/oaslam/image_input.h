@@ -17,7 +17,7 @@ struct ImageInput {
   double timestamp = 0;  // seconds, ascending
   // From an object detector, in pixels of this image; may be empty. Class, score and box are used;
   // an ellipse is not.
-  std::vector<Detection> detections;
+  std::vector<Detection> detections{};
   // The detections will be given later, by AddDetections.
   bool detections_follow = false;
   // Gravity in the camera's frame (OpenCV axes) where a sensor measures it, of any length. For an

@@ -25,9 +25,9 @@ class OASLAM_API MapSnapshot {
   // An image whose key points are in the map.
   struct Keyframe {
     uint32_t id = 0;
-    int frame = 0;         // its image, counted from 0 since the map was begun
-    double timestamp = 0;  // seconds
-    int camera = 0;        // index into Cameras()
+    std::optional<int> frame;  // TrackingResult::frame of its image; nothing where it is of a file
+    double timestamp = 0;      // seconds
+    int camera = 0;            // index into Cameras()
     Rigid3 world_from_cam;
   };
   // A point of the map.
@@ -75,13 +75,14 @@ class OASLAM_API MapSnapshot {
   // In the order of names.
   std::vector<AnchorPose> Anchors() const;
   // The cameras of the keyframes.
-  const std::vector<Camera>& Cameras() const;
+  std::vector<Camera> Cameras() const;
 
   // World direction against gravity; nothing while it is unknown.
   std::optional<Eigen::Vector3d> up() const;
   // Whether the unit is the metre; else it is arbitrary.
   bool is_metric() const;
-  // Ascends with every change of the map.
+  // Ascends with every change of the map or of the class names, also over Reset and Load. Two
+  // snapshots of one Slam with the same version are the same.
   uint64_t version() const;
 
  private:

@@ -19,6 +19,7 @@
 #include "oaslam/latest_image.h"
 #include "oaslam/log.h"
 #include "oaslam/map_snapshot.h"
+#include "oaslam/map_viewer.h"
 #include "oaslam/relocalization_result.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/slam.h"

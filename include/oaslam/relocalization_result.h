@@ -24,11 +24,12 @@ struct RelocalizationResult {
   struct Candidate {
     Rigid3 world_from_cam;
     // Higher is better. All candidates of one result are of one kind, which candidates_are_by
-    // tells: by points it is the number of points that agree, by objects the statistic S
-    // (docs/objects.md).
+    // tells: by points it is the number of points that agree (for an accepted pose inlier_points),
+    // by objects the statistic S of docs/objects.md (for an accepted pose object_score).
     double score = 0;
   };
-  // The best hypotheses. An accepted pose is the first, and no other has a higher score.
+  // The best hypotheses, best first; but an accepted pose is always the first, also where points
+  // confirmed one that the objects alone did not prefer.
   std::vector<Candidate> candidates;
   PoseEvidence candidates_are_by = PoseEvidence::kNone;  // kPoints or kObjects, where there are any
   std::string why_not;                                   // where no pose was found

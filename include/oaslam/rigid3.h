@@ -7,12 +7,17 @@ namespace oaslam {
 // A rigid motion x_in_b = b_from_a * x_in_a. Named after its direction, so that a wrong product is
 // visible: c_from_a = c_from_b * b_from_a.
 struct Rigid3 {
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  // A rotation as a unit quaternion. It is not aligned: Eigen::Quaterniond is, to an address that
+  // depends on the instruction set that a program is compiled for, so that the library and a
+  // program compiled for another one would not agree on the layout of what holds it.
+  using Rotation = Eigen::Quaternion<double, Eigen::DontAlign>;
+
+  Rotation rotation = Rotation::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Rigid3() = default;
-  // A rotation, which is a unit quaternion, and a translation that follows it.
-  Rigid3(const Eigen::Quaterniond& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
+  // A rotation and a translation that follows it.
+  Rigid3(const Rotation& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
   // The same with a rotation matrix.
   Rigid3(const Eigen::Matrix3d& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
 
@@ -26,7 +31,7 @@ struct Rigid3 {
 
   // a_from_b.
   Rigid3 Inverse() const {
-    const Eigen::Quaterniond inverse = rotation.conjugate();
+    const Rotation inverse = rotation.conjugate();
     return {inverse, inverse * -translation};
   }
 

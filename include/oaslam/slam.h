@@ -56,6 +56,12 @@ class OASLAM_API MappingError : public std::runtime_error {
 // others. Mapping runs on a thread of its own, in the way that runner.mode names; in sequential
 // mode Process maps, too.
 //
+// Waiting. In live mode Process, AddDetections, the functions that only read, and those that find
+// an image by itself do not wait for mapping, but where a comment says so. The functions that
+// change the map or begin with another (anchors, SetMetresPerUnit, SetMapping, SetClassRelations,
+// ForceRelocalization, Load, Reset, Shutdown, the destructor) and Save wait until the keyframes
+// that are queued are in the map, of which there are at most eight.
+//
 // Errors. InputError, and nothing has changed, for a configuration, image, detection or map file
 // that cannot be used. If mapping fails, Process and the functions that change the map throw
 // MappingError from then on, Finish only if no other call has; all others still work, and Load and
@@ -84,8 +90,9 @@ class OASLAM_API Slam {
 
   // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than
   // the last throws InputError. Waits for mapping: sequential, until the image is mapped; lockstep,
-  // until the images up to `runner.lag` before this one are; live, not at all, but for an initial
-  // map, and while eight keyframes are queued.
+  // until the images up to `runner.lag` before this one are; live, only where tracking cannot go on
+  // without: for an initial map, for a keyframe made because few landmarks are left in view, when a
+  // piece of map is begun, joined or left, and while eight keyframes are queued.
   TrackingResult Process(const ImageInput& input);
 
   // Adds detections of an image that was processed with `detections_follow`; `frame` is its
@@ -96,7 +103,8 @@ class OASLAM_API Slam {
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
   // Finds one image in the map, independent of all others; the map is not changed. `prior`: where
-  // the camera is thought to be, world_from_cam; looked at first, and never trusted.
+  // the camera is thought to be, world_from_cam; the image's points are looked for there first, and
+  // it is never trusted. By objects alone it is not used.
   RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
                                   const std::optional<Rigid3>& prior = std::nullopt);
   // The same for an image whose camera is unknown: as if a camera of the map had taken it, or with
@@ -108,7 +116,8 @@ class OASLAM_API Slam {
       const std::vector<Detection>& detections,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
   // The same by the detections of successive images: what those of the last second told counts,
-  // too. Time stamps (seconds) must ascend, as in Process. ForceRelocalization forgets them.
+  // too. Time stamps (seconds) must ascend from call to call of this function. ForceRelocalization
+  // forgets the images.
   RelocalizationResult FollowByObjects(
       double timestamp, const std::vector<Detection>& detections,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
@@ -138,10 +147,11 @@ class OASLAM_API Slam {
   // to be, world_from_cam. It is looked for there first, in each image until it is found.
   void ForceRelocalization(const std::optional<Rigid3>& near = std::nullopt);
 
-  // Makes the metre the unit of the map: a present unit has so many metres (finite, above 0; else
-  // InputError). Everything that is asked for from then on is in metres, and the camera is tracked
-  // on; what other pieces of map hold becomes metric when they are joined with this one. Waits
-  // until everything seen is in the map.
+  // Makes the metre the unit of the map: a present unit has so many metres. Everything that is
+  // asked for from then on is in metres, and the camera is tracked on; what other pieces of map
+  // hold becomes metric when they are joined with this one. From then on this piece stays the main
+  // one, as if it were loaded, also where it is small. Waits until everything seen is in the map.
+  // Throws InputError for a number that is not finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
 
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
@@ -162,10 +172,13 @@ class OASLAM_API Slam {
   // by points no point has a landmark; without an image it is empty.
   std::vector<TrackedPoint> TrackedPoints() const;
 
-  // The newest results and maps, for other threads.
+  // The newest results and maps, for other threads: after each image, and after each call that
+  // changes the map.
   SlamStates States() const;
 
   // The poses of the frames given to Process, by time stamp, as of now: they move with the map.
+  // They are those in the main piece of map: frames in other pieces are missing until the pieces
+  // are joined.
   std::vector<StampedPose> Trajectory() const;
 
   // Waits until everything seen is in the map, and optimises it a last time, on the caller's
@@ -174,13 +187,15 @@ class OASLAM_API Slam {
   // The number (TrackingResult::piece) of the map: after Finish it may differ from
   // that of the last image.
   int MainPiece() const;
-  // Writes the map with the trajectory so far. The file is replaced as a whole. Throws InputError
-  // where it cannot be written.
+  // Writes the map, all its pieces, and the trajectory so far; Finish before it makes the map
+  // better. Waits until the keyframes made so far are in the map. The file is replaced as a whole.
+  // Throws InputError where it cannot be written.
   void Save(const std::string& path) const;
   // Replaces the map by that of a file; the next image is relocalized in it and may have any time
   // stamp. The file's camera may differ from this one. `piece`: selects the piece of a map with
-  // several (0: the largest); the others are joined with it once images link them. The settings
-  // stay (SetMapping, SetRelocalizationMode). If it throws, nothing has changed.
+  // several (0: the one that was the main one; the others by size, the largest first); the others
+  // are joined with it once images link them. The settings stay (SetMapping,
+  // SetRelocalizationMode). If it throws, nothing has changed.
   void Load(const std::string& path, int piece = 0);
 
   // Forgets the map and all images: the next image begins a new map and may have any time stamp.

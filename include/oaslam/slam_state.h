@@ -9,20 +9,26 @@
 
 namespace oaslam {
 
-// What Slam knew after one image. It never changes.
+// What Slam knew after an image, or after a call that changed the map. It never changes.
 struct SlamState {
+  // That of the newest image, with its pose in the map below, also where that came later (by
+  // AddDetections, Finish or SetMetresPerUnit). Before the first image since the start, Load or
+  // Reset its frame is -1 and it has no pose.
   TrackingResult result;
-  MapSnapshot map;  // the one in which the pose was found
+  MapSnapshot map;
 };
 
 // Hands the newest state of a Slam to other threads, which need no lock: every function may be
 // called by any thread at any time, also after the Slam has gone. Copies are of the same Slam.
 class OASLAM_API SlamStates {
  public:
-  // The state after the newest image; null before the first one. Never waits for Slam.
+  // The newest state; never null. Never waits for Slam.
   std::shared_ptr<const SlamState> Newest() const;
-  // Waits until there is a state other than `last` (which may be null), and returns it. Null once
-  // `timeout` has passed, or the Slam has gone.
+  // Whether the Slam has gone: the newest state is the last.
+  bool HasEnded() const;
+  // Waits until there is a state other than `last` (which may be null: returns at once), and
+  // returns it. Null once `timeout` has passed, and at once where the Slam has gone and `last` is
+  // its last state.
   std::shared_ptr<const SlamState> WaitForNext(const std::shared_ptr<const SlamState>& last,
                                                std::chrono::milliseconds timeout) const;
 

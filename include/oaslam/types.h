@@ -51,7 +51,7 @@ struct Detection {
 struct Ellipsoid {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Vector3d half_axes = Eigen::Vector3d::Ones();
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Rigid3::Rotation rotation = Rigid3::Rotation::Identity();
 };
 
 // How the pose of an image was found: kInitializing: there is no map yet; kTracking: from the image

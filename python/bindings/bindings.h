@@ -21,6 +21,7 @@ void AddTrajectories(py::module_& m);
 void AddCameraEstimation(py::module_& m);
 void AddSlam(py::module_& m);
 void AddImageLocalizer(py::module_& m);
+void AddMapViewer(py::module_& m);
 void AddLog(py::module_& m);
 
 // A member and its docstring, for def_readwrite and def_readonly.

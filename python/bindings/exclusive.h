@@ -20,33 +20,54 @@ class Exclusive {
 
   template <typename Function>
   auto Use(Function&& function) {
-    if (is_used_.exchange(true))
-      throw std::runtime_error("this object is at work for another call, and takes one at a time");
-    const struct Release {
-      std::atomic<bool>& flag;
-      ~Release() { flag = false; }
-    } release{is_used_};
+    const Turn turn(is_used_);
     const py::gil_scoped_release without_gil;
+    return function(value_);
+  }
+  // Within Use of another object, which has let go of Python's lock.
+  template <typename Function>
+  auto UseToo(Function&& function) {
+    const Turn turn(is_used_);
     return function(value_);
   }
 
  private:
+  class Turn {
+   public:
+    explicit Turn(std::atomic<bool>& is_used) : is_used_(is_used) {
+      if (is_used_.exchange(true))
+        throw std::runtime_error(
+            "this object is at work for another call, and takes one at a time");
+    }
+    ~Turn() { is_used_ = false; }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    std::atomic<bool>& is_used_;
+  };
+
   std::atomic<bool> is_used_ = false;
   T value_;
 };
 
-// Made and deleted without Python's lock.
-template <typename T, typename... Args>
-std::shared_ptr<T> MakeWithoutGil(Args&&... args) {
-  const py::gil_scoped_release without_gil;
-  return std::shared_ptr<T>(new T(std::forward<Args>(args)...), [](T* object) {
+struct DeleteWithoutGil {
+  template <typename T>
+  void operator()(T* object) const {
     if (PyGILState_Check()) {
       const py::gil_scoped_release released;
       delete object;
     } else {
       delete object;
     }
-  });
+  }
+};
+
+// Made and deleted without Python's lock.
+template <typename T, typename... Args>
+std::shared_ptr<T> MakeWithoutGil(Args&&... args) {
+  const py::gil_scoped_release without_gil;
+  return std::shared_ptr<T>(new T(std::forward<Args>(args)...), DeleteWithoutGil());
 }
 
 // A member function of T as one of Exclusive<T>.

@@ -15,7 +15,7 @@ py::array_t<Row> Rows(const Values& values, Function&& row_of) {
 }
 
 KeyframeRow RowOf(const MapSnapshot::Keyframe& k) {
-  KeyframeRow row{k.id, k.frame, k.timestamp, k.camera, {}};
+  KeyframeRow row{k.id, k.frame.value_or(-1), k.timestamp, k.camera, {}};
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> pose(&row.world_from_cam[0][0]);
   pose.setIdentity();
   pose.topRows<3>() = k.world_from_cam.Matrix();
@@ -88,8 +88,7 @@ void AddMap(py::module_& m) {
       .def("observations_of_landmark", AsRows<ObservationRow>(&MapSnapshot::ObservationsOfLandmark),
            py::arg("landmark"), doc::MapSnapshot_ObservationsOfLandmark)
       .def("anchors", &MapSnapshot::Anchors, doc::MapSnapshot_Anchors)
-      .def("cameras", &MapSnapshot::Cameras, py::return_value_policy::copy,
-           doc::MapSnapshot_Cameras)
+      .def("cameras", &MapSnapshot::Cameras, doc::MapSnapshot_Cameras)
       .def_property_readonly("up", &MapSnapshot::up, doc::MapSnapshot_up)
       .def_property_readonly("is_metric", &MapSnapshot::is_metric, doc::MapSnapshot_is_metric)
       .def_property_readonly("version", &MapSnapshot::version, doc::MapSnapshot_version);

@@ -21,6 +21,7 @@ PYBIND11_MODULE(_oaslam, m) {
   AddCameraEstimation(m);
   AddSlam(m);
   AddImageLocalizer(m);
+  AddMapViewer(m);
   AddLog(m);
   m.attr("__name__") = own_name;
 }

@@ -91,8 +91,12 @@ void AddResults(py::module_& m) {
       .def_readonly(OASLAM_FIELD(SlamState, map));
   py::class_<SlamStates>(m, "SlamStates", doc::SlamStates)
       .def(
-          "newest", [](const SlamStates& states) { return Held(states.Newest()); },
+          "newest",
+          [](const SlamStates& states) {
+            return std::const_pointer_cast<SlamState>(states.Newest());
+          },
           doc::SlamStates_Newest)
+      .def_property_readonly("has_ended", &SlamStates::HasEnded, doc::SlamStates_HasEnded)
       .def("wait_for_next", &WaitForNext, py::arg("last"), py::arg("timeout_s"),
            doc::SlamStates_WaitForNext);
 }

@@ -7,7 +7,7 @@ namespace oaslam::python {
 // The records of the arrays that Python gets; their fields are those of the public headers.
 struct KeyframeRow {
   uint32_t id;
-  int32_t frame;
+  int32_t frame;  // -1: of a file
   double timestamp;
   int32_t camera;
   double world_from_cam[4][4];

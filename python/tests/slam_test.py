@@ -1,4 +1,6 @@
 """Slam and what comes out of it."""
+import urllib.request
+
 import numpy
 import pytest
 
@@ -53,9 +55,20 @@ def test_states(desk):
     del newest
     slam = oaslam.Slam(oaslam.SlamConfig(), desk.camera)
     states = slam.states()
-    assert states.newest() is None
+    first = states.newest()
+    assert first.result.frame == -1 and first.map.keyframe_count == 0 and not states.has_ended
     del slam
-    assert states.wait_for_next(None, 10) is None  # at once, since the Slam has gone
+    assert states.has_ended and states.wait_for_next(first, 10) is None  # at once, since the Slam has gone
+
+
+def test_viewer(desk):
+    viewer = oaslam.MapViewer(desk.slam, port=0, title="desk")
+    viewer.show(desk.slam, desk.images[-1].image, desk.results[-1])
+    viewer.show_map(desk.slam)
+    with urllib.request.urlopen(viewer.url, timeout=30) as page:
+        assert b"</html>" in page.read()
+    with pytest.raises(oaslam.InputError, match="70000"):
+        oaslam.MapViewer(desk.slam, port=70000)
 
 
 def test_saved_map(desk, desk_map):

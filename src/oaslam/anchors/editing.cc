@@ -76,7 +76,7 @@ std::string EditAnchor(const Map& map, const std::string& name, const AnchorEdit
   }
   if (edit.model) anchor.model = *edit.model;
   if (edit.size) anchor.size = *edit.size;
-  Eigen::Quaterniond& rotation = anchor.cam_from_anchor.rotation;
+  Rigid3::Rotation& rotation = anchor.cam_from_anchor.rotation;
   rotation = (rotation * Eigen::AngleAxisd(edit.turn_rad, Eigen::Vector3d::UnitY())).normalized();
   if (!is_renamed) return "";
   auto node = anchors.extract(found);

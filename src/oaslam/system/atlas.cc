@@ -240,10 +240,23 @@ void Atlas::Park(Session& session) {
   waiting_.Add({*map, session.tracker().trajectory()}, number);
 }
 
-// Whether the user needs poses in the frame of the main piece: it was loaded, or has anchors.
+std::vector<Piece> Atlas::Others() {
+  std::vector<Piece> others = waiting_.All();
+  if (!mapping_ || !growing_) return others;
+  const std::shared_ptr<const Map> map = growing_->session().Mapped();
+  if (map->keyframes.size() == 0) return others;
+  const auto size = [](const Piece& piece) { return piece.map.keyframes.size(); };
+  const auto at =
+      std::ranges::lower_bound(others, map->keyframes.size(), std::ranges::greater(), size);
+  others.insert(at, {*map, growing_->session().tracker().trajectory()});
+  return others;
+}
+
+// Whether the user needs poses in the frame of the main piece: it was loaded, has anchors, or is in
+// metres by the user's word.
 bool Atlas::MustStayMain() const {
   const Map& map = *main_->snapshot();
-  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty();
+  return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric;
 }
 
 // Where a waiting piece is larger than the main one, they change places.

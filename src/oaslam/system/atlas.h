@@ -63,9 +63,9 @@ class Atlas {
   const Session& main() const { return *main_; }
   // The number of the main piece, in whose frame poses are reported. Each piece has its own number.
   int main_number() const { return main_number_; }
-  // The pieces that wait. The one that is being made is not among them; Finish joins it or lets it
-  // wait.
-  std::vector<Piece> Others() const { return waiting_.All(); }
+  // All pieces but the main one, that with the most keyframes first. Waits for the mapping of the
+  // one that is being made.
+  std::vector<Piece> Others();
 
  private:
   bool MayLook(const Frame& frame) const;

@@ -140,6 +140,33 @@ TEST_F(AtlasTest, TheLargerPieceLeads) {
   EXPECT_TRUE(frames.contains(150));
 }
 
+// A map that is saved before the end has what is being made, too.
+TEST_F(AtlasTest, ThePieceThatIsBeingMadeIsAmongTheOthers) {
+  Atlas atlas(SlamConfig(), map_, false, {});
+  Walk(atlas, 0, 110, 0, Scene::kLeft);
+  atlas.SetMetresPerUnit(1);  // so that it stays the main one
+  Walk(atlas, 110, 40, 109, Scene::kRight, -1);
+  const std::vector<Piece> others = atlas.Others();
+  ASSERT_THAT(others, SizeIs(1));
+  EXPECT_TRUE(FramesOf(others[0].trajectory).contains(149));
+  EXPECT_THAT(others[0].map.CheckInvariants(), IsEmpty());
+  EXPECT_LT(AbsoluteError(others[0].map, others[0].trajectory), 0.02);
+  for (const LandmarkId id : others[0].map.landmarks.Ids())
+    EXPECT_FALSE(atlas.main().snapshot()->landmarks.Contains(id));
+}
+
+TEST_F(AtlasTest, AMetricPieceStaysTheMainOne) {
+  Atlas atlas(SlamConfig(), map_, false, {});
+  Walk(atlas, 0, 70, 0, Scene::kLeft);
+  atlas.SetMetresPerUnit(2);
+  Walk(atlas, 70, 90, 69, Scene::kRight, -1);
+  EXPECT_EQ(atlas.main_number(), 0);
+  atlas.Finish();
+  EXPECT_EQ(atlas.main_number(), 0);
+  EXPECT_TRUE(atlas.main().snapshot()->is_metric);
+  EXPECT_THAT(atlas.Others(), SizeIs(1));
+}
+
 TEST_F(AtlasTest, PiecesAreJoinedOnceFramesShowBoth) {
   const auto atlas = WalkPastBoth();
   Walk(*atlas, 160, 80, -20, Scene::kAll);
@@ -167,7 +194,13 @@ TEST_F(AtlasTest, RunsRepeatExactly) {
   for (auto& run : centers) {
     rng_ = Rng(7);
     const auto atlas = WalkPastBoth();
-    Walk(*atlas, 160, 60, -20, Scene::kAll);
+    for (int i = 0; i < 60; i += 10) {
+      Walk(*atlas, 160 + i, 10, -20 + i, Scene::kAll);
+      if (&run == centers) continue;
+      // Who saves the map on the way does not change what follows.
+      atlas->main().Mapped();
+      atlas->Others();
+    }
     atlas->Finish();
     for (const FramePose& pose : atlas->main().tracker().trajectory())
       run.push_back(

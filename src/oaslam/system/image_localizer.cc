@@ -45,7 +45,7 @@ RelocalizationResult ImageLocalizer::LocalizeWithUnknownCamera(const ImageInput&
 
 MapSnapshot ImageLocalizer::Snapshot() const {
   const std::shared_ptr<const SavedMap>& saved = impl_->localizer.map().saved;
-  return SnapshotMaker::Of({saved, &saved->map}, {saved, &saved->class_names});
+  return SnapshotMaker::Of({saved, &saved->map}, {saved, &saved->class_names}, FramesOf(*saved), 1);
 }
 
 }  // namespace oaslam

@@ -110,6 +110,12 @@ std::shared_ptr<const Map> MapPipeline::Newest() {
   return WaitFor(all);
 }
 
+std::shared_ptr<const Map> MapPipeline::Mapped() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return published_.back().sequence >= submitted_count_; });
+  return published_.back().map;
+}
+
 size_t MapPipeline::QueueLength() {
   const std::scoped_lock lock(mutex_);
   return queue_.size();

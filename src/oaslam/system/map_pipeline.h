@@ -40,8 +40,10 @@ class MapPipeline {
 
   // Waits for all commands, runs the last optimisation, and returns the map.
   std::shared_ptr<const Map> Finish();
-  // Waits for all commands.
+  // Waits for all commands, and takes their result for the tracker.
   std::shared_ptr<const Map> Newest();
+  // The same for another reader: the tracker gets no other snapshots than without this call.
+  std::shared_ptr<const Map> Mapped();
 
   size_t QueueLength();
 

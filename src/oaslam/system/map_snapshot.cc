@@ -11,6 +11,8 @@ namespace oaslam {
 struct OASLAM_LOCAL MapSnapshot::Content {
   std::shared_ptr<const Map> map;
   std::shared_ptr<const ClassNames> names;
+  int first_frame = 0;
+  uint64_t version = 0;
 };
 
 namespace {
@@ -27,9 +29,10 @@ MapSnapshot::Observation ObservationOf(const Map& map, KeyframeId id, uint32_t k
 }  // namespace
 
 MapSnapshot SnapshotMaker::Of(std::shared_ptr<const Map> map,
-                              std::shared_ptr<const ClassNames> names) {
+                              std::shared_ptr<const ClassNames> names, int first_frame,
+                              uint64_t version) {
   return MapSnapshot(std::make_shared<const MapSnapshot::Content>(
-      MapSnapshot::Content{std::move(map), std::move(names)}));
+      MapSnapshot::Content{std::move(map), std::move(names), first_frame, version}));
 }
 
 MapSnapshot::MapSnapshot()
@@ -39,17 +42,19 @@ MapSnapshot::MapSnapshot(std::shared_ptr<const Content> content) : content_(std:
 
 size_t MapSnapshot::keyframe_count() const { return content_->map->keyframes.size(); }
 size_t MapSnapshot::landmark_count() const { return content_->map->landmarks.size(); }
-const std::vector<Camera>& MapSnapshot::Cameras() const { return content_->map->cameras; }
+std::vector<Camera> MapSnapshot::Cameras() const { return content_->map->cameras; }
 std::optional<Eigen::Vector3d> MapSnapshot::up() const { return content_->map->up; }
 bool MapSnapshot::is_metric() const { return content_->map->is_metric; }
-uint64_t MapSnapshot::version() const { return content_->map->version; }
+uint64_t MapSnapshot::version() const { return content_->version; }
 std::vector<AnchorPose> MapSnapshot::Anchors() const { return PosesOf(*content_->map); }
 
 std::vector<MapSnapshot::Keyframe> MapSnapshot::Keyframes() const {
   std::vector<Keyframe> found;
   found.reserve(keyframe_count());
   content_->map->keyframes.ForEach([&](KeyframeId id, const oaslam::Keyframe& k) {
-    found.push_back({id.value, k.frame_index, k.timestamp, k.camera, k.cam_from_world.Inverse()});
+    const int frame = k.frame_index - content_->first_frame;
+    found.push_back({id.value, frame < 0 ? std::nullopt : std::optional(frame), k.timestamp,
+                     k.camera, k.cam_from_world.Inverse()});
   });
   return found;
 }

@@ -73,15 +73,17 @@ std::string WhyNeither(const std::string& points, const std::string& objects) {
 
 }  // namespace
 
-// Puts the accepted pose in front of the candidates; no other has a higher score. It is one of the
-// candidates, or the refinement of one.
+// Puts the accepted pose in front of the candidates. It is one of them, or the refinement of one.
 void Relocalizer::LeadWithAccepted(Relocalization& found) {
   if (found.evidence == PoseEvidence::kNone) return;
-  const double best = found.candidates.empty() ? 0 : found.candidates.front().score;
+  if (found.candidates_are_by == PoseEvidence::kNone)
+    found.candidates_are_by = PoseEvidence::kPoints;
+  const bool is_by_points = found.candidates_are_by == PoseEvidence::kPoints;
+  const double score = is_by_points ? found.inliers : found.object_score;
   std::erase_if(found.candidates, [&](const PoseHypothesis& candidate) {
     return IsSamePose(candidate.cam_from_world, found.cam_from_world);
   });
-  found.candidates.insert(found.candidates.begin(), {found.cam_from_world, best});
+  found.candidates.insert(found.candidates.begin(), {found.cam_from_world, score});
 }
 
 bool LandmarkIndex::IsOf(const Map& map) const {

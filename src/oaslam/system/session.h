@@ -63,6 +63,8 @@ class Session {
   void SkipIds(const NextIds& ids, int frame_index);
   // Waits for all commands submitted and returns the map that contains them.
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
+  // The same, and the tracker goes on as without this call.
+  std::shared_ptr<const Map> Mapped() { return pipeline_.Mapped(); }
 
  private:
   void SubmitRest();

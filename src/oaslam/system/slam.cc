@@ -2,198 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <exception>
-#include <stdexcept>
+#include <utility>
 
-#include "oaslam/anchors/editing.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/system/atlas.h"
-#include "oaslam/system/frame_maker.h"
 #include "oaslam/system/localizer.h"
-#include "oaslam/system/object_audit.h"
-#include "oaslam/system/relocalizer.h"
 #include "oaslam/system/slam_access.h"
-#include "oaslam/system/snapshot_maker.h"
-#include "oaslam/system/state_board.h"
+#include "oaslam/system/slam_impl.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
-namespace {
-
-// The exception that Slam throws to its caller.
-MappingError ErrorOf(const std::exception_ptr& failure) {
-  std::string what = "unknown error";
-  try {
-    std::rethrow_exception(failure);
-  } catch (const std::exception& error) {
-    what = error.what();
-  } catch (...) {
-  }
-  return MappingError(fmt::format("mapping has ended: {}; the map is as it was before that", what));
-}
-
-}  // namespace
-
-class OASLAM_LOCAL Slam::Impl {
- public:
-  Impl(const SlamConfig& config, const Camera& camera)
-      : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {
-    Map map;
-    map.cameras.push_back(camera);
-    Begin(std::move(map), false);
-  }
-  ~Impl() { states_->Close(); }
-
-  // Begins with another map, for which time stamps begin anew; the settings stay. Throws before
-  // anything is changed.
-  void Begin(Map map, bool is_loaded, std::vector<Piece> others = {}) {
-    const auto known = std::ranges::find(map.cameras, camera_);
-    const auto camera_index = static_cast<int>(known - map.cameras.begin());
-    if (known == map.cameras.end()) map.cameras.push_back(camera_);
-    auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(others));
-    atlas->SetRelocalizationMode(mode_);
-    atlas->SetMapping(is_mapping_);
-    if (is_shut_down_) atlas->Shutdown();
-    atlas_ = std::move(atlas);
-    camera_index_ = camera_index;
-    audit_ = {};
-    trails_ = {};
-    last_timestamp_.reset();
-    has_told_failure_ = false;
-  }
-
-  void Begin(SavedMap saved) {
-    const int frames = FramesOf(saved);
-    Begin(std::move(saved.map), true, std::move(saved.pieces));
-    first_index_ = next_index_ = frames;
-    loaded_trajectory_ = std::move(saved.trajectory);
-    class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
-  }
-
-  void Reset() {
-    Map map;
-    map.cameras.push_back(camera_);
-    map.classes = session().snapshot()->classes;
-    Begin(std::move(map), false);
-    loaded_trajectory_.clear();
-    first_index_ = next_index_ = 0;
-  }
-
-  // Throws if mapping has ended, for functions that would change the map.
-  void ExpectMapping() {
-    const std::exception_ptr failure = atlas_->failure();
-    if (!failure) return;
-    has_told_failure_ = true;
-    throw ErrorOf(failure);
-  }
-
-  void CheckTimestamp(double timestamp) const {
-    if (!std::isfinite(timestamp)) throw InputError("time stamp is not finite");
-    if (last_timestamp_ && !(timestamp > *last_timestamp_))
-      throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
-                                   timestamp, *last_timestamp_));
-  }
-
-  TrackingResult Process(const ImageInput& input);
-  Session& session() { return atlas_->main(); }
-  const Session& session() const { return atlas_->main(); }
-  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
-                            const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                            double ms_features, ObjectTrails* trails = nullptr,
-                            const std::optional<Rigid3>& prior = std::nullopt);
-  MapSnapshot Snapshot() const { return SnapshotMaker::Of(session().snapshot(), class_names_); }
-
-  void SetAnchors(std::map<std::string, Anchor> anchors) {
-    ExpectMapping();
-    MapCommand command;
-    command.frame_index = next_index_;
-    command.anchors = std::move(anchors);
-    session().SubmitAndWait(std::move(command));
-  }
-
-  Frame MakeFrame(const ImageInput& input, int index, int keypoints) {
-    Frame frame = frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
-    frame.camera = camera_index_;
-    return frame;
-  }
-
-  SlamConfig config_;
-  Camera camera_;
-  int camera_index_ = 0;
-  FrameMaker frame_maker_;
-  Relocalizer relocalizer_;
-  std::unique_ptr<Atlas> atlas_;
-  std::vector<FramePose> loaded_trajectory_;
-  std::shared_ptr<const ClassNames> class_names_ =
-      std::make_shared<const ClassNames>(CocoClassNames());
-  std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
-  RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
-  bool is_mapping_ = true, is_shut_down_ = false;
-  // Whether the reason why mapping has ended was thrown already.
-  bool has_told_failure_ = false;
-  ObjectAudit audit_;
-  int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
-  ObjectTrails trails_;                   // of FollowByObjects
-  std::optional<double> last_timestamp_;
-};
-
-TrackingResult Slam::Impl::Process(const ImageInput& input) {
-  ExpectMapping();
-  CheckTimestamp(input.timestamp);
-  const Stopwatch total;
-  const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
-  const Frame frame = MakeFrame(input, next_index_, keypoints);
-  last_timestamp_ = input.timestamp;
-  ++next_index_;
-  const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
-
-  const Stopwatch tracking;
-  const Tracker::Outcome outcome = atlas_->Process(frame);
-  const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
-  if (outcome.cam_from_world && !session().tracker().IsMapping())
-    audit_.Add(frame, *outcome.cam_from_world, *session().snapshot(), config_.objects);
-
-  TrackingResult result;
-  result.frame = frame.index - first_index_;
-  result.timestamp = frame.timestamp;
-  result.state = outcome.state;
-  if (outcome.cam_from_world) result.world_from_cam = outcome.cam_from_world->Inverse();
-  result.keypoints = frame.features->size();
-  result.matched = outcome.matched;
-  result.inliers = outcome.inliers;
-  result.objects = outcome.objects;
-  result.confidence = outcome.confidence;
-  result.depth = outcome.depth;
-  result.piece = atlas_->main_number();
-  result.ms_objects = outcome.ms_objects;
-  result.detections = static_cast<int>(input.detections.size());
-  result.ms_features = ms_features;
-  result.ms_track = ms_track;
-  result.ms_total = ms_features + ms_track;
-  result.cpu_ms = cpu_features + cpu_track;
-  states_->Post(std::make_shared<const SlamState>(SlamState{result, Snapshot()}));
-  return result;
-}
-
-RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
-                                      const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                                      double ms_features, ObjectTrails* trails,
-                                      const std::optional<Rigid3>& prior) {
-  // A fresh random generator for each image: no answer depends on the random numbers before.
-  Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const Stopwatch watch;
-  const Relocalization found =
-      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng, trails, prior);
-  RelocalizationResult result = ResultOf(found);
-  result.ms_features = ms_features;
-  result.ms = watch.WallMs();
-  if (result.world_from_cam)
-    audit_.Add(frame, found.cam_from_world, *session().snapshot(), config_.objects);
-  return result;
-}
 
 Slam::Slam(const SlamConfig& config, const Camera& camera) {
   CheckConfig(config);
@@ -207,10 +25,7 @@ Slam& Slam::operator=(Slam&&) noexcept = default;
 TrackingResult Slam::Process(const ImageInput& input) { return impl_->Process(input); }
 
 std::optional<int> Slam::AddDetections(int frame, const std::vector<Detection>& detections) {
-  frame += impl_->first_index_;
-  const std::vector<ObjectDetection> ideal = CheckedDetections(impl_->camera_, detections);
-  const std::optional<Tracker::Outcome> outcome = impl_->atlas_->AddDetections(frame, ideal);
-  return outcome && outcome->cam_from_world ? std::optional(outcome->objects) : std::nullopt;
+  return impl_->AddDetections(frame, detections);
 }
 
 void Slam::SetRelocalizationMode(RelocalizationMode mode) {
@@ -245,12 +60,7 @@ RelocalizationResult Slam::RelocalizeByObjects(
 RelocalizationResult Slam::FollowByObjects(double timestamp,
                                            const std::vector<Detection>& detections,
                                            const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  CheckGravity(gravity_in_cam);
-  impl_->CheckTimestamp(timestamp);
-  const Frame frame{
-      0, timestamp, impl_->camera_index_, {}, CheckedDetections(impl_->camera_, detections), false};
-  impl_->last_timestamp_ = timestamp;
-  return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0, &impl_->trails_);
+  return impl_->FollowByObjects(timestamp, detections, gravity_in_cam);
 }
 
 void Slam::SetMapping(bool enabled) {
@@ -272,7 +82,7 @@ FrameView SlamAccess::View(const Slam& slam) {
 }
 
 void Slam::SetClassNames(std::map<int, std::string> names) {
-  impl_->class_names_ = std::make_shared<const ClassNames>(std::move(names));
+  impl_->SetClassNames(std::move(names));
 }
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
@@ -280,6 +90,7 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
     throw InputError(fmt::format("class {} is a part of itself", *part));
   impl_->ExpectMapping();
   impl_->atlas_->SetClassRelations(relations);
+  impl_->PostChange();
 }
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
@@ -314,6 +125,7 @@ std::vector<ObjectPresence> Slam::Presence() const { return impl_->audit_.Report
 void Slam::Finish() {
   const std::string why_no_map = impl_->session().tracker().why_no_map();
   impl_->atlas_->Finish();
+  impl_->PostChange();
   if (impl_->session().snapshot()->keyframes.empty() && !why_no_map.empty())
     Log(LogLevel::kWarning,
         fmt::format("no map was made: {}; it takes a camera that moves sideways past things with "
@@ -322,15 +134,7 @@ void Slam::Finish() {
   if (!impl_->has_told_failure_) impl_->ExpectMapping();
 }
 
-void Slam::SetMetresPerUnit(double metres) {
-  if (!(std::isfinite(metres) && metres > 0))
-    throw InputError(fmt::format("metres per unit: {}, allowed: above 0 and finite", metres));
-  impl_->ExpectMapping();
-  impl_->atlas_->SetMetresPerUnit(metres);
-  for (FramePose& pose : impl_->loaded_trajectory_) pose.cam_from_reference.translation *= metres;
-  impl_->trails_ = {};
-  impl_->ExpectMapping();
-}
+void Slam::SetMetresPerUnit(double metres) { impl_->SetMetresPerUnit(metres); }
 
 std::vector<StampedPose> Slam::Trajectory() const {
   std::vector<StampedPose> poses;
@@ -344,7 +148,7 @@ std::vector<StampedPose> Slam::Trajectory() const {
 
 SavedMap SlamAccess::Export(const Slam& slam) {
   const Slam::Impl& impl = *slam.impl_;
-  SavedMap saved{*impl.session().snapshot(), impl.loaded_trajectory_, *impl.class_names_,
+  SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
   return saved;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -27,14 +29,21 @@ class OASLAM_LOCAL SlamStates::Board {
     changed_.notify_all();
   }
 
+  bool IsClosed() const {
+    const std::lock_guard lock(mutex_);
+    return is_closed_;
+  }
   std::shared_ptr<const SlamState> Newest() const {
     const std::lock_guard lock(mutex_);
     return newest_;
   }
   std::shared_ptr<const SlamState> WaitForNext(const std::shared_ptr<const SlamState>& last,
                                                std::chrono::milliseconds timeout) const {
+    // The clock cannot count much further.
+    constexpr std::chrono::milliseconds kLongest = std::chrono::years(100);
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, timeout, [&] { return newest_ != last || is_closed_; });
+    changed_.wait_for(lock, std::min(timeout, kLongest),
+                      [&] { return newest_ != last || is_closed_; });
     return newest_ != last ? newest_ : nullptr;
   }
 

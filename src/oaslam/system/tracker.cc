@@ -60,9 +60,8 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   const TrackReport tracked = Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
-  if (mapping_ && !map_is_loaded_ && keyframes < config_.tracking.reset_below_keyframes &&
-      map.anchors.empty())
-    return GiveUp();
+  const bool is_wanted = map_is_loaded_ || !map.anchors.empty() || map.is_metric;
+  if (mapping_ && !is_wanted && keyframes < config_.tracking.reset_below_keyframes) return GiveUp();
   return Relocalize(frame, map);
 }
 

@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "expect_input_error.h"
-#include "message_reader.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer.h"
+#include "page_client.h"
 #include "random_map.h"
 #include "temp_folder.h"
 
@@ -28,78 +28,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-int PortOf(const Viewer& viewer) {
-  const std::string url = viewer.url();
-  return std::stoi(url.substr(url.rfind(':') + 1));
-}
-
-tcp::socket ConnectTo(asio::io_context& io, const Viewer& viewer) {
-  tcp::socket socket(io);
-  socket.connect(
-      {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(PortOf(viewer))});
-  return socket;
-}
-
-// The whole answer to some bytes, read until the connection ends.
-std::string AnswerTo(const Viewer& viewer, const std::string& bytes) {
-  asio::io_context io;
-  tcp::socket socket = ConnectTo(io, viewer);
-  asio::write(socket, asio::buffer(bytes));
-  std::string answer;
-  boost::system::error_code error;
-  asio::read(socket, asio::dynamic_buffer(answer), error);
-  return answer;
-}
-
 std::string Get(const std::string& target, const std::string& headers) {
   return "GET " + target + " HTTP/1.1\r\nConnection: close\r\n" + headers + "\r\n";
 }
-
-// A page.
-class Client {
- public:
-  explicit Client(const Viewer& viewer, const std::string& origin = "")
-      : socket_(ConnectTo(io_, viewer)) {
-    const std::string host = "127.0.0.1:" + std::to_string(PortOf(viewer));
-    socket_.set_option(
-        beast::websocket::stream_base::decorator([&](beast::websocket::request_type& request) {
-          if (!origin.empty()) request.set(http::field::origin, origin);
-        }));
-    socket_.read_message_max(size_t{1} << 28);
-    socket_.handshake(host, "/ws");
-  }
-  DecodedMessage Read() {
-    beast::flat_buffer buffer;
-    socket_.read(buffer);
-    return DecodedMessage(beast::buffers_to_string(buffer.data()));
-  }
-  // That the server has closed meanwhile is only noticed by reading.
-  void Send(const std::string& text) {
-    boost::system::error_code ignored;
-    socket_.text(true);
-    socket_.write(asio::buffer(text), ignored);
-  }
-  void Acknowledge() { Send(R"({"type":"ack"})"); }
-  // The next message of a type; all messages are acknowledged.
-  DecodedMessage ReadUntil(const std::string& type) {
-    for (;;) {
-      DecodedMessage message = Read();
-      Acknowledge();
-      if (message.header["type"] == type) return message;
-    }
-  }
-  // Reads until the server ends the connection.
-  bool IsClosed() {
-    beast::flat_buffer buffer;
-    boost::system::error_code error;
-    while (!error) socket_.read(buffer, error);
-    return error != asio::error::timed_out;
-  }
-
- private:
-  asio::io_context io_;
-  beast::websocket::stream<tcp::socket> socket_;
-};
 
 std::shared_ptr<const Map> SomeMap(int landmarks = 200) {
   Rng rng(5);
@@ -109,39 +40,42 @@ std::shared_ptr<const Map> SomeMap(int landmarks = 200) {
 
 TEST(Viewer, ServesThePageToThisMachineAlone) {
   const Viewer viewer(ViewerOptions{});
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")),
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")),
               HasSubstr(std::string(ViewerPage())));
-  EXPECT_THAT(AnswerTo(viewer, Get("/?x", "Host: 127.0.0.1:80\r\n")), HasSubstr("200 OK"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: evil.example\r\n")), HasSubstr("403 Forbidden"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "")), HasSubstr("403 Forbidden"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\nOrigin: http://evil.example\r\n")),
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/?x", "Host: 127.0.0.1:80\r\n")), HasSubstr("200 OK"));
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: evil.example\r\n")),
               HasSubstr("403 Forbidden"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/../etc/passwd", "Host: localhost\r\n")),
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "")), HasSubstr("403 Forbidden"));
+  EXPECT_THAT(
+      AnswerTo(viewer.url(), Get("/", "Host: localhost\r\nOrigin: http://evil.example\r\n")),
+      HasSubstr("403 Forbidden"));
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/../etc/passwd", "Host: localhost\r\n")),
               HasSubstr("404 Not Found"));
-  EXPECT_THAT(AnswerTo(viewer, "POST / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
-              HasSubstr("405 Method Not Allowed"));
+  EXPECT_THAT(
+      AnswerTo(viewer.url(), "POST / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
+      HasSubstr("405 Method Not Allowed"));
 }
 
 TEST(Viewer, MalformedRequestsAreAnsweredAndForgotten) {
   const Viewer viewer(ViewerOptions{});
-  EXPECT_THAT(AnswerTo(viewer, "nonsense\r\n\r\n"), HasSubstr("400 Bad Request"));
-  EXPECT_THAT(AnswerTo(viewer, std::string("\0\xff\x16\x03\x01 \r\n\r\n", 10)),
+  EXPECT_THAT(AnswerTo(viewer.url(), "nonsense\r\n\r\n"), HasSubstr("400 Bad Request"));
+  EXPECT_THAT(AnswerTo(viewer.url(), std::string("\0\xff\x16\x03\x01 \r\n\r\n", 10)),
               HasSubstr("400 Bad Request"));
   EXPECT_THAT(
-      AnswerTo(viewer, Get("/", "Host: localhost\r\nX: " + std::string(20000, 'x') + "\r\n")),
+      AnswerTo(viewer.url(), Get("/", "Host: localhost\r\nX: " + std::string(20000, 'x') + "\r\n")),
       HasSubstr("431 Request Header Fields Too Large"));
   EXPECT_THAT(
-      AnswerTo(viewer,
+      AnswerTo(viewer.url(),
                "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999\r\n\r\nxxxx"),
       HasSubstr("413 Payload Too Large"));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")), HasSubstr("200 OK"));
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")), HasSubstr("200 OK"));
 }
 
 TEST(Viewer, TellsAPageTheMapAndAnswersItsQuestions) {
   Viewer viewer(ViewerOptions{.names = {{41, "cup"}}});
   const auto map = SomeMap();
   viewer.ShowMap(map, {});
-  Client page(viewer);
+  PageClient page(viewer.url());
   EXPECT_EQ(page.ReadUntil("hello").header["commands"], false);
   const DecodedMessage update = page.ReadUntil("update");
   EXPECT_EQ(update.Array<uint32_t>("landmark_ids").size(), map->landmarks.size());
@@ -157,7 +91,7 @@ TEST(Viewer, WhoAsksMuchIsStillToldWhatIsNew) {
   Viewer viewer(ViewerOptions{});
   const auto map = SomeMap();
   viewer.ShowMap(map, {});
-  Client page(viewer);
+  PageClient page(viewer.url());
   page.ReadUntil("update");
   const std::string question =
       R"({"type":"object","id":)" + std::to_string(map->objects.Ids().front().value) + "}";
@@ -174,8 +108,9 @@ TEST(Viewer, WhoAsksMuchIsStillToldWhatIsNew) {
 
 TEST(Viewer, RefusesForeignPages) {
   const Viewer viewer(ViewerOptions{});
-  EXPECT_THROW(Client(viewer, "http://evil.example"), beast::system_error);
-  EXPECT_NO_THROW(Client(viewer, "http://127.0.0.1:" + std::to_string(PortOf(viewer))));
+  EXPECT_THROW(PageClient(viewer.url(), "http://evil.example"), beast::system_error);
+  EXPECT_NO_THROW(
+      PageClient(viewer.url(), "http://127.0.0.1:" + std::to_string(PortOf(viewer.url()))));
 }
 
 TEST(Viewer, ClosesOnWhatNoPageSends) {
@@ -191,23 +126,23 @@ TEST(Viewer, ClosesOnWhatNoPageSends) {
         R"({"type":"place","model":"flag","origin":[0,0,0],"direction":[0,0,1],"object":-3})",
         R"({"type":"anchor","size":1})", R"({"type":"anchor","name":"a","size":"1"})",
         R"({"type":"anchor","name":"a","remove":1})"}) {
-    Client page(viewer);
+    PageClient page(viewer.url());
     page.Send(bad);
     EXPECT_TRUE(page.IsClosed()) << bad;
   }
-  Client oversized(viewer);
+  PageClient oversized(viewer.url());
   oversized.Send(std::string(100000, ' '));
   EXPECT_TRUE(oversized.IsClosed());
-  Client eager(viewer);
+  PageClient eager(viewer.url());
   for (int i = 0; i < 3; ++i) eager.Acknowledge();
   EXPECT_TRUE(eager.IsClosed());
 }
 
 TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
   Viewer open(ViewerOptions{.accepts_commands = true}), closed(ViewerOptions{});
-  Client page(open), reader(closed);
+  PageClient page(open.url()), reader(closed.url());
   EXPECT_EQ(page.ReadUntil("hello").header["commands"], true);
-  for (Client* client : {&page, &reader})
+  for (PageClient* client : {&page, &reader})
     client->Send(R"({"type":"command","name":"pause","on":true})");
   std::vector<ViewerCommand> commands = open.TakeCommands(2000);
   ASSERT_EQ(commands.size(), 1U);
@@ -221,7 +156,7 @@ TEST(Viewer, CommandsReachTheRunOnlyWhereItTakesThem) {
 TEST(Viewer, ThatMoreIsAskedForThanCanWaitIsSaid) {
   Viewer viewer(ViewerOptions{.accepts_commands = true});
   viewer.ShowMap(SomeMap(), {});
-  Client page(viewer);
+  PageClient page(viewer.url());
   const auto told = [&](const std::string& kind) {
     std::vector<std::string> kinds;
     while (kinds.empty() || kinds.back() != kind) {
@@ -249,10 +184,10 @@ TEST(Viewer, ThatMoreIsAskedForThanCanWaitIsSaid) {
 TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
   Viewer editor(ViewerOptions{.accepts_anchors = true}),
       closed(ViewerOptions{.accepts_commands = true});
-  Client page(editor), reader(closed);
+  PageClient page(editor.url()), reader(closed.url());
   EXPECT_EQ(page.ReadUntil("hello").header["anchors"], true);
   EXPECT_EQ(reader.ReadUntil("hello").header["anchors"], false);
-  for (Client* client : {&page, &reader}) {
+  for (PageClient* client : {&page, &reader}) {
     client->Send(
         R"({"type":"place","model":"flag","origin":[0,1,2],"direction":[0,0,1.5],"object":7})");
     client->Send(R"({"type":"anchor","name":"flag 1","rename":"gate","size":0.5,"turn":-0.25})");
@@ -284,37 +219,40 @@ TEST(Viewer, AnchorsArePlacedByPagesThatMay) {
 
 TEST(Viewer, ServesModelsAndNothingElse) {
   const Viewer viewer(ViewerOptions{.models = std::make_shared<const ModelLibrary>()});
-  Client page(viewer);
+  PageClient page(viewer.url());
   const nlohmann::json models = page.ReadUntil("hello").header["models"];
   ASSERT_FALSE(models.empty());
   for (const auto& model : models) {
     const std::string answer =
-        AnswerTo(viewer, Get(model["url"].get<std::string>(), "Host: localhost\r\n"));
+        AnswerTo(viewer.url(), Get(model["url"].get<std::string>(), "Host: localhost\r\n"));
     EXPECT_THAT(answer,
                 AllOf(HasSubstr("200 OK"), HasSubstr("model/gltf-binary"), HasSubstr("glTF")));
   }
   for (const std::string path :
        {"/models/", "/models/none/none.glb", "/models/../CMakeLists.txt", "/models/flag/",
         "/models/flag/../../etc/passwd", "/models/%2e%2e/%2e%2e/etc/passwd"})
-    EXPECT_THAT(AnswerTo(viewer, Get(path, "Host: localhost\r\n")), HasSubstr("404 Not Found"))
+    EXPECT_THAT(AnswerTo(viewer.url(), Get(path, "Host: localhost\r\n")),
+                HasSubstr("404 Not Found"))
         << path;
   const TempFolder folder;
   WriteTextFile(folder / "lamp.glb", std::string(3'000'000, 'x'));
   const Viewer own(ViewerOptions{
       .models = std::make_shared<const ModelLibrary>(std::vector{folder / "lamp.glb"})});
-  const std::string answer = AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n"));
+  const std::string answer =
+      AnswerTo(own.url(), Get("/models/lamp/lamp.glb", "Host: localhost\r\n"));
   EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("Content-Length: 3000000"),
                             HasSubstr(std::string(3'000'000, 'x'))));
   EXPECT_THAT(
       AnswerTo(
-          own,
+          own.url(),
           "HEAD /models/lamp/lamp.glb HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
       AllOf(HasSubstr("Content-Length: 3000000"), Not(HasSubstr("xxx"))));
   std::filesystem::remove(folder / "lamp.glb");
-  EXPECT_THAT(AnswerTo(own, Get("/models/lamp/lamp.glb", "Host: localhost\r\n")),
+  EXPECT_THAT(AnswerTo(own.url(), Get("/models/lamp/lamp.glb", "Host: localhost\r\n")),
               HasSubstr("404 Not Found"));
-  EXPECT_THAT(AnswerTo(viewer, Get(models[0]["url"].get<std::string>(), "Host: evil.example\r\n")),
-              HasSubstr("403 Forbidden"));
+  EXPECT_THAT(
+      AnswerTo(viewer.url(), Get(models[0]["url"].get<std::string>(), "Host: evil.example\r\n")),
+      HasSubstr("403 Forbidden"));
 }
 
 // A viewer that stops reading holds up a message or two but no other viewer, and gets the newest
@@ -322,7 +260,7 @@ TEST(Viewer, ServesModelsAndNothingElse) {
 TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
   Viewer viewer(ViewerOptions{});
   const auto map = SomeMap(3000);
-  Client stalled(viewer), page(viewer);
+  PageClient stalled(viewer.url()), page(viewer.url());
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < 300; ++i) {
     FrameRecord record;
@@ -334,7 +272,7 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
     if (i % 30 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
-  const auto last_frame = [](Client& client) {
+  const auto last_frame = [](PageClient& client) {
     std::vector<uint32_t> notes;
     while (notes.size() < 300) {
       const auto more = client.ReadUntil("update").Array<uint32_t>("note_frames");
@@ -352,23 +290,23 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
 
 TEST(Viewer, ManyPagesAreRefusedPolitely) {
   const Viewer viewer(ViewerOptions{});
-  std::vector<std::unique_ptr<Client>> pages;
+  std::vector<std::unique_ptr<PageClient>> pages;
   for (int i = 0; i < Viewer::kMaxConnections; ++i)
-    pages.push_back(std::make_unique<Client>(viewer));
-  EXPECT_THAT(AnswerTo(viewer, Get("/", "Host: localhost\r\n")),
+    pages.push_back(std::make_unique<PageClient>(viewer.url()));
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")),
               HasSubstr("503 Service Unavailable"));
   pages.clear();
   std::string answer;
   for (int attempt = 0; attempt < 50 && answer.find("200 OK") == std::string::npos; ++attempt) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    answer = AnswerTo(viewer, Get("/", "Host: localhost\r\n"));
+    answer = AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n"));
   }
   EXPECT_THAT(answer, HasSubstr("200 OK"));
 }
 
 TEST(Viewer, PortsThatCannotBeHad) {
   const Viewer viewer(ViewerOptions{});
-  const int port = PortOf(viewer);
+  const int port = PortOf(viewer.url());
   EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.server = {.port = port}}); }),
               HasSubstr("port " + std::to_string(port)));
   EXPECT_THAT(
@@ -381,9 +319,9 @@ TEST(Viewer, PortsThatCannotBeHad) {
 TEST(Viewer, EndsWhateverIsOpen) {
   auto viewer = std::make_unique<Viewer>(ViewerOptions{});
   asio::io_context io;
-  tcp::socket half = ConnectTo(io, *viewer);
+  tcp::socket half = ConnectTo(io, viewer->url());
   asio::write(half, asio::buffer(std::string("GET / HT")));
-  Client silent(*viewer), page(*viewer);
+  PageClient silent(viewer->url()), page(viewer->url());
   viewer->ShowMap(SomeMap(), {});
   page.ReadUntil("update");
   const auto start = std::chrono::steady_clock::now();

@@ -1,0 +1,58 @@
+#include "oaslam/map_viewer.h"
+
+#include <utility>
+
+#include "oaslam/display/frame_record_of.h"
+#include "oaslam/system/slam_access.h"
+#include "oaslam/viewer/viewer.h"
+
+namespace oaslam {
+
+class OASLAM_LOCAL MapViewer::Impl {
+ public:
+  Impl(const Slam& slam, const MapViewerOptions& options)
+      : viewer_({.server = {.port = options.port}, .names = SlamAccess::Export(slam).class_names}) {
+    status_.title = options.title;
+    ShowLive(true);
+  }
+
+  std::string url() const { return viewer_.url(); }
+
+  void Show(const Slam& slam, const cv::Mat& image, const TrackingResult& result) {
+    if (result.frame <= newest_frame_) viewer_.Clear();  // after Load or Reset
+    newest_frame_ = result.frame;
+    viewer_.Show(FrameRecordOf(slam, result, image.clone()));
+    ShowLive(true);
+  }
+
+  void ShowMap(const Slam& slam) {
+    SavedMap saved = SlamAccess::Export(slam);
+    viewer_.ShowMap(std::make_shared<const Map>(std::move(saved.map)), std::move(saved.trajectory));
+    ShowLive(false);
+  }
+
+ private:
+  void ShowLive(bool live) {
+    if (std::exchange(status_.live, live) != live) viewer_.ShowStatus(status_);
+  }
+
+  Viewer viewer_;
+  SceneStatus status_;
+  int newest_frame_ = -1;
+};
+
+MapViewer::MapViewer(const Slam& slam, const MapViewerOptions& options)
+    : impl_(std::make_unique<Impl>(slam, options)) {}
+MapViewer::~MapViewer() = default;
+MapViewer::MapViewer(MapViewer&&) noexcept = default;
+MapViewer& MapViewer::operator=(MapViewer&&) noexcept = default;
+
+std::string MapViewer::url() const { return impl_->url(); }
+
+void MapViewer::Show(const Slam& slam, const ImageInput& input, const TrackingResult& result) {
+  impl_->Show(slam, input.image, result);
+}
+
+void MapViewer::ShowMap(const Slam& slam) { impl_->ShowMap(slam); }
+
+}  // namespace oaslam

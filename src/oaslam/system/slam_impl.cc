@@ -1,0 +1,228 @@
+#include "oaslam/system/slam_impl.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "oaslam/system/localizer.h"
+#include "oaslam/util/stopwatch.h"
+
+namespace oaslam {
+namespace {
+
+// The exception that Slam throws to its caller.
+MappingError ErrorOf(const std::exception_ptr& failure) {
+  std::string what = "unknown error";
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& error) {
+    what = error.what();
+  } catch (...) {
+  }
+  return MappingError(fmt::format("mapping has ended: {}; the map is as it was before that", what));
+}
+
+void CheckTimestamp(double timestamp, const std::optional<double>& last) {
+  if (!std::isfinite(timestamp)) throw InputError("time stamp is not finite");
+  if (last && !(timestamp > *last))
+    throw InputError(
+        fmt::format("time stamp {:.6f} is not after the one before, {:.6f}", timestamp, *last));
+}
+
+void TakePose(const Tracker::Outcome& outcome, TrackingResult& result) {
+  result.state = outcome.state;
+  if (outcome.cam_from_world) result.world_from_cam = outcome.cam_from_world->Inverse();
+  result.matched = outcome.matched;
+  result.inliers = outcome.inliers;
+  result.objects = outcome.objects;
+  result.confidence = outcome.confidence;
+  result.depth = outcome.depth;
+}
+
+}  // namespace
+
+Slam::Impl::Impl(const SlamConfig& config, const Camera& camera)
+    : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {
+  Map map;
+  map.cameras.push_back(camera);
+  Begin(std::move(map), false, {});
+  Post();
+}
+
+void Slam::Impl::Begin(Map map, bool is_loaded, std::vector<Piece> others) {
+  const auto known = std::ranges::find(map.cameras, camera_);
+  const auto camera_index = static_cast<int>(known - map.cameras.begin());
+  if (known == map.cameras.end()) map.cameras.push_back(camera_);
+  auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(others));
+  atlas->SetRelocalizationMode(mode_);
+  atlas->SetMapping(is_mapping_);
+  if (is_shut_down_) atlas->Shutdown();
+  atlas_ = std::move(atlas);
+  camera_index_ = camera_index;
+  audit_ = {};
+  trails_ = {};
+  last_timestamp_.reset();
+  last_followed_.reset();
+  has_told_failure_ = false;
+  newest_ = {};
+  newest_.frame = -1;
+  newest_.state = is_loaded ? TrackingState::kLost : TrackingState::kInitializing;
+}
+
+void Slam::Impl::Begin(SavedMap saved) {
+  const int frames = FramesOf(saved);
+  Begin(std::move(saved.map), true, std::move(saved.pieces));
+  first_index_ = next_index_ = frames;
+  loaded_trajectory_ = std::move(saved.trajectory);
+  class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
+  Post();
+}
+
+void Slam::Impl::Reset() {
+  Map map;
+  map.cameras.push_back(camera_);
+  map.classes = session().snapshot()->classes;
+  Begin(std::move(map), false, {});
+  loaded_trajectory_.clear();
+  first_index_ = next_index_ = 0;
+  Post();
+}
+
+void Slam::Impl::ExpectMapping() {
+  const std::exception_ptr failure = atlas_->failure();
+  if (!failure) return;
+  has_told_failure_ = true;
+  throw ErrorOf(failure);
+}
+
+void Slam::Impl::Post() {
+  states_->Post(std::make_shared<const SlamState>(SlamState{newest_, Snapshot()}));
+}
+
+void Slam::Impl::PostChange() {
+  const int piece = atlas_->main_number();
+  const std::optional<Rigid3> cam_from_world =
+      session().tracker().PoseOf(first_index_ + newest_.frame, *session().snapshot());
+  if (cam_from_world) {
+    newest_.world_from_cam = cam_from_world->Inverse();
+  } else if (piece != newest_.piece && newest_.world_from_cam) {
+    newest_.world_from_cam.reset();
+    newest_.state = TrackingState::kLost;
+  }
+  newest_.piece = piece;
+  Post();
+}
+
+Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
+  Frame frame = frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
+  frame.camera = camera_index_;
+  return frame;
+}
+
+TrackingResult Slam::Impl::Process(const ImageInput& input) {
+  ExpectMapping();
+  CheckTimestamp(input.timestamp, last_timestamp_);
+  const Stopwatch total;
+  const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
+  const Frame frame = MakeFrame(input, next_index_, keypoints);
+  last_timestamp_ = input.timestamp;
+  ++next_index_;
+  const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
+
+  const Stopwatch tracking;
+  const Tracker::Outcome outcome = atlas_->Process(frame);
+  const double ms_track = tracking.WallMs(), cpu_track = tracking.ThreadCpuMs();
+  if (outcome.cam_from_world && !session().tracker().IsMapping())
+    audit_.Add(frame, *outcome.cam_from_world, *session().snapshot(), config_.objects);
+
+  TrackingResult result;
+  result.frame = frame.index - first_index_;
+  result.timestamp = frame.timestamp;
+  TakePose(outcome, result);
+  result.keypoints = frame.features->size();
+  result.piece = atlas_->main_number();
+  result.ms_objects = outcome.ms_objects;
+  result.detections = static_cast<int>(input.detections.size());
+  result.ms_features = ms_features;
+  result.ms_track = ms_track;
+  result.ms_total = ms_features + ms_track;
+  result.cpu_ms = cpu_features + cpu_track;
+  newest_ = result;
+  Post();
+  return result;
+}
+
+std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detection>& detections) {
+  const std::vector<ObjectDetection> ideal = CheckedDetections(camera_, detections);
+  const std::optional<Tracker::Outcome> outcome =
+      atlas_->AddDetections(frame + first_index_, ideal);
+  if (!outcome || !outcome->cam_from_world) return std::nullopt;
+  if (frame == newest_.frame) {
+    newest_.detections = static_cast<int>(detections.size());
+    newest_.objects = outcome->objects;
+    if (!newest_.world_from_cam) TakePose(*outcome, newest_);
+    Post();
+  }
+  return outcome->objects;
+}
+
+RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
+                                      const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                                      double ms_features, ObjectTrails* trails,
+                                      const std::optional<Rigid3>& prior) {
+  // A fresh random generator for each image: no answer depends on the random numbers before.
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  const Stopwatch watch;
+  const Relocalization found =
+      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng, trails, prior);
+  RelocalizationResult result = ResultOf(found);
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs();
+  if (result.world_from_cam)
+    audit_.Add(frame, found.cam_from_world, *session().snapshot(), config_.objects);
+  return result;
+}
+
+RelocalizationResult Slam::Impl::FollowByObjects(
+    double timestamp, const std::vector<Detection>& detections,
+    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+  CheckGravity(gravity_in_cam);
+  CheckTimestamp(timestamp, last_followed_);
+  const Frame frame{0, timestamp, camera_index_, {}, CheckedDetections(camera_, detections), false};
+  last_followed_ = timestamp;
+  return Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0, &trails_);
+}
+
+void Slam::Impl::SetMetresPerUnit(double metres) {
+  if (!(std::isfinite(metres) && metres > 0))
+    throw InputError(fmt::format("metres per unit: {}, allowed: above 0 and finite", metres));
+  ExpectMapping();
+  if (session().Newest()->keyframes.empty())
+    throw InputError("metres per unit: there is no map yet that has a unit");
+  atlas_->SetMetresPerUnit(metres);
+  for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
+  trails_ = {};
+  ExpectMapping();
+  newest_.depth *= metres;
+  if (newest_.world_from_cam) newest_.world_from_cam->translation *= metres;
+  PostChange();
+}
+
+void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {
+  ExpectMapping();
+  MapCommand command;
+  command.frame_index = next_index_;
+  command.anchors = std::move(anchors);
+  session().SubmitAndWait(std::move(command));
+  PostChange();
+}
+
+void Slam::Impl::SetClassNames(ClassNames names) {
+  class_names_ = std::make_shared<const ClassNames>(std::move(names));
+  PostChange();
+}
+
+}  // namespace oaslam

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/anchors/editing.h"
+#include "oaslam/slam.h"
+#include "oaslam/storage/map_file.h"
+#include "oaslam/system/atlas.h"
+#include "oaslam/system/frame_maker.h"
+#include "oaslam/system/object_audit.h"
+#include "oaslam/system/relocalizer.h"
+#include "oaslam/system/snapshot_maker.h"
+#include "oaslam/system/state_board.h"
+
+namespace oaslam {
+
+// The pieces of map, and what goes on around them: settings, class names, numbers of frames, and
+// the states that other threads read.
+class OASLAM_LOCAL Slam::Impl {
+ public:
+  Impl(const SlamConfig& config, const Camera& camera);
+  ~Impl() { states_->Close(); }
+
+  // Begins with an empty map; the settings stay.
+  void Reset();
+  // Begins with another map; the settings stay. Throws before anything is changed.
+  void Begin(SavedMap saved);
+
+  // Throws if mapping has ended, for functions that would change the map.
+  void ExpectMapping();
+
+  TrackingResult Process(const ImageInput& input);
+  std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
+  Frame MakeFrame(const ImageInput& input, int index, int keypoints);
+  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
+                            const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                            double ms_features, ObjectTrails* trails = nullptr,
+                            const std::optional<Rigid3>& prior = std::nullopt);
+  RelocalizationResult FollowByObjects(double timestamp, const std::vector<Detection>& detections,
+                                       const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  void SetMetresPerUnit(double metres);
+  void SetAnchors(std::map<std::string, Anchor> anchors);
+  void SetClassNames(ClassNames names);
+
+  Session& session() { return atlas_->main(); }
+  const Session& session() const { return atlas_->main(); }
+  MapSnapshot Snapshot() const {
+    return snapshots_.Of(session().snapshot(), class_names_, first_index_);
+  }
+  // Shows other threads the map after a change that no image has made, with the newest image's pose
+  // in it.
+  void PostChange();
+
+  SlamConfig config_;
+  Camera camera_;
+  int camera_index_ = 0;
+  FrameMaker frame_maker_;
+  Relocalizer relocalizer_;
+  std::unique_ptr<Atlas> atlas_;
+  std::vector<FramePose> loaded_trajectory_;
+  std::shared_ptr<const ClassNames> class_names_ =
+      std::make_shared<const ClassNames>(CocoClassNames());
+  std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
+  mutable SnapshotSeries snapshots_;
+  TrackingResult newest_;  // as posted last
+  RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
+  bool is_mapping_ = true, is_shut_down_ = false;
+  // Whether the reason why mapping has ended was thrown already.
+  bool has_told_failure_ = false;
+  ObjectAudit audit_;
+  int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices
+  ObjectTrails trails_;                   // of FollowByObjects
+  std::optional<double> last_timestamp_, last_followed_;  // of Process; of FollowByObjects
+
+ private:
+  void Begin(Map map, bool is_loaded, std::vector<Piece> others);
+  void Post();
+};
+
+}  // namespace oaslam
