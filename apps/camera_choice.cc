@@ -13,7 +13,6 @@
 #include "oaslam/camera_file.h"
 #include "oaslam/error.h"
 #include "oaslam/image_source.h"
-#include "oaslam/images/focal_metadata.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
 
@@ -37,13 +36,10 @@ Camera StartFor(const CameraSettings& settings, const cv::Size& size) {
 
 // Undoes a rolling shutter if the map shows one; returns its readout time in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
-  constexpr double kSigmas = 4, kMinReadoutS = 0.003;
   CalibrationPrior prior;
   prior.readout_sigma_s = 0.02;
   const SelfCalibration found = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
-  if (!found.success ||
-      std::abs(found.readout_s) < std::max(kMinReadoutS, kSigmas * found.readout_sigma_s))
-    return 0;
+  if (found.SureReadout() == 0) return 0;
   const Map with =
       Recalibrated(saved.map, camera, found, config.bundle, config.mapping.min_shared_landmarks);
   saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle,
@@ -150,7 +146,7 @@ void RefineWithMap(const SlamConfig& config, bool find_readout, CameraEstimate& 
   const auto place = std::ranges::find(saved.map.cameras, camera.camera);
   if (place == saved.map.cameras.end()) return;
   const int index = static_cast<int>(place - saved.map.cameras.begin());
-  if (find_readout) camera.readout_s = UndoReadout(config, index, saved);
+  camera.readout_s = find_readout ? UndoReadout(config, index, saved) : 0;
   Refine(config, index, camera, saved);
   BringAlong(config, index, camera.readout_s, saved);
 }

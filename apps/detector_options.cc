@@ -1,9 +1,27 @@
 #include "detector_options.h"
 
 #include <filesystem>
+#include <iostream>
 
 namespace oaslam::apps {
 namespace fs = std::filesystem;
+namespace {
+
+// Errors come as exceptions. What else is written to std::cerr is discarded: Debian's build of ONNX
+// Runtime (1.21) registers each operator twice when it loads a network, and writes a line about
+// that.
+class QuietStderr {
+ public:
+  QuietStderr() = default;
+  ~QuietStderr() { std::cerr.rdbuf(before_); }
+  QuietStderr(const QuietStderr&) = delete;
+  QuietStderr& operator=(const QuietStderr&) = delete;
+
+ private:
+  std::streambuf* before_ = std::cerr.rdbuf(nullptr);
+};
+
+}  // namespace
 
 CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
   app.add_option("--detector-layout", settings.layout,
@@ -43,6 +61,7 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings) {
   options.backend = NetworkBackendFromString(settings.backend).value_or(NetworkBackend::kAuto);
   options.input_size = {settings.size, settings.size};
   options.min_score = settings.min_score;
+  const QuietStderr quiet;
   return Detector::Load(settings.model, options);
 }
 

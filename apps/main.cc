@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "oaslam/detection/network.h"
 #include "oaslam/error.h"
+#include "oaslam/images/video_container.h"
 #include "oaslam/util/log.h"
 #include "optional_values.h"
 
@@ -15,6 +16,7 @@ namespace {
 
 // Messages go to stderr, results to stdout.
 void InstallLogger() {
+  oaslam::SilenceFfmpeg();
   spdlog::set_default_logger(spdlog::stderr_color_mt("oaslam"));
   spdlog::set_pattern("%^%l%$: %v");
   oaslam::SetLogSink([](oaslam::LogLevel level, const std::string& message) {

@@ -9,6 +9,7 @@
 
 #include "desk_clip.h"
 #include "expect_input_error.h"
+#include "oaslam/camera_estimation.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/slam_access.h"
 
@@ -186,6 +187,21 @@ TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
 }
 
 // A time stamp or a direction of gravity that is not finite would spoil all that follows.
+TEST_F(SlamWithMap, RefusesCamerasThatCannotBe) {
+  const auto with = [](auto&& change) {
+    Camera camera = clip().camera;
+    change(camera);
+    return InputErrorOf([&] { Slam(SlamConfig{}, camera); });
+  };
+  EXPECT_THAT(with([](Camera& c) { c.cx = std::nan(""); }), HasSubstr("principal point cx"));
+  EXPECT_THAT(with([](Camera& c) { c.fx = INFINITY; }), HasSubstr("focal length fx"));
+  EXPECT_THAT(with([](Camera& c) { c.distortion[0] = std::nan(""); }), HasSubstr("distortion"));
+  EXPECT_THAT(with([](Camera& c) { c.width = c.height = 1; }), HasSubstr("image width"));
+  SlamConfig wrong;
+  wrong.features.count = -1;
+  EXPECT_THAT(InputErrorOf([&] { CameraEstimator{wrong}; }), HasSubstr("features.count"));
+}
+
 TEST_F(SlamWithMap, RefusesTimesAndGravityThatAreNotFinite) {
   Slam slam = MakeSlam();
   ImageInput input;

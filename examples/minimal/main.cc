@@ -24,7 +24,7 @@ std::vector<oaslam::Detection> Detect(const cv::Mat& bgr) {
   return found;
 }
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   cv::VideoCapture video(argc > 2 ? argv[1] : "");
   cv::Mat image;
   if (!video.read(image))
@@ -48,4 +48,6 @@ int main(int argc, char** argv) {
   const oaslam::MapSnapshot map = slam.Snapshot();
   std::printf("%zu keyframes, %zu landmarks, %zu objects\n", map.keyframe_count(),
               map.landmark_count(), map.Objects().size());
+} catch (const oaslam::InputError& error) {
+  return std::fprintf(stderr, "minimal: %s\n", error.what()), 1;
 }

@@ -1,12 +1,8 @@
 #pragma once
 
-#include <condition_variable>
-#include <exception>
 #include <functional>
-#include <mutex>
+#include <memory>
 #include <opencv2/core.hpp>
-#include <optional>
-#include <thread>
 #include <vector>
 
 #include "oaslam/export.h"
@@ -38,27 +34,16 @@ class OASLAM_API BackgroundDetector {
   std::vector<Result> Take();
   // Waits until the detector is idle: every image that was not replaced has been processed.
   void Wait();
+  // Forgets the image that waits, all results, and that of the image that is being processed, as
+  // after Slam::Reset or Load, with which frames begin anew. Does not wait.
+  void Clear();
 
   int images() const;      // number of images processed
   double busy_ms() const;  // time spent on them
 
  private:
-  struct Work {
-    int frame = 0;
-    cv::Mat image;
-  };
-  void Run(const std::stop_token& stop);
-
-  Detect detect_;
-  mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::optional<Work> waiting_;  // this and the following members are guarded by mutex_
-  bool is_busy_ = false;
-  std::vector<Result> results_;
-  std::exception_ptr failure_;
-  int images_ = 0;
-  double busy_ms_ = 0;
-  std::jthread thread_;  // last member: the thread starts when all others are constructed
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace oaslam

@@ -17,7 +17,7 @@ struct CameraEstimationOptions {
   // The camera to start from: a rough calibration, or that of another run.
   std::optional<Camera> start;
   // The 35 mm equivalent that cameras and phones write into an image's metadata; only used as a
-  // start value.
+  // start value (FocalLength35mm reads it).
   std::optional<double> focal_length_35mm;
 };
 
@@ -41,7 +41,7 @@ struct CameraEstimate {
 // more. The same images give the same answer. Images are kept, scaled down where they are large.
 class OASLAM_API CameraEstimator {
  public:
-  // `config`: the settings of the maps that it makes.
+  // `config`: the settings of the maps that it makes. Throws InputError where it cannot be.
   explicit CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options = {});
   ~CameraEstimator();
   CameraEstimator(CameraEstimator&&) noexcept;
@@ -55,7 +55,8 @@ class OASLAM_API CameraEstimator {
   // Whether it holds the largest number of images that it uses at a time.
   bool IsFull() const;
 
-  // Estimates the camera from the images since the last Forget. Throws InputError without any.
+  // Estimates the camera from the images since the last Forget, on the caller's thread and others:
+  // it maps them several times over, which takes longer than a run. Throws InputError without any.
   CameraEstimate Estimate();
   // Drops the images, to go on with another part of the walk; the result so far
   // becomes the start value.

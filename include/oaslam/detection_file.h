@@ -1,7 +1,7 @@
 #pragma once
 
+#include <memory>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "oaslam/export.h"
@@ -15,20 +15,22 @@ struct ImageDetections {
   std::vector<Detection> detections;  // in the order of the file
 };
 
-// Detections of many images, found by base name: with extension first, then without.
+// Detections of many images, found by base name: with extension first, then without. It never
+// changes; copies share it.
 class OASLAM_API DetectionTable {
  public:
   // Of images with the same name the first one is found.
   explicit DetectionTable(std::vector<ImageDetections> images);
-  DetectionTable() = default;
+  // No images.
+  DetectionTable();
   // Empty when the image is not listed.
   const std::vector<Detection>& Find(const std::string& image_name) const;
   // All images, in the order of the file.
-  const std::vector<ImageDetections>& images() const { return images_; }
+  const std::vector<ImageDetections>& images() const;
 
  private:
-  std::vector<ImageDetections> images_;
-  std::unordered_map<std::string, size_t> by_name_, by_stem_;
+  struct Content;
+  std::shared_ptr<const Content> content_;
 };
 
 // Reads OA-SLAM's JSON or COCO results (docs/formats.md). Throws InputError: malformed JSON, or an

@@ -63,8 +63,8 @@ class OASLAM_API Detector {
                                         const DetectorOptions& options = {});
   ~Detector();
 
-  // Detects objects in an 8-bit image (BGR or grey). Boxes are in its pixels,
-  // clipped to it, best first.
+  // Detects objects in an 8-bit image (grey, BGR or BGRA; else InputError). Boxes are in its
+  // pixels, clipped to it, best first. It takes tenths of a second, on the caller's thread.
   std::vector<Detection> Detect(const cv::Mat& image);
 
   // The layout that was requested or recognised; never kAuto.

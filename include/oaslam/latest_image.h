@@ -1,11 +1,7 @@
 #pragma once
 
-#include <atomic>
-#include <condition_variable>
-#include <exception>
 #include <memory>
-#include <mutex>
-#include <thread>
+#include <optional>
 
 #include "oaslam/export.h"
 #include "oaslam/image_source.h"
@@ -25,21 +21,15 @@ class OASLAM_API LatestImageSource : public ImageSource {
   // Rethrows exceptions of the source.
   std::optional<InputImage> Next() override;
   // That of the source.
-  int size() const override { return source_->size(); }
+  int size() const override;
+  // Ends a waiting Next, and all later ones.
+  void Stop() override;
   // The number of images that were replaced by newer ones before they were returned.
-  int dropped() const { return dropped_; }
+  int dropped() const;
 
  private:
-  void Capture(const std::stop_token& stop);
-
-  std::unique_ptr<ImageSource> source_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<InputImage> newest_;  // guarded, as the next two
-  bool has_ended_ = false;
-  std::exception_ptr failure_;
-  std::atomic<int> dropped_ = 0;
-  std::jthread thread_;  // last member: the thread starts when all others are constructed
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace oaslam

@@ -101,6 +101,7 @@ void AddBackgroundDetector(py::module_& m) {
            doc::BackgroundDetector_Offer)
       .def("take", &BackgroundDetector::Take, WithoutGil(), doc::BackgroundDetector_Take)
       .def("wait", &BackgroundDetector::Wait, WithoutGil(), doc::BackgroundDetector_Wait)
+      .def("clear", &BackgroundDetector::Clear, WithoutGil(), doc::BackgroundDetector_Clear)
       .def_property_readonly("images", &BackgroundDetector::images, doc::BackgroundDetector_images)
       .def_property_readonly("busy_ms", &BackgroundDetector::busy_ms,
                              doc::BackgroundDetector_busy_ms);

@@ -145,6 +145,8 @@ void AddImages(py::module_& m) {
       },
       py::arg("source"), py::kw_only(), py::arg("fps") = options.fps,
       py::arg("from_") = options.from, py::arg("to") = options.to, WithoutGil(), doc::ListImages);
+  m.def("focal_length_35mm", OfPath(&FocalLength35mm), py::arg("source"), WithoutGil(),
+        doc::FocalLength35mm);
 }
 
 }  // namespace oaslam::python

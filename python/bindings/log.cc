@@ -1,6 +1,7 @@
 #include "oaslam/log.h"
 
 #include <iostream>
+#include <mutex>
 
 #include "bindings.h"
 
@@ -12,14 +13,18 @@ void SayWarnings(LogLevel level, const std::string& message) {
   if (level == LogLevel::kWarning) std::cerr << "oaslam: warning: " + message + "\n";
 }
 
-// Calls Python from any thread. What the callable raises is written to the standard error stream:
-// the message comes from the midst of our work, which goes on.
+// Held while a sink calls Python. At its end the interpreter waits for that.
+std::recursive_mutex at_work;
+
+// Calls Python from any thread, one at a time. What the callable raises is written to the standard
+// error stream: the message comes from the midst of our work, which goes on.
 LogSink SinkOf(const py::function& callable) {
   const std::shared_ptr<py::function> kept(new py::function(callable), [](py::function* f) {
     const py::gil_scoped_acquire gil;
     delete f;
   });
   return [kept](LogLevel level, const std::string& message) {
+    const std::lock_guard lock(at_work);
     const py::gil_scoped_acquire gil;
     try {
       (*kept)(level, message);
@@ -29,11 +34,12 @@ LogSink SinkOf(const py::function& callable) {
   };
 }
 
-// The library lets one message through at a time: who waits for that must not hold Python's lock,
-// which the sink needs.
+// Returns once the sink of before is at rest. Who waits for that must not hold Python's lock, which
+// the sink needs.
 void Set(LogSink sink) {
   const py::gil_scoped_release without_gil;
   SetLogSink(std::move(sink));
+  const std::lock_guard lock(at_work);
 }
 
 }  // namespace

@@ -367,4 +367,10 @@ Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
   return changed;
 }
 
+double SelfCalibration::SureReadout() const {
+  constexpr double kSigmas = 4, kMinReadoutS = 0.003;
+  const double least = std::max(kMinReadoutS, kSigmas * readout_sigma_s);
+  return success && std::abs(readout_s) >= least ? readout_s : 0;
+}
+
 }  // namespace oaslam

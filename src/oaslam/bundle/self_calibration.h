@@ -48,6 +48,8 @@ struct SelfCalibration {
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // of the landmarks used, ascending
 
   double RelativeSigma() const { return focal_sigma_px / camera.fx; }
+  // Seconds of a rolling shutter that cannot be an error of the estimate; else 0.
+  double SureReadout() const;
 };
 
 // Estimates focal length, principal point and radial distortion of a camera of the map (an index

@@ -49,6 +49,30 @@ TEST(BackgroundDetector, TakesTheNewestImageWheneverItIsFree) {
   EXPECT_GT(detector.busy_ms(), 0);
 }
 
+// Frames begin anew after a reset: nothing of before must be taken for one of them.
+TEST(BackgroundDetector, ForgetsWhatIsUnderWay) {
+  std::binary_semaphore begun(0), go_on(0);
+  BackgroundDetector detector([&](const cv::Mat&) {
+    begun.release();
+    go_on.acquire();
+    return std::vector<Detection>();
+  });
+  const cv::Mat image(1, 1, CV_32S);
+  detector.Offer(7, image);
+  begun.acquire();
+  detector.Offer(8, image);
+  detector.Clear();
+  go_on.release();
+  detector.Wait();
+  EXPECT_TRUE(detector.Take().empty());
+  EXPECT_EQ(detector.images(), 1);
+  detector.Offer(0, image);
+  begun.acquire();
+  go_on.release();
+  detector.Wait();
+  EXPECT_THAT(Frames(detector.Take()), ElementsAre(0));
+}
+
 TEST(BackgroundDetector, TheCallerMayReuseTheImage) {
   std::binary_semaphore go_on(0);
   BackgroundDetector detector([&](const cv::Mat& image) {

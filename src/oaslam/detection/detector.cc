@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <opencv2/dnn.hpp>
@@ -25,6 +26,9 @@ constexpr int kDefaultInputSize = 640;
 constexpr int kMaxInputSize = 4096;
 
 std::string ReadFile(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error))
+    throw InputError(path + ": is a folder, expected an ONNX file");
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(path + ": cannot read the detector's file");
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
@@ -55,6 +59,19 @@ cv::Size InputSize(const std::string& path, const OnnxInfo& info, const Detector
 
 std::vector<int> ShapeOf(const cv::Mat& tensor) {
   return {tensor.size.p, tensor.size.p + tensor.dims};
+}
+
+cv::Mat AsBgr(const cv::Mat& image) {
+  const int channels = image.channels();
+  if (image.empty() || image.dims != 2 || image.depth() != CV_8U ||
+      (channels != 1 && channels != 3 && channels != 4))
+    throw InputError(
+        fmt::format("image: {}x{} with {} channels of type {}, allowed: 8-bit grey, BGR or BGRA",
+                    image.cols, image.rows, channels, cv::depthToString(image.depth())));
+  if (channels == 3) return image;
+  cv::Mat bgr;
+  cv::cvtColor(image, bgr, channels == 1 ? cv::COLOR_GRAY2BGR : cv::COLOR_BGRA2BGR);
+  return bgr;
 }
 
 }  // namespace
@@ -133,10 +150,7 @@ Detector::Detector(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Detector::~Detector() = default;
 
 std::vector<Detection> Detector::Detect(const cv::Mat& image) {
-  OASLAM_CHECK(!image.empty() && image.depth() == CV_8U &&
-               (image.channels() == 1 || image.channels() == 3));
-  cv::Mat bgr = image;
-  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
+  const cv::Mat bgr = AsBgr(image);
   const bool yolox = impl_->format.layout == DetectorLayout::kYolox;
   const Letterbox letterbox = MakeLetterbox(bgr, impl_->input_size, !yolox);
   const std::vector<cv::Mat> outputs = impl_->Forward(letterbox.image, yolox);

@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "expect_input_error.h"
 #include "oaslam/detection/network.h"
 #include "oaslam/error.h"
 #include "oaslam_data.h"
@@ -82,6 +83,15 @@ TEST(Detector, RefusesFilesThatAreNoDetector) {
   std::ofstream(text) << "a text file";
   EXPECT_THAT(ErrorOf(text), ::testing::HasSubstr("not an ONNX file"));
   std::filesystem::remove(text);
+  EXPECT_THAT(ErrorOf(std::filesystem::temp_directory_path()), ::testing::HasSubstr("is a folder"));
+}
+
+TEST(Detector, TakesImagesOfEightBitsAndNoOthers) {
+  const auto detector = Detector::Load(kModel);
+  for (const cv::Mat& image : {cv::Mat(), cv::Mat(48, 64, CV_16UC1), cv::Mat(48, 64, CV_8UC2)})
+    EXPECT_THAT(InputErrorOf([&] { detector->Detect(image); }), ::testing::HasSubstr("8-bit"));
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4})
+    EXPECT_TRUE(detector->Detect(cv::Mat(48, 64, type, cv::Scalar::all(90))).empty());
 }
 
 // The detections.json of the sequence was made with this model (see its README):

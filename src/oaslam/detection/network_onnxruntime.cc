@@ -2,7 +2,6 @@
 #include <onnxruntime_cxx_api.h>
 
 #include <algorithm>
-#include <iostream>
 
 #include "oaslam/detection/network_backends.h"
 
@@ -13,16 +12,6 @@ NetworkError ErrorOf(const Ort::Exception& error) {
   return NetworkError(
       fmt::format("{} cannot run this network: {}", OnnxRuntimeName(), error.what()));
 }
-
-// Errors come as exceptions. What else is written to std::cerr is discarded: Debian's build (1.21)
-// registers each operator twice when it loads a network, and writes a line about that.
-class QuietStderr {
- public:
-  ~QuietStderr() { std::cerr.rdbuf(before_); }
-
- private:
-  std::streambuf* before_ = std::cerr.rdbuf(nullptr);
-};
 
 const Ort::Env& Environment() {
   static const Ort::Env environment(ORT_LOGGING_LEVEL_FATAL, "oaslam");
@@ -90,7 +79,6 @@ class OnnxRuntimeNetwork : public Network {
 std::string OnnxRuntimeName() { return "ONNX Runtime " + Ort::GetVersionString(); }
 
 std::unique_ptr<Network> LoadByOnnxRuntime(const std::string& path) {
-  const QuietStderr quiet;
   try {
     return std::make_unique<OnnxRuntimeNetwork>(path);
   } catch (const Ort::Exception& error) {

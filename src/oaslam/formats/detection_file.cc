@@ -8,6 +8,8 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <unordered_map>
+#include <utility>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/detection_json.h"
@@ -250,21 +252,32 @@ std::vector<Detection> DetectionsFromJson(const Json& list, const std::string& w
   return detections;
 }
 
-DetectionTable::DetectionTable(std::vector<ImageDetections> images) : images_(std::move(images)) {
-  for (size_t i = 0; i < images_.size(); ++i) {
-    const std::string name = BaseName(images_[i].file_name);
-    by_name_.emplace(name, i);
-    by_stem_.emplace(WithoutExtension(name), i);
+struct OASLAM_LOCAL DetectionTable::Content {
+  explicit Content(std::vector<ImageDetections> all) : images(std::move(all)) {
+    for (size_t i = 0; i < images.size(); ++i) {
+      const std::string name = BaseName(images[i].file_name);
+      by_name.emplace(name, i);
+      by_stem.emplace(WithoutExtension(name), i);
+    }
   }
-}
+  std::vector<ImageDetections> images;
+  std::unordered_map<std::string, size_t> by_name, by_stem;
+};
+
+DetectionTable::DetectionTable(std::vector<ImageDetections> images)
+    : content_(std::make_shared<const Content>(std::move(images))) {}
+DetectionTable::DetectionTable() : DetectionTable(std::vector<ImageDetections>()) {}
+
+const std::vector<ImageDetections>& DetectionTable::images() const { return content_->images; }
 
 const std::vector<Detection>& DetectionTable::Find(const std::string& image_name) const {
   static const std::vector<Detection> none;
   const std::string name = BaseName(image_name);
-  if (const auto found = by_name_.find(name); found != by_name_.end())
-    return images_[found->second].detections;
-  const auto found = by_stem_.find(WithoutExtension(name));
-  return found != by_stem_.end() ? images_[found->second].detections : none;
+  const Content& content = *content_;
+  if (const auto found = content.by_name.find(name); found != content.by_name.end())
+    return content.images[found->second].detections;
+  const auto found = content.by_stem.find(WithoutExtension(name));
+  return found != content.by_stem.end() ? content.images[found->second].detections : none;
 }
 
 DetectionTable LoadDetections(const std::string& path) {

@@ -7,6 +7,7 @@
 
 #include "exif_jpeg.h"
 #include "ffmpeg.h"
+#include "oaslam/image_source.h"
 #include "temp_folder.h"
 
 namespace oaslam {

@@ -22,6 +22,8 @@ bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 }  // namespace
 
 cv::Mat ReadImage(const std::string& path, bool color, Orientation orientation) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return {};
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
   if (bytes.empty()) return {};

@@ -1,48 +1,96 @@
 #include "oaslam/latest_image.h"
 
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
 #include <utility>
 
 namespace oaslam {
 
-LatestImageSource::LatestImageSource(std::unique_ptr<ImageSource> source)
-    : source_(std::move(source)), thread_([this](const std::stop_token& stop) { Capture(stop); }) {}
+class OASLAM_LOCAL LatestImageSource::Impl {
+ public:
+  explicit Impl(std::unique_ptr<ImageSource> source)
+      : source_(std::move(source)),
+        thread_([this](const std::stop_token& stop) { Capture(stop); }) {}
+  ~Impl() { Stop(); }
 
-LatestImageSource::~LatestImageSource() {
-  thread_.request_stop();
-  // Otherwise the thread, which is joined now, might wait for an image that never comes.
-  source_->Stop();
-}
+  std::optional<InputImage> Next() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return newest_ || has_ended_; });
+    if (newest_) return std::exchange(newest_, std::nullopt);
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    return std::nullopt;
+  }
 
-void LatestImageSource::Capture(const std::stop_token& stop) {
-  std::exception_ptr failure;
-  try {
-    while (!stop.stop_requested()) {
-      std::optional<InputImage> image = source_->Next();
-      if (!image) break;
-      {
-        const std::lock_guard lock(mutex_);
-        if (newest_) ++dropped_;
-        newest_ = std::move(image);
-      }
-      changed_.notify_one();
+  void Stop() {
+    thread_.request_stop();
+    End(nullptr);
+    {
+      const std::lock_guard lock(mutex_);
+      newest_.reset();
     }
-  } catch (...) {
-    failure = std::current_exception();
+    // Otherwise the thread, which is joined in the end, might wait for an image that never comes.
+    source_->Stop();
   }
-  {
-    const std::lock_guard lock(mutex_);
-    has_ended_ = true;
-    failure_ = failure;
-  }
-  changed_.notify_one();
-}
 
-std::optional<InputImage> LatestImageSource::Next() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return newest_ || has_ended_; });
-  if (newest_) return std::exchange(newest_, std::nullopt);
-  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  return std::nullopt;
-}
+  int size() const { return source_->size(); }
+  int dropped() const {
+    const std::lock_guard lock(mutex_);
+    return dropped_;
+  }
+
+ private:
+  void Capture(const std::stop_token& stop) {
+    std::exception_ptr failure;
+    try {
+      while (std::optional<InputImage> image = source_->Next())
+        if (!Keep(*std::move(image), stop)) break;
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    End(failure);
+  }
+
+  // Returns false once the source was stopped.
+  bool Keep(InputImage image, const std::stop_token& stop) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (stop.stop_requested()) return false;
+      if (newest_) ++dropped_;
+      newest_ = std::move(image);
+    }
+    changed_.notify_all();
+    return true;
+  }
+
+  // The first end counts: what a source throws because it was stopped is of no interest.
+  void End(std::exception_ptr failure) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!has_ended_) failure_ = std::move(failure);
+      has_ended_ = true;
+    }
+    changed_.notify_all();
+  }
+
+  std::unique_ptr<ImageSource> source_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<InputImage> newest_;  // guarded, as the next three
+  bool has_ended_ = false;
+  std::exception_ptr failure_;
+  int dropped_ = 0;
+  std::jthread thread_;  // last member: the thread starts when all others are constructed
+};
+
+LatestImageSource::LatestImageSource(std::unique_ptr<ImageSource> source)
+    : impl_(std::make_unique<Impl>(std::move(source))) {}
+LatestImageSource::~LatestImageSource() = default;
+
+std::optional<InputImage> LatestImageSource::Next() { return impl_->Next(); }
+int LatestImageSource::size() const { return impl_->size(); }
+void LatestImageSource::Stop() { impl_->Stop(); }
+int LatestImageSource::dropped() const { return impl_->dropped(); }
 
 }  // namespace oaslam

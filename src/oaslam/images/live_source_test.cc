@@ -187,6 +187,28 @@ TEST(LatestImageSource, FailsOnTheReadersThread) {
   EXPECT_FALSE(source.Next());
 }
 
+// As a thread that ends a program does while another waits for an image.
+TEST(LatestImageSource, StopEndsAWaitingNext) {
+  struct Blocking : ImageSource {
+    std::promise<void> stopped;
+    std::optional<InputImage> Next() override {
+      stopped.get_future().wait();
+      return std::nullopt;
+    }
+    int size() const override { return -1; }
+    void Stop() override {
+      if (!std::exchange(was_stopped, true)) stopped.set_value();
+    }
+    bool was_stopped = false;
+  };
+  LatestImageSource source(std::make_unique<Blocking>());
+  auto image = std::async(std::launch::async, [&] { return source.Next(); });
+  source.Stop();
+  ASSERT_EQ(image.wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  EXPECT_FALSE(image.get());
+  EXPECT_FALSE(source.Next());
+}
+
 TEST(LatestImageSource, MayBeGivenUpAtAnyTime) {
   for (int shown = 0; shown < 3; ++shown) {
     auto owned = std::make_unique<FakeCamera>();

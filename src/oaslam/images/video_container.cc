@@ -7,7 +7,6 @@
 #include <cstdarg>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -111,23 +110,12 @@ int TurnOf(const AVStream& stream) {
   return static_cast<int>((quarters + 4) % 4) * 90;
 }
 
-std::mutex quiet_mutex;
-int quiet_count = 0;  // guarded
-
 void SayNothing(void*, int, const char*, va_list) {}
 
 }  // namespace
 
-QuietFfmpeg::QuietFfmpeg() {
-  const std::lock_guard lock(quiet_mutex);
-  // The log level is no use here, since OpenCV resets it whenever it opens a video.
-  if (quiet_count++ == 0) av_log_set_callback(SayNothing);
-}
-
-QuietFfmpeg::~QuietFfmpeg() {
-  const std::lock_guard lock(quiet_mutex);
-  if (--quiet_count == 0) av_log_set_callback(av_log_default_callback);
-}
+// The log level is no use here, since OpenCV resets it whenever it opens a video.
+void SilenceFfmpeg() { av_log_set_callback(SayNothing); }
 
 int SpreadEqualTimes(std::vector<double>& ascending) {
   int moved = 0;
@@ -146,7 +134,6 @@ int SpreadEqualTimes(std::vector<double>& ascending) {
 }
 
 VideoContainer ReadVideoContainer(const std::string& path) {
-  const QuietFfmpeg quiet;
   const Input input = Open(path);
   AVStream* stream = input ? VideoStream(*input) : nullptr;
   if (!stream)
@@ -177,7 +164,6 @@ size_t TimeIndexOf(const VideoTimes& times, size_t next, double reported) {
 }
 
 std::optional<std::string> ReadVideoTag(const std::string& path, std::string_view name_end) {
-  const QuietFfmpeg quiet;
   const Input input = Open(path);
   const AVStream* stream = input ? VideoStream(*input) : nullptr;
   if (!stream) return std::nullopt;

@@ -41,14 +41,8 @@ int SpreadEqualTimes(std::vector<double>& ascending);
 // nothing where there is none or no video.
 std::optional<std::string> ReadVideoTag(const std::string& path, std::string_view name_end);
 
-// While an instance exists, FFmpeg's libraries print nothing to stderr; callers report what
-// matters. Works from any thread. It replaces an application's own callback for FFmpeg's messages.
-class QuietFfmpeg {
- public:
-  QuietFfmpeg();
-  ~QuietFfmpeg();
-  QuietFfmpeg(const QuietFfmpeg&) = delete;
-  QuietFfmpeg& operator=(const QuietFfmpeg&) = delete;
-};
+// From now on FFmpeg's libraries print nothing to stderr, in the whole program: for programs, which
+// report what matters, and not for the library, since it would replace an application's callback.
+void SilenceFfmpeg();
 
 }  // namespace oaslam

@@ -125,7 +125,6 @@ class VideoSource : public ImageSource {
     return time - first_s_;
   }
 
-  QuietFfmpeg quiet_;
   std::string path_;
   ImageSourceOptions options_;
   VideoContainer container_;

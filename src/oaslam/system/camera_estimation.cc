@@ -243,6 +243,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     if (is_usable) {
       found_ = camera;
       estimate.focal_sigma_px = found.focal_sigma_px * original_.width / size_.width;
+      estimate.readout_s = found.SureReadout();
     }
     estimate.camera = Scaled(camera, original_);
     estimate.camera.is_guess = !found.success;
@@ -260,8 +261,10 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   std::optional<Camera> found_;  // from earlier images
 };
 
-CameraEstimator::CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options)
-    : impl_(std::make_unique<Impl>(config, options)) {}
+CameraEstimator::CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options) {
+  CheckConfig(config);
+  impl_ = std::make_unique<Impl>(config, options);
+}
 CameraEstimator::~CameraEstimator() = default;
 CameraEstimator::CameraEstimator(CameraEstimator&&) noexcept = default;
 CameraEstimator& CameraEstimator::operator=(CameraEstimator&&) noexcept = default;

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "oaslam/camera_file.h"
 #include "oaslam/error.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/detection_check.h"
@@ -40,11 +41,7 @@ void CheckConfig(const SlamConfig& config) {
     throw InputError(fmt::format("configuration: {}", fmt::join(problems, "; ")));
 }
 
-void CheckCamera(const Camera& camera) {
-  if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
-    throw InputError(fmt::format("camera: size {}x{}, focal lengths {} {}; all must be positive",
-                                 camera.width, camera.height, camera.fx, camera.fy));
-}
+void CheckCamera(const Camera& camera) { CheckCalibration(camera, "camera"); }
 
 void CheckPose(const std::optional<Rigid3>& pose) {
   constexpr double kMaxError = 1e-6;

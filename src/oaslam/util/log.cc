@@ -11,15 +11,20 @@ namespace oaslam {
 namespace {
 
 // Any thread may log while another installs a sink: the one lock of the library that is not a
-// queue's. A sink may call the library, which may have something to say: it is recursive, and the
-// sink stays alive until its call returns.
-std::recursive_mutex sink_mutex;
+// queue's. It is not held while a sink works.
+std::mutex sink_mutex;
+// Never destroyed: static objects of the application may use the library at the very end.
 std::shared_ptr<const LogSink>& Sink() {
-  static auto sink =
+  static auto& sink = *new std::shared_ptr<const LogSink>(
       std::make_shared<const LogSink>([](LogLevel level, const std::string& message) {
         if (level == LogLevel::kWarning) fmt::print(stderr, "oaslam: warning: {}\n", message);
-      });
+      }));
   return sink;
+}
+
+std::shared_ptr<const LogSink> PresentSink() {
+  const std::lock_guard lock(sink_mutex);
+  return Sink();
 }
 
 }  // namespace
@@ -31,8 +36,7 @@ void SetLogSink(LogSink sink) {
 }
 
 void Log(LogLevel level, const std::string& message) {
-  const std::lock_guard lock(sink_mutex);
-  const std::shared_ptr<const LogSink> sink = Sink();
+  const std::shared_ptr<const LogSink> sink = PresentSink();
   if (*sink) (*sink)(level, message);
 }
 

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace oaslam {
@@ -25,6 +28,19 @@ TEST(Log, ASinkMayReplaceItselfAndCauseMessages) {
   SetLogSink({});
   Log(LogLevel::kInfo, "c");
   EXPECT_THAT(told, testing::ElementsAre("second: from within", "first: a", "second: b"));
+}
+
+// Else a sink that takes a lock of the application would wait for who holds it, and logs.
+TEST(Log, NoSinkWaitsForAnother) {
+  std::promise<void> second;
+  SetLogSink([&](LogLevel, const std::string& message) {
+    if (message == "second") return second.set_value();
+    EXPECT_EQ(second.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  });
+  std::jthread other([] { Log(LogLevel::kInfo, "first"); });
+  Log(LogLevel::kInfo, "second");
+  other.join();
+  SetLogSink({});
 }
 
 }  // namespace
