@@ -56,10 +56,11 @@ endif()
 install(FILES ${PROJECT_SOURCE_DIR}/deploy/README.md ${PROJECT_SOURCE_DIR}/deploy/oaslam.service ${PROJECT_SOURCE_DIR}/deploy/haproxy.cfg
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/oaslam/examples COMPONENT command EXCLUDE_FROM_ALL)
 
-# What changed is in CHANGELOG.md, which is not in Debian's form.
 string(TIMESTAMP date "%a, %d %b %Y 00:00:00 +0000" UTC)  # honours SOURCE_DATE_EPOCH
-file(WRITE ${PROJECT_BINARY_DIR}/changelog.Debian
-  "oaslam (${version}) unstable; urgency=medium\n\n  * Version ${PROJECT_VERSION}; see CHANGELOG.md in the repository.\n\n -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
-execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/changelog.Debian)
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/CHANGELOG.md)
+execute_process(COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/cmake/debian/changelog.py ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_VERSION}
+  ${CPACK_DEBIAN_PACKAGE_RELEASE} ${CPACK_PACKAGE_CONTACT} ${date} OUTPUT_FILE ${PROJECT_BINARY_DIR}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
 
 include(CPack)
