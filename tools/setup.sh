@@ -2,6 +2,7 @@
 # Installs missing packages for building, on Debian 12 and 13 and Ubuntu 24.04. Does nothing if none is missing.
 #   --tests     also those that the tests and benchmarks need
 #   --python    those of the Python module (also with --tests)
+#   --packages  those of tools/packages
 #   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14,
 #               PostgreSQL and HAProxy (the service; they are installed without being started), abigail-tools and doxygen (the library's interface),
 #               zsh (the completions)
@@ -52,6 +53,9 @@ packages=(
 )
 if [ "${1:-}" = --python ] || [ "${1:-}" = --tests ]; then
   packages+=(python3-dev pybind11-dev python3-numpy)                        # the Python module
+fi
+if [ "${1:-}" = --packages ]; then
+  packages+=(python3-dev pybind11-dev python3-numpy dpkg-dev file)          # tools/packages
 fi
 if [ "${1:-}" = --tests ]; then
   packages+=(
