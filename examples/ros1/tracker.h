@@ -1,4 +1,3 @@
-// What the node needs of OA-SLAM, without its headers: those of ROS 1 are no C++20.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,45 +7,48 @@
 #include <string>
 #include <vector>
 
-struct TrackerOptions {
-  std::string mode, detector, map_in;  // as the parameters of the node
+// What the node asks of OA-SLAM. This header compiles as C++17, for ROS, and as C++20, for
+// oaslam's. Errors are std::runtime_error.
+
+struct Settings {
+  std::string config, detector, map;  // paths; empty: none
+  bool mapping = true;
 };
 
-// A calibration in the words of sensor_msgs/CameraInfo.
-struct CameraInfo {
+struct Lens {
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
-  std::string distortion_model;
-  std::vector<double> distortion;
+  bool is_equidistant = false;     // else plumb_bob
+  std::vector<double> distortion;  // at most 4 or 5
 };
 
-struct Pose {
-  Eigen::Quaterniond rotation;
-  Eigen::Vector3d position;
-};
-
-struct Tracked {
+struct Answer {
+  std::string problem;  // why the image was refused, or empty
   std::string state;
-  std::optional<Pose> world_from_cam;  // the camera's optical frame in the map
+  // The camera with optical axes in a frame with z up, where it was found.
+  std::optional<Eigen::Isometry3d> map_from_cam;
+  bool is_another_map = false;  // that frame is another one than for the last image
 };
 
-struct Thing {
-  uint32_t id = 0;
+struct MappedObject {
+  int id = 0;
   std::string name;
-  Pose world_from_thing;
-  Eigen::Vector3d size;  // of its ellipsoid, along its axes
+  Eigen::Isometry3d map_from_object;  // of the axes of its ellipsoid
+  Eigen::Vector3d half_axes;
 };
 
-// Slam with a detector beside it. What cannot be used throws std::runtime_error.
 class Tracker {
  public:
-  Tracker(const TrackerOptions& options, const CameraInfo& camera);
+  Tracker(const Settings& settings, const Lens& lens);
   ~Tracker();
-  Tracked Track(const cv::Mat& image, double timestamp);
-  std::vector<Thing> Things() const;
+  // The image may be a view; it is not kept.
+  Answer Track(const cv::Mat& image, double timestamp);
+  // All objects of the map, if it has changed since the last call.
+  std::optional<std::vector<MappedObject>> ObjectsIfNew();
+  bool IsMetric() const;
   void Save(const std::string& path);
 
  private:
-  class Impl;
+  struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -62,15 +62,18 @@ class HttpConnection : public Connection,
   }
   ~HttpConnection() override {
     BeginWork();
+    EndBody();
     core_->connections.erase(this);
     RemoveUnownedFile();
   }
 
   void Start() {
     if constexpr (std::is_same_v<Stream, TlsStream>) {
+      idle_ = core_->idle.insert(core_->idle.end(), this);
       Limit(core_->options.patience);
       stream_.async_handshake(asio::ssl::stream_base::server,
                               [self = Self()](beast::error_code error) {
+                                self->BeginWork();
                                 if (!error) self->Read();
                               });
     } else {
@@ -111,6 +114,14 @@ class HttpConnection : public Connection,
     if (idle_) core_->idle.erase(*std::exchange(idle_, std::nullopt));
   }
 
+  void EndReceiving() {
+    if (receiving_) core_->receiving.erase(*std::exchange(receiving_, std::nullopt));
+  }
+  void EndBody() {
+    EndReceiving();
+    core_->body_bytes -= std::exchange(body_bytes_, 0);
+  }
+
   void OnHeader(beast::error_code error) {
     if (error == http::error::end_of_stream || error == asio::error::operation_aborted)
       return End();
@@ -149,11 +160,23 @@ class HttpConnection : public Connection,
     const HttpService::BodyPlan plan = core_->service->PlanBody(request_);
     if (head_->content_length() && *head_->content_length() > plan.limit)
       return Answer(TooLarge(plan.limit));
-    keeps_alive_ = head_->keep_alive();
     // An unknown length may be as large as the limit.
-    Limit(core_->TimeFor(head_->content_length() ? *head_->content_length()
-                         : head_->chunked()      ? plan.limit
-                                                 : 0));
+    const uint64_t bytes = head_->content_length() ? *head_->content_length()
+                           : head_->chunked()      ? plan.limit
+                                                   : 0;
+    if (plan.file.empty()) {
+      if (bytes > 0 && core_->body_bytes + bytes > core_->options.max_body_bytes) {
+        HttpAnswer answer =
+            TextAnswer(http::status::service_unavailable, "too many bodies at once\n");
+        answer.fields.emplace_back("Retry-After", "1");
+        return Answer(std::move(answer));
+      }
+      body_bytes_ = bytes;
+      core_->body_bytes += bytes;
+    }
+    if (bytes > 0) receiving_ = core_->receiving.insert(core_->receiving.end(), this);
+    keeps_alive_ = head_->keep_alive();
+    Limit(core_->TimeFor(bytes));
     if (beast::iequals(request_.fields[http::field::expect], "100-continue")) return Continue(plan);
     ReceiveBody(plan);
   }
@@ -191,6 +214,7 @@ class HttpConnection : public Connection,
     http::async_read(
         stream_, buffer_, *parser,
         [self = Self(), parser, limit = plan.limit](beast::error_code error, size_t) {
+          self->EndReceiving();
           if (error) return self->RefuseBody(error, limit);
           if constexpr (std::is_same_v<typename Parser::value_type::body_type, http::file_body>) {
             parser->get().body().close();
@@ -242,6 +266,7 @@ class HttpConnection : public Connection,
   }
 
   void Answer(HttpAnswer answer) {
+    EndBody();
     RemoveUnownedFile();
     if (!answer.file.empty()) return AnswerFile(answer);
     StringResponse response(answer.status, version_);
@@ -320,6 +345,8 @@ class HttpConnection : public Connection,
   bool keeps_alive_ = false, is_head_ = false;
   std::string unowned_file_;  // with the body of a request that the service has not got yet
   std::optional<std::list<Connection*>::iterator> idle_;  // while it waits for a request
+  std::optional<std::list<Connection*>::iterator> receiving_;
+  uint64_t body_bytes_ = 0;  // its part of ServerCore::body_bytes
   std::array<char, 4096> rest_{};
 };
 

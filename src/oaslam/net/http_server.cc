@@ -136,11 +136,13 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  // Ends the connection that has waited longest for a request, to make place for another one.
+  // Ends the connection that has waited longest for a request, or else the one that has sent
+  // longest at a body, to make place for another one.
   bool EvictIdle() {
-    if (core_->idle.empty()) return false;
-    core_->idle.front()->EndNow();
-    core_->idle.splice(core_->idle.end(), core_->idle, core_->idle.begin());
+    std::list<Connection*>& from = core_->idle.empty() ? core_->receiving : core_->idle;
+    if (from.empty()) return false;
+    from.front()->EndNow();
+    from.splice(from.end(), from, from.begin());
     return true;
   }
 

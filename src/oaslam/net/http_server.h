@@ -25,6 +25,8 @@ struct ServerOptions {
   std::string what = "the viewer";   // that listens, for messages
 
   int max_connections = 2048;
+  // Memory for the bodies of all requests together; one for which none is left is answered 503.
+  uint64_t max_body_bytes = uint64_t{512} << 20;
   // Limits of time: for a TLS handshake or the header of a request, and between two requests; for a
   // body or an answer it is longer by what these take at the least rate, in bytes a second. Who
   // needs more is given up without an answer.

@@ -32,8 +32,10 @@ struct ServerCore {
   std::unique_ptr<boost::asio::ssl::context> tls;
   std::vector<std::string> host_names;
   std::set<Connection*> connections;
-  std::list<Connection*> idle;  // those that wait for a request, longest first
-  int refusals = 0;             // connections that are being refused
+  std::list<Connection*> idle;       // those that wait for a request, longest first
+  std::list<Connection*> receiving;  // those that send a body, longest first
+  uint64_t body_bytes = 0;           // of memory for bodies that come, or wait for their answer
+  int refusals = 0;                  // connections that are being refused
   bool is_draining = false;
 
   // How long `bytes` may take.

@@ -14,6 +14,7 @@ using std::chrono::milliseconds;
 using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 constexpr milliseconds kLittlePatience{100};
@@ -103,6 +104,43 @@ TEST_F(ServerLimits, TheConnectionThatIsSilentForLongestMakesPlace) {
   const auto fifth = Idle(server);
   EXPECT_EQ(third->ReadAll(), "");
   for (RawClient* client : {first.get(), fourth.get(), fifth.get()}) ExpectAnswered(*client);
+}
+
+TEST_F(ServerLimits, WhereNoneIsSilentTheOneThatSendsLongestMakesPlace) {
+  HoldSome();
+  options_.max_connections = 2;
+  const TestServer server(service_, options_);
+  RawClient first(server.port()), second(server.port());
+  for (RawClient* client : {&first, &second}) {
+    client->Send(
+        "POST /body HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nContent-Length: "
+        "5\r\n\r\n");
+    EXPECT_THAT(client->Read(25), HasSubstr(" 100 "));  // its body is waited for
+  }
+  const auto third = Idle(server);
+  ExpectAnswered(*third);
+  EXPECT_THAT(first.ReadAll(), Not(HasSubstr("200")));
+}
+
+TEST_F(ServerLimits, BodiesTogetherAreBounded) {
+  HoldSome();
+  options_.max_body_bytes = 150;
+  const TestServer server(service_, options_);
+  const std::string head = "POST /body HTTP/1.1\r\nHost: localhost\r\n";
+  const std::string announced = head + "Expect: 100-continue\r\nContent-Length: 100\r\n\r\n";
+  RawClient first(server.port());
+  first.Send(announced);
+  EXPECT_THAT(first.Read(25), HasSubstr(" 100 "));
+  EXPECT_THAT(AnswerTo(server, announced), AllOf(HasSubstr(" 503 "), HasSubstr("Retry-After: 1")));
+  EXPECT_THAT(AnswerTo(server, head + "Connection: close\r\nContent-Length: 50\r\n\r\n" +
+                                   std::string(50, 'x')),
+              HasSubstr(" 200 "));
+  first.Send(std::string(100, 'x'));
+  EXPECT_THAT(first.ReadAnswer(), HasSubstr(" 200 "));
+  // What the first one has had is free again.
+  RawClient second(server.port());
+  second.Send(announced);
+  EXPECT_THAT(second.Read(25), HasSubstr(" 100 "));
 }
 
 TEST_F(ServerLimits, WhereAllAreAtWorkANewOneIsRefused) {

@@ -212,7 +212,7 @@ TEST(GeoPoseProtocol, EveryWrongShapeIsRefused) {
   EXPECT_THAT(InputErrorOf([] { ReadGeoPoseRequest("{\"id\": 1e999}", 2); }),
               HasSubstr("request: "));
   EXPECT_THAT(InputErrorOf([] { ReadGeoPoseRequest(std::string(100'000, '['), 2); }),
-              HasSubstr("request: is no JSON"));
+              HasSubstr("request: is nested"));
 }
 
 TEST(GeoPoseProtocol, AnswersAreWritten) {

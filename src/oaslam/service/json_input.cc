@@ -10,8 +10,15 @@
 namespace oaslam {
 
 nlohmann::json ParseJson(std::string_view text, const std::string& what) {
+  // What reads, copies or writes it calls itself for each level.
+  constexpr int kDeepest = 32;
+  const auto check_depth = [&](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+    if (depth > kDeepest)
+      throw InputError(fmt::format("{}: is nested more than {} deep", what, kDeepest));
+    return true;
+  };
   try {
-    return nlohmann::json::parse(text);
+    return nlohmann::json::parse(text, check_depth);
   } catch (const nlohmann::json::parse_error& error) {
     throw InputError(fmt::format("{}: is no JSON, as character {} shows", what, error.byte));
   } catch (const nlohmann::json::exception&) {

@@ -30,6 +30,11 @@ TEST(ParseJson, TellsWhereTextIsNone) {
   EXPECT_THAT(InputErrorOf([] { ParseJson("[1, x]", "body"); }), HasSubstr("character 5 "));
   EXPECT_THAT(InputErrorOf([] { ParseJson("[1e999]", "body"); }), HasSubstr("out of range"));
   EXPECT_THROW(ParseJson(std::string(100'000, '['), "body"), InputError);
+  // What is whole, but would exhaust the stack of who copies it.
+  EXPECT_THAT(InputErrorOf(
+                  [] { ParseJson(std::string(100'000, '[') + std::string(100'000, ']'), "body"); }),
+              HasSubstr("body: is nested more than 32 deep"));
+  EXPECT_NO_THROW(ParseJson(std::string(32, '[') + std::string(32, ']'), "body"));
 }
 
 TEST(JsonInput, MembersAreFoundWithTheirPlaces) {

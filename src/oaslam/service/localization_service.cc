@@ -1,9 +1,7 @@
 #include "oaslam/service/localization_service.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -130,7 +128,6 @@ class LocalizationService::Impl {
   HttpAnswer DoGeoreference(const Target& target, const HttpRequest& request);
 
   std::shared_ptr<ServiceState> state_;
-  std::atomic<int> uploads_ = 0;
 };
 
 LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequest& head) {
@@ -138,9 +135,9 @@ LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequ
   const Route route = TargetOf(head.path).route;
   if (route == Route::kLocalize || route == Route::kGeoPose) return {kImages, ""};
   if (route == Route::kMap && head.method == verb::put)
-    return {kMap,
-            (fs::temp_directory_path() / fmt::format("oaslam-upload-{}-{}", getpid(), ++uploads_))
-                .string()};
+    return {kMap, state_->files->NewPath().string()};
+  // What only reads takes no body.
+  if (head.method == verb::get || head.method == verb::head) return {0, ""};
   return {kSmall, ""};
 }
 
@@ -209,7 +206,11 @@ HttpAnswer LocalizationService::Impl::DescribeMap(const ServedMap& map) {
 HttpAnswer LocalizationService::Impl::PutMap(const std::string& name, const std::string& file) {
   CheckMapName(name);
   try {
-    LoadMap(file);
+    const size_t bytes = BytesInMemory(LoadMap(file)), most = state_->shelf.memory_bytes();
+    if (bytes > most)
+      throw Refusal{status::payload_too_large,
+                    fmt::format("the map takes {} MB of memory, allowed by --memory: {}",
+                                bytes >> 20, most >> 20)};
   } catch (const InputError& error) {
     std::string message = error.what();  // without the path, which is of no use to the client
     if (message.starts_with(file)) message = "body" + message.substr(file.size());
@@ -317,6 +318,8 @@ HttpAnswer LocalizationService::Impl::Work(const Target& target, HttpRequest& re
     return Refuse(refusal.code, refusal.message);
   } catch (const InputError& error) {
     return Refuse(status::bad_request, error.what());
+  } catch (const BrokenMap& error) {
+    return Refuse(status::internal_server_error, error.what());
   } catch (const StoreUnavailable& error) {
     return Refuse(status::service_unavailable, error.what());
   } catch (const std::bad_alloc&) {
@@ -380,7 +383,7 @@ void LocalizationService::Finish() { impl_->Finish(); }
 Access LocalizationService::AccessFor(const HttpRequest& head) const {
   const Route route = TargetOf(head.path).route;
   if (route == Route::kHealth || route == Route::kOpenApi || route == Route::kCamera ||
-      route == Route::kModel || route == Route::kNowhere)
+      route == Route::kNowhere)
     return Access::kNone;
   if (route == Route::kRecord) return Access::kWrite;
   const bool reads = head.method == verb::get || head.method == verb::head ||

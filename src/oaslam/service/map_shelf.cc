@@ -44,6 +44,7 @@ std::shared_ptr<const ServedMap> MapShelf::Get(const std::string& map) {
     const auto found = slots_.find(map);
     if (found != slots_.end() && found->second->map) {
       found->second->used = ++uses_;
+      Forget(*found->second);  // those that were in use when a map was loaded
       return found->second->map;
     }
   }
@@ -67,17 +68,24 @@ std::shared_ptr<const ServedMap> MapShelf::Load(const std::string& map, Slot& sl
     if (found != slots_.end() && found->second.get() == &slot) slots_.erase(found);
     return nullptr;
   }
-  const auto loaded = std::make_shared<const ServedMap>(*file, config_);
+  std::shared_ptr<const ServedMap> loaded;
+  try {
+    loaded = std::make_shared<const ServedMap>(*file, config_);
+  } catch (const InputError& error) {
+    Log(LogLevel::kWarning, fmt::format("map {}: {}", map, error.what()));
+    throw BrokenMap(fmt::format("map {}: its file is damaged", map));
+  }
   if (loaded->bytes > memory_bytes_)
-    throw InputError(fmt::format("map {}: takes {} MB of memory, allowed by --memory: {}", map,
-                                 loaded->bytes >> 20, memory_bytes_ >> 20));
+    throw BrokenMap(fmt::format("map {}: takes {} MB of memory, allowed by --memory: {}", map,
+                                loaded->bytes >> 20, memory_bytes_ >> 20));
   const std::scoped_lock lock(mutex_);
   slot.map = loaded;
   Forget(slot);
   return loaded;
 }
 
-// Forgets maps until the others fit into the memory. Whoever uses one now keeps it until then.
+// Forgets maps until the others fit into the memory, but none that somebody uses: that would free
+// nothing, and the next one who asks would load it a second time.
 void MapShelf::Forget(const Slot& newest) {
   std::vector<Slot*> loaded;
   size_t sum = 0;
@@ -89,6 +97,7 @@ void MapShelf::Forget(const Slot& newest) {
   std::ranges::sort(loaded, {}, &Slot::used);
   for (Slot* slot : loaded) {
     if (sum <= memory_bytes_) return;
+    if (slot->map.use_count() > 1) continue;
     sum -= slot->map->bytes;
     slot->map = nullptr;
   }

@@ -14,6 +14,12 @@
 
 namespace oaslam {
 
+// A map that is stored, but cannot be served. The message has its name, and no path.
+class BrokenMap : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 // The maps of a store that are in memory, loaded when they are first asked for. A map that is
 // replaced in the store is loaded beside the old one, which is answered from until then. Where they
 // take more memory than allowed, those that were asked for least lately are forgotten. Thread-safe.
@@ -26,7 +32,7 @@ class MapShelf {
   ~MapShelf();
 
   // Loads the map if it must, and then takes seconds. Null where there is no such map. Throws
-  // InputError where its file is damaged, or larger than the memory, and StoreUnavailable.
+  // BrokenMap where its file is damaged, or larger than the memory, and StoreUnavailable.
   std::shared_ptr<const ServedMap> Get(const std::string& map);
   // Reads what the store has now of this map; what it has not, is forgotten.
   void Refresh(const std::string& map);
@@ -34,6 +40,8 @@ class MapShelf {
   std::shared_ptr<const MapEdits> Edits(const std::string& map);
 
   MapStore& store() { return *store_; }
+  // Of all maps together.
+  size_t memory_bytes() const { return memory_bytes_; }
   size_t loaded() const;
   size_t bytes() const;
 

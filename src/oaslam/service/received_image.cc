@@ -28,6 +28,16 @@ std::optional<cv::Size> SizeOfPng(std::string_view bytes) {
   return cv::Size(static_cast<int>(width), static_cast<int>(height));
 }
 
+// The scans of a progressive JPEG, each of which costs a decoder a pass over the whole image. Their
+// marker does not occur within coded data (ITU T.81, B.1.1.5).
+size_t ScansOfJpeg(std::string_view bytes) {
+  constexpr std::string_view kScan = "\xff\xda";
+  size_t scans = 0;
+  for (size_t at = bytes.find(kScan); at != bytes.npos; at = bytes.find(kScan, at + kScan.size()))
+    ++scans;
+  return scans;
+}
+
 // ITU T.81, B.1: segments with their lengths, up to the one that begins the frame.
 std::optional<cv::Size> SizeOfJpeg(std::string_view bytes) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
@@ -55,6 +65,7 @@ std::optional<cv::Size> SizeOfJpeg(std::string_view bytes) {
 cv::Size SizeOfReceivedImage(std::string_view bytes) {
   constexpr int64_t kMostPixels = 50'000'000;
   constexpr int kLeast = 16, kMost = 16384;
+  constexpr size_t kMostScans = 100;  // encoders write about ten
   const bool is_png = bytes.starts_with(kPngStart), is_jpeg = bytes.starts_with(kJpegStart);
   if (!is_png && !is_jpeg) throw InputError("image: is neither a JPEG nor a PNG file");
   const std::optional<cv::Size> size = is_png ? SizeOfPng(bytes) : SizeOfJpeg(bytes);
@@ -64,6 +75,8 @@ cv::Size SizeOfReceivedImage(std::string_view bytes) {
     throw InputError(
         fmt::format("image: {} x {} pixels, allowed: {} to {} on a side, and {} million in all",
                     size->width, size->height, kLeast, kMost, kMostPixels / 1'000'000));
+  if (const size_t scans = is_jpeg ? ScansOfJpeg(bytes) : 0; scans > kMostScans)
+    throw InputError(fmt::format("image: has {} scans, allowed: {}", scans, kMostScans));
   return *size;
 }
 

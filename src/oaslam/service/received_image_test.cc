@@ -51,6 +51,18 @@ TEST(ReceivedImage, ABombIsRefusedByItsHeader) {
   EXPECT_THAT(InputErrorOf([&] { SizeOfReceivedImage(jpeg); }), HasSubstr("50 million"));
 }
 
+TEST(ReceivedImage, AJpegOfManyScansIsRefusedBeforeItIsDecoded) {
+  std::vector<uchar> bytes;
+  cv::imencode(".jpg", cv::Mat::zeros(64, 64, CV_8UC1), bytes, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  std::string jpeg(bytes.begin(), bytes.end());
+  EXPECT_EQ(DecodeReceivedImage(jpeg, ImageColor::kGrey).rows, 64);
+  const size_t last = jpeg.rfind("\xff\xda"), end = jpeg.rfind("\xff\xd9");
+  ASSERT_TRUE(last != std::string::npos && end != std::string::npos);
+  const std::string scan = jpeg.substr(last, end - last);
+  for (int i = 0; i < 200; ++i) jpeg.insert(end, scan);
+  EXPECT_THAT(InputErrorOf([&] { SizeOfReceivedImage(jpeg); }), HasSubstr("scans, allowed: 100"));
+}
+
 // Whatever is cut or changed, there is an image or an InputError.
 TEST(ReceivedImage, DamageIsAnInputError) {
   for (const char* extension : {".png", ".jpg"}) {

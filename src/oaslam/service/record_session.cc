@@ -1,9 +1,7 @@
 #include "oaslam/service/record_session.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -99,11 +97,11 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   if (!(request.time > last_time_))
     throw InputError(fmt::format("time: {:.6f}, is not after that of the image before, {:.6f}",
                                  request.time, last_time_));
-  KeepImage(*state_, name_, request.bytes);
   const bool detects = !request.detections && !state_->detectors.empty();
   ImageInput input;
   input.timestamp = last_time_ = request.time;
   input.image = DecodeReceivedImage(request.bytes, detects ? ImageColor::kBgr : ImageColor::kGrey);
+  KeepImage(*state_, name_, request.bytes);
   input.gravity_in_cam = request.gravity_in_cam;
   const std::optional<Camera> given = CameraFor(request.camera, input.image.size());
   if (given && !slam_) BeginMap(*given);
@@ -134,7 +132,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
     answer["depth"] = tracked.depth;
   }
   answer["confidence"] = tracked.confidence;
-  answer["camera"] = JsonOf(*camera_);
+  if (!camera_->is_guess) answer["camera"] = JsonOf(*camera_);  // the page keeps what is found
   answer["dropped"] = dropped;
   answer["ms"] = watch.WallMs();
   const char* text = tracked.state == TrackingState::kInitializing
@@ -157,16 +155,11 @@ StreamStep Recording::Save() {
   slam_->Finish();
   if (SlamAccess::View(*slam_).map->keyframes.size() < kLeastKeyframes)
     throw InputError("there is no map yet: it takes a camera that moves sideways past things");
-  static std::atomic<int> count = 0;
-  const fs::path file =
-      fs::temp_directory_path() / fmt::format("oaslam-record-{}-{}", getpid(), ++count);
-  struct RemoveAtEnd {
-    const fs::path& path;
-    ~RemoveAtEnd() {
-      std::error_code ignored;
-      fs::remove(path, ignored);
-    }
-  } const remove{file};
+  // Somebody else may have made one meanwhile.
+  if (state_->shelf.store().Find(name_))
+    throw InputError(fmt::format("there is a map \"{}\" already", name_));
+  const fs::path file = state_->files->NewPath();
+  const std::shared_ptr<void> held = HoldFile(state_->files, file);
   slam_->Save(file.string());
   const StoredMap stored = state_->shelf.store().Put(name_, file);
   state_->shelf.Refresh(name_);

@@ -5,8 +5,17 @@
 namespace oaslam {
 namespace {
 
+GeoreferencedMap Referred(const Map& map) {
+  GeoreferencedMap referred{map.up, map.is_metric, {}};
+  for (const AnchorPose& anchor : PosesOf(map))
+    referred.anchors.emplace(anchor.name, anchor.world_from_anchor);
+  return referred;
+}
+
+}  // namespace
+
 // The large parts, as they are in memory; a quarter more for the rest.
-size_t EstimateBytes(const SavedMap& saved) {
+size_t BytesInMemory(const SavedMap& saved) {
   constexpr size_t kIndexed = 64;  // of a landmark in the index of places
   size_t bytes = saved.trajectory.capacity() * sizeof(FramePose);
   saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
@@ -23,19 +32,10 @@ size_t EstimateBytes(const SavedMap& saved) {
   return bytes + bytes / 4;
 }
 
-GeoreferencedMap Referred(const Map& map) {
-  GeoreferencedMap referred{map.up, map.is_metric, {}};
-  for (const AnchorPose& anchor : PosesOf(map))
-    referred.anchors.emplace(anchor.name, anchor.world_from_anchor);
-  return referred;
-}
-
-}  // namespace
-
 ServedMap::ServedMap(const MapFile& file, const SlamConfig& config)
     : stored(file.map),
       localizer(config, IndexedMap(LoadMap(file.path.string()))),
-      bytes(EstimateBytes(saved())) {}
+      bytes(BytesInMemory(saved())) {}
 
 Map WithEdits(const Map& map, const MapEdits& edits) {
   Map edited = map;  // shares its tables

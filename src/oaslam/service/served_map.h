@@ -14,6 +14,9 @@
 
 namespace oaslam {
 
+// The memory that a map takes, estimated.
+size_t BytesInMemory(const SavedMap& saved);
+
 // One version of a map, loaded. Never changes; shared by all that use it.
 struct ServedMap {
   // Reads the file. Throws InputError where it is no map.

@@ -1,9 +1,11 @@
 #include "oaslam/service/service_state.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <boost/asio/post.hpp>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <utility>
 
@@ -54,6 +56,8 @@ ServiceState::ServiceState(ServiceOptions given, boost::asio::any_io_executor ex
             [this](const std::string& map) {
               boost::asio::post(executor, [this, map] { TellFollowers(*this, map); });
             }),
+      files(std::make_shared<PrivateFolder>(std::filesystem::temp_directory_path() /
+                                            fmt::format("oaslam-serve-{}", geteuid()))),
       workers(options.workers, options.workers * kMostWaitingPerWorker) {}
 
 void TellFollowers(ServiceState& state, const std::string& map) {

@@ -13,6 +13,7 @@
 #include "oaslam/service/map_shelf.h"
 #include "oaslam/service/messages.h"
 #include "oaslam/service/metrics.h"
+#include "oaslam/service/private_folder.h"
 #include "oaslam/service/worker_pool.h"
 
 namespace oaslam {
@@ -49,7 +50,8 @@ struct ServiceState {
   DetectorShelf detectors;
   std::map<std::string, std::set<MapFollower*>> followers;  // by map; on the server's thread only
   MapShelf shelf;
-  WorkerPool workers;  // last member: it uses all others
+  const std::shared_ptr<PrivateFolder> files;  // for what is being uploaded or recorded
+  WorkerPool workers;                          // last member: it uses all others
 };
 
 // Runs on the thread of the server.

@@ -129,6 +129,8 @@ void StreamSession::Run(std::function<StreamStep(StreamWork&)> step) {
           done = step(*work);
         } catch (const InputError& error) {
           done = ErrorStep(error.what(), begins);
+        } catch (const BrokenMap& error) {
+          done = ErrorStep(error.what(), begins);
         } catch (const StoreUnavailable& error) {
           done = ErrorStep(error.what(), begins);
         } catch (const std::exception& error) {

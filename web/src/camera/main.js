@@ -12,6 +12,8 @@ import { Session } from "./session.js";
 import { VideoSource } from "./video_source.js";
 import { describe } from "./words.js";
 
+const LEAST_KEYFRAMES = 5; // of a map that the server saves
+
 const $ = (id) => document.getElementById(id);
 const service = new Service(location);
 const state = new MapState();
@@ -198,7 +200,7 @@ function showState() {
   place.disabled = !isOpen;
   objects.hidden = kind === "record";
   finish.hidden = kind !== "record";
-  finish.disabled = !isOpen || isFinishing || !(session.progress?.keyframes > 0);
+  finish.disabled = !isOpen || isFinishing || !(session.progress?.keyframes >= LEAST_KEYFRAMES);
   maps.textContent = kind === "record" ? "Cancel" : "Maps";
 }
 state.addEventListener("hello", () => showState());

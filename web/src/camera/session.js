@@ -56,7 +56,11 @@ export class Session extends EventTarget {
     } else if (message.type === "saved") {
       this.map = message.map ?? this.map;
       this.tell("saved");
-    } else if (message.type === "error") this.say(message.message);
+    } else if (message.type === "error") {
+      this.isFinishing = false; // a map that could not be saved goes on
+      this.say(message.message);
+      this.tell("answer");
+    }
   }
 
   takePose(message) {
@@ -88,11 +92,11 @@ export class Session extends EventTarget {
   // A new image is there; it is sent if it is time for one.
   async offer(time) {
     const now = performance.now();
-    if (this.isFinishing || this.isEncoding || document.hidden || !this.link.isFree) return;
-    if (!this.pacer.maySend(now)) {
-      if (now - this.link.heard > SILENCE_MS) this.link.restart();
-      return;
-    }
+    if (this.isFinishing || this.isEncoding || document.hidden) return;
+    const maySend = this.pacer.maySend(now);
+    // Also where what was sent is still on its way: the network may be gone without a word.
+    if (!maySend && this.link.state === "open" && now - this.link.heard > SILENCE_MS) return void this.link.restart();
+    if (!maySend || !this.link.isFree) return;
     this.isEncoding = true;
     try {
       const size = this.sentSize;
