@@ -24,7 +24,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(version ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
 
-# oaslam_package(COMPONENT NAME SECTION DESCRIPTION): the description's first line is the summary.
+# oaslam_package(COMPONENT NAME SECTION DESCRIPTION)
 function(oaslam_package component name section description)
   string(TOUPPER ${component} key)
   set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${name} PARENT_SCOPE)
@@ -48,9 +48,10 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS oaslam)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-dev")
 if(OASLAM_BUILD_PYTHON)
-  find_package(Python REQUIRED COMPONENTS Interpreter)
-  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "liboaslam0 (= ${version}), python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+  # The module is of the version that it was built for.
+  get_directory_property(minor DIRECTORY ${PROJECT_SOURCE_DIR}/python DEFINITION Python_VERSION_MINOR)
+  math(EXPR next_minor "${minor} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "liboaslam0 (= ${version}), python3 (>= 3.${minor}), python3 (<< 3.${next_minor}), python3-numpy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS oaslam)
 endif()
 install(FILES ${PROJECT_SOURCE_DIR}/deploy/README.md ${PROJECT_SOURCE_DIR}/deploy/oaslam.service ${PROJECT_SOURCE_DIR}/deploy/haproxy.cfg

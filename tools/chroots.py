@@ -35,16 +35,16 @@ class Chroot:
         subprocess.run(["umount", self.path + "/proc"], check=True)
         shutil.rmtree(self.path)
 
-    def command(self, command, user, environment):
+    def command(self, command, user):
         home = "/root" if user == "root" else f"/home/{user}"
         return ["chroot", f"--userspec={user}", self.path, "env", "-i", f"HOME={home}", "LANG=C.UTF-8", "DEBIAN_FRONTEND=noninteractive",
-                "PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", *environment, "sh", "-ec", command]
+                "PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "sh", "-ec", command]
 
     def run(self, command, quiet=False, user="root", folder="/"):
         """Runs it as a transcript; with `quiet` its output is only shown where it fails."""
         print(f"$ {command}", flush=True)
         start = time.monotonic()
-        done = subprocess.run(self.command(f"cd {shlex.quote(folder)}\n{command}", user, []), stdin=subprocess.DEVNULL,
+        done = subprocess.run(self.command(f"cd {shlex.quote(folder)}\n{command}", user), stdin=subprocess.DEVNULL,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode or not quiet:
             print(done.stdout, end="")

@@ -52,11 +52,11 @@ packages=(
   libassimp-dev                                                             # models of virtual content
   libssl-dev libpq-dev libgeographiclib-dev                                 # the service: digests, maps in PostgreSQL, geographic coordinates
 )
-if [ "${1:-}" = --python ] || [ "${1:-}" = --tests ]; then
+if [[ ${1:-} =~ ^--(python|tests|packages)$ ]]; then
   packages+=(python3-dev pybind11-dev python3-numpy)                        # the Python module
 fi
 if [ "${1:-}" = --packages ]; then
-  packages+=(python3-dev pybind11-dev python3-numpy dpkg-dev file)          # tools/packages
+  packages+=(dpkg-dev file)                                                 # what CPack asks
 fi
 if [ "${1:-}" = --tests ]; then
   packages+=(

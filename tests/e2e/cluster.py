@@ -40,6 +40,16 @@ def free_port():
         return s.getsockname()[1]
 
 
+class MapFolder(harness.InFolder):
+    """A folder "maps" with a map of the sample's desk."""
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        os.mkdir(cls.path("maps"))
+        cls.map = cls.path("maps/desk.map")
+        cls.made = [harness.oaslam("run", *harness.clip("map_front"), "--out", cls.path("run"), "--map-out", cls.map)]
+
+
 def wait_until(condition, seconds, what):
     end = time.monotonic() + seconds
     while not condition():

@@ -22,13 +22,10 @@ def escaped(*keys):
     return "".join("/" + str(key).replace("~", "~0").replace("/", "~1").replace("{", "%7B").replace("}", "%7D") for key in keys)
 
 
-class OpenApi(harness.InFolder):
+class OpenApi(cluster.MapFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        os.mkdir(cls.path("maps"))
-        cls.map = cls.path("maps/desk.map")
-        cls.made = [harness.oaslam("run", *harness.clip("map_front"), "--out", cls.path("run"), "--map-out", cls.map)]
         cls.image = cluster.images_of("query_around", cls.folder, 0, 1, 1)[0]
         cls.server = cluster.Server(cls.folder, cls.path("maps"), ["--detector", "none"])
         cls.addClassCleanup(lambda: cls.server.end(signal.SIGKILL))

@@ -36,13 +36,10 @@ class Stream(WebSocket):
                 return message
 
 
-class Service(harness.InFolder):
+class Service(cluster.MapFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        os.mkdir(cls.path("maps"))
-        cls.map = cls.path("maps/desk.map")
-        cls.made = [harness.oaslam("run", *harness.clip("map_front"), "--out", cls.path("run"), "--map-out", cls.map)]
         cls.images = cluster.images_of("query_around", cls.folder, 0, 300, 15)
         with open(os.path.join(harness.SAMPLE, "query_around", "detections.json")) as f:
             cls.boxes = [image["detections"] for image in json.load(f)][::15]

@@ -61,7 +61,6 @@ class HttpConnection : public Connection,
     core_->connections.insert(this);
   }
   ~HttpConnection() override {
-    BeginWork();
     EndBody();
     core_->connections.erase(this);
     RemoveUnownedFile();
@@ -69,11 +68,11 @@ class HttpConnection : public Connection,
 
   void Start() {
     if constexpr (std::is_same_v<Stream, TlsStream>) {
-      idle_ = core_->idle.insert(core_->idle.end(), this);
+      idle_.Enter(core_->idle, this);
       Limit(core_->options.patience);
       stream_.async_handshake(asio::ssl::stream_base::server,
                               [self = Self()](beast::error_code error) {
-                                self->BeginWork();
+                                self->idle_.Leave();
                                 if (!error) self->Read();
                               });
     } else {
@@ -101,24 +100,17 @@ class HttpConnection : public Connection,
     // The service decides, once the header is known. (No limit, as boost::none, refuses all bodies
     // in Boost 1.74.)
     head_->body_limit(std::numeric_limits<uint64_t>::max());
-    idle_ = core_->idle.insert(core_->idle.end(), this);
+    idle_.Enter(core_->idle, this);
     Limit(core_->options.patience);
     http::async_read_header(stream_, buffer_, *head_,
                             [self = Self()](beast::error_code error, size_t) {
-                              self->BeginWork();
+                              self->idle_.Leave();
                               self->OnHeader(error);
                             });
   }
 
-  void BeginWork() {
-    if (idle_) core_->idle.erase(*std::exchange(idle_, std::nullopt));
-  }
-
-  void EndReceiving() {
-    if (receiving_) core_->receiving.erase(*std::exchange(receiving_, std::nullopt));
-  }
   void EndBody() {
-    EndReceiving();
+    receiving_.Leave();
     core_->body_bytes -= std::exchange(body_bytes_, 0);
   }
 
@@ -174,7 +166,7 @@ class HttpConnection : public Connection,
       body_bytes_ = bytes;
       core_->body_bytes += bytes;
     }
-    if (bytes > 0) receiving_ = core_->receiving.insert(core_->receiving.end(), this);
+    if (bytes > 0) receiving_.Enter(core_->receiving, this);
     keeps_alive_ = head_->keep_alive();
     Limit(core_->TimeFor(bytes));
     if (beast::iequals(request_.fields[http::field::expect], "100-continue")) return Continue(plan);
@@ -214,7 +206,7 @@ class HttpConnection : public Connection,
     http::async_read(
         stream_, buffer_, *parser,
         [self = Self(), parser, limit = plan.limit](beast::error_code error, size_t) {
-          self->EndReceiving();
+          self->receiving_.Leave();
           if (error) return self->RefuseBody(error, limit);
           if constexpr (std::is_same_v<typename Parser::value_type::body_type, http::file_body>) {
             parser->get().body().close();
@@ -343,10 +335,9 @@ class HttpConnection : public Connection,
   HttpRequest request_;
   unsigned version_ = 11;
   bool keeps_alive_ = false, is_head_ = false;
-  std::string unowned_file_;  // with the body of a request that the service has not got yet
-  std::optional<std::list<Connection*>::iterator> idle_;  // while it waits for a request
-  std::optional<std::list<Connection*>::iterator> receiving_;
-  uint64_t body_bytes_ = 0;  // its part of ServerCore::body_bytes
+  std::string unowned_file_;    // with the body of a request that the service has not got yet
+  ListPlace idle_, receiving_;  // in the lists of the core
+  uint64_t body_bytes_ = 0;     // its part of ServerCore::body_bytes
   std::array<char, 4096> rest_{};
 };
 

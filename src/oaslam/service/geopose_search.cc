@@ -39,7 +39,6 @@ std::vector<PlacedMap> MapsNear(ServiceState& state, const GeoPoseRequest& reque
           request.location ? Distance_m(*request.location, georeference->origin) : 0;
       if (distance_m < kNear_m + request.accuracy_m.value_or(0))
         maps.push_back({map, *georeference});
-    } catch (const BrokenMap&) {
     } catch (const InputError&) {
     }
   }

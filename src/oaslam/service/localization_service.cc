@@ -316,10 +316,10 @@ HttpAnswer LocalizationService::Impl::Work(const Target& target, HttpRequest& re
     return Do(target, request);
   } catch (const Refusal& refusal) {
     return Refuse(refusal.code, refusal.message);
-  } catch (const InputError& error) {
-    return Refuse(status::bad_request, error.what());
   } catch (const BrokenMap& error) {
     return Refuse(status::internal_server_error, error.what());
+  } catch (const InputError& error) {
+    return Refuse(status::bad_request, error.what());
   } catch (const StoreUnavailable& error) {
     return Refuse(status::service_unavailable, error.what());
   } catch (const std::bad_alloc&) {
@@ -381,14 +381,7 @@ LocalizationService::~LocalizationService() = default;
 void LocalizationService::Finish() { impl_->Finish(); }
 
 Access LocalizationService::AccessFor(const HttpRequest& head) const {
-  const Route route = TargetOf(head.path).route;
-  if (route == Route::kHealth || route == Route::kOpenApi || route == Route::kCamera ||
-      route == Route::kNowhere)
-    return Access::kNone;
-  if (route == Route::kRecord) return Access::kWrite;
-  const bool reads = head.method == verb::get || head.method == verb::head ||
-                     route == Route::kLocalize || route == Route::kGeoPose;
-  return reads ? Access::kRead : Access::kWrite;
+  return AccessOf(TargetOf(head.path).route, head.method);
 }
 
 LocalizationService::BodyPlan LocalizationService::PlanBody(const HttpRequest& head) {

@@ -1,7 +1,6 @@
 #include "oaslam/service/map_database.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -114,8 +113,7 @@ class MapDatabase : public MapStore {
  public:
   explicit MapDatabase(const PgLocation& location)
       : location_(location),
-        own_(std::make_shared<PrivateFolder>(fs::temp_directory_path() /
-                                             fmt::format("oaslam-serve-{}", geteuid()))),
+        own_(TemporaryFolder()),
         calls_(location, 4, std::chrono::seconds(5)),
         transfers_(location, 2, std::chrono::seconds(60)) {
     calls_.Use(CreateTables);

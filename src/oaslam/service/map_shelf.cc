@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

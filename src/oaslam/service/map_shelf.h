@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 
+#include "oaslam/error.h"
 #include "oaslam/service/map_store.h"
 #include "oaslam/service/served_map.h"
 #include "oaslam/service/worker_pool.h"
@@ -15,9 +16,9 @@
 namespace oaslam {
 
 // A map that is stored, but cannot be served. The message has its name, and no path.
-class BrokenMap : public std::runtime_error {
+class BrokenMap : public InputError {
  public:
-  using std::runtime_error::runtime_error;
+  using InputError::InputError;
 };
 
 // The maps of a store that are in memory, loaded when they are first asked for. A map that is

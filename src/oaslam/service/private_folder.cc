@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include <cerrno>
+#include <string>
 #include <system_error>
 
 #include "oaslam/error.h"
@@ -59,6 +60,11 @@ PrivateFolder::~PrivateFolder() {
 }
 
 fs::path PrivateFolder::NewPath() { return path_ / (std::to_string(files_++) + ".map"); }
+
+std::shared_ptr<PrivateFolder> TemporaryFolder() {
+  return std::make_shared<PrivateFolder>(fs::temp_directory_path() /
+                                         ("oaslam-serve-" + std::to_string(geteuid())));
+}
 
 std::shared_ptr<void> HoldFile(std::shared_ptr<PrivateFolder> folder, const fs::path& path) {
   PrivateFolder* const raw = folder.get();

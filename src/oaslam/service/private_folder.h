@@ -28,6 +28,9 @@ class PrivateFolder {
   std::atomic<int> files_ = 0;
 };
 
+// One below the system's folder for temporary files, apart from those of other users.
+std::shared_ptr<PrivateFolder> TemporaryFolder();
+
 // Removes a file, if it is there, when the last copy of the result goes. Keeps the folder until
 // then.
 std::shared_ptr<void> HoldFile(std::shared_ptr<PrivateFolder> folder,

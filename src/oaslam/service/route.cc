@@ -93,4 +93,15 @@ bool Allows(Route route, boost::beast::http::verb method) {
          std::string::npos;
 }
 
+Access AccessOf(Route route, boost::beast::http::verb method) {
+  using boost::beast::http::verb;
+  if (route == Route::kHealth || route == Route::kOpenApi || route == Route::kCamera ||
+      route == Route::kNowhere)
+    return Access::kNone;
+  if (route == Route::kRecord) return Access::kWrite;
+  const bool reads = method == verb::get || method == verb::head || route == Route::kLocalize ||
+                     route == Route::kGeoPose;
+  return reads ? Access::kRead : Access::kWrite;
+}
+
 }  // namespace oaslam

@@ -40,4 +40,7 @@ const char* NameOf(Route route);
 std::string MethodsOf(Route route);
 bool Allows(Route route, boost::beast::http::verb method);
 
+// What the token of a caller must allow.
+Access AccessOf(Route route, boost::beast::http::verb method);
+
 }  // namespace oaslam

@@ -1,11 +1,9 @@
 #include "oaslam/service/service_state.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <boost/asio/post.hpp>
 #include <chrono>
-#include <filesystem>
 #include <fstream>
 #include <utility>
 
@@ -56,8 +54,7 @@ ServiceState::ServiceState(ServiceOptions given, boost::asio::any_io_executor ex
             [this](const std::string& map) {
               boost::asio::post(executor, [this, map] { TellFollowers(*this, map); });
             }),
-      files(std::make_shared<PrivateFolder>(std::filesystem::temp_directory_path() /
-                                            fmt::format("oaslam-serve-{}", geteuid()))),
+      files(TemporaryFolder()),
       workers(options.workers, options.workers * kMostWaitingPerWorker) {}
 
 void TellFollowers(ServiceState& state, const std::string& map) {

@@ -129,8 +129,6 @@ void StreamSession::Run(std::function<StreamStep(StreamWork&)> step) {
           done = step(*work);
         } catch (const InputError& error) {
           done = ErrorStep(error.what(), begins);
-        } catch (const BrokenMap& error) {
-          done = ErrorStep(error.what(), begins);
         } catch (const StoreUnavailable& error) {
           done = ErrorStep(error.what(), begins);
         } catch (const std::exception& error) {
