@@ -9,6 +9,9 @@ target_compile_options(oaslam_options INTERFACE
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   # Hamming distances eight times as fast; in every x86-64 processor since 2008.
   target_compile_options(oaslam_options INTERFACE -mpopcnt)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+  # The kernels keep vectors in arrays, and those of SVE have no size for the compiler.
+  target_compile_definitions(oaslam_options INTERFACE "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
 endif()
 if(OASLAM_SANITIZE)
   target_compile_options(oaslam_options INTERFACE -fsanitize=${OASLAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all

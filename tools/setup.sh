@@ -3,6 +3,7 @@
 #   --tests     also those that the tests and benchmarks need
 #   --python    those of the Python module (also with --tests)
 #   --packages  those of tools/packages
+#   --arm64     those of arm64, with a cross compiler and qemu-user (tools/arm64_test); adds arm64 to the architectures of the system
 #   --optional  packages without which some tests are skipped: Chromium, npm and the packages of web/ (the viewer's page), clang-format 14,
 #               PostgreSQL and HAProxy (the service; they are installed without being started), abigail-tools and doxygen (the library's interface),
 #               zsh (the completions)
@@ -66,6 +67,18 @@ if [ "${1:-}" = --tests ]; then
   )
 fi
 
+if [ "${1:-}" = --arm64 ]; then
+  for i in "${!packages[@]}"; do
+    case "${packages[i]}" in
+      libeigen3-dev | libcli11-dev) ;;                                      # headers for every processor
+      lib*) packages[i]+=:arm64 ;;
+      g++) packages[i]=g++-aarch64-linux-gnu ;;
+    esac
+  done
+  packages+=(libgtest-dev:arm64 libgmock-dev:arm64 qemu-user)
+  "${as_root[@]}" dpkg --add-architecture arm64
+fi
+
 if ! command -v dpkg-query >/dev/null; then
   echo "setup: not a Debian or Ubuntu system; install the equivalents of: ${packages[*]}" >&2
   exit 0
@@ -95,6 +108,6 @@ done
 [ ${#missing[@]} -eq 0 ] || add "${missing[@]}"
 
 # Runs networks in less than half the time of OpenCV. Debian 13 has it, Debian 12 and Ubuntu 24.04 do not.
-if ! installed libonnxruntime-dev && apt-cache show libonnxruntime-dev >/dev/null 2>&1; then
+if [ "${1:-}" != --arm64 ] && ! installed libonnxruntime-dev && apt-cache show libonnxruntime-dev >/dev/null 2>&1; then
   add libonnxruntime-dev || echo "setup: without libonnxruntime-dev OpenCV runs the networks" >&2
 fi

@@ -19,8 +19,9 @@ GreyImage View(const cv::Mat& image) {
   return {image.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(image.step), image.cols, image.rows};
 }
 
+// atan2 of integers is that of doubles. That of floats gives other bits on other processors.
 float AngleOf(const Moments& moments) {
-  const float angle = std::atan2(static_cast<float>(moments.y), static_cast<float>(moments.x));
+  const auto angle = static_cast<float>(std::atan2(moments.y, moments.x));
   return angle < 0 ? angle + 2 * std::numbers::pi_v<float> : angle;
 }
 
