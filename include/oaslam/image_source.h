@@ -64,7 +64,8 @@ class OASLAM_API ImageSource {
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
 // of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow only a
 // folder of images is allowed, which may still be empty. Throws InputError where the source does
-// not exist, a list is empty, or a line has neither form.
+// not exist, a list is empty, or a line has neither form. FFmpeg's own messages about a damaged
+// video go where the application has told FFmpeg (av_log_set_callback), else to stderr.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options);
 

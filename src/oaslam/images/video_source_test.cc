@@ -10,6 +10,7 @@
 
 #include "expect_input_error.h"
 #include "ffmpeg.h"
+#include "oaslam/images/video_container.h"
 #include "oaslam/images/video_file.h"
 #include "oaslam/util/log.h"
 #include "temp_folder.h"
@@ -234,7 +235,9 @@ TEST(VideoSource, SizesAndDepths) {
   }
 }
 
+// As in our command, which says it instead of FFmpeg.
 TEST(VideoSource, WhatCannotBeDecodedIsSaidInOneLine) {
+  SilenceFfmpeg();
   const TempFolder folder;
   {
     VideoFile video(folder / "a.mp4");

@@ -213,8 +213,8 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   EXPECT_THAT(problem(good, smaller), HasSubstr("image of 640x480 pixels"));
   Camera flat = kCamera;
   flat.fx = 0;
-  EXPECT_THAT(problem(good, flat), HasSubstr("focal lengths"));
-  EXPECT_THAT(problem(good, Camera()), HasSubstr("camera: size 0x0"));
+  EXPECT_THAT(problem(good, flat), HasSubstr("focal length fx"));
+  EXPECT_THAT(problem(good, Camera()), HasSubstr("camera: image width: 0"));
   ImageInput bad = good;
   bad.image.convertTo(bad.image, CV_32F);
   EXPECT_THAT(problem(bad), HasSubstr("8-bit"));
@@ -232,7 +232,7 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   EXPECT_THAT(InputErrorOf([&] {
                 localizer_.FindWithUnknownCamera(ImageInput(), RelocalizationMode::kPoints);
               }),
-              HasSubstr("camera: size 0x0"));
+              HasSubstr("camera: image width: 0"));
 }
 
 }  // namespace
