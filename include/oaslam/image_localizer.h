@@ -27,8 +27,8 @@ class OASLAM_API ImageLocalizer {
   ImageLocalizer& operator=(const ImageLocalizer&);
 
   // `camera`: that of the image. Without an image, the detections alone are used. `prior`: where
-  // the camera is thought to be, world_from_cam; looked at first, and never trusted. The time stamp
-  // is not used. Throws InputError.
+  // the camera is thought to be, world_from_cam; the image's points are looked for there first, and
+  // it is never trusted. By objects alone it is not used. Nor is the time stamp. Throws InputError.
   RelocalizationResult Localize(const ImageInput& input, const Camera& camera,
                                 RelocalizationMode mode,
                                 const std::optional<Rigid3>& prior = std::nullopt) const;
