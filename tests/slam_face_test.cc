@@ -232,6 +232,9 @@ TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
   expect_news("RemoveAnchor");
   slam.SetClassNames({{1, "mine"}});
   expect_news("SetClassNames");
+  slam.SetMapping(false);
+  expect_news("SetMapping");
+  slam.SetMapping(true);
   slam.Finish();
   expect_news("Finish");
   EXPECT_EQ(states.Newest()->result.world_from_cam->translation,

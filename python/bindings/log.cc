@@ -24,6 +24,9 @@ LogSink SinkOf(const py::function& callable) {
     delete f;
   });
   return [kept](LogLevel level, const std::string& message) {
+    // Who holds Python's lock must not wait for a sink that needs it.
+    std::optional<py::gil_scoped_release> without_gil;
+    if (PyGILState_Check()) without_gil.emplace();
     const std::lock_guard lock(at_work);
     const py::gil_scoped_acquire gil;
     try {

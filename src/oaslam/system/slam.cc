@@ -66,6 +66,7 @@ RelocalizationResult Slam::FollowByObjects(double timestamp,
 void Slam::SetMapping(bool enabled) {
   impl_->is_mapping_ = enabled;
   impl_->atlas_->SetMapping(enabled);
+  impl_->PostChange();
 }
 
 void Slam::ForceRelocalization(const std::optional<Rigid3>& near) {

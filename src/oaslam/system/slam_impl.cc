@@ -104,8 +104,10 @@ void Slam::Impl::Post() {
 
 void Slam::Impl::PostChange() {
   const int piece = atlas_->main_number();
-  const std::optional<Rigid3> cam_from_world =
-      session().tracker().PoseOf(first_index_ + newest_.frame, *session().snapshot());
+  std::optional<Rigid3> cam_from_world;
+  if (newest_.frame >= 0)
+    cam_from_world =
+        session().tracker().PoseOf(first_index_ + newest_.frame, *session().snapshot());
   if (cam_from_world) {
     newest_.world_from_cam = cam_from_world->Inverse();
   } else if (piece != newest_.piece && newest_.world_from_cam) {
