@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <mutex>
 
 namespace oaslam::apps {
 namespace fs = std::filesystem;
@@ -18,6 +19,8 @@ class QuietStderr {
   QuietStderr& operator=(const QuietStderr&) = delete;
 
  private:
+  inline static std::mutex one_at_a_time_;
+  std::lock_guard<std::mutex> lock_{one_at_a_time_};
   std::streambuf* before_ = std::cerr.rdbuf(nullptr);
 };
 

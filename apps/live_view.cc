@@ -63,7 +63,7 @@ LiveView::LiveView(const ViewerSettings& settings, const std::string& title, con
                         .accepts_commands = true,
                         .accepts_anchors = true,
                         .models = std::move(models),
-                        .names = SlamAccess::Export(slam).class_names,
+                        .names = SlamAccess::NamesOf(slam),
                         .align_groundtruth = {}};
   if (!groundtruth.empty())
     options.align_groundtruth = [groundtruth](const std::vector<StampedPose>& trajectory) {

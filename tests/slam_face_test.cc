@@ -235,6 +235,9 @@ TEST_F(SlamWithMap, StatesShowWhatNoImageHasChanged) {
   slam.SetMapping(false);
   expect_news("SetMapping");
   slam.SetMapping(true);
+  slam.ForceRelocalization();
+  EXPECT_EQ(slam.Snapshot().version(), states.Newest()->map.version());
+  version = states.Newest()->map.version();
   slam.Finish();
   expect_news("Finish");
   EXPECT_EQ(states.Newest()->result.world_from_cam->translation,

@@ -23,6 +23,10 @@ class OASLAM_API DetectionTable {
   explicit DetectionTable(std::vector<ImageDetections> images);
   // No images.
   DetectionTable();
+  // Shares the content, also where it could be moved: a table is never without.
+  DetectionTable(const DetectionTable&) = default;
+  // The same.
+  DetectionTable& operator=(const DetectionTable&) = default;
   // Empty when the image is not listed.
   const std::vector<Detection>& Find(const std::string& image_name) const;
   // All images, in the order of the file.

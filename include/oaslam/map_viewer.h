@@ -24,7 +24,7 @@ struct MapViewerOptions {
 class OASLAM_API MapViewer {
  public:
   // Begins to listen at 127.0.0.1. Throws InputError where the port is taken. `slam`: tells the
-  // names of classes.
+  // names of classes, as they are now.
   explicit MapViewer(const Slam& slam, const MapViewerOptions& options = {});
   // Gives browsers a moment (at most 6 s) to receive what was shown last.
   ~MapViewer();

@@ -52,9 +52,9 @@ class OASLAM_API MappingError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Monocular SLAM with points and objects. To be used by one thread at a time; States() is for the
-// others. Mapping runs on a thread of its own, in the way that runner.mode names; in sequential
-// mode Process maps, too.
+// Monocular SLAM with points and objects. One that was moved from may only be destroyed or
+// assigned. To be used by one thread at a time; States() is for the others. Mapping runs on a
+// thread of its own, in the way that runner.mode names; in sequential mode Process maps, too.
 //
 // Waiting. In live mode Process, AddDetections, the functions that only read, and those that find
 // an image by itself do not wait for mapping, but where a comment says so. The functions that
@@ -81,7 +81,8 @@ class OASLAM_API MappingError : public std::runtime_error {
 // | States() handed out before  | go on          | go on                | go on         |
 class OASLAM_API Slam {
  public:
-  // Begins without a map. Throws InputError for settings or a camera that cannot be.
+  // Begins without a map. Throws InputError for settings out of their bounds, and for a camera that
+  // CheckCalibration refuses.
   Slam(const SlamConfig& config, const Camera& camera);
   // Ends as Shutdown does.
   ~Slam();

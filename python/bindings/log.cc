@@ -1,5 +1,6 @@
 #include "oaslam/log.h"
 
+#include <condition_variable>
 #include <iostream>
 #include <mutex>
 
@@ -13,36 +14,61 @@ void SayWarnings(LogLevel level, const std::string& message) {
   if (level == LogLevel::kWarning) std::cerr << "oaslam: warning: " + message + "\n";
 }
 
-// Held while a sink calls Python. At its end the interpreter waits for that.
-std::recursive_mutex at_work;
+// Whether Python may still be called from any thread, and how many threads do.
+std::mutex mutex;
+std::condition_variable at_rest;
+int at_work = 0;       // guarded, as the next one
+bool is_over = false;  // the interpreter ends
 
-// Calls Python from any thread, one at a time. What the callable raises is written to the standard
-// error stream: the message comes from the midst of our work, which goes on.
+// Calls a function with Python's lock, on any thread; not once the interpreter ends. No lock of
+// ours is held meanwhile.
+template <typename Function>
+void CallPython(Function&& function) {
+  {
+    const std::lock_guard lock(mutex);
+    if (is_over) return;
+    ++at_work;
+  }
+  {
+    const py::gil_scoped_acquire gil;
+    function();
+  }
+  const std::lock_guard lock(mutex);
+  --at_work;
+  at_rest.notify_all();
+}
+
+// What the callable raises is written to the standard error stream: the message comes from the
+// midst of our work, which goes on.
 LogSink SinkOf(const py::function& callable) {
-  const std::shared_ptr<py::function> kept(new py::function(callable), [](py::function* f) {
-    const py::gil_scoped_acquire gil;
-    delete f;
-  });
+  const std::shared_ptr<py::function> kept(new py::function(callable),
+                                           [](py::function* f) { CallPython([f] { delete f; }); });
   return [kept](LogLevel level, const std::string& message) {
-    // Who holds Python's lock must not wait for a sink that needs it.
-    std::optional<py::gil_scoped_release> without_gil;
-    if (PyGILState_Check()) without_gil.emplace();
-    const std::lock_guard lock(at_work);
-    const py::gil_scoped_acquire gil;
-    try {
-      (*kept)(level, message);
-    } catch (py::error_already_set& error) {
-      error.discard_as_unraisable("the log sink of oaslam");
-    }
+    CallPython([&] {
+      try {
+        (*kept)(level, message);
+      } catch (py::error_already_set& error) {
+        error.discard_as_unraisable("the log sink of oaslam");
+      }
+    });
   };
 }
 
-// Returns once the sink of before is at rest. Who waits for that must not hold Python's lock, which
-// the sink needs.
+// The sink of before, which needs Python's lock to be deleted, may be deleted here.
 void Set(LogSink sink) {
   const py::gil_scoped_release without_gil;
   SetLogSink(std::move(sink));
-  const std::lock_guard lock(at_work);
+}
+
+// Our threads may have something to say when the interpreter is no more.
+void End() {
+  const py::gil_scoped_release without_gil;
+  {
+    std::unique_lock lock(mutex);
+    is_over = true;
+    at_rest.wait(lock, [] { return at_work == 0; });
+  }
+  SetLogSink(&SayWarnings);
 }
 
 }  // namespace
@@ -56,8 +82,7 @@ void AddLog(py::module_& m) {
       "set_log_sink",
       [](const std::optional<py::function>& sink) { Set(sink ? SinkOf(*sink) : LogSink()); },
       py::arg("sink"), doc::SetLogSink);
-  // Our threads may have something to say when the interpreter is no more.
-  py::module_::import("atexit").attr("register")(py::cpp_function([] { Set(&SayWarnings); }));
+  py::module_::import("atexit").attr("register")(py::cpp_function(&End));
 }
 
 }  // namespace oaslam::python

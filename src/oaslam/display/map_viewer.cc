@@ -1,5 +1,6 @@
 #include "oaslam/map_viewer.h"
 
+#include <cstdint>
 #include <utility>
 
 #include "oaslam/display/frame_record_of.h"
@@ -11,7 +12,7 @@ namespace oaslam {
 class OASLAM_LOCAL MapViewer::Impl {
  public:
   Impl(const Slam& slam, const MapViewerOptions& options)
-      : viewer_({.server = {.port = options.port}, .names = SlamAccess::Export(slam).class_names}) {
+      : viewer_({.server = {.port = options.port}, .names = SlamAccess::NamesOf(slam)}) {
     status_.title = options.title;
     ShowLive(true);
   }
@@ -19,26 +20,31 @@ class OASLAM_LOCAL MapViewer::Impl {
   std::string url() const { return viewer_.url(); }
 
   void Show(const Slam& slam, const cv::Mat& image, const TrackingResult& result) {
-    if (result.frame <= newest_frame_) viewer_.Clear();  // after Load or Reset
-    newest_frame_ = result.frame;
+    ClearAfterBeginning(slam);
     viewer_.Show(FrameRecordOf(slam, result, image.clone()));
     ShowLive(true);
   }
 
   void ShowMap(const Slam& slam) {
+    ClearAfterBeginning(slam);
     SavedMap saved = SlamAccess::Export(slam);
     viewer_.ShowMap(std::make_shared<const Map>(std::move(saved.map)), std::move(saved.trajectory));
     ShowLive(false);
   }
 
  private:
+  // Nothing that was shown belongs to a map that was loaded or begun since.
+  void ClearAfterBeginning(const Slam& slam) {
+    const uint64_t beginning = SlamAccess::BeginningOf(slam);
+    if (std::exchange(beginning_, beginning) != beginning) viewer_.Clear();
+  }
   void ShowLive(bool live) {
     if (std::exchange(status_.live, live) != live) viewer_.ShowStatus(status_);
   }
 
   Viewer viewer_;
   SceneStatus status_;
-  int newest_frame_ = -1;
+  uint64_t beginning_ = 0;
 };
 
 MapViewer::MapViewer(const Slam& slam, const MapViewerOptions& options)

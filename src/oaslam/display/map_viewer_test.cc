@@ -22,7 +22,6 @@ TEST_F(MapViewerTest, ShowsImagesAndTheMapToAPage) {
   MapViewer viewer(slam, {.port = 0, .title = "the desk"});
   EXPECT_THAT(AnswerTo(viewer.url(), "GET / HTTP/1.0\r\nHost: localhost\r\n\r\n"),
               HasSubstr("</html>"));
-  PageClient page(viewer.url());
   // The application may use its buffer again.
   cv::Mat buffer;
   TrackingResult result;
@@ -35,6 +34,7 @@ TEST_F(MapViewerTest, ShowsImagesAndTheMapToAPage) {
     buffer.setTo(0);
   }
   ASSERT_EQ(result.state, TrackingState::kTracking);
+  PageClient page(viewer.url());
   const auto read_until = [&](const auto& is_there) {
     DecodedMessage news = page.ReadUntil("update");
     while (!is_there(news.header)) news = page.ReadUntil("update");

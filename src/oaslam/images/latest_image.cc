@@ -29,6 +29,7 @@ class OASLAM_LOCAL LatestImageSource::Impl {
     {
       const std::lock_guard lock(mutex_);
       newest_.reset();
+      if (std::exchange(is_stopped_, true)) return;
     }
     // Otherwise the thread, which is joined in the end, might wait for an image that never comes.
     source_->Stop();
@@ -77,8 +78,8 @@ class OASLAM_LOCAL LatestImageSource::Impl {
   std::unique_ptr<ImageSource> source_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::optional<InputImage> newest_;  // guarded, as the next three
-  bool has_ended_ = false;
+  std::optional<InputImage> newest_;  // guarded, as the next four
+  bool has_ended_ = false, is_stopped_ = false;
   std::exception_ptr failure_;
   int dropped_ = 0;
   std::jthread thread_;  // last member: the thread starts when all others are constructed

@@ -73,6 +73,7 @@ void Slam::ForceRelocalization(const std::optional<Rigid3>& near) {
   CheckPose(near);
   impl_->atlas_->ForceRelocalization(near);
   impl_->trails_ = {};
+  impl_->PostChange();
 }
 
 FrameView SlamAccess::View(const Slam& slam) {
@@ -92,6 +93,7 @@ void Slam::SetClassRelations(const ClassRelations& relations) {
   impl_->ExpectMapping();
   impl_->atlas_->SetClassRelations(relations);
   impl_->PostChange();
+  impl_->ExpectMapping();
 }
 
 std::vector<AnchorPose> Slam::Anchors() const { return PosesOf(*impl_->session().snapshot()); }
@@ -146,6 +148,10 @@ std::vector<StampedPose> Slam::Trajectory() const {
       poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
   return poses;
 }
+
+uint64_t SlamAccess::BeginningOf(const Slam& slam) { return slam.impl_->beginning_; }
+
+const ClassNames& SlamAccess::NamesOf(const Slam& slam) { return *slam.impl_->class_names_; }
 
 SavedMap SlamAccess::Export(const Slam& slam) {
   const Slam::Impl& impl = *slam.impl_;

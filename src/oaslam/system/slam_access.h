@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+
+#include "oaslam/class_names.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
@@ -15,6 +18,11 @@ class SlamAccess {
   static FrameView View(const Slam& slam);
   // Slam::Load of a map that is in memory: shares it.
   static void Load(Slam& slam, const IndexedMap& map);
+  // A number that tells the map that a Slam has begun with, by Load, Reset or from nothing, from
+  // all others.
+  static uint64_t BeginningOf(const Slam& slam);
+  // The names of classes.
+  static const ClassNames& NamesOf(const Slam& slam);
   // The map with the trajectory so far.
   static SavedMap Export(const Slam& slam);
 };

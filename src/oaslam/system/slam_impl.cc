@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <exception>
 #include <utility>
@@ -60,6 +61,8 @@ void Slam::Impl::Begin(Map map, bool is_loaded, std::vector<Piece> others) {
   atlas->SetRelocalizationMode(mode_);
   atlas->SetMapping(is_mapping_);
   if (is_shut_down_) atlas->Shutdown();
+  static std::atomic<uint64_t> beginnings = 0;
+  beginning_ = ++beginnings;
   atlas_ = std::move(atlas);
   camera_index_ = camera_index;
   audit_ = {};
@@ -104,15 +107,18 @@ void Slam::Impl::Post() {
 
 void Slam::Impl::PostChange() {
   const int piece = atlas_->main_number();
+  const int index = first_index_ + newest_.frame;
+  const Tracker& tracker = session().tracker();
   std::optional<Rigid3> cam_from_world;
-  if (newest_.frame >= 0)
-    cam_from_world =
-        session().tracker().PoseOf(first_index_ + newest_.frame, *session().snapshot());
+  if (newest_.frame >= 0) cam_from_world = tracker.PoseOf(index, *session().snapshot());
   if (cam_from_world) {
+    if (!newest_.world_from_cam)
+      newest_.state =
+          tracker.HasTracked(index) ? TrackingState::kTracking : TrackingState::kObjects;
     newest_.world_from_cam = cam_from_world->Inverse();
   } else if (piece != newest_.piece && newest_.world_from_cam) {
+    TakePose({}, newest_);
     newest_.world_from_cam.reset();
-    newest_.state = TrackingState::kLost;
   }
   newest_.piece = piece;
   Post();
@@ -205,12 +211,14 @@ void Slam::Impl::SetMetresPerUnit(double metres) {
   if (session().Newest()->keyframes.empty())
     throw InputError("metres per unit: there is no map yet that has a unit");
   atlas_->SetMetresPerUnit(metres);
-  for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
-  trails_ = {};
+  if (!session().failure()) {
+    for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
+    trails_ = {};
+    newest_.depth *= metres;
+    if (newest_.world_from_cam) newest_.world_from_cam->translation *= metres;
+    PostChange();
+  }
   ExpectMapping();
-  newest_.depth *= metres;
-  if (newest_.world_from_cam) newest_.world_from_cam->translation *= metres;
-  PostChange();
 }
 
 void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {
@@ -220,6 +228,7 @@ void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {
   command.anchors = std::move(anchors);
   session().SubmitAndWait(std::move(command));
   PostChange();
+  ExpectMapping();
 }
 
 void Slam::Impl::SetClassNames(ClassNames names) {

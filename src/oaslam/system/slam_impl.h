@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -66,7 +67,8 @@ class OASLAM_LOCAL Slam::Impl {
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
-  TrackingResult newest_;  // as posted last
+  TrackingResult newest_;   // as posted last
+  uint64_t beginning_ = 0;  // SlamAccess::BeginningOf
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true, is_shut_down_ = false;
   // Whether the reason why mapping has ended was thrown already.

@@ -42,7 +42,7 @@ class OASLAM_LOCAL SlamStates::Board {
     // The clock cannot count much further.
     constexpr std::chrono::milliseconds kLongest = std::chrono::years(100);
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, std::min(timeout, kLongest),
+    changed_.wait_for(lock, std::clamp(timeout, std::chrono::milliseconds(0), kLongest),
                       [&] { return newest_ != last || is_closed_; });
     return newest_ != last ? newest_ : nullptr;
   }

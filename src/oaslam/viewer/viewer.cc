@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <variant>
 #ifdef __linux__
 #include <sys/resource.h>
 #endif
@@ -29,6 +30,8 @@ constexpr auto kFarewell =
 constexpr auto kClosing = std::chrono::milliseconds(500);  // for the closing handshakes after that
 constexpr size_t kMaxCommands = 64;                        // that wait
 constexpr int kNoFrame = -1;
+using SceneEdit = std::function<void(Scene&)>;
+using Mail = std::variant<FrameRecord, SceneEdit>;
 
 // Tracking has priority where both share a processor.
 void LowerPriority() {
@@ -82,13 +85,12 @@ class Viewer::Impl {
     {
       const std::scoped_lock lock(mutex_);
       // Only the newest frame is drawn; the others keep what the timeline and the trajectory need.
-      if (!mail_.empty()) {
-        FrameRecord& last = mail_.back();
-        last.image.release();
-        last.view.map.reset();
-        last.view.frame = {};
-        last.view.landmarks = {};
-        last.view.detected = {};
+      if (FrameRecord* last = mail_.empty() ? nullptr : std::get_if<FrameRecord>(&mail_.back())) {
+        last->image.release();
+        last->view.map.reset();
+        last->view.frame = {};
+        last->view.landmarks = {};
+        last->view.detected = {};
       }
       mail_.push_back(std::move(record));
       if (std::exchange(has_mail_, true)) return;
@@ -96,17 +98,21 @@ class Viewer::Impl {
     boost::asio::post(io_, [this] { ScheduleTick(); });
   }
 
-  // Carries out an edit of the scene on the viewer's thread, after the frames shown before it.
-  void Edit(std::function<void(Scene&)> edit) {
-    boost::asio::post(io_, [this, edit = std::move(edit)] {
+  // Carries out an edit of the scene on the viewer's thread, after the frames shown before it and
+  // before those shown later.
+  void Edit(SceneEdit edit) {
+    {
+      const std::scoped_lock lock(mutex_);
+      mail_.emplace_back(std::move(edit));
+    }
+    boost::asio::post(io_, [this] {
       TakeMail();
-      edit(scene_);
       ScheduleTick();
     });
   }
 
   // The same, but blocks while too many edits are queued.
-  void EditBounded(std::function<void(Scene&)> edit) {
+  void EditBounded(SceneEdit edit) {
     constexpr int kMaxWaiting = 4;
     {
       std::unique_lock lock(mutex_);
@@ -177,13 +183,17 @@ class Viewer::Impl {
   }
 
   void TakeMail() {
-    std::vector<FrameRecord> mail;
+    std::vector<Mail> mail;
     {
       const std::scoped_lock lock(mutex_);
       mail = std::exchange(mail_, {});
       has_mail_ = false;
     }
-    for (FrameRecord& record : mail) scene_.Add(std::move(record));
+    for (Mail& item : mail)
+      if (auto* edit = std::get_if<SceneEdit>(&item))
+        (*edit)(scene_);
+      else
+        scene_.Add(std::move(std::get<FrameRecord>(item)));
   }
 
   void ScheduleTick() {
@@ -238,7 +248,7 @@ class Viewer::Impl {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<FrameRecord> mail_;
+  std::vector<Mail> mail_;  // in the order in which it came
   bool has_mail_ = false, is_down_ = false, has_refused_ = false;
   int waiting_edits_ = 0;
   std::vector<ViewerCommand> commands_;
