@@ -22,7 +22,7 @@ class OASLAM_API BackgroundDetector {
     std::vector<Detection> detections;
   };
 
-  // `detect` is called on that thread only.
+  // `detect` is called on that thread only. Throws InputError where it is empty.
   explicit BackgroundDetector(Detect detect);
   // Waits until the present image is processed.
   ~BackgroundDetector();

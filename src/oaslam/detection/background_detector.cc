@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "oaslam/error.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -107,8 +108,10 @@ class OASLAM_LOCAL BackgroundDetector::Impl {
   std::jthread thread_;      // last member: the thread starts when all others are constructed
 };
 
-BackgroundDetector::BackgroundDetector(Detect detect)
-    : impl_(std::make_unique<Impl>(std::move(detect))) {}
+BackgroundDetector::BackgroundDetector(Detect detect) {
+  if (!detect) throw InputError("background detector: there is no function that detects");
+  impl_ = std::make_unique<Impl>(std::move(detect));
+}
 BackgroundDetector::~BackgroundDetector() = default;  // the thread is asked to stop, and joined
 
 void BackgroundDetector::Offer(int frame, const cv::Mat& image) { impl_->Offer(frame, image); }

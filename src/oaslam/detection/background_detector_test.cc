@@ -8,6 +8,7 @@
 #include <semaphore>
 #include <thread>
 
+#include "expect_input_error.h"
 #include "oaslam/error.h"
 
 namespace oaslam {
@@ -71,6 +72,10 @@ TEST(BackgroundDetector, ForgetsWhatIsUnderWay) {
   go_on.release();
   detector.Wait();
   EXPECT_THAT(Frames(detector.Take()), ElementsAre(0));
+}
+
+TEST(BackgroundDetector, RefusesToRunNothing) {
+  EXPECT_THAT(InputErrorOf([] { BackgroundDetector{nullptr}; }), testing::HasSubstr("no function"));
 }
 
 TEST(BackgroundDetector, TheCallerMayReuseTheImage) {
