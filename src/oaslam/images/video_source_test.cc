@@ -4,9 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstdarg>
 #include <functional>
 #include <string>
 #include <vector>
+
+extern "C" {
+#include <libavutil/log.h>
+}
 
 #include "expect_input_error.h"
 #include "ffmpeg.h"
@@ -233,6 +239,27 @@ TEST(VideoSource, SizesAndDepths) {
     }
     EXPECT_FALSE(source->Next());
   }
+}
+
+std::atomic<int> heard = 0;  // FFmpeg decodes on several threads
+void Hear(void*, int, const char*, va_list) { ++heard; }
+
+TEST(VideoSource, LeavesTheCallbackOfTheApplication) {
+  const TempFolder folder;
+  {
+    VideoFile video(folder / "a.mp4");
+    for (int i = 0; i < 3; ++i)
+      video.Add(cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(90)), i / 30.0);
+    video.Finish();
+  }
+  av_log_set_callback(Hear);
+  FocalLength35mm(folder / "a.mp4");
+  const auto source = OpenImages(folder / "a.mp4", {});
+  while (source->Next()) continue;
+  const int before = heard.load();
+  av_log(nullptr, AV_LOG_ERROR, "heard");
+  EXPECT_EQ(heard.load(), before + 1);
+  av_log_set_callback(av_log_default_callback);
 }
 
 // As in our command, which says it instead of FFmpeg.

@@ -266,6 +266,11 @@ TEST(MapFile, SavingReplacesTheOldOneAndLeavesNothingBeside) {
               HasSubstr("no folder"));
 }
 
+TEST(MapFile, AFolderIsNone) {
+  const TempFolder folder;
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("is not a file"));
+}
+
 std::string LoadError(const TempFolder& folder, const std::string& content) {
   const std::string error = InputErrorOf([&] { LoadMap(folder.Write("bad.map", content)); });
   EXPECT_THAT(error, AllOf(HasSubstr("bad.map"), Not(HasSubstr("\n"))));

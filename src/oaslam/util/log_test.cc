@@ -1,9 +1,12 @@
 #include "oaslam/util/log.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <future>
 #include <memory>
 #include <string>
@@ -12,6 +15,25 @@
 
 namespace oaslam {
 namespace {
+
+// Constructed before any sink, and so destroyed after all that is: as a Slam of the application.
+struct LastOfAll {
+  ~LastOfAll() {
+    if (speaks) Log(LogLevel::kInfo, "the end");
+  }
+  bool speaks = false;
+} last_of_all;
+
+TEST(Log, ASinkLivesAsLongAsTheProgram) {
+  const auto end = [] {
+    SetLogSink([kept = std::string(100, 'x')](LogLevel, const std::string& message) {
+      fmt::print(stderr, "{} {}\n", kept, message);
+    });
+    last_of_all.speaks = true;
+    std::exit(0);
+  };
+  EXPECT_EXIT(end(), testing::ExitedWithCode(0), std::string(100, 'x') + " the end");
+}
 
 TEST(Log, ASinkMayReplaceItselfAndCauseMessages) {
   std::vector<std::string> told;
@@ -32,12 +54,14 @@ TEST(Log, ASinkMayReplaceItselfAndCauseMessages) {
 
 // Else a sink that takes a lock of the application would wait for who holds it, and logs.
 TEST(Log, NoSinkWaitsForAnother) {
-  std::promise<void> second;
+  std::promise<void> first, second;
   SetLogSink([&](LogLevel, const std::string& message) {
     if (message == "second") return second.set_value();
+    first.set_value();
     EXPECT_EQ(second.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
   });
   std::jthread other([] { Log(LogLevel::kInfo, "first"); });
+  first.get_future().wait();  // the sink is at work there
   Log(LogLevel::kInfo, "second");
   other.join();
   SetLogSink({});
