@@ -1,10 +1,12 @@
 """Bare systems of Debian for the tests of packages and of other processors. Needs root, debootstrap and Debian's registry, with the settings of apt on
 this machine."""
 import atexit
+import fcntl
 import glob
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -17,23 +19,33 @@ class Chroot:
     """A copy of the bare system of a suite, removed at the end."""
 
     def __init__(self, root, suite, name):
-        os.makedirs(root, exist_ok=True)
         bare = os.path.join(root, suite)
         if not os.path.exists(os.path.join(bare, "complete")):
-            shutil.rmtree(bare, ignore_errors=True)
+            remove_tree(bare)
             subprocess.run(["debootstrap", "--variant=minbase", suite, bare, MIRROR], check=True, stdout=subprocess.DEVNULL)
             for file in ["/etc/resolv.conf", *glob.glob("/etc/apt/apt.conf.d/99*")]:
                 shutil.copy(file, bare + file)
             open(os.path.join(bare, "complete"), "w").close()
-        self.path = os.path.join(root, f"{suite}-{name}")
-        shutil.rmtree(self.path, ignore_errors=True)
+        self.path = os.path.realpath(os.path.join(root, f"{suite}-{name}"))
+        self.remove()  # what a run that was killed has left
+        atexit.register(self.remove)
         subprocess.run(["cp", "-a", bare, self.path], check=True)
         subprocess.run(["mount", "-t", "proc", "proc", self.path + "/proc"], check=True)
-        atexit.register(self.remove)
+
+    def processes(self):
+        """The numbers of those that run in it."""
+        for process in glob.glob("/proc/[0-9]*"):
+            try:
+                if os.readlink(process + "/root") == self.path:
+                    yield int(os.path.basename(process))
+            except FileNotFoundError:
+                pass  # it has ended meanwhile
 
     def remove(self):
-        subprocess.run(["umount", self.path + "/proc"], check=True)
-        shutil.rmtree(self.path)
+        while running := list(self.processes()):
+            subprocess.run(["kill", "-9", *map(str, running)], stderr=subprocess.DEVNULL)
+            time.sleep(0.1)
+        remove_tree(self.path)
 
     def command(self, command, user):
         home = "/root" if user == "root" else f"/home/{user}"
@@ -57,15 +69,32 @@ class Chroot:
             f.write(text)
 
 
+def remove_tree(system):
+    """Removes a system, and never what is mounted in it, also where debootstrap or a run was killed."""
+    for folder in ("proc", "sys"):
+        if os.path.ismount(os.path.join(system, folder)):
+            subprocess.run(["umount", os.path.join(system, folder)], check=True)
+    if os.path.exists(system):
+        shutil.rmtree(system)
+
+
 def refuse(message):
     sys.exit(f"{os.path.basename(sys.argv[0])}: {message}")
 
 
-def need_root_and_debootstrap():
+def claim(root):
+    """Makes this run the only one that works below `root`, until it ends, and lets SIGTERM end it as Ctrl-C does, with its chroots removed."""
     if not shutil.which("debootstrap"):
         refuse("debootstrap is not installed (apt-get install debootstrap)")
     if os.geteuid() != 0:
         refuse("only root can make a chroot")
+    os.makedirs(root, exist_ok=True)
+    claim.lock = open(os.path.join(root, "lock"), "w")  # kept open, and with it the lock
+    try:
+        fcntl.flock(claim.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        refuse(f"--root {root}: another run works there")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
 
 
 def copy_source(to):
