@@ -152,6 +152,35 @@ TEST(MappingFailure, TheMapUpToThereIsKept) {
     }
 }
 
+// The tracker's poses and the map have one unit, also where memory runs out while it changes.
+TEST(MappingFailure, InAChangeOfTheUnitTheUnitStays) {
+  constexpr double kMetres = 2;
+  constexpr int kLast = 29;
+  const synthetic::World world = synthetic::MakeWorld({});
+  int failures = 0;
+  for (const int64_t allocations : {0, 1, 10, 100}) {
+    Atlas atlas({}, EmptyMap(), false, {});
+    Rng rng(7);
+    for (int frame = 0; frame <= kLast; ++frame) atlas.Process(View(world, frame, rng));
+    const Session& session = atlas.main();
+    const auto before = session.tracker().PoseOf(kLast, *session.snapshot());
+    ASSERT_TRUE(before);
+    {
+      const MemoryRunsOut out(allocations);
+      atlas.SetMetresPerUnit(kMetres);
+    }
+    failures += atlas.failure() != nullptr;
+    EXPECT_EQ(session.snapshot()->is_metric, !atlas.failure()) << allocations;
+    const double scale = atlas.failure() ? 1 : kMetres;
+    const auto after = session.tracker().PoseOf(kLast, *session.snapshot());
+    ASSERT_TRUE(after);
+    EXPECT_NEAR(after->translation.norm(), scale * before->translation.norm(),
+                0.01 * scale * before->translation.norm())
+        << allocations;
+  }
+  EXPECT_GE(failures, 2);
+}
+
 TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
   for (const RunnerMode mode :
        {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
