@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <opencv2/core.hpp>
 
 #include "desk_clip.h"
 #include "expect_input_error.h"
 #include "oaslam/camera_estimation.h"
+#include "oaslam/image_localizer.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/slam_access.h"
 
@@ -186,7 +188,30 @@ TEST_F(SlamWithMap, WithoutMappingAMapStaysAsItIs) {
   EXPECT_NE(PlacesOf(maps.Snapshot()), PlacesOf(before));
 }
 
-// A time stamp or a direction of gravity that is not finite would spoil all that follows.
+// The mirror image of a desk is another place.
+TEST_F(SlamWithMap, SavesThePieceThatIsBeingMade) {
+  const auto mirrored = [](size_t i) {
+    ImageInput input = WithoutDetections(i);
+    input.image = cv::Mat();  // whose pixels are the clip's
+    cv::flip(clip().images[i].image, input.image, 1);
+    return input;
+  };
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  for (size_t i = 30; i < 120; ++i) EXPECT_FALSE(slam.Process(mirrored(i)).world_from_cam) << i;
+  slam.Save(Path("growing.map"));
+  const SavedMap saved = LoadMap(Path("growing.map"));
+  ASSERT_THAT(saved.pieces, SizeIs(1));
+  EXPECT_EQ(saved.map.keyframes.size(), LoadMap(Path()).map.keyframes.size());
+
+  Slam again = MakeSlam();
+  again.Load(Path("growing.map"), 1);
+  EXPECT_EQ(again.Snapshot().keyframe_count(), saved.pieces[0].map.keyframes.size());
+  EXPECT_TRUE(again.Relocalize(mirrored(105), RelocalizationMode::kPoints).world_from_cam);
+  EXPECT_FALSE(
+      again.Relocalize(WithoutDetections(105), RelocalizationMode::kPoints).world_from_cam);
+}
+
 TEST_F(SlamWithMap, RefusesCamerasThatCannotBe) {
   const auto with = [](auto&& change) {
     Camera camera = clip().camera;
@@ -200,8 +225,31 @@ TEST_F(SlamWithMap, RefusesCamerasThatCannotBe) {
   SlamConfig wrong;
   wrong.features.count = -1;
   EXPECT_THAT(InputErrorOf([&] { CameraEstimator{wrong}; }), HasSubstr("features.count"));
+  CameraEstimationOptions start{.start = clip().camera};
+  start.start->fx = std::nan("");
+  EXPECT_THAT(InputErrorOf([&] { CameraEstimator({}, start); }), HasSubstr("focal length fx"));
+  for (const double mm : {std::nan(""), 0.0, -26.0, 1e9})
+    EXPECT_THAT(InputErrorOf([&] { CameraEstimator({}, {.focal_length_35mm = mm}); }),
+                HasSubstr("allowed: 2 to 3000 mm"));
 }
 
+TEST_F(SlamWithMap, RefusesModesThatAreNone) {
+  constexpr auto kNone = static_cast<RelocalizationMode>(7);
+  Slam slam = MakeSlam();
+  slam.Load(Path());
+  const ImageLocalizer localizer(Path());
+  const ImageInput input = WithDetections(30);
+  const Camera& camera = clip().camera;
+  for (const std::string& error :
+       {InputErrorOf([&] { slam.Relocalize(input, kNone); }),
+        InputErrorOf([&] { slam.RelocalizeWithUnknownCamera(input, kNone); }),
+        InputErrorOf([&] { slam.SetRelocalizationMode(kNone); }),
+        InputErrorOf([&] { localizer.Localize(input, camera, kNone); }),
+        InputErrorOf([&] { localizer.LocalizeWithUnknownCamera(input, kNone); })})
+    EXPECT_THAT(error, HasSubstr("mode 7"));
+}
+
+// A time stamp or a direction of gravity that is not finite would spoil all that follows.
 TEST_F(SlamWithMap, RefusesTimesAndGravityThatAreNotFinite) {
   Slam slam = MakeSlam();
   ImageInput input;

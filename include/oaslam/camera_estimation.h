@@ -15,10 +15,10 @@ namespace oaslam {
 // What is known of the camera beforehand.
 struct CameraEstimationOptions {
   // The camera to start from: a rough calibration, or that of another run.
-  std::optional<Camera> start;
+  std::optional<Camera> start{};
   // The 35 mm equivalent that cameras and phones write into an image's metadata; only used as a
-  // start value (FocalLength35mm reads it).
-  std::optional<double> focal_length_35mm;
+  // start value (FocalLength35mm reads it). 2 to 3000 mm.
+  std::optional<double> focal_length_35mm{};
 };
 
 // The result of estimating a camera from its images.
@@ -41,7 +41,8 @@ struct CameraEstimate {
 // more. The same images give the same answer. Images are kept, scaled down where they are large.
 class OASLAM_API CameraEstimator {
  public:
-  // `config`: the settings of the maps that it makes. Throws InputError where it cannot be.
+  // `config`: the settings of the maps that it makes. Throws InputError for settings and start
+  // values that cannot be.
   explicit CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options = {});
   ~CameraEstimator();
   CameraEstimator(CameraEstimator&&) noexcept;

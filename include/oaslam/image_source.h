@@ -88,8 +88,8 @@ OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string&
 //
 // `source` is that of OpenImages: of a video its container's tag (that of Apple's devices), of an
 // image EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG file, of a folder or list that of its first
-// image. Nothing for a camera, where it is not stated (or as 0, "unknown"), and where the source
-// cannot be read: OpenImages reports that.
+// image. Nothing for a camera, where it is not stated (or as 0, "unknown", or not within 2 to
+// 3000), and where the source cannot be read: OpenImages reports that.
 OASLAM_API std::optional<double> FocalLength35mm(const std::string& source);
 
 }  // namespace oaslam

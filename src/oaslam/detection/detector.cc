@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -24,6 +24,7 @@ namespace {
 
 constexpr int kDefaultInputSize = 640;
 constexpr int kMaxInputSize = 4096;
+constexpr size_t kMaxOnnxFile = size_t{1} << 31;  // the largest message of Protocol Buffers
 
 std::string ReadFile(const std::string& path) {
   std::error_code error;
@@ -31,7 +32,13 @@ std::string ReadFile(const std::string& path) {
     throw InputError(path + ": is a folder, expected an ONNX file");
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(path + ": cannot read the detector's file");
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  std::string bytes;
+  std::array<char, 1 << 16> part{};
+  while (file.read(part.data(), part.size()) || file.gcount() > 0) {
+    bytes.append(part.data(), static_cast<size_t>(file.gcount()));
+    if (bytes.size() > kMaxOnnxFile)
+      throw InputError(path + ": is larger than 2 GiB, not an ONNX file");
+  }
   if (file.bad() || bytes.empty())
     throw InputError(path + ": empty or unreadable, not an ONNX file");
   return bytes;

@@ -3,17 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
-#include <sstream>
 
 #include "oaslam/error.h"
 
 namespace oaslam {
+namespace {
+
+// A device may have no end. Detections of ten hours are smaller.
+constexpr size_t kMaxTextFile = size_t{1} << 30;
+
+}  // namespace
 
 std::string ReadTextFile(const std::string& path) {
   std::error_code error;
@@ -22,13 +28,15 @@ std::string ReadTextFile(const std::string& path) {
   if (std::filesystem::is_directory(path, error))
     throw InputError(fmt::format("{}: is a folder, expected a file", path));
   std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  if (!file || file.bad()) {
-    if (std::filesystem::file_size(path, error) == 0 && file.is_open()) return {};
-    throw InputError(fmt::format("{}: cannot be read", path));
+  std::string content;
+  std::array<char, 1 << 16> part{};
+  while (file.read(part.data(), part.size()) || file.gcount() > 0) {
+    content.append(part.data(), static_cast<size_t>(file.gcount()));
+    if (content.size() > kMaxTextFile)
+      throw InputError(fmt::format("{}: is larger than {} MiB", path, kMaxTextFile >> 20));
   }
-  return std::move(content).str();
+  if (!file.is_open() || file.bad()) throw InputError(fmt::format("{}: cannot be read", path));
+  return content;
 }
 
 void WriteTextFile(const std::string& path, const std::string& content) {

@@ -36,6 +36,11 @@ class FullDisk {
   void (*handler_)(int);
 };
 
+TEST(ReadTextFile, ADeviceWithoutEndIsRefused) {
+  EXPECT_THAT(InputErrorOf([] { ReadTextFile("/dev/zero"); }), HasSubstr("larger than 1024 MiB"));
+  EXPECT_EQ(ReadTextFile("/dev/null"), "");
+}
+
 TEST(WriteTextFile, AFullDiskLeavesTheOldFileWhole) {
   const TempFolder folder;
   WriteTextFile(folder / "a.txt", "old");

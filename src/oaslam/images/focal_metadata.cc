@@ -41,7 +41,7 @@ std::optional<double> FocalLength35mm(const std::string& source) {
   try {
     const auto images = ListImages(source, {});
     const auto length = images ? FromExif(images->front().path) : FromVideo(source);
-    return length && *length > 0 ? length : std::nullopt;
+    return length && CanBeFocalLength35mm(*length) ? length : std::nullopt;
   } catch (const InputError&) {
     return std::nullopt;
   }

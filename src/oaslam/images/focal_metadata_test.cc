@@ -49,6 +49,8 @@ TEST(FocalLength35mm, NothingWhereNothingIsStated) {
   const TempFolder folder;
   EXPECT_FALSE(
       FocalLength35mm(folder.Write("unknown.jpg", JpegWithExif(kImage, {.focal_length_35mm = 0}))));
+  EXPECT_FALSE(
+      FocalLength35mm(folder.Write("wrong.jpg", JpegWithExif(kImage, {.focal_length_35mm = 1}))));
   const std::string whole = JpegWithExif(kImage, {.focal_length_35mm = 26});
   for (size_t length = 0; length < 90; ++length)  // ends within the metadata
     EXPECT_EQ(FocalLength35mm(folder.Write("cut.jpg", whole.substr(0, length))).value_or(26), 26)

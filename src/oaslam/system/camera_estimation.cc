@@ -263,6 +263,10 @@ class OASLAM_LOCAL CameraEstimator::Impl {
 
 CameraEstimator::CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options) {
   CheckConfig(config);
+  if (options.start) CheckCamera(*options.start);
+  if (options.focal_length_35mm && !CanBeFocalLength35mm(*options.focal_length_35mm))
+    throw InputError(fmt::format("focal length of 35 mm equivalent: {}, allowed: 2 to 3000 mm",
+                                 *options.focal_length_35mm));
   impl_ = std::make_unique<Impl>(config, options);
 }
 CameraEstimator::~CameraEstimator() = default;

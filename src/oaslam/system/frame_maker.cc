@@ -43,6 +43,16 @@ void CheckConfig(const SlamConfig& config) {
 
 void CheckCamera(const Camera& camera) { CheckCalibration(camera, "camera"); }
 
+void CheckMode(RelocalizationMode mode) {
+  switch (mode) {
+    case RelocalizationMode::kPoints:
+    case RelocalizationMode::kObjects:
+    case RelocalizationMode::kPointsAndObjects:
+      return;
+  }
+  throw InputError(fmt::format("relocalization mode {}: no such mode", static_cast<int>(mode)));
+}
+
 void CheckPose(const std::optional<Rigid3>& pose) {
   constexpr double kMaxError = 1e-6;
   if (pose && !(pose->translation.allFinite() && std::abs(pose->rotation.norm() - 1) < kMaxError))

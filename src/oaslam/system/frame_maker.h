@@ -16,6 +16,7 @@ namespace oaslam {
 // Checks of what an application gives to Slam; they throw InputError, which says what is wrong.
 void CheckConfig(const SlamConfig& config);
 void CheckCamera(const Camera& camera);
+void CheckMode(RelocalizationMode mode);
 void CheckPose(const std::optional<Rigid3>& pose);
 void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam);
 

@@ -55,6 +55,7 @@ RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera
 RelocalizationResult Localizer::Find(const ImageInput& input, const Camera& camera,
                                      RelocalizationMode mode,
                                      const std::optional<Rigid3>& prior) const {
+  CheckMode(mode);
   CheckCamera(camera);
   CheckGravity(input.gravity_in_cam);
   CheckPose(prior);
@@ -82,6 +83,7 @@ RelocalizationResult Localizer::Find(const ImageInput& input, const Camera& came
 
 RelocalizationResult Localizer::FindWithUnknownCamera(const ImageInput& input,
                                                       RelocalizationMode mode) const {
+  CheckMode(mode);
   CheckGravity(input.gravity_in_cam);
   Camera camera;  // only its size is used
   camera.width = input.image.cols;

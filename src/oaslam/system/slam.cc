@@ -29,12 +29,14 @@ std::optional<int> Slam::AddDetections(int frame, const std::vector<Detection>& 
 }
 
 void Slam::SetRelocalizationMode(RelocalizationMode mode) {
+  CheckMode(mode);
   impl_->mode_ = mode;
   impl_->atlas_->SetRelocalizationMode(mode);
 }
 
 RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMode mode,
                                       const std::optional<Rigid3>& prior) {
+  CheckMode(mode);
   CheckPose(prior);
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
@@ -43,6 +45,7 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
 
 RelocalizationResult Slam::RelocalizeWithUnknownCamera(const ImageInput& input,
                                                        RelocalizationMode mode) {
+  CheckMode(mode);
   CheckGravity(input.gravity_in_cam);
   return FindWithUnknownCamera(input, impl_->camera_, *impl_->session().snapshot(), mode,
                                impl_->config_, impl_->frame_maker_, impl_->relocalizer_);
