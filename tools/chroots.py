@@ -38,8 +38,8 @@ class Chroot:
             try:
                 if os.readlink(process + "/root") == self.path:
                     yield int(os.path.basename(process))
-            except FileNotFoundError:
-                pass  # it has ended meanwhile
+            except OSError:
+                pass  # it has ended meanwhile, or is none of ours
 
     def remove(self):
         while running := list(self.processes()):
