@@ -57,21 +57,23 @@ def main() -> None:
     start, begin = time.monotonic(), first.timestamp
     seconds = float(sys.argv[4]) if len(sys.argv) > 4 else 1e9
     picture = None
-    for image in images:
-        if image.image is None:
-            continue
-        if image.timestamp - begin >= seconds:
-            break
-        time.sleep(max(0, start + image.timestamp - begin - time.monotonic()))
-        result = slam.process(image.image, image.timestamp, detections_follow=True)
-        boxes.offer(result.frame, image.image)
-        for late in boxes.take():
-            slam.add_detections(late.frame, late.detections)
-        viewer.show(slam, image.image, result)
-        if result.world_from_cam is not None:
-            picture = picture_of(image.image, slam.tracked_points())
-    stop.set()
-    display.join()
+    try:
+        for image in images:
+            if image.image is None:
+                continue
+            if image.timestamp - begin >= seconds:
+                break
+            time.sleep(max(0, start + image.timestamp - begin - time.monotonic()))
+            result = slam.process(image.image, image.timestamp, detections_follow=True)
+            boxes.offer(result.frame, image.image)
+            for late in boxes.take():
+                slam.add_detections(late.frame, late.detections)
+            viewer.show(slam, image.image, result)
+            if result.world_from_cam is not None:
+                picture = picture_of(image.image, slam.tracked_points())
+    finally:  # also after Ctrl-C, since a program ends with its last thread
+        stop.set()
+        display.join()
     slam.finish()
     viewer.show_map(slam)
     if picture is None:

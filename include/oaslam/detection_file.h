@@ -41,7 +41,8 @@ class OASLAM_API DetectionTable {
 // entry with a NaN, inverted or absurd box, named by file name and index.
 OASLAM_API DetectionTable LoadDetections(const std::string& path);
 
-// Writes OA-SLAM's JSON.
+// Writes OA-SLAM's JSON. A file name that is not UTF-8 gets U+FFFD for what is not. Throws
+// InputError where the file cannot be written, or a score or a box has a number that is not finite.
 OASLAM_API void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images);
 
 }  // namespace oaslam

@@ -12,7 +12,7 @@ namespace oaslam {
 // than the camera misses images, but never gets an old one.
 class OASLAM_API LatestImageSource : public ImageSource {
  public:
-  // Begins to read.
+  // Begins to read. Throws InputError without a source.
   explicit LatestImageSource(std::unique_ptr<ImageSource> source);
   // Stops the source, and waits until the present read ends.
   ~LatestImageSource() override;

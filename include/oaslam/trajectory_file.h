@@ -17,7 +17,8 @@ struct StampedPose {
 // TUM format: "timestamp tx ty tz qx qy qz qw" in each line, camera to world; '#' starts a comment.
 // Sorted by time on return. Throws InputError naming path and line.
 OASLAM_API std::vector<StampedPose> LoadTrajectory(const std::string& path);
-// Writes that format. Throws InputError where the file cannot be written.
+// Writes that format. Throws InputError where the file cannot be written, or a number of a pose is
+// not finite.
 OASLAM_API void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses);
 
 // A candidates.txt line: TUM columns and a score.

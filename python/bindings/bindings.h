@@ -2,6 +2,7 @@
 
 #include "casters.h"
 #include "docstrings.h"
+#include "gil.h"
 
 namespace oaslam::python {
 
@@ -34,6 +35,14 @@ void SayAsToString(py::enum_<Enum>& type) {
                                           py::name("__str__"), py::is_method(type));
 }
 
+// The same for enumerators whose words in a configuration file are their names in small letters.
+template <typename Enum>
+void SayAsWord(py::enum_<Enum>& type) {
+  type.attr("__str__") =
+      py::cpp_function([](const py::object& value) { return value.attr("name").attr("lower")(); },
+                       py::name("__str__"), py::is_method(type));
+}
+
 // A function whose first argument is a path.
 template <typename Result, typename... Args>
 auto OfPath(Result (*function)(const std::string&, Args...)) {
@@ -41,7 +50,5 @@ auto OfPath(Result (*function)(const std::string&, Args...)) {
     return function(path, std::forward<Args>(args)...);
   };
 }
-
-using WithoutGil = py::call_guard<py::gil_scoped_release>;
 
 }  // namespace oaslam::python

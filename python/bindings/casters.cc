@@ -44,16 +44,19 @@ cv::Mat ImageView(py::handle object) {
     throw py::value_error(
         "an image has the shape (height, width), or (height, width, 3) in the order BGR: this is " +
         Described(array));
-  const bool pixels_are_dense =
-      array.strides(1) == channels && (array.ndim() == 2 || array.strides(2) == 1);
-  if (!pixels_are_dense || array.strides(0) < array.shape(1) * channels)
+  // An axis of one element has any stride.
+  const bool pixels_are_dense = (array.shape(1) == 1 || array.strides(1) == channels) &&
+                                (channels == 1 || array.strides(2) == 1);
+  const py::ssize_t row = array.shape(1) * channels;
+  const bool rows_follow = array.shape(0) == 1 || array.strides(0) >= row;
+  if (!pixels_are_dense || !rows_follow)
     throw py::value_error(
         "the pixels of an image must follow each other in memory (numpy.ascontiguousarray copies "
         "it so): this has the strides " +
         std::string(py::str(array.attr("strides"))));
   return {static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)),
           CV_8UC(static_cast<int>(channels)), const_cast<void*>(array.data()),
-          static_cast<size_t>(array.strides(0))};
+          static_cast<size_t>(array.shape(0) == 1 ? row : array.strides(0))};
 }
 
 py::object ArrayOf(const cv::Mat& image) {
@@ -87,9 +90,17 @@ py::array_t<double> ArrayOf(const Rigid3& pose) {
 }
 
 PathText PathOf(py::handle object) {
-  const auto path = py::reinterpret_steal<py::object>(PyOS_FSPath(object.ptr()));
-  if (!path) throw py::error_already_set();
-  return {py::cast<std::string>(path)};
+  PyObject* converted = nullptr;
+  if (PyUnicode_FSConverter(object.ptr(), &converted) == 0) throw py::error_already_set();
+  const auto bytes = py::reinterpret_steal<py::bytes>(converted);
+  return {std::string(bytes)};
+}
+
+py::str FileTextOf(const std::string& text) {
+  auto decoded = py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeFSDefaultAndSize(text.data(), static_cast<py::ssize_t>(text.size())));
+  if (!decoded) throw py::error_already_set();
+  return decoded;
 }
 
 Eigen::Vector3d VectorOf(py::handle object) {

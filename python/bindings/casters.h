@@ -29,9 +29,14 @@ py::object ArrayOf(const cv::Mat& image);
 Rigid3 PoseOf(py::handle object);
 py::array_t<double> ArrayOf(const Rigid3& pose);
 
-// A path: str, or anything with a path (os.PathLike).
+// A path: str, bytes, or anything with a path (os.PathLike). A name that is not UTF-8 is what
+// os.fsencode makes of it.
 struct PathText : std::string {};
 PathText PathOf(py::handle object);
+// The name of a file, or a text that may have one in it: as PathText, but only str.
+struct FileText : std::string {};
+// As os.fsdecode makes it.
+py::str FileTextOf(const std::string& text);
 
 // Three finite numbers.
 Eigen::Vector3d VectorOf(py::handle object);
@@ -89,6 +94,16 @@ struct type_caster<oaslam::python::PathText> {
   PYBIND11_TYPE_CASTER(oaslam::python::PathText, const_name("os.PathLike"));
   bool load(handle source, bool) {
     value = oaslam::python::PathOf(source);
+    return true;
+  }
+};
+
+template <>
+struct type_caster<oaslam::python::FileText> {
+  PYBIND11_TYPE_CASTER(oaslam::python::FileText, const_name("str"));
+  bool load(handle source, bool) {
+    if (!isinstance<str>(source)) return false;
+    static_cast<std::string&>(value) = oaslam::python::PathOf(source);
     return true;
   }
 };

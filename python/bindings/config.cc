@@ -12,13 +12,15 @@ void AddEnumerations(py::module_& m) {
                   .value("LOCKSTEP", RunnerMode::kLockstep)
                   .value("LIVE", RunnerMode::kLive);
   SayAsToString(mode);
-  py::enum_<BundleObjects>(m, "BundleObjects", doc::BundleObjects)
-      .value("NONE", BundleObjects::kNone)
-      .value("POSES", BundleObjects::kPoses)
-      .value("FULL", BundleObjects::kFull);
-  py::enum_<ObjectMethod>(m, "ObjectMethod", doc::ObjectMethod)
-      .value("ROBUST", ObjectMethod::kRobust)
-      .value("PAPER", ObjectMethod::kPaper);
+  auto bundled = py::enum_<BundleObjects>(m, "BundleObjects", doc::BundleObjects)
+                     .value("NONE", BundleObjects::kNone)
+                     .value("POSES", BundleObjects::kPoses)
+                     .value("FULL", BundleObjects::kFull);
+  SayAsWord(bundled);
+  auto method = py::enum_<ObjectMethod>(m, "ObjectMethod", doc::ObjectMethod)
+                    .value("ROBUST", ObjectMethod::kRobust)
+                    .value("PAPER", ObjectMethod::kPaper);
+  SayAsWord(method);
 }
 
 void AddPointSections(py::module_& m) {

@@ -42,19 +42,25 @@ void AddClasses(py::module_& m) {
 
 void AddDetections(py::module_& m) {
   py::class_<ImageDetections>(m, "ImageDetections", doc::ImageDetections)
-      .def(py::init([](const std::string& file_name, const std::vector<Detection>& detections) {
+      .def(py::init([](const FileText& file_name, const std::vector<Detection>& detections) {
              return ImageDetections{file_name, detections};
            }),
            py::arg("file_name"), py::arg("detections"), doc::ImageDetections)
-      .def_readonly(OASLAM_FIELD(ImageDetections, file_name))
+      .def_property_readonly(
+          "file_name", [](const ImageDetections& d) { return FileTextOf(d.file_name); },
+          doc::ImageDetections_file_name)
       .def_property_readonly(
           "detections", [](const ImageDetections& d) { return py::tuple(py::cast(d.detections)); },
           doc::ImageDetections_detections);
   py::class_<DetectionTable>(m, "DetectionTable", doc::DetectionTable)
       .def(py::init<std::vector<ImageDetections>>(), py::arg("images") = py::tuple(),
            doc::DetectionTable)
-      .def("find", &DetectionTable::Find, py::arg("image_name"), py::return_value_policy::copy,
-           doc::DetectionTable_Find)
+      .def(
+          "find",
+          [](const DetectionTable& table, const FileText& image_name) {
+            return table.Find(image_name);
+          },
+          py::arg("image_name"), doc::DetectionTable_Find)
       .def_property_readonly("images", &DetectionTable::images, py::return_value_policy::copy,
                              doc::DetectionTable_images);
   m.def("load_detections", OfPath(&LoadDetections), py::arg("path"), WithoutGil(),

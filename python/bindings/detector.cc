@@ -18,7 +18,7 @@ std::shared_ptr<ExclusiveDetector> LoadDetector(const PathText& model, double mi
       min_score, max_iou, {input_size.first, input_size.second}, layout, backend};
   SharedDetector detector;
   {
-    const py::gil_scoped_release without_gil;
+    const WithoutPythonsLock without_gil;
     detector = Detector::Load(model, options);
   }
   return MakeWithoutGil<ExclusiveDetector>(std::move(detector));
@@ -30,8 +30,20 @@ std::vector<std::weak_ptr<BackgroundDetector>>& Background() {
   return detectors;
 }
 
+// A function of Python that may have forgotten to return what it found.
+BackgroundDetector::Detect Checked(BackgroundDetector::Detect detect) {
+  if (!detect) return detect;
+  return [detect = std::move(detect)](const cv::Mat& image) {
+    try {
+      return detect(image);
+    } catch (const py::cast_error&) {
+      throw py::type_error("the function of a BackgroundDetector returns a sequence of Detection");
+    }
+  };
+}
+
 std::shared_ptr<BackgroundDetector> MakeBackgroundDetector(BackgroundDetector::Detect detect) {
-  auto made = MakeWithoutGil<BackgroundDetector>(std::move(detect));
+  auto made = MakeWithoutGil<BackgroundDetector>(Checked(std::move(detect)));
   std::erase_if(Background(), [](const auto& other) { return other.expired(); });
   Background().push_back(made);
   return made;
@@ -40,7 +52,7 @@ std::shared_ptr<BackgroundDetector> MakeBackgroundDetector(BackgroundDetector::D
 void WaitForBackground() {
   for (const auto& detector : Background())
     if (const auto alive = detector.lock()) {
-      const py::gil_scoped_release without_gil;
+      const WithoutPythonsLock without_gil;
       alive->Wait();
     }
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "casters.h"
+#include "gil.h"
 
 namespace oaslam::python {
 
@@ -21,7 +22,7 @@ class Exclusive {
   template <typename Function>
   auto Use(Function&& function) {
     const Turn turn(is_used_);
-    const py::gil_scoped_release without_gil;
+    const WithoutPythonsLock without_gil;
     return function(value_);
   }
   // Within Use of another object, which has let go of Python's lock.
@@ -55,7 +56,7 @@ struct DeleteWithoutGil {
   template <typename T>
   void operator()(T* object) const {
     if (PyGILState_Check()) {
-      const py::gil_scoped_release released;
+      const WithoutPythonsLock released;
       delete object;
     } else {
       delete object;
@@ -66,7 +67,7 @@ struct DeleteWithoutGil {
 // Made and deleted without Python's lock.
 template <typename T, typename... Args>
 std::shared_ptr<T> MakeWithoutGil(Args&&... args) {
-  const py::gil_scoped_release without_gil;
+  const WithoutPythonsLock without_gil;
   return std::shared_ptr<T>(new T(std::forward<Args>(args)...), DeleteWithoutGil());
 }
 

@@ -33,12 +33,12 @@ class Images {
       std::atomic<bool>& flag;
       ~Release() { flag = false; }
     } release{is_read_};
-    const py::gil_scoped_release without_gil;
+    const WithoutPythonsLock without_gil;
     return source_->Next();
   }
   int size() const { return source_->size(); }
   void Stop() {
-    const py::gil_scoped_release without_gil;
+    const WithoutPythonsLock without_gil;
     source_->Stop();
   }
   // The source, for who alone reads it from then on.
@@ -83,7 +83,7 @@ std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, 
   if (follow_quiet_s) options.follow = FollowOptions{*follow_quiet_s, StoppedBySignals()};
   std::shared_ptr<ImageSource> opened;
   {
-    const py::gil_scoped_release without_gil;
+    const WithoutPythonsLock without_gil;
     opened = OpenImages(source, options);
   }
   return MakeWithoutGil<Images>(std::move(opened));
@@ -113,10 +113,12 @@ void AddImages(py::module_& m) {
   py::class_<InputImage>(m, "InputImage", doc::InputImage)
       .def_readonly(OASLAM_FIELD(InputImage, index))
       .def_readonly(OASLAM_FIELD(InputImage, timestamp))
-      .def_readonly(OASLAM_FIELD(InputImage, name))
+      .def_property_readonly(
+          "name", [](const InputImage& i) { return FileTextOf(i.name); }, doc::InputImage_name)
       .def_property_readonly(
           "image", [](const InputImage& i) { return i.image; }, doc::InputImage_image)
-      .def_readonly(OASLAM_FIELD(InputImage, path))
+      .def_property_readonly(
+          "path", [](const InputImage& i) { return FileTextOf(i.path); }, doc::InputImage_path)
       .def_readonly(OASLAM_FIELD(InputImage, orientation));
   py::class_<Images, std::shared_ptr<Images>>(m, "ImageSource", doc::ImageSource)
       .def("__iter__", [](const std::shared_ptr<Images>& images) { return images; })
@@ -137,7 +139,8 @@ void AddImages(py::module_& m) {
         DocOfOpenImages().c_str());
   py::class_<ListedImage>(m, "ListedImage", doc::ListedImage)
       .def_readonly(OASLAM_FIELD(ListedImage, timestamp))
-      .def_readonly(OASLAM_FIELD(ListedImage, path));
+      .def_property_readonly(
+          "path", [](const ListedImage& i) { return FileTextOf(i.path); }, doc::ListedImage_path);
   m.def(
       "list_images",
       [](const PathText& source, std::optional<double> fps, int from, int to) {

@@ -56,13 +56,13 @@ LogSink SinkOf(const py::function& callable) {
 
 // The sink of before, which needs Python's lock to be deleted, may be deleted here.
 void Set(LogSink sink) {
-  const py::gil_scoped_release without_gil;
+  const WithoutPythonsLock without_gil;
   SetLogSink(std::move(sink));
 }
 
 // Our threads may have something to say when the interpreter is no more.
 void End() {
-  const py::gil_scoped_release without_gil;
+  const WithoutPythonsLock without_gil;
   {
     std::unique_lock lock(mutex);
     is_over = true;

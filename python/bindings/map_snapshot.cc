@@ -37,7 +37,7 @@ auto AsRows(std::vector<Value> (MapSnapshot::*function)(Args...) const) {
   return [function](const MapSnapshot& map, Args... args) {
     std::vector<Value> values;
     {
-      const py::gil_scoped_release without_gil;
+      const WithoutPythonsLock without_gil;
       values = (map.*function)(args...);
     }
     return Rows<Row>(values, [](const Value& value) { return RowOf(value); });

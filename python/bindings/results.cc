@@ -76,9 +76,21 @@ HeldState Held(const std::shared_ptr<const SlamState>& state) {
 HeldState WaitForNext(const SlamStates& states, const HeldState& last, double timeout_s) {
   constexpr double kMostSeconds = 1e9;
   if (!(timeout_s >= 0)) throw py::value_error("timeout_s is not negative");
-  const std::chrono::milliseconds timeout(std::lround(1000 * std::min(timeout_s, kMostSeconds)));
-  const py::gil_scoped_release without_gil;
-  return Held(states.WaitForNext(last.value_or(nullptr), timeout));
+  using std::chrono::milliseconds;
+  constexpr milliseconds kBetweenSignals(100);
+  milliseconds left(std::lround(1000 * std::min(timeout_s, kMostSeconds)));
+  while (true) {
+    const milliseconds slice = std::min(left, kBetweenSignals);
+    const bool has_ended = states.HasEnded();
+    std::shared_ptr<const SlamState> next;
+    {
+      const WithoutPythonsLock without_gil;
+      next = states.WaitForNext(last.value_or(nullptr), slice);
+    }
+    left -= slice;
+    if (next || has_ended || left <= milliseconds(0)) return Held(next);
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
 }
 
 }  // namespace

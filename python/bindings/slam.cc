@@ -38,9 +38,8 @@ ImageInput SingleImage(const std::optional<cv::Mat>& image, const Detections& de
   return {image.value_or(cv::Mat()), 0, detections, false, gravity_in_cam};
 }
 
-RelocalizationResult Relocalize(ExclusiveSlam& slam, const std::optional<cv::Mat>& image,
-                                RelocalizationMode mode, const OptionalPose& prior,
-                                const Detections& detections,
+RelocalizationResult Relocalize(ExclusiveSlam& slam, const cv::Mat& image, RelocalizationMode mode,
+                                const OptionalPose& prior, const Detections& detections,
                                 const OptionalVector& gravity_in_cam) {
   return slam.Use([&](Slam& s) {
     return s.Relocalize(SingleImage(image, detections, gravity_in_cam), mode, prior);

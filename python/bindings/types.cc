@@ -7,7 +7,18 @@
 namespace oaslam::python {
 
 void AddErrors(py::module_& m) {
-  py::register_exception<InputError>(m, "InputError", PyExc_ValueError).doc() = doc::InputError;
+  static const py::handle input_error = [&m] {
+    const py::exception<InputError> type(m, "InputError", PyExc_ValueError);
+    type.doc() = doc::InputError;
+    return py::object(type).release();
+  }();
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const InputError& error) {
+      PyErr_SetObject(input_error.ptr(), FileTextOf(error.what()).ptr());
+    }
+  });
   py::register_exception<MappingError>(m, "MappingError", PyExc_RuntimeError).doc() =
       doc::MappingError;
 }

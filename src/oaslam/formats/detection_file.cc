@@ -299,6 +299,9 @@ void SaveDetections(const std::string& path, const std::vector<ImageDetections>&
     text += fmt::format("{}{{\"file_name\": {}, \"detections\": [",
                         &image == &images.front() ? "\n" : ",\n", JsonText(Json(image.file_name)));
     for (const Detection& d : image.detections) {
+      if (!std::isfinite(d.score + d.box.x1 + d.box.y1 + d.box.x2 + d.box.y2))
+        throw InputError(fmt::format("{}: {}: detection {} has a number that is not finite", path,
+                                     image.file_name, &d - image.detections.data()));
       text += fmt::format(
           "{}{{\"category_id\": {}, \"detection_score\": {:.4f}, \"bbox\": [{:.2f}, {:.2f}, "
           "{:.2f}, {:.2f}]",

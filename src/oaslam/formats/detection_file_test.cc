@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <filesystem>
+
 #include "expect_input_error.h"
 #include "temp_folder.h"
 
@@ -61,6 +64,20 @@ TEST(DetectionFile, NamesThatAreNotUtf8AreReplaced) {
   const TempFolder folder;
   SaveDetections(folder / "d.json", {{"caf\xE9.png", {}}});
   EXPECT_EQ(LoadDetections(folder / "d.json").images().at(0).file_name, "caf\uFFFD.png");
+}
+
+TEST(DetectionFile, NothingIsWrittenThatCannotBeRead) {
+  const TempFolder folder;
+  const Detection good{41, 0.5, {1, 2, 3, 4}, {}, {}};
+  Detection without_score = good, without_box = good;
+  without_score.score = std::nan("");
+  without_box.box.x2 = INFINITY;
+  for (const Detection& bad : {without_score, without_box})
+    EXPECT_THAT(InputErrorOf([&] {
+                  SaveDetections(folder / "d.json", {{"7.png", {good, bad}}});
+                }),
+                AllOf(HasSubstr("7.png: detection 1"), HasSubstr("not finite")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "d.json"));
 }
 
 TEST(DetectionFile, Coco) {

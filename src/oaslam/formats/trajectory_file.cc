@@ -52,6 +52,11 @@ StampedPose PoseOf(const NumberedRow& row, const std::string& path) {
   return {v[0], Rigid3(rotation.normalized(), Eigen::Vector3d(v[1], v[2], v[3]))};
 }
 
+bool IsFinite(const StampedPose& pose) {
+  return std::isfinite(pose.timestamp) && pose.world_from_cam.translation.allFinite() &&
+         Eigen::Quaterniond(pose.world_from_cam.rotation).coeffs().allFinite();
+}
+
 void AppendPose(std::string& text, const StampedPose& pose) {
   // The sign of the quaternion is fixed and "-0" avoided, so that equal poses give equal bytes.
   Eigen::Quaterniond q = pose.world_from_cam.rotation;
@@ -74,6 +79,9 @@ std::vector<StampedPose> LoadTrajectory(const std::string& path) {
 
 void SaveTrajectory(const std::string& path, const std::vector<StampedPose>& poses) {
   std::string text;
+  for (size_t i = 0; i < poses.size(); ++i)
+    if (!IsFinite(poses[i]))
+      throw InputError(fmt::format("{}: pose {} has a number that is not finite", path, i));
   for (const StampedPose& pose : poses) {
     AppendPose(text, pose);
     text += '\n';

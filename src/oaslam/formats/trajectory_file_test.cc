@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <filesystem>
+
 #include "expect_input_error.h"
 #include "oaslam/class_names.h"
 #include "temp_folder.h"
@@ -50,6 +53,18 @@ TEST(TrajectoryFile, BadLinesAreNamed) {
   EXPECT_THAT(error("#\n1 2 3\n"), AllOf(HasSubstr("t.txt:2"), HasSubstr("3 columns")));
   EXPECT_THAT(error("1 2 nan 4 0 0 0 1\n"), AllOf(HasSubstr("t.txt:1"), HasSubstr("\"nan\"")));
   EXPECT_THAT(error("1 2 3 4 0 0 0 0\n"), HasSubstr("quaternion of length 0"));
+}
+
+TEST(TrajectoryFile, NothingIsWrittenThatCannotBeRead) {
+  const TempFolder folder;
+  Rigid3 broken;
+  broken.translation.y() = INFINITY;
+  for (const StampedPose& pose : {StampedPose{std::nan(""), {}}, StampedPose{1, broken}})
+    EXPECT_THAT(InputErrorOf([&] {
+                  SaveTrajectory(folder / "t.txt", {{0, {}}, pose});
+                }),
+                AllOf(HasSubstr("t.txt: pose 1"), HasSubstr("not finite")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.txt"));
 }
 
 TEST(TrajectoryFile, ScoredPoses) {

@@ -6,6 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "oaslam/error.h"
+
 namespace oaslam {
 
 class OASLAM_LOCAL LatestImageSource::Impl {
@@ -85,8 +87,10 @@ class OASLAM_LOCAL LatestImageSource::Impl {
   std::jthread thread_;  // last member: the thread starts when all others are constructed
 };
 
-LatestImageSource::LatestImageSource(std::unique_ptr<ImageSource> source)
-    : impl_(std::make_unique<Impl>(std::move(source))) {}
+LatestImageSource::LatestImageSource(std::unique_ptr<ImageSource> source) {
+  if (!source) throw InputError("latest image: there is no source to read");
+  impl_ = std::make_unique<Impl>(std::move(source));
+}
 LatestImageSource::~LatestImageSource() = default;
 
 std::optional<InputImage> LatestImageSource::Next() { return impl_->Next(); }

@@ -206,6 +206,10 @@ TEST(LatestImageSource, StopEndsAWaitingNext) {
   EXPECT_FALSE(source.Next());
 }
 
+TEST(LatestImageSource, NeedsASource) {
+  EXPECT_THAT(InputErrorOf([] { LatestImageSource(nullptr); }), HasSubstr("no source"));
+}
+
 TEST(LatestImageSource, MayBeGivenUpAtAnyTime) {
   for (int shown = 0; shown < 3; ++shown) {
     auto owned = std::make_unique<FakeCamera>();

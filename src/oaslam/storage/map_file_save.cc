@@ -271,22 +271,28 @@ SavedMap WithoutProblems(SavedMap saved) {
 }
 
 void WriteFile(const std::string& path, const SavedMap& saved) {
-  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
-  if (!std::filesystem::is_directory(folder))
-    throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
-  const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
+  namespace fs = std::filesystem;
   std::error_code error;
-  std::filesystem::remove(temporary, error);
+  const fs::path folder = fs::absolute(path, error).parent_path();
+  if (path.empty() || error) throw InputError(fmt::format("\"{}\": is no path of a file", path));
+  if (!fs::is_directory(folder, error))
+    throw InputError(fmt::format("{}: there is no folder {}", path, folder.string()));
+  // A device would be replaced.
+  const fs::file_status present = fs::status(path, error);
+  if (fs::exists(present) && !fs::is_regular_file(present))
+    throw InputError(fmt::format("{}: cannot be written: is no regular file", path));
+  const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
+  fs::remove(temporary, error);
   try {
     {
       Database database(temporary, Database::Access::kCreate);
       WriteContent(saved, database);
     }
     SyncToDisk(temporary);
-    std::filesystem::rename(temporary, path, error);
+    fs::rename(temporary, path, error);
     if (error) throw InputError(fmt::format("{}: cannot be written: {}", path, error.message()));
   } catch (...) {
-    std::filesystem::remove(temporary, error);
+    fs::remove(temporary, error);
     throw;
   }
 }

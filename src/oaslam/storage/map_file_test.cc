@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -275,6 +276,16 @@ std::string LoadError(const TempFolder& folder, const std::string& content) {
   const std::string error = InputErrorOf([&] { LoadMap(folder.Write("bad.map", content)); });
   EXPECT_THAT(error, AllOf(HasSubstr("bad.map"), Not(HasSubstr("\n"))));
   return error;
+}
+
+TEST(MapFile, IsWrittenToFilesOnly) {
+  const SavedMap saved;
+  EXPECT_THAT(InputErrorOf([&] { SaveMap("", saved); }), HasSubstr("no path of a file"));
+  const TempFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_THAT(InputErrorOf([&] { SaveMap(folder / "pipe", saved); }),
+              HasSubstr("is no regular file"));
+  EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
 }
 
 TEST(MapFile, RefusesTruncatedForeignAndNewer) {
