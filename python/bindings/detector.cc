@@ -24,37 +24,19 @@ std::shared_ptr<ExclusiveDetector> LoadDetector(const PathText& model, double mi
   return MakeWithoutGil<ExclusiveDetector>(std::move(detector));
 }
 
-// Those whose threads may call Python: they must be idle before the interpreter ends.
-std::vector<std::weak_ptr<BackgroundDetector>>& Background() {
-  static std::vector<std::weak_ptr<BackgroundDetector>> detectors;
-  return detectors;
-}
-
-// A function of Python that may have forgotten to return what it found.
-BackgroundDetector::Detect Checked(BackgroundDetector::Detect detect) {
-  if (!detect) return detect;
-  return [detect = std::move(detect)](const cv::Mat& image) {
+// Its thread calls a function of Python, which may have forgotten to return what it found.
+std::shared_ptr<BackgroundDetector> MakeBackgroundDetector(BackgroundDetector::Detect detect) {
+  if (!detect) return MakeWithoutGil<BackgroundDetector>(nullptr);  // throws
+  return MakeWithoutGil<BackgroundDetector>([kept = KeptFromPython(std::move(detect))](
+                                                const cv::Mat& image) {
+    std::vector<Detection> found;
     try {
-      return detect(image);
+      CallPython([&] { found = (*kept)(image); });
     } catch (const py::cast_error&) {
       throw py::type_error("the function of a BackgroundDetector returns a sequence of Detection");
     }
-  };
-}
-
-std::shared_ptr<BackgroundDetector> MakeBackgroundDetector(BackgroundDetector::Detect detect) {
-  auto made = MakeWithoutGil<BackgroundDetector>(Checked(std::move(detect)));
-  std::erase_if(Background(), [](const auto& other) { return other.expired(); });
-  Background().push_back(made);
-  return made;
-}
-
-void WaitForBackground() {
-  for (const auto& detector : Background())
-    if (const auto alive = detector.lock()) {
-      const WithoutPythonsLock without_gil;
-      alive->Wait();
-    }
+    return found;
+  });
 }
 
 void AddDetector(py::module_& m) {
@@ -117,7 +99,6 @@ void AddBackgroundDetector(py::module_& m) {
       .def_property_readonly("images", &BackgroundDetector::images, doc::BackgroundDetector_images)
       .def_property_readonly("busy_ms", &BackgroundDetector::busy_ms,
                              doc::BackgroundDetector_busy_ms);
-  py::module_::import("atexit").attr("register")(py::cpp_function(&WaitForBackground));
 }
 
 }  // namespace

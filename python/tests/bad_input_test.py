@@ -45,6 +45,27 @@ def test_poses(slam, pose, error, message):
         slam.force_relocalization(pose)
 
 
+@pytest.mark.parametrize("image", [
+    IMAGE[:, :, None],
+    numpy.ascontiguousarray(IMAGE[:, :, None]),
+    numpy.zeros((480, 640, 4), numpy.uint8)[..., :4],
+    numpy.zeros((960, 700), numpy.uint8)[::2, :640],
+])
+def test_images_of_odd_strides_are_taken(slam, image):
+    assert slam.process(image, 0).keypoints == 0
+
+
+def test_an_image_of_one_row_or_column_has_any_stride(slam):
+    for image in (IMAGE[:1], IMAGE[:, :1], IMAGE[:1, None, 0], IMAGE[::-1][:1], IMAGE[:, ::-1][:, :1]):
+        with pytest.raises(oaslam.InputError, match=f"{image.shape[1]}x{image.shape[0]}"):
+            slam.process(image, 0)
+
+
+def test_a_single_image_must_be_one(slam):
+    with pytest.raises(TypeError, match="not NoneType"):
+        slam.relocalize(None, oaslam.RelocalizationMode.POINTS)
+
+
 def test_poses_of_other_types_are_taken(slam):
     slam.force_relocalization(POSE.tolist())
     slam.force_relocalization(POSE.astype(numpy.float32))
@@ -78,6 +99,16 @@ def test_input_errors(slam, tmp_path):
         oaslam.Slam(config, oaslam.Camera(width=640, height=480, fx=500, fy=500, cx=319.5, cy=239.5))
     with pytest.raises(ValueError, match="at most 5"):
         oaslam.Camera(width=1, height=1, fx=1, fy=1, cx=0, cy=0, distortion=[0] * 6)
+
+
+@pytest.mark.parametrize("section, name, words", [
+    ("runner", "mode", oaslam.RunnerMode), ("bundle", "objects", oaslam.BundleObjects), ("relocalization", "objects", oaslam.ObjectMethod),
+])
+def test_the_text_of_an_enumerator_is_its_word(section, name, words):
+    for word in words.__members__.values():
+        config = oaslam.SlamConfig()
+        oaslam.apply_setting(f"{section}.{name}={word}", config)
+        assert getattr(getattr(config, section), name) == word
 
 
 def test_settings():

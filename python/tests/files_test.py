@@ -1,6 +1,8 @@
 """Sources of images, detectors, and the other files."""
+import os
 import threading
 
+import cv2
 import numpy
 import pytest
 
@@ -51,6 +53,26 @@ def test_listed_images(tmp_path):
     assert listed[1].timestamp == pytest.approx(0.2)
     assert oaslam.list_images(CLIP / "video.mp4") is None
     assert oaslam.open_images(tmp_path).next().image is None  # unreadable
+
+
+def test_names_that_are_not_utf8(tmp_path):
+    name = os.fsdecode(b"a\xff.png")
+    cv2.imwrite(str(tmp_path / "b.png"), numpy.zeros((16, 16), numpy.uint8))
+    os.rename(tmp_path / "b.png", tmp_path / name)
+    listed, = oaslam.list_images(tmp_path)
+    assert os.fsencode(listed.path).endswith(b"/a\xff.png")
+    image = oaslam.open_images(os.fsencode(tmp_path / name)).next()
+    assert image.image.shape == (16, 16) and image.path == listed.path and image.name == name
+    box = oaslam.Detection(7, 0.9, oaslam.Box(1, 2, 3, 4))
+    table = oaslam.DetectionTable([oaslam.ImageDetections(image.name, [box])])
+    assert len(table.find(name)) == 1 and table.images[0].file_name == name
+    oaslam.save_trajectory(tmp_path / os.fsdecode(b"\xff.txt"), [oaslam.StampedPose(1, numpy.eye(4))])
+    assert len(oaslam.load_trajectory(tmp_path / os.fsdecode(b"\xff.txt"))) == 1
+    with pytest.raises(oaslam.InputError) as error:
+        oaslam.load_trajectory(tmp_path / os.fsdecode(b"\xfe.txt"))
+    assert os.fsdecode(b"/\xfe.txt: there is no such file") in str(error.value)
+    with pytest.raises(ValueError, match="null"):
+        oaslam.save_trajectory("a\0b", [])
 
 
 def test_detector():

@@ -149,11 +149,12 @@ def test_what_the_detector_raises_comes_out_of_take():
     detector.wait()
     with pytest.raises(KeyError, match="no such thing"):
         detector.take()
-    wrong = oaslam.BackgroundDetector(lambda image: "boxes")
-    wrong.offer(0, numpy.zeros((4, 4), numpy.uint8))
-    wrong.wait()
-    with pytest.raises(RuntimeError):
-        wrong.take()
+    for returned in ("boxes", [1], None):
+        wrong = oaslam.BackgroundDetector(lambda image: returned)
+        wrong.offer(0, numpy.zeros((4, 4), numpy.uint8))
+        wrong.wait()
+        with pytest.raises(TypeError, match="sequence of Detection"):
+            wrong.take()
 
 
 def program(text):
@@ -181,11 +182,44 @@ def test_the_interpreter_may_end_at_any_time():
     assert (ended.returncode, out, err) == (0, "", "")
 
 
-def test_ctrl_c_ends_the_wait_for_an_image(tmp_path):
+@pytest.mark.parametrize("loop", [
+    "slam.process(*next(images))",
+    "states.wait_for_next(states.newest(), 0.01)",
+    "slam.snapshot().objects()",
+    "detector.offer(0, numpy.zeros((4, 4), numpy.uint8))",
+])
+def test_daemon_threads_may_be_at_work_when_the_program_ends(loop):
+    ended = program(f"""
+        import itertools, threading, time, numpy, oaslam
+        slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera("{CLIP}/camera.yaml"))
+        states = slam.states()
+        detector = oaslam.BackgroundDetector(lambda image: [])
+        images = ((numpy.zeros((480, 640), numpy.uint8), time) for time in itertools.count())
+        def work():
+            while True:
+                {loop}
+        for _ in range(3):
+            thread = threading.Thread(target=work, daemon=True)
+            thread.start()
+            if "slam" in "{loop}":
+                break  # which takes one call at a time
+        time.sleep(0.3)
+        """)
+    out, err = ended.communicate(timeout=60)
+    assert (ended.returncode, out, err) == (0, "", "")
+
+
+@pytest.mark.parametrize("wait", [
+    'oaslam.open_images("{folder}", follow_quiet_s=0).next()',
+    'states.wait_for_next(states.newest(), 30)',
+])
+def test_ctrl_c_ends_a_wait(tmp_path, wait):
     waiting = program(f"""
         import oaslam
+        slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera("{CLIP}/camera.yaml"))
+        states = slam.states()
         print("ready", flush=True)
-        oaslam.open_images("{tmp_path}", follow_quiet_s=0).next()
+        {wait.format(folder=tmp_path)}
         """)
     assert waiting.stdout.readline() == "ready\n"
     time.sleep(0.5)

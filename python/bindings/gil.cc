@@ -1,0 +1,36 @@
+#include "gil.h"
+
+#include <condition_variable>
+#include <mutex>
+
+namespace oaslam::python {
+namespace {
+
+std::mutex mutex;
+std::condition_variable at_rest;
+int at_work = 0;       // calls under way; guarded, as the next one
+bool is_over = false;  // the interpreter ends
+
+}  // namespace
+
+PythonCall::PythonCall()
+    : is_allowed_([] {
+        const std::lock_guard lock(mutex);
+        if (!is_over) ++at_work;
+        return !is_over;
+      }()) {}
+
+PythonCall::~PythonCall() {
+  if (!is_allowed_) return;
+  const std::lock_guard lock(mutex);
+  --at_work;
+  at_rest.notify_all();
+}
+
+void EndPythonCalls() {
+  std::unique_lock lock(mutex);
+  is_over = true;
+  at_rest.wait(lock, [] { return at_work == 0; });
+}
+
+}  // namespace oaslam::python
