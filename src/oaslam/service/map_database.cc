@@ -67,8 +67,10 @@ void CreateTables(PgConnection& connection) {
   transaction.Commit();
 }
 
-constexpr const char* kMapColumns =
-    "SELECT name, digest, bytes, changed, content FROM oaslam_maps ";
+// The query for maps, of which MapOf and Receive take the columns.
+std::string SelectMaps(const char* condition) {
+  return fmt::format("SELECT name, digest, bytes, changed, content FROM oaslam_maps {}", condition);
+}
 
 StoredMap MapOf(const PgRows& rows, int row) {
   return {std::string(rows.Text(row, 0)), std::string(rows.Text(row, 1)),
@@ -120,9 +122,8 @@ class MapDatabase : public MapStore {
   }
 
   std::vector<StoredMap> Maps() override {
-    const PgRows rows = calls_.Use([](PgConnection& c) {
-      return c.Run(std::string(kMapColumns) + "ORDER BY name COLLATE \"C\"");
-    });
+    const PgRows rows = calls_.Use(
+        [](PgConnection& c) { return c.Run(SelectMaps("ORDER BY name COLLATE \"C\"")); });
     std::vector<StoredMap> maps;
     for (int row = 0; row < rows.size(); ++row) maps.push_back(MapOf(rows, row));
     return maps;
@@ -130,9 +131,8 @@ class MapDatabase : public MapStore {
 
   std::optional<StoredMap> Find(const std::string& map) override {
     CheckMapName(map);
-    const PgRows rows = calls_.Use([&](PgConnection& c) {
-      return c.Run(std::string(kMapColumns) + "WHERE name = $1", {map});
-    });
+    const PgRows rows =
+        calls_.Use([&](PgConnection& c) { return c.Run(SelectMaps("WHERE name = $1"), {map}); });
     return rows.size() > 0 ? std::optional(MapOf(rows, 0)) : std::nullopt;
   }
 
@@ -141,7 +141,7 @@ class MapDatabase : public MapStore {
     return transfers_.Use([&](PgConnection& connection) -> std::optional<MapFile> {
       // A snapshot: the map that it sees stays complete in it, also when it is replaced.
       PgTransaction transaction(connection, "ISOLATION LEVEL REPEATABLE READ READ ONLY");
-      const PgRows rows = connection.Run(std::string(kMapColumns) + "WHERE name = $1", {map});
+      const PgRows rows = connection.Run(SelectMaps("WHERE name = $1"), {map});
       if (rows.size() == 0) return std::nullopt;
       MapFile file{MapOf(rows, 0), own_->NewPath(), {}};
       file.hold = HoldFile(own_, file.path);
