@@ -11,15 +11,20 @@ export class AnchorList {
     this.edits = new AnchorEdits(store, send);
     this.onPick = onPick;
     this.selected = null;
+    this.press = null;
     for (const part of ["anchors", "map", "status", "restart"]) store.addEventListener(part, () => this.draw());
     element.addEventListener("focusout", () => setTimeout(() => this.draw()));
-    element.addEventListener("pointerdown", () => (this.isPressed = true));
-    // After the click that may come of it.
-    const release = () => setTimeout(() => {
-      this.isPressed = false;
-      this.draw();
-    });
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, release);
+    // A press of a button or a key lasts until after the click that may come of it, unless another has begun by then.
+    for (const begin of ["pointerdown", "keydown"]) element.addEventListener(begin, () => (this.press = {}));
+    const release = () => {
+      const { press } = this;
+      setTimeout(() => {
+        if (this.press !== press) return;
+        this.press = null;
+        this.draw();
+      });
+    };
+    for (const end of ["pointerup", "pointercancel", "keyup", "blur"]) addEventListener(end, release);
     this.draw();
   }
 
@@ -27,7 +32,7 @@ export class AnchorList {
   draw() {
     const { anchors, mayEdit } = this.store;
     const key = JSON.stringify([mayEdit, anchors.map((a) => [a.name, a.model, a.size, this.standsOn(a)])]);
-    if (key === this.key || this.isPressed || this.element.querySelector("input:focus:not([readonly])")) return;
+    if (key === this.key || this.press || this.element.querySelector("input:focus:not([readonly])")) return;
     this.key = key;
     const empty = el("p", { className: "muted" }, mayEdit ? "none yet: Place (p) in the AR view" : "no anchors in the map");
     const held = this.element.contains(document.activeElement) ? document.activeElement : null;

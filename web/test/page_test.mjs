@@ -398,13 +398,18 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.equal(grown.name, "entrance");
   await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "entrance", size: 0.1, at: scene.before }]);
   assert.equal(await page.evaluate(() => document.body.dataset.anchor), "entrance"); // it was selected
-  // A message between the press of a button and its release does not take it away.
+  // A message between the press of a button, or of a key on it, and its release does not take it away.
   const turn = await page.locator(".anchor[data-anchor=entrance] [data-action=left]").boundingBox();
   await page.mouse.move(turn.x + 5, turn.y + 5);
   await page.mouse.down();
   await anchorsAt(page, [{ name: "here", size: 1.1 * scene.size, at: scene.over, object: scene.bear }, { name: "entrance", size: 0.2, at: scene.before }]);
   await page.mouse.up();
   assert.deepEqual(await sent(), [{ type: "anchor", name: "entrance", turn: Math.PI / 12 }]);
+  await page.locator(".anchor[data-anchor=entrance] [data-action=right]").focus();
+  await page.keyboard.down(" ");
+  await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "entrance", size: 0.21, at: scene.before }]);
+  await page.keyboard.up(" ");
+  assert.deepEqual(await sent(), [{ type: "anchor", name: "entrance", turn: -Math.PI / 12 }]);
   // By keyboard: focus stays on the button while its row is made anew, and a name that has it selects its row.
   const focus = () => page.evaluate(() => [document.activeElement.closest("[data-anchor]")?.dataset.anchor, document.activeElement.dataset.action]);
   await page.locator(".anchor[data-anchor=entrance] [data-action=larger]").focus();
