@@ -161,6 +161,13 @@ OutputFolder FolderOfOutputFile(const std::string& path, const std::string& opti
   }
 }
 
+OutputFolder FolderOfMapFile(const std::string& path, const std::string& option) {
+  std::error_code error;
+  if (std::filesystem::is_other(std::filesystem::status(path, error)))
+    throw InputError(fmt::format("{}: is no regular file, {} asks for one", path, option));
+  return FolderOfOutputFile(path, option);
+}
+
 ProgressBar::ProgressBar(int total, bool quiet)
     : total_(total),
       quiet_(quiet),

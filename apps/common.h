@@ -61,6 +61,8 @@ class OutputFolder {
 // InputError.
 [[nodiscard]] OutputFolder FolderOfOutputFile(const std::string& path,
                                               const std::string& option = "--out");
+// The same for a map file, which cannot be a device either, since it is replaced as a whole.
+[[nodiscard]] OutputFolder FolderOfMapFile(const std::string& path, const std::string& option);
 
 // Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
 class ProgressBar {

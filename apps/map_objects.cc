@@ -121,7 +121,7 @@ void MapObjects(const Options& options) {
   const OutputFolder folder(options.out);
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)
-                                      : FolderOfOutputFile(options.map_out, "--map-out");
+                                      : FolderOfMapFile(options.map_out, "--map-out");
   ProgressBar progress(static_cast<int>(frames.size()), options.common.quiet);
   const KnownPoseMap result =
       MapObjectsFromKnownPoses(frames, camera, config.objects, classes.relations,

@@ -18,7 +18,7 @@ struct MergeOptions {
 
 void Merge(const MergeOptions& options) {
   const SlamConfig config = LoadConfiguration(options.common);
-  const OutputFolder folder = FolderOfOutputFile(options.out);
+  const OutputFolder folder = FolderOfMapFile(options.out, "--out");
   const SavedMap first = LoadMap(options.first), second = LoadMap(options.second);
   const MapMerging merging =
       MergeMaps(first, second, RelocalizationModeOf(options.relocalization), config);

@@ -222,7 +222,7 @@ int Run(const RunOptions& given) {
   const OutputFolder folder(options.out);
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)
-                                      : FolderOfOutputFile(options.map_out, "--map-out");
+                                      : FolderOfMapFile(options.map_out, "--map-out");
   Recording recording(options.recording, models);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
   FrameInputs inputs(

@@ -234,7 +234,9 @@ class BadInput(unittest.TestCase):
     def test_map_file_that_cannot_be(self):
         """Said before the work, not after it."""
         in_a_file = os.path.join(self.write("file", ""), "desk.map")
-        for path in (in_a_file, self.folder):
+        pipe = os.path.join(self.folder, "pipe")
+        os.mkfifo(pipe)
+        for path in (in_a_file, self.folder, pipe):
             outcome = self.run_slam("--map-out", path)
             self.assert_refused(outcome, path)
             self.assertNotIn("/450", outcome.err)  # no line of progress
