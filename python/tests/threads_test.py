@@ -215,7 +215,8 @@ def test_daemon_threads_may_be_at_work_when_the_program_ends(loop):
 ])
 def test_ctrl_c_ends_a_wait(tmp_path, wait):
     waiting = program(f"""
-        import oaslam
+        import signal, oaslam
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # where the tests run in the background, it is ignored
         slam = oaslam.Slam(oaslam.SlamConfig(), oaslam.load_camera("{CLIP}/camera.yaml"))
         states = slam.states()
         print("ready", flush=True)
