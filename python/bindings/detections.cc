@@ -56,11 +56,10 @@ void AddDetections(py::module_& m) {
       .def(py::init<std::vector<ImageDetections>>(), py::arg("images") = py::tuple(),
            doc::DetectionTable)
       .def(
-          "find",
-          [](const DetectionTable& table, const FileText& image_name) {
+          "find", [](const DetectionTable& table, const FileText& image_name) -> const auto& {
             return table.Find(image_name);
           },
-          py::arg("image_name"), doc::DetectionTable_Find)
+          py::arg("image_name"), py::return_value_policy::copy, doc::DetectionTable_Find)
       .def_property_readonly("images", &DetectionTable::images, py::return_value_policy::copy,
                              doc::DetectionTable_images);
   m.def("load_detections", OfPath(&LoadDetections), py::arg("path"), WithoutGil(),
