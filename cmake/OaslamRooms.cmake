@@ -28,6 +28,12 @@ if(OASLAM_SANITIZE)
   endif()
 endif()
 
+if(OASLAM_FUZZ)
+  # The macro is libFuzzer's convention: checksums are not compared, which a fuzzer would not get past.
+  target_compile_options(oaslam_options INTERFACE -fsanitize=fuzzer-no-link)
+  target_compile_definitions(oaslam_options INTERFACE FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION)
+endif()
+
 # oaslam_precompile(TARGET KIND header...): the first target of its kind compiles the headers once, the others share them.
 # Not with a compiler launcher: ccache does not cache files that use precompiled headers. The preset dev does without, too, so
 # that missing includes are noticed.

@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""make_seeds.py FOLDER: writes the seeds of the fuzz targets, a folder for each, small and valid."""
+import base64
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+
+CAMERAS = {
+    0: ["""image_width: 640
+image_height: 480
+camera_matrix: {rows: 3, cols: 3, data: [525.0, 0, 319.5, 0, 525.0, 239.5, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0.1, 0, 0, 0, 0]}
+""", """%YAML:1.0
+Camera.type: "KannalaBrandt8"
+Camera.fx: 535.4
+Camera.fy: 539.2
+Camera.cx: 320.1
+Camera.cy: 247.6
+Camera.k1: 0.0
+Camera.width: 640
+Camera.height: 480
+""", """cam0:
+  camera_model: pinhole
+  intrinsics: [458.654, 457.296, 367.215, 248.375]
+  distortion_model: equidistant
+  distortion_coeffs: [-0.28, 0.07, 0.0001, 1.7e-05]
+  resolution: [640, 480]
+"""],
+    1: ['{"camera_model": "OPENCV", "fl_x": 500, "fl_y": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "k1": 0}'],
+    2: ["# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n1 OPENCV 640 480 525 525 320 240 0 0 0 0\n"
+        "2 SIMPLE_RADIAL_FISHEYE 320 240 300 160 120 0.1\n"],
+}
+DETECTIONS = [
+    [{"file_name": "000000.jpg", "detections": [
+        {"category_id": 41, "detection_score": 0.87, "bbox": [366.5, 163.9, 402.5, 201.6]},
+        {"labels": [[41, 0.62], [45, 0.21]], "bbox": [1, 2, 3, 4], "ellipse": [547.2, 300.0, 113.3, 86.5, 0.0]}]}],
+    [{"image_id": "7.png", "category_id": 1, "score": 0.5, "bbox": [1, 2, 3, 4]}],
+    {"images": [{"id": 7, "file_name": "7.png"}], "categories": [{"id": 1, "name": "cup"}],
+     "annotations": [{"image_id": 7, "category_id": 1, "bbox": [1, 2, 3, 4]}]},
+]
+SETTINGS = ["features:\n  count: 500\n  resolution: 320\nobjects:\n  min_score: 0.4\n", "features.count=200"]
+CLASSES = ["names: {0: person, 100: head, 101: statue}\nparts: {head: statue}\nmovable: [person]\n",
+           "names: [cup, book]\n", "person\ncup\n"]
+POSE = {"position": {"lat": 48, "lon": 11, "h": 500}, "quaternion": {"x": 0, "y": 0, "z": 0, "w": 1}}
+
+
+def jpeg_with_exif():
+    """The beginning of a JPEG file, with EXIF (JEITA CP-3451): a focal length of 28 mm."""
+    entry = struct.pack("<HHIHH", 0xA405, 3, 1, 28, 0)
+    tiff = b"II*\0" + struct.pack("<IHHHIII", 8, 1, 0x8769, 4, 1, 26, 0) + struct.pack("<H", 1) + entry + bytes(4)
+    exif = b"Exif\0\0" + tiff
+    return b"\xff\xd8\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + b"\xff\xd9"
+
+
+def field(number, content):
+    """A field of a protobuf message."""
+    if isinstance(content, int):
+        return bytes([number << 3, content])
+    return bytes([number << 3 | 2, len(content)]) + content
+
+
+def onnx():
+    """An ONNX model with an input of 1 x 3 x 64 x 64 and names of classes."""
+    shape = b"".join(field(1, field(1, size)) for size in (1, 3, 64, 64))
+    value = field(1, b"images") + field(2, field(1, field(1, 1) + field(2, shape)))
+    return field(7, field(11, value)) + field(14, field(1, b"names") + field(2, b"{0: 'person', 1: \"baby's bed\"}"))
+
+
+def triangle():
+    """glTF 2.0 (Khronos) of one triangle, as text and as binary."""
+    data = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    model = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                       "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(data)}], "buffers": [{"byteLength": len(data)}]}
+    text = json.dumps(model).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    model["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    return json.dumps(model).encode(), struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def videos():
+    """Two images of noise, where ffmpeg is installed."""
+    made = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("a.mp4", "b.mkv"):
+            path = os.path.join(folder, name)
+            try:
+                subprocess.run(["ffmpeg", "-loglevel", "error", "-f", "lavfi", "-i", "color=gray:s=32x32:r=10:d=0.2",
+                                "-c:v", "mpeg4", "-map_metadata", "-1", "-bitexact", path],
+                               check=True, stdin=subprocess.DEVNULL)
+            except (OSError, subprocess.CalledProcessError):
+                break
+            with open(path, "rb") as f:
+                made.append(f.read())
+    return made
+
+
+def frame(opcode, payload):
+    """A masked frame of a WebSocket (RFC 6455, section 5.2)."""
+    mask = b"\1\2\3\4"
+    masked = bytes(c ^ mask[i % 4] for i, c in enumerate(payload))
+    return bytes([0x80 | opcode, 0x80 | len(payload)]) + mask + masked
+
+
+def requests():
+    camera = {"model": "pinhole", "width": 640, "height": 480, "fx": 500, "fy": 500, "cx": 320, "cy": 240}
+    anchor = {"name": "door", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]}
+    boxes = [{"category_id": 1, "detection_score": 0.5, "bbox": [1, 2, 30, 40]}]
+    detections = {"images": [{"camera": camera, "detections": boxes, "gravity": [0, 1, 0], "time": 1}]}
+    georeference = {"points": [{"map": [x, 0, z], "latitude": 48 + z * 1e-5, "longitude": 11 + x * 1e-5, "height": 5}
+                               for x, z in ((0, 0), (9, 0), (0, 9))]}
+    geopose = {"id": "1", "timestamp": 1, "type": "geopose", "sensorReadings": {"cameraReadings": [
+        {"timestamp": 1, "sensorId": "0", "imageFormat": "GRAY8", "size": [2, 1], "imageBytes": "AAA=",
+         "params": {"model": "PINHOLE", "modelParams": [500, 510, 1, 0]}}],
+        "geolocationReadings": [{"timestamp": 1, "latitude": 48, "longitude": 11, "altitude": 5, "accuracy": 8}]},
+        "priorPoses": [POSE]}
+    return [("POST", "/v1/maps/desk/localize", detections), ("POST", "/v1/maps/desk/anchors", anchor),
+            ("PATCH", "/v1/maps/desk/anchors/door", {"turn": 1.5, "size": 0.3}), ("PUT", "/v1/maps/desk/georeference", georeference),
+            ("POST", "/geopose", geopose), ("GET", "/v1/maps/desk/anchors?since=1", None), ("GET", "/v1/maps/desk", None)]
+
+
+def seeds():
+    glb_text, glb = triangle()
+    bodies = [body for _, _, body in requests()]
+    return {
+        "map": [b"\0" + bytes(range(1, 60)), b"\0" + b"\xff\x03" * 30],
+        "detections": [json.dumps(d).encode() for d in DETECTIONS],
+        "calibration": [bytes([kind]) + text.encode() for kind, texts in CAMERAS.items() for text in texts],
+        "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n"],
+        "settings": [text.encode() for text in SETTINGS],
+        "classes": [text.encode() for text in CLASSES],
+        "gravity": [b"# time gx gy gz\n0 0 9.8 0\n0.5 0.1 9.8 0\n1,0,9.8,1\n"],
+        "onnx": [onnx(), b"{0: 'person', 1: \"baby's bed\"}"],
+        "exif": [jpeg_with_exif()],
+        "container": videos(),
+        "gltf": [b"\0" + glb_text, b"\1" + glb],
+        "http": [b"GET /a%20b?c=d&e HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                 b"POST /file HTTP/1.1\r\nHost: localhost\r\nContent-Length: 3\r\nExpect: 100-continue\r\n\r\nabc",
+                 b"POST / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\nTransfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n"],
+        "websocket": [frame(1, b'{"a": 1}') + frame(9, b"") + frame(8, b"\x03\xe8"), frame(2, bytes(100))],
+        "service": [f"{method} {path} application/json\n{json.dumps(body) if body else ''}".encode()
+                    for method, path, body in requests()],
+        "geopose": [b"\0" + json.dumps(bodies[4]).encode(), b"\1" + json.dumps(bodies[3]).encode(),
+                    b"\1" + json.dumps({"anchor": "a", "latitude": 48, "longitude": 11, "height": 5, "heading": 90}).encode()],
+    }
+
+
+def main():
+    for target, contents in seeds().items():
+        folder = os.path.join(sys.argv[1], target)
+        os.makedirs(folder, exist_ok=True)
+        for i, content in enumerate(contents):
+            with open(os.path.join(folder, f"seed{i}"), "wb") as f:
+                f.write(content)
+
+
+if __name__ == "__main__":
+    main()
