@@ -7,12 +7,16 @@ import textwrap
 
 
 def entries(text, version):
-    """The items of the section "## VERSION" or "## Unreleased (VERSION)", without their Markdown."""
+    """The items of the section "## VERSION" or "## Unreleased (VERSION)", each after its heading ("Added: "), without Markdown."""
     section = re.search(rf"^## (?:Unreleased \()?{re.escape(version)}\)?\n(.*?)(?=^## |\Z)", text, re.M | re.S)
     if not section:
         sys.exit(f"changelog.py: CHANGELOG.md has no section {version}")
     plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", section[1]).replace("`", "")
-    return [" ".join(item.split()) for item in re.split(r"^- ", plain, flags=re.M)[1:]]
+    found = []
+    for part in re.split(r"^### ", plain, flags=re.M):
+        heading, *items = re.split(r"^- ", part, flags=re.M)
+        found += [" ".join(f"{heading.strip()}: {item}".split()).removeprefix(": ") for item in items]
+    return found
 
 
 def main():
