@@ -12,8 +12,8 @@ INTRO = """# Configuration
 
 Written by `tools/configuration_md.py` from `include/oaslam/config.h`; do not edit.
 
-A configuration file is YAML, sections of keys (`--config FILE`); `--set section.key=value` sets one key for one run and wins over the file. An
-unknown key is an error that names the nearest known one.
+A configuration file is YAML, sections of keys (`--config FILE`); `--set section.key=value` sets one
+key for one run and wins over the file. An unknown key is an error that names the nearest known one.
 """
 
 
