@@ -1,16 +1,19 @@
-// Bundles src/ with three.js into one document without references for each page, in dist/.   node build.mjs [--check]
-// A bundle carries the hash of what it was made of; --check, which needs no packages, says whether it still is.
+// Bundles src/ and the packages that it uses into dist/: each page is one document without references.   node build.mjs [--check]
+// A bundle states the hash of its sources; --check, which needs no packages, tells whether it is the hash of those that are here.
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const root = dirname(fileURLToPath(import.meta.url));
-// The folder of its page.html, main.js and style.css, and its bundle.
+// `folder` has the page's page.html, main.jsx and style.css.
 const PAGES = [
   { what: "viewer", folder: join(root, "src"), bundle: join(root, "dist", "index.html") },
   { what: "page for phones", folder: join(root, "src", "camera"), bundle: join(root, "dist", "camera.html") },
 ];
+
+// Packages that are part of the pages; their licences ask for a notice.
+const PACKAGES = { three: "three.js (https://threejs.org)", preact: "Preact (https://preactjs.com)" };
 
 function filesUnder(folder) {
   return readdirSync(folder, { withFileTypes: true })
@@ -29,14 +32,14 @@ function hashOfSources() {
 async function build({ what, folder, bundle }) {
   const { build: esbuild } = await import("esbuild");
   const options = { bundle: true, minify: true, write: false, charset: "ascii", target: "es2022", legalComments: "none", logLevel: "warning" };
-  const script = await esbuild({ ...options, entryPoints: [join(folder, "main.js")], format: "iife" });
+  const script = await esbuild({ ...options, entryPoints: [join(folder, "main.jsx")], format: "iife", jsx: "automatic", jsxImportSource: "preact" });
   const style = await esbuild({ ...options, entryPoints: [join(folder, "style.css")] });
-  const licence = readFileSync(join(root, "node_modules", "three", "LICENSE"), "utf8").replaceAll("\u00a9", "(c)").trim();
+  const notices = Object.entries(PACKAGES).map(([name, title]) => `${title}:\n\n${readFileSync(join(root, "node_modules", name, "LICENSE"), "utf8").replaceAll("\u00a9", "(c)").trim()}`);
   const page = readFileSync(join(folder, "page.html"), "utf8")
-    .replace("<!--notice-->", () => `<!--\nsources ${hashOfSources()}\n\nOA-SLAM's ${what}: Apache-2.0. It contains three.js (https://threejs.org):\n\n${licence}\n-->`)
+    .replace("<!--notice-->", () => `<!--\nsources ${hashOfSources()}\n\nOA-SLAM's ${what}: Apache-2.0. It contains:\n\n${notices.join("\n\n")}\n-->`)
     .replace("/*style*/", () => style.outputFiles[0].text.trim())
     .replace("/*script*/", () => script.outputFiles[0].text.trim().replaceAll("</script", "<\\/script"));
-  if (/[^\x00-\x7f]/.test(page)) throw new Error("the page is not plain ASCII");
+  if (/[\u0080-\uffff]/.test(page)) throw new Error("the page is not plain ASCII");
   mkdirSync(dirname(bundle), { recursive: true });
   writeFileSync(bundle, page);
   console.log(`${relative(process.cwd(), bundle)}: ${(page.length / 1024).toFixed(0)} KB`);

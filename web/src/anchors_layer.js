@@ -6,17 +6,19 @@ const ABOVE_PX = 10; // a name's middle over its content
 const RING = new RingGeometry(0.94, 1, 64).rotateX(-Math.PI / 2);
 const RING_MATERIAL = new MeshBasicMaterial({ color: COLORS.anchor, side: DoubleSide });
 
-// The content of anchors, where they are now.
+/** Content on the anchors. */
 export class AnchorsLayer {
+  /** @type {Map<string, Group>} */ shapes = new Map(); // by name
+  /** @type {string | null} */ selected = null;
+  named = true;
+
+  /** @param {import("./ar_scene.js").ArScene | import("./map_view.js").MapView} view  @param {import("./content.js").Content} content */
   constructor(view, content, { shadows = false } = {}) {
     this.view = view;
     this.content = content;
     this.shadows = shadows;
     this.group = new Group();
     view.world.add(this.group);
-    this.shapes = new Map();
-    this.selected = null;
-    this.named = true;
     this.ring = new Mesh(RING, RING_MATERIAL);
     this.labels = new Labels(view.element, "anchor", (name) => view.onPickAnchor?.(name));
     content.addEventListener("loaded", () => this.arrange());
@@ -30,14 +32,14 @@ export class AnchorsLayer {
     if (part !== "anchors" && part !== "restart") return;
     const anchors = new Map(this.view.store.anchors.map((anchor) => [anchor.name, anchor]));
     const sourceOf = ({ model }) => `${model} ${this.content.urlOf(model)}`;
-    for (const [name, shape] of this.shapes)
-      if (!anchors.has(name) || shape.userData.source !== sourceOf(anchors.get(name))) {
-        shape.removeFromParent();
-        this.shapes.delete(name);
-      }
+    for (const [name, shape] of this.shapes) {
+      const anchor = anchors.get(name);
+      if (anchor && shape.userData.source === sourceOf(anchor)) continue;
+      shape.removeFromParent();
+      this.shapes.delete(name);
+    }
     for (const [name, anchor] of anchors) {
-      if (!this.shapes.has(name)) this.shapes.set(name, this.build(anchor, sourceOf(anchor)));
-      const shape = this.shapes.get(name);
+      const shape = this.shapes.get(name) ?? this.build(anchor, sourceOf(anchor));
       shape.quaternion.fromArray(anchor.pose);
       shape.position.fromArray(anchor.pose, 4);
       shape.scale.setScalar(anchor.size);
@@ -50,12 +52,13 @@ export class AnchorsLayer {
     const shape = this.content.make(model, { shadow: this.shadows });
     Object.assign(shape.userData, { name, source });
     this.group.add(shape);
+    this.shapes.set(name, shape);
     return shape;
   }
 
-  // The ring around what is selected, as wide as that is now.
+  // Puts the ring around the selected content, whose width depends on whether its model is loaded.
   arrange() {
-    const shape = this.shapes.get(this.selected);
+    const shape = this.selected === null ? undefined : this.shapes.get(this.selected);
     this.ring.removeFromParent();
     if (shape) {
       const { x, z } = shape.userData.sides;
@@ -67,28 +70,33 @@ export class AnchorsLayer {
     this.view.invalidate();
   }
 
+  /** @param {string | null} name */
   select(name) {
     this.selected = name;
     this.arrange();
   }
 
-  // What the raycaster meets first, unless something of `before` lies before it.
+  /**
+   * The name of the content that the raycaster meets first; null where there is none, or a shape of `before` is met first.
+   * @param {import("three").Raycaster} raycaster  @param {import("three").Object3D[]} before  @returns {string | null}
+   */
   pick(raycaster, before = []) {
     if (!this.group.visible) return null;
     const hit = raycaster.intersectObjects([...this.group.children, ...before], true).find(({ object }) => !object.userData.isShadow && object !== this.ring);
+    /** @type {import("three").Object3D | null | undefined} */
     let node = hit?.object;
     while (node && node.parent !== this.group) node = node.parent;
     return node?.userData.name ?? null;
   }
 
-  // Over the content, unless all of that is hidden; the places that they take. A pin is always named: it does not show what it stands for.
+  // Puts the names over their content, unless all of it is hidden; returns the rectangles of all labels. A pin is always named, since it shows no model.
   placeLabels() {
     const point = new Vector3();
     const onAxis = (shape, share) => point.set(0, share * shape.userData.sides.y, 0).applyMatrix4(shape.matrix);
     return this.labels.place((name) => {
       const shape = this.shapes.get(name);
-      if (!this.group.visible || !(this.named || shape.userData.isPin)) return null;
-      if ([0.05, 0.5, 1].every((share) => this.view.isHidden?.(onAxis(shape, share)))) return null;
+      if (!shape || !this.group.visible || !(this.named || shape.userData.isPin)) return null;
+      if ([0.05, 0.5, 1].every((share) => this.view.isHidden(onAxis(shape, share)))) return null;
       const at = this.view.toPage(onAxis(shape, 1));
       return at && { ...at, y: at.y - ABOVE_PX };
     }, this.selected);

@@ -1,15 +1,32 @@
-// Virtual content in the image of a camera: on the map's anchors, behind what the map knows to be before it. What shows an image is a view that extends this.
+/** @import { Anchor, Lens, MapObject, Model, Pixel, Place, Pose } from "./messages" */
 import { DirectionalLight, Group, PerspectiveCamera, Quaternion, Raycaster, Scene, Vector3 } from "three";
 import { AnchorsLayer } from "./anchors_layer.js";
 import { OccludersLayer } from "./occluders_layer.js";
-import { onceAFrame } from "./once_a_frame.js";
+import { onceAFrame } from "./batched.js";
 
 // From the axes of images (x right, y down, z forward) to those of three.js.
 const FLIP = new Quaternion(1, 0, 0, 0);
 
+/** @typedef {{ pose: Pose, camera: Lens }} Shown */
+/** @typedef {EventTarget & { anchors: Anchor[], models: Model[], objects: Map<number, MapObject>, mappedObjects: () => MapObject[] }} MapContent */
+
+/**
+ * Virtual content in the image of a camera: on the map's anchors, and hidden by the objects that are before it. A view that shows an image extends it:
+ * it draws, and sets `shown` and `area`.
+ */
 export class ArScene {
-  // `upright` turns the map's up to that of the page (light comes from there). A view has: draw(), `shown` (pose and camera of what is drawn), and
-  // `area`, an ImageArea of it.
+  /** @type {((id: number | null) => void) | undefined} */ onPick;
+  /** @type {((name: string | null) => void) | undefined} */ onPickAnchor;
+  /** @type {((where: Place) => void) | undefined} */ onPlace;
+  /** @type {Shown | null} */ shown = null; // what was drawn last
+  /** @type {import("./image_area.js").ImageArea} */ area; // of its image, on the element
+  /** @type {{ middle: Vector3, radius: number } | null} */ extent = null; // of all content and objects
+  isShowing = false;
+
+  /**
+   * `upright` turns the map's up to that of the page, where the light comes from.
+   * @param {HTMLElement} element  @param {MapContent} store  @param {import("./content.js").Content} content  @param {Quaternion} upright
+   */
   constructor(element, store, content, upright) {
     this.element = element;
     this.store = store;
@@ -26,12 +43,13 @@ export class ArScene {
     this.occluders = new OccludersLayer(this);
     this.anchors = new AnchorsLayer(this, content, { shadows: true });
     this.raycaster = new Raycaster();
-    this.isShowing = false;
-    this.area = null;
-    this.extent = null; // of all that is drawn
   }
 
-  // Contents that are drawn: those before the camera.
+  draw() {
+    throw new Error("the view that extends this draws");
+  }
+
+  // The number of contents that are drawn: those in front of the camera.
   get count() {
     if (!this.isShowing || !this.anchors.group.visible) return 0;
     return [...this.anchors.shapes.values()].filter((shape) => this.project(shape.position)).length;
@@ -44,7 +62,7 @@ export class ArScene {
     this.invalidate();
   }
 
-  // The true camera, of the whole element: its image is the part that the area takes.
+  /** Sets the drawing camera to that of the image: `area` is then the image's part of the element. @param {Pose} pose  @param {Lens} camera */
   aim(pose, { fx, fy, cx, cy }, width, height) {
     this.occluders.arrange();
     this.world.quaternion.copy(this.upright);
@@ -62,7 +80,7 @@ export class ArScene {
     this.world.updateMatrixWorld(true);
   }
 
-  // Around all that is drawn, whatever a map's unit is.
+  // Near and far planes around all that is drawn, whatever the map's unit is.
   depthRange() {
     this.extent ??= this.measureExtent();
     const far = Math.max(this.camera.position.distanceTo(this.extent.middle) + this.extent.radius, 1e-6);
@@ -78,7 +96,7 @@ export class ArScene {
     return { middle, radius: Math.max(0, ...all.map(({ at, reach }) => at.distanceTo(middle) + reach)) };
   }
 
-  // A point of the map, from -1 to 1 over the element as it was drawn last; null behind the camera.
+  /** A point of the map, from -1 to 1 over the element as it was drawn last; null behind the camera. @param {Vector3} point */
   project(point) {
     const p = point.clone().applyMatrix4(this.world.matrixWorld).applyMatrix4(this.camera.matrixWorldInverse);
     return p.z < 0 ? p.applyMatrix4(this.camera.projectionMatrix) : null;
@@ -89,7 +107,7 @@ export class ArScene {
     return this.occluders.isBetween(this.camera.position, point);
   }
 
-  // On the element, with its depth; null where it is not in the image.
+  // A point of the map on the element, with its depth; null where it is not in the image.
   toPage(point) {
     const p = this.project(point);
     if (!p) return null;
@@ -97,7 +115,7 @@ export class ArScene {
     return this.area.contains(this.area.toPixel(at.x, at.y)) ? at : null;
   }
 
-  // In the image, in pixels with integer centres; null behind the camera.
+  // A point of the map in the image, in pixels; null behind the camera.
   pixelIn(point) {
     const p = this.project(point);
     return p && this.area.toPixel(((p.x + 1) / 2) * this.element.clientWidth, ((1 - p.y) / 2) * this.element.clientHeight);
@@ -119,14 +137,14 @@ export class ArScene {
     return this.area.toPixel(event.clientX - rect.left, event.clientY - rect.top);
   }
 
-  // From the camera through a pixel, in the map's frame.
+  /** The ray from the camera through a pixel, in the map's frame. @param {Pixel} pixel */
   rayThrough([u, v]) {
-    const { pose, camera } = this.shown;
+    const { pose, camera } = /** @type {Shown} */ (this.shown);
     const direction = new Vector3((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1).normalize().applyQuaternion(new Quaternion().fromArray(pose));
     return { origin: new Vector3().fromArray(pose, 4), direction };
   }
 
-  // The name of the anchor whose content is seen at a pixel; null where there is none.
+  /** The name of the anchor whose content is seen at a pixel; null where there is none. @param {Pixel} pixel @returns {string | null} */
   anchorAt(pixel) {
     if (!this.isShowing) return null;
     const { origin, direction } = this.rayThrough(pixel);
@@ -134,7 +152,7 @@ export class ArScene {
     return this.anchors.pick(this.raycaster, this.occluders.hiding());
   }
 
-  // What stands at a pixel is to be on top of `object`, unless that is null.
+  /** Asks for content at a pixel: on top of `object`, or on the surface there where that is null. @param {Pixel} pixel  @param {number | null} object */
   askToPlace(pixel, object) {
     const { origin, direction } = this.rayThrough(pixel);
     this.onPlace?.({ origin: origin.toArray(), direction: direction.toArray(), ...(object === null ? {} : { object }) });

@@ -1,9 +1,14 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace, Texture } from "three";
 import { DEFAULT_CAMERA, frustumCorners, frustumLines } from "./frustum.js";
+import { contextOf } from "./image_area.js";
 import { STATE_COLORS } from "./palette.js";
 
-// The camera, where it is now or where the timeline points, with its image.
+/** The camera, where it is now or where the timeline points, with its image. */
 export class CameraLayer {
+  canvas = document.createElement("canvas");
+  /** @type {number | null} */ place = null; // of the path, chosen on the timeline
+
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.group = new Group();
@@ -18,7 +23,6 @@ export class CameraLayer {
     this.wanted = true;
     this.group.visible = false;
     view.world.add(this.group);
-    this.place = null; // of the path, chosen on the timeline
   }
 
   frame() {
@@ -31,7 +35,7 @@ export class CameraLayer {
     return this.frame()?.pose ?? null;
   }
 
-  // Null: the newest, or the chosen keyframe.
+  /** Shows a place of the path; with null the newest frame, or the chosen keyframe. @param {number | null} place */
   goTo(place) {
     this.place = place;
     this.update("frame");
@@ -41,14 +45,14 @@ export class CameraLayer {
     if (part === "restart" || this.view.store.status.live) this.place = null;
     if (part !== "frame" && part !== "path" && part !== "restart") return;
     const pose = this.pose();
-    this.group.visible = this.wanted && Boolean(pose) && Number.isFinite(pose[4]);
-    if (!this.group.visible) return;
+    this.group.visible = this.wanted && pose !== null && Number.isFinite(pose[4]);
+    if (!this.group.visible || !pose) return;
     const frame = this.frame();
     const camera = frame?.camera ?? DEFAULT_CAMERA;
     const depth = 0.11 * this.view.radius;
     this.lines.geometry.setAttribute("position", new BufferAttribute(new Float32Array(frustumLines(camera, depth).flat()), 3));
     this.image.geometry.setAttribute("position", new BufferAttribute(new Float32Array(frustumCorners(camera, depth).flat()), 3));
-    this.lines.material.color.set(STATE_COLORS[frame?.state] ?? STATE_COLORS.tracking);
+    this.lines.material.color.set(STATE_COLORS[frame?.state ?? "tracking"]);
     this.group.quaternion.set(pose[0], pose[1], pose[2], pose[3]);
     this.group.position.set(pose[4], pose[5], pose[6]);
     this.showImage(this.place === null ? frame?.bitmap : null);
@@ -59,11 +63,9 @@ export class CameraLayer {
     if (!bitmap || this.image.userData.bitmap === bitmap) return;
     this.image.userData.bitmap = bitmap;
     this.image.material.map?.dispose();
-    // A copy: the bitmap is closed when the next one comes.
-    this.canvas ??= document.createElement("canvas");
-    this.canvas.width = bitmap.width;
-    this.canvas.height = bitmap.height;
-    this.canvas.getContext("2d").drawImage(bitmap, 0, 0);
+    // A copy, since the bitmap is closed when the next one comes.
+    Object.assign(this.canvas, { width: bitmap.width, height: bitmap.height });
+    contextOf(this.canvas).drawImage(bitmap, 0, 0);
     const texture = new Texture(this.canvas);
     texture.colorSpace = SRGBColorSpace;
     texture.needsUpdate = true;

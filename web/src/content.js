@@ -1,4 +1,3 @@
-// What stands on anchors: models from glTF files, made one unit long, standing on the origin, with y up.
 import { Box3, BufferAttribute, ConeGeometry, Group, Mesh, MeshBasicMaterial, PMREMGenerator, RingGeometry, Vector3 } from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
@@ -20,7 +19,7 @@ function fadingDisc(darkness) {
   return disc.setAttribute("color", new BufferAttribute(colors, 4));
 }
 
-// Light from all around: without it metals are black.
+// Light from all sides, without which metals are black.
 export function lightAround(scene, renderer, intensity) {
   const generator = new PMREMGenerator(renderer);
   const room = new RoomEnvironment();
@@ -30,13 +29,18 @@ export function lightAround(scene, renderer, intensity) {
   generator.dispose();
 }
 
+/** What stands on anchors: models from glTF files, scaled so that the longest side is 1, standing on the origin with y up. */
 export class Content extends EventTarget {
+  /** @typedef {{ loading?: Promise<any>, template?: Group, sides?: Vector3 }} Loaded */
+  /** @type {Map<string, Loaded | null>} */
+  models = new Map(); // by url; without a template until it is loaded, null where that failed
+
+  /** @param {EventTarget & { models: import("./messages").Model[] }} store */
   constructor(store) {
     super();
     this.store = store;
     this.loader = new GLTFLoader();
-    this.models = new Map(); // by url: { template, sides }, empty until it is loaded; null where that failed
-    store.addEventListener("hello", () => this.forget()); // the program may have been started anew, with other files
+    store.addEventListener("hello", () => this.forget()); // the program may have been restarted with other files
   }
 
   forget() {
@@ -48,12 +52,12 @@ export class Content extends EventTarget {
     return this.store.models.find((m) => m.name === model)?.url;
   }
 
-  // A stand with the model on it; with a pin while there is none. `sides` in its user data: how far it reaches along x, y, z.
+  // A group with the model, or a pin until it is loaded. Its user data: `isPin`, and `sides`, the extent along x, y, z.
   make(model, { shadow = false } = {}) {
     const stand = new Group();
     const url = this.urlOf(model);
     const fill = () => {
-      const loaded = url && this.load(url);
+      const loaded = url ? this.load(url) : null;
       const sides = loaded?.sides ?? PIN_SIDES;
       stand.clear();
       stand.add(loaded?.template ? clone(loaded.template) : new Mesh(PIN, PIN_MATERIAL));
@@ -61,23 +65,26 @@ export class Content extends EventTarget {
       Object.assign(stand.userData, { isPin: !loaded?.template, sides });
     };
     fill();
-    if (url && stand.userData.isPin) this.load(url)?.loading.then(fill);
+    if (url && stand.userData.isPin) this.load(url)?.loading?.then(fill);
     return stand;
   }
 
   load(url) {
     const { models } = this;
-    if (models.has(url)) return models.get(url);
+    const known = models.get(url);
+    if (known !== undefined) return known;
+    /** @type {Loaded} */
     const model = {};
     models.set(url, model);
-    model.loading = this.loader.loadAsync(url)
+    const loading = this.loader.loadAsync(url)
       .then(({ scene }) => Object.assign(model, normalized(scene)))
       .catch((error) => {
         console.warn(`${url}: ${error.message}`);
         models.set(url, null);
       });
-    // After those who wait for it have taken it.
-    model.loading.then(() => setTimeout(() => this.dispatchEvent(new Event("loaded"))));
+    model.loading = loading;
+    // After those who wait for the model have taken it.
+    loading.then(() => setTimeout(() => this.dispatchEvent(new Event("loaded"))));
     return model;
   }
 }
@@ -92,7 +99,7 @@ function dispose(template) {
   });
 }
 
-// Lights and cameras of the file would change what is around.
+// Lights and cameras of the file are left out: they would change the rest of the scene.
 function normalized(scene) {
   const extras = [];
   scene.traverse((node) => (node.isLight || node.isCamera) && extras.push(node));

@@ -1,8 +1,13 @@
 const MAX_CUT = 0.4;
 
-// A frame's image on an element, in the middle: as large as fits, or (`fills`) so large that it fills the element, unless that cuts away more than MAX_CUT
-// of it. Places in it are in pixels with integer centres: the middle of the first is (0, 0).
+/** @import { Lens, Pixel } from "./messages" */
+
+/**
+ * Where the image of a camera is on an element: in its middle, as large as fits or, with `fills`, so large that it fills the element, unless that cuts
+ * away more than MAX_CUT of it.
+ */
 export class ImageArea {
+  /** @param {HTMLElement} element  @param {Lens} camera  @param {{ fills?: boolean }} options */
   constructor(element, camera, { fills = false } = {}) {
     const { clientWidth: width, clientHeight: height } = element;
     this.camera = camera;
@@ -11,26 +16,32 @@ export class ImageArea {
     this.offset = [(width - camera.width * this.scale) / 2, (height - camera.height * this.scale) / 2];
   }
 
-  // From a place on the element.
+  /** The pixel at a place on the element. @returns {Pixel} */
   toPixel(x, y) {
     return [(x - this.offset[0]) / this.scale - 0.5, (y - this.offset[1]) / this.scale - 0.5];
   }
 
+  /** @param {Pixel} pixel */
   toElement([u, v]) {
     return { x: this.offset[0] + (u + 0.5) * this.scale, y: this.offset[1] + (v + 0.5) * this.scale };
   }
 
+  /** @param {Pixel} pixel */
   contains([u, v]) {
     return u >= -0.5 && v >= -0.5 && u <= this.camera.width - 0.5 && v <= this.camera.height - 0.5;
   }
 }
 
-// Sizes the canvas to its element and draws the image; what is drawn after it is in the image's pixels, the corner of the first at (0, 0).
+/**
+ * Sizes the canvas to its element and draws the image. What is drawn after it is in the image's pixels, whose corners are integers.
+ * @param {HTMLCanvasElement} canvas  @param {HTMLElement} element  @param {import("./store.js").Frame | null} frame
+ * @returns {{ context: CanvasRenderingContext2D, area: ImageArea | null }}
+ */
 export function paintImage(canvas, element, frame) {
   const dpr = Math.min(devicePixelRatio, 2);
   canvas.width = element.clientWidth * dpr;
   canvas.height = element.clientHeight * dpr;
-  const context = canvas.getContext("2d");
+  const context = contextOf(canvas);
   if (!frame) return { context, area: null };
   const { camera } = frame;
   const area = new ImageArea(element, camera);
@@ -44,7 +55,13 @@ export function paintImage(canvas, element, frame) {
   return { context, area };
 }
 
-// The object with the smallest outline around a pixel: a cup on a table is meant, not the table. Null where there is none.
+/** @param {HTMLCanvasElement} canvas */
+export const contextOf = (canvas) => /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+
+/**
+ * The object with the smallest outline around a pixel, null where there is none: who clicks on a cup on a table means the cup.
+ * @param {import("./store.js").Frame} frame  @param {Pixel} pixel
+ */
 export function objectAt(frame, [u, v]) {
   const hits = frame.ellipses.filter((e) => {
     const [dx, dy] = [u - e.center[0], v - e.center[1]];

@@ -1,13 +1,18 @@
-// The camera's image with what the tracker sees in it: key points, boxes, projected ellipsoids. Drawn in the ideal image's pixels.
 import { objectAt, paintImage } from "./image_area.js";
-import { onceAFrame } from "./once_a_frame.js";
+import { onceAFrame } from "./batched.js";
 import { classColor, labelOf } from "./palette.js";
 
 const TAU = 2 * Math.PI;
 
+/** The camera's image with what the tracker sees in it: key points, boxes, projected ellipsoids. */
 export class ImageView {
+  /** @type {((id: number | null) => void) | undefined} */ onPick;
+  /** @type {number | null} */ selected = null;
+  /** @type {import("./image_area.js").ImageArea} */ area;
+  px = 1; // size of a pixel of the page, in pixels of the image
+
+  /** @param {HTMLElement} element  @param {import("./store.js").Store} store */
   constructor(element, store) {
-    this.name = "Image";
     this.element = element;
     this.store = store;
     this.layers = { keypoints: true, boxes: true, ellipses: true };
@@ -25,20 +30,15 @@ export class ImageView {
     return this.store.chosen ?? this.store.frame;
   }
 
-  show(layer, on) {
-    this.layers[layer] = on;
-    this.invalidate();
-  }
-
   draw() {
     if (this.element.clientWidth === 0 || this.element.clientHeight === 0) return;
     const { frame } = this;
     this.element.classList.toggle("empty", !frame);
     this.caption.textContent = frame ? captionOf(frame) : this.store.status.live ? "waiting for the first image" : "choose a moment on the timeline";
     const { context, area } = paintImage(this.canvas, this.element, frame);
-    if (!frame) return;
+    if (!frame || !area) return;
     this.area = area;
-    this.px = 1 / area.scale; // one pixel of the page
+    this.px = 1 / area.scale;
     if (this.layers.keypoints) this.drawKeypoints(context, frame);
     if (this.layers.ellipses) this.drawEllipses(context, frame);
     if (this.layers.boxes) this.drawBoxes(context, frame);
@@ -75,7 +75,7 @@ export class ImageView {
     context.setLineDash([]);
   }
 
-  // One label an object: at its box where it is detected, else at its ellipse. Those that would cover another are left out.
+  // A label for each object: at its box where it is detected, else at its ellipse. One that would cover another is left out.
   drawLabels(context, frame) {
     const isLarge = this.element.clientWidth > 500;
     const height = (isLarge ? 15 : 12) * this.px;
@@ -96,7 +96,7 @@ export class ImageView {
     const named = new Set();
     if (this.layers.boxes)
       for (const d of frame.detections) {
-        const object = this.store.objects.get(d.object);
+        const object = d.object === undefined ? undefined : this.store.objects.get(d.object);
         const name = object ? `${labelOf(object)} ${object.id}` : d.category;
         put(d.box[0], d.box[1], isLarge ? `${name}  ${d.score.toFixed(2)}` : name, d.category_id);
         named.add(d.object);

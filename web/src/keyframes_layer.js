@@ -2,10 +2,11 @@ import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, Quate
 import { DEFAULT_CAMERA, frustumLines } from "./frustum.js";
 import { COLORS } from "./palette.js";
 
-const MIN_SHARED = 100; // landmarks of an edge that is drawn; the strongest of a keyframe always is
+const MIN_SHARED = 100; // landmarks of an edge that is drawn; the strongest edge of a keyframe always is
 
-// Keyframes as frusta, and which of them see the same.
+/** Keyframes as frusta, and lines between those that see the same landmarks. */
 export class KeyframesLayer {
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.frusta = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: COLORS.keyframe, transparent: true, opacity: 0.75 }));

@@ -1,64 +1,72 @@
-// Names beside what they name, as buttons over a view; of those that would cover each other the nearest is shown.
+/** Names as buttons over a view, beside what they name. Of those that would cover each other the nearest is shown. */
 export class Labels {
-  // `kind` is what a key names: "object" or "anchor".
+  /** `kind`: what a key names. @param {HTMLElement} parent  @param {"object" | "anchor"} kind  @param {(key: any) => void} onClick */
   constructor(parent, kind, onClick) {
     this.element = document.createElement("div");
     this.element.className = "labels";
     parent.append(this.element);
     this.kind = kind;
     this.onClick = onClick;
-    this.labels = new Map();
+    /** @type {Map<any, { button: HTMLButtonElement, size: { width: number, height: number } | null }>} */
+    this.labels = new Map(); // by key; a size is measured when it is needed
   }
 
-  // Entries: key, text, color.
+  /** @param {{ key: any, text: string, color: string }[]} entries */
   set(entries) {
     const keys = new Set(entries.map((entry) => entry.key));
-    for (const [key, label] of this.labels)
+    for (const [key, { button }] of this.labels)
       if (!keys.has(key)) {
-        label.remove();
+        button.remove();
         this.labels.delete(key);
       }
     for (const { key, text, color } of entries) {
-      let label = this.labels.get(key);
-      if (!label) {
-        label = document.createElement("button");
-        label.onclick = () => this.onClick(key);
-        label.dataset[this.kind] = key;
-        this.element.append(label);
-        this.labels.set(key, label);
-      }
-      label.style.setProperty("--color", color);
-      if (label.textContent !== text) {
-        label.textContent = text;
-        label.box = null;
+      const label = this.labels.get(key) ?? this.add(key);
+      label.button.style.setProperty("--color", color);
+      if (label.button.textContent !== text) {
+        label.button.textContent = text;
+        label.size = null;
       }
     }
   }
 
-  // `at` gives the place of a key, with its depth, null where it is not to be seen. Keeps clear of what is placed already, and adds to it.
-  place(at, selected, placed = []) {
+  add(key) {
+    const label = { button: document.createElement("button"), size: null };
+    label.button.onclick = () => this.onClick(key);
+    label.button.dataset[this.kind] = key;
+    this.element.append(label.button);
+    this.labels.set(key, label);
+    return label;
+  }
+
+  /**
+   * Arranges the labels; the one of the key `selected` comes first. `at` gives the place of a key and its depth, nothing where no label is wanted.
+   * Labels stay clear of the rectangles in `placed`, and theirs are added to it.
+   * @param {(key: any) => { x: number, y: number, depth: number } | null | false | undefined} at
+   */
+  place(at, selected, placed = /** @type {{ x: number, y: number, width: number, height: number }[]} */ ([])) {
     const candidates = [];
     for (const [key, label] of this.labels) {
       const place = at(key);
       if (place) candidates.push({ label, at: place, first: key === selected });
-      else label.style.visibility = "hidden";
+      else label.button.style.visibility = "hidden";
     }
-    candidates.sort((a, b) => b.first - a.first || a.at.depth - b.at.depth);
+    candidates.sort((a, b) => Number(b.first) - Number(a.first) || a.at.depth - b.at.depth);
     for (const { label, at: { x, y }, first } of candidates) {
-      label.classList.toggle("selected", first);
-      label.box ??= { width: label.offsetWidth, height: label.offsetHeight };
-      const { width, height } = label.box;
+      const { button } = label;
+      button.classList.toggle("selected", first);
+      label.size ??= { width: button.offsetWidth, height: button.offsetHeight };
+      const { width, height } = label.size;
       const free = [0, -1, 1, -2, 2].map((row) => ({ x: x - width / 2, y: y - height / 2 + row * (height + 1) }))
         .find((f) => !placed.some((p) => f.x < p.x + p.width + 2 && p.x < f.x + width + 2 && f.y < p.y + p.height && p.y < f.y + height));
-      label.style.visibility = free ? "visible" : "hidden";
+      button.style.visibility = free ? "visible" : "hidden";
       if (!free) continue;
-      label.style.transform = `translate(${Math.round(free.x)}px, ${Math.round(free.y)}px)`;
+      button.style.transform = `translate(${Math.round(free.x)}px, ${Math.round(free.y)}px)`;
       placed.push({ ...free, width, height });
     }
     return placed;
   }
 
   hide() {
-    for (const label of this.labels.values()) label.style.visibility = "hidden";
+    for (const { button } of this.labels.values()) button.style.visibility = "hidden";
   }
 }

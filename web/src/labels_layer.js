@@ -2,8 +2,9 @@ import { Vector3 } from "three";
 import { Labels } from "./labels.js";
 import { classColor, labelOf } from "./palette.js";
 
-// Names of objects beside them.
+/** The names of objects. */
 export class LabelsLayer {
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.labels = new Labels(view.element, "object", (id) => view.onPick?.(id));
@@ -18,7 +19,10 @@ export class LabelsLayer {
   place(taken) {
     if (!this.visible || !this.view.layers.objects.group.visible) return;
     const { objects } = this.view.store;
-    this.labels.place((id) => objects.has(id) && this.view.toPage(new Vector3(...objects.get(id).center)), this.view.layers.objects.selected, taken);
+    this.labels.place((id) => {
+      const object = objects.get(id);
+      return object && this.view.toPage(new Vector3(...object.center));
+    }, this.view.layers.objects.selected, taken);
   }
 
   setVisible(on) {

@@ -1,4 +1,3 @@
-// The map in space. Everything lies in `world`, which turns the map's up into that of the page.
 import { AmbientLight, Box3, Color, DirectionalLight, Group, GridHelper, PerspectiveCamera, Quaternion, Raycaster, Scene, Sphere, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { AnchorsLayer } from "./anchors_layer.js";
@@ -8,22 +7,33 @@ import { KeyframesLayer } from "./keyframes_layer.js";
 import { LabelsLayer } from "./labels_layer.js";
 import { MeasureTool } from "./measure.js";
 import { ObjectsLayer } from "./objects_layer.js";
-import { onceAFrame } from "./once_a_frame.js";
+import { onceAFrame } from "./batched.js";
 import { PathLayer } from "./path_layer.js";
 import { PointsLayer } from "./points_layer.js";
-import { short } from "./palette.js";
 
 const DOWN_IN_CAMERA = new Vector3(0, 1, 0);
 
+/** The map in space. Everything is in `world`, which turns the map's up to +y. */
 export class MapView {
+  /** @type {((id: number | null) => void) | undefined} */ onPick;
+  /** @type {((name: string | null) => void) | undefined} */ onPickAnchor;
+  /** @type {GridHelper | null} */ grid = null;
+  gridKey = "";
+  isGridVisible = true;
+  isMoved = false; // by the user
+  /** @type {{ center: Vector3, radius: number } | null} */ fitted = null; // what the view was fitted to
+  /** @type {number | undefined} */ floor; // the height of the lowest landmarks
+  /** @type {number[] | null} */ pressed = null; // where the pointer went down
+
+  /** @param {HTMLElement} stage  @param {import("./store.js").Store} store  @param {import("./content.js").Content} content */
   constructor(stage, store, content) {
     this.store = store;
-    this.name = "Map";
     this.element = stage;
     this.invalidate = onceAFrame(() => this.draw());
     this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    stage.prepend(this.renderer.domElement);
+    this.legend = Object.assign(document.createElement("div"), { id: "legend" });
+    stage.prepend(this.renderer.domElement, this.legend);
     this.scene = new Scene();
     this.scene.background = new Color("#0e1216");
     this.camera = new PerspectiveCamera(50, 1, 0.01, 100);
@@ -51,7 +61,6 @@ export class MapView {
       camera: new CameraLayer(this),
     };
     this.measure = new MeasureTool(this);
-    this.grid = null;
     for (const part of ["map", "path", "frame", "anchors", "restart"]) store.addEventListener(part, () => this.update(part));
     new ResizeObserver(() => this.resize()).observe(stage);
     this.renderer.domElement.addEventListener("pointerdown", (event) => (this.pressed = [event.clientX, event.clientY]));
@@ -60,21 +69,25 @@ export class MapView {
   }
 
   update(part) {
-    if (part === "restart") this.isMoved = this.wasFitted = false;
+    if (part === "restart") {
+      this.isMoved = false;
+      this.fitted = null;
+    }
     if (part === "map" || part === "restart") {
       this.turnUpright();
       this.measureExtent();
     }
-    for (const layer of Object.values(this.layers)) layer.update?.(part);
-    if (!this.isMoved && part === "map" && this.grew()) this.fit();
+    for (const layer of Object.values(this.layers)) layer.update(part);
+    if (!this.isMoved && !this.follow && part === "map" && this.grew()) this.fit();
     if (this.follow && part === "frame") this.followCamera();
     this.invalidate();
   }
 
   // The whole map stays in view until the user moves it.
   grew() {
-    const { center, radius } = this.fitted ?? { center: this.center, radius: 0 };
-    return !this.wasFitted || radius < 0.85 * this.radius || center.distanceTo(this.center) > 0.3 * radius;
+    if (!this.fitted) return true;
+    const { center, radius } = this.fitted;
+    return radius < 0.85 * this.radius || center.distanceTo(this.center) > 0.3 * radius;
   }
 
   turnUpright() {
@@ -82,18 +95,18 @@ export class MapView {
     const up = map.up ? new Vector3(...map.up) : this.meanUp();
     if (!up || keyframes.size === 0) return;
     const turn = new Quaternion().setFromUnitVectors(up.clone().normalize(), new Vector3(0, 1, 0));
-    if (!map.up && this.wasFitted && turn.angleTo(this.world.quaternion) < 0.2) return;
+    if (!map.up && this.fitted && turn.angleTo(this.world.quaternion) < 0.2) return;
     this.world.quaternion.copy(turn);
     this.world.updateMatrixWorld(true);
   }
 
   meanUp() {
     const sum = new Vector3();
-    for (const { pose } of this.store.keyframes.values()) sum.sub(DOWN_IN_CAMERA.clone().applyQuaternion(new Quaternion(...pose.subarray(0, 4))));
+    for (const { pose } of this.store.keyframes.values()) sum.sub(DOWN_IN_CAMERA.clone().applyQuaternion(new Quaternion().fromArray(pose)));
     return sum.lengthSq() > 0 ? sum.normalize() : null;
   }
 
-  // Of cameras, objects, and the landmarks in the middle: those of the background count little.
+  // Measures the part of the map to be in view: cameras, objects, and the landmarks without the outer ones, which are the background.
   measureExtent() {
     const { landmarks, keyframes, objects } = this.store;
     const points = [];
@@ -122,28 +135,28 @@ export class MapView {
     const sphere = box.getBoundingSphere(new Sphere());
     this.center.copy(sphere.center);
     this.radius = Math.max(sphere.radius, 1e-6);
-    this.drawGrid(box);
+    this.placeGrid(box);
   }
 
-  drawGrid(box) {
+  placeGrid(box) {
     const step = 10 ** Math.round(Math.log10(this.radius / 3));
     const cells = 2 * Math.ceil((1.3 * this.radius) / step);
     const key = `${step} ${cells}`;
-    if (this.grid?.key !== key) {
-      if (this.grid) {
-        this.scene.remove(this.grid);
-        this.grid.dispose();
-      }
+    if (this.gridKey !== key) {
+      this.grid?.removeFromParent();
+      this.grid?.dispose();
       this.grid = new GridHelper(cells * step, cells, "#2c3742", "#1e2730");
-      this.grid.key = key;
+      this.gridKey = key;
+      this.grid.visible = this.isGridVisible;
       this.scene.add(this.grid);
-      document.getElementById("legend").textContent = `grid ${Number(step.toPrecision(1))} ${this.store.map.metric ? "m" : step === 1 ? "unit" : "units"}`;
+      this.legend.textContent = `grid ${Number(step.toPrecision(1))} ${this.store.map.metric ? "m" : step === 1 ? "unit" : "units"}`;
     }
-    this.grid.position.set(Math.round(this.center.x / step) * step, Math.min(box.min.y, Math.max(this.floor ?? box.min.y, box.min.y - 0.5 * this.radius)), Math.round(this.center.z / step) * step);
+    this.grid?.position.set(Math.round(this.center.x / step) * step, Math.min(box.min.y, Math.max(this.floor ?? box.min.y, box.min.y - 0.5 * this.radius)), Math.round(this.center.z / step) * step);
   }
 
-  // From behind the cameras, above them.
+  // Looks at the whole map from behind the cameras, above them.
   fit() {
+    this.follow = this.isMoved = false;
     const cameras = new Vector3();
     for (const { pose } of this.store.keyframes.values()) cameras.add(new Vector3(pose[4], pose[5], pose[6]));
     cameras.divideScalar(Math.max(1, this.store.keyframes.size)).applyQuaternion(this.world.quaternion);
@@ -153,11 +166,11 @@ export class MapView {
     const distance = (0.74 * this.radius) / Math.sin((this.camera.fov * Math.PI) / 360);
     this.look(direction.multiplyScalar(distance).add(this.center), this.center);
     this.fitted = { center: this.center.clone(), radius: this.radius };
-    this.wasFitted = true;
   }
 
   top() {
     const distance = this.radius / Math.sin((this.camera.fov * Math.PI) / 360);
+    this.follow = false;
     this.isMoved = true;
     this.look(new Vector3(0, distance, 1e-3 * distance).add(this.center), this.center);
   }
@@ -172,11 +185,11 @@ export class MapView {
     this.invalidate();
   }
 
-  // Behind the camera, a little above, looking where it looks.
+  // Looks from behind the camera, a little above it, to where it looks.
   followCamera() {
     const pose = this.layers.camera.pose();
     if (!pose) return;
-    const turn = this.world.quaternion.clone().multiply(new Quaternion(...pose.slice(0, 4)));
+    const turn = this.world.quaternion.clone().multiply(new Quaternion().fromArray(pose));
     const at = new Vector3(pose[4], pose[5], pose[6]).applyQuaternion(this.world.quaternion);
     const forward = new Vector3(0, 0, 1).applyQuaternion(turn);
     const from = at.clone().addScaledVector(forward, -0.35 * this.radius).add(new Vector3(0, 0.16 * this.radius, 0));
@@ -192,9 +205,9 @@ export class MapView {
     if (on) this.followCamera();
   }
 
-  show(layer, on) {
-    this.layers[layer].setVisible(on);
-    this.invalidate();
+  setGridVisible(on) {
+    this.isGridVisible = on;
+    if (this.grid) this.grid.visible = on;
   }
 
   // Canvas coordinates of a pointer event, -1 to 1.
@@ -211,7 +224,7 @@ export class MapView {
     this.invalidate();
   }
 
-  // Content before ellipsoids: one sees through these.
+  // Content has precedence over ellipsoids, through which one sees.
   pick(at) {
     this.raycaster.setFromCamera(at, this.camera);
     const anchor = this.layers.anchors.pick(this.raycaster);
@@ -219,7 +232,12 @@ export class MapView {
     if (anchor === null) this.onPick?.(this.layers.objects.pick(at));
   }
 
-  // Where a point of the map is on the page; null behind the camera.
+  // For a layer's names: nothing hides content in this view.
+  isHidden() {
+    return false;
+  }
+
+  /** Where a point of the map is on the element; null behind the camera. @param {Vector3} point */
   toPage(point) {
     const p = point.clone().applyQuaternion(this.world.quaternion).project(this.camera);
     if (p.z > 1 || p.z < -1) return null;
@@ -232,7 +250,7 @@ export class MapView {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    for (const layer of Object.values(this.layers)) layer.resize?.(width, height);
+    this.layers.path.resize(width, height);
     this.measure.resize(width, height);
     this.invalidate();
   }

@@ -6,12 +6,14 @@ import { COLORS, short } from "./palette.js";
 
 const REACH_PX = 10;
 
-// The distance between two clicked points: landmarks, or places on ellipsoids.
+/** The distance between two clicked points: landmarks, or places on ellipsoids. */
 export class MeasureTool {
+  /** @type {Vector3[]} */ points = [];
+
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.isOn = false;
-    this.points = [];
     this.line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ color: COLORS.measure, linewidth: 2.5, depthTest: false }));
     this.line.visible = false;
     this.line.frustumCulled = false;
@@ -48,12 +50,13 @@ export class MeasureTool {
     this.show();
   }
 
-  // Of those within reach of the pointer the one nearest to the eye.
+  // The landmark within reach of the pointer that is nearest to the viewer.
   nearestLandmark({ x, y, rect }) {
     if (!this.view.layers.landmarks.points.visible) return null;
     const { landmarks } = this.view.store;
     const matrix = this.view.camera.projectionMatrix.clone().multiply(this.view.camera.matrixWorldInverse).multiply(this.view.world.matrixWorld);
     const point = new Vector3();
+    /** @type {{ depth: number, place: number } | null} */
     let best = null;
     for (let i = 0; i < landmarks.count; ++i) {
       point.fromArray(landmarks.positions, 3 * i).applyMatrix4(matrix);
@@ -69,7 +72,7 @@ export class MeasureTool {
     if (b) {
       this.line.geometry.dispose();
       this.line.geometry = new LineSegmentsGeometry().setPositions([...a.toArray(), ...b.toArray()]);
-      this.label.textContent = `${short(this.distance)} ${this.view.store.unit}`;
+      this.label.textContent = `${short(a.distanceTo(b))} ${this.view.store.unit}`;
     }
     this.view.invalidate();
   }

@@ -3,9 +3,9 @@ import { classColor } from "./palette.js";
 
 export const SPHERE = new SphereGeometry(1, 32, 20);
 export const RINGS = rings();
-const UNLIT = { envMap: new CubeTexture(), reflectivity: 0 }; // by the light around content: they look the same without it
+const UNLIT = { envMap: new CubeTexture(), reflectivity: 0 }; // by the light around content, which is there only with anchors
 
-// Three great circles: they show the axes where shading does not.
+// Three great circles, which show the axes.
 function rings() {
   const points = [];
   const steps = 64;
@@ -20,16 +20,18 @@ function rings() {
   return new BufferGeometry().setAttribute("position", new Float32BufferAttribute(points, 3));
 }
 
-// Objects as ellipsoids; candidates, which the map has not accepted yet, by their rings alone.
+/** Objects as ellipsoids; candidates, which the map has not accepted yet, as rings alone. */
 export class ObjectsLayer {
+  /** @type {Map<number, Group>} */ shapes = new Map(); // by id
+  /** @type {number | null} */ selected = null;
+
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.group = new Group();
     this.candidates = new Group();
     this.candidates.visible = false;
     view.world.add(this.group, this.candidates);
-    this.shapes = new Map();
-    this.selected = null;
     this.raycaster = new Raycaster();
   }
 
@@ -43,12 +45,13 @@ export class ObjectsLayer {
     for (const [id, shape] of this.shapes)
       if (objects.get(id) !== shape.userData.object) {
         shape.removeFromParent();
-        for (const child of shape.children) child.material.dispose();
+        for (const child of shape.children) materialOf(child).dispose();
         this.shapes.delete(id);
       }
     for (const [id, object] of objects) if (!this.shapes.has(id)) this.shapes.set(id, this.build(object));
   }
 
+  /** @param {import("./messages").MapObject} object */
   build(object) {
     const shape = new Group();
     const color = new Color(classColor(object.category_id));
@@ -70,7 +73,7 @@ export class ObjectsLayer {
   }
 
   emphasize(shape, selected) {
-    for (const child of shape.children) child.material.opacity = child.isMesh ? (selected ? 0.55 : 0.26) : selected ? 1 : 0.7;
+    for (const child of shape.children) materialOf(child).opacity = child instanceof Mesh ? (selected ? 0.55 : 0.26) : selected ? 1 : 0.7;
   }
 
   select(id) {
@@ -79,12 +82,12 @@ export class ObjectsLayer {
     this.view.invalidate();
   }
 
-  // The smallest ellipsoid under the pointer: a cup on a table is meant, not the table.
+  // The smallest ellipsoid under the pointer: who clicks on a cup on a table means the cup.
   pick(at) {
     if (!this.group.visible) return null;
     this.raycaster.setFromCamera(at, this.view.camera);
     const bodies = this.group.children.map((shape) => shape.children[0]);
-    const size = (hit) => this.view.store.objects.get(hit.object.userData.id).half_axes.reduce((a, b) => a * b, 1);
+    const size = (hit) => hit.object.parent.userData.object.half_axes.reduce((a, b) => a * b, 1);
     const hits = this.raycaster.intersectObjects(bodies, false).sort((a, b) => size(a) - size(b));
     return hits.length > 0 ? hits[0].object.userData.id : null;
   }
@@ -101,3 +104,5 @@ export class ObjectsLayer {
     this.group.visible = on;
   }
 }
+
+const materialOf = (shape) => /** @type {import("three").Material} */ (shape.material);

@@ -6,17 +6,21 @@ import { RINGS, SPHERE } from "./objects_layer.js";
 import { classColor } from "./palette.js";
 
 const DEPTH_ONLY = new MeshBasicMaterial({ colorWrite: false });
-const LINES = new LineSegmentsGeometry().setPositions(RINGS.attributes.position.array);
+const LINES = new LineSegmentsGeometry().setPositions(Array.from(RINGS.attributes.position.array));
 
-// The mapped objects, to the eye as clear as air: what is behind them is not drawn.
+/** @import { MapObject } from "./messages" */
+
+/** The mapped objects, drawn into the depth buffer alone: they hide content behind them, and show the image. */
 export class OccludersLayer {
+  /** @type {Map<number, { object: MapObject, body: Mesh, outline: LineSegments2 }>} */ shapes = new Map(); // by id
+
+  /** @param {import("./ar_scene.js").ArScene} view */
   constructor(view) {
     this.view = view;
     this.bodies = new Group();
     this.outlines = new Group();
     this.outlines.visible = false;
     view.world.add(this.bodies, this.outlines);
-    this.shapes = new Map(); // by object: what it was made of, body, outline
     this.occluding = true;
     this.isStale = false;
     this.ray = { from: new Vector3(), to: new Vector3() };
@@ -26,7 +30,7 @@ export class OccludersLayer {
     if (part === "map" || part === "restart" || part === "anchors") this.isStale = true;
   }
 
-  // Before it is drawn: while nobody looks there is nothing to do.
+  // To be called before drawing: the work is put off while the view is not shown.
   arrange() {
     if (!this.isStale) return;
     this.isStale = false;
@@ -34,7 +38,7 @@ export class OccludersLayer {
     this.letStand();
   }
 
-  // To the objects of the map: those that changed are made anew.
+  // Makes the shapes of objects that have changed anew.
   fit() {
     const { objects } = this.view.store;
     for (const [id, { object, body, outline }] of this.shapes)
@@ -47,6 +51,7 @@ export class OccludersLayer {
     for (const object of this.view.store.mappedObjects()) if (!this.shapes.has(object.id)) this.shapes.set(object.id, this.build(object));
   }
 
+  /** @param {MapObject} object */
   build(object) {
     const body = new Mesh(SPHERE, DEPTH_ONLY);
     body.renderOrder = -1; // before all content
@@ -63,16 +68,16 @@ export class OccludersLayer {
     return { object, body, outline };
   }
 
-  // What stands inside an ellipsoid (on a table: its ellipsoid bulges over the board) is to be seen: that one hides nothing.
+  // An ellipsoid with an anchor in it hides nothing: that of a table, for example, bulges over what stands on the table.
   letStand() {
     const feet = this.view.store.anchors.map(({ pose, size }) =>
-      new Vector3(0, 0.05 * size, 0).applyQuaternion(new Quaternion(...pose.slice(0, 4))).add(new Vector3(...pose.slice(4))));
+      new Vector3(0, 0.05 * size, 0).applyQuaternion(new Quaternion().fromArray(pose)).add(new Vector3().fromArray(pose, 4)));
     const inside = new Vector3();
     for (const body of this.bodies.children)
       body.visible = this.occluding && !feet.some((foot) => inside.copy(foot).applyMatrix4(body.userData.inverse).lengthSq() < 1);
   }
 
-  // Whether one that hides lies on the way from one point of the map to another.
+  // Whether an object that hides is between two points of the map.
   isBetween(eye, point) {
     return this.bodies.children.some((body) => {
       const t = body.visible ? this.meet(body, eye, point) : null;
@@ -80,7 +85,7 @@ export class OccludersLayer {
     });
   }
 
-  // The smallest object that a ray of the map meets: a cup on a table is meant, not the table. Null where there is none.
+  // The smallest object that a ray in the map's frame meets (on a table: the cup); null where there is none.
   objectOn(origin, direction) {
     const point = origin.clone().add(direction);
     const met = [...this.shapes.values()].filter(({ body }) => this.meet(body, origin, point) !== null);
@@ -88,7 +93,7 @@ export class OccludersLayer {
     return met.sort((a, b) => volume(a) - volume(b))[0]?.object.id ?? null;
   }
 
-  // How far along the way from `eye` to `point` (there: 1) the line enters a body; null where it does not.
+  // Where the line from `eye` (0) to `point` (1) enters a body; null where it does not.
   meet(body, eye, point) {
     const { from, to } = this.ray;
     from.copy(eye).applyMatrix4(body.userData.inverse);
@@ -100,7 +105,7 @@ export class OccludersLayer {
     return t > 0 ? t : null;
   }
 
-  // Those that hide something, for a raycaster.
+  // The bodies that hide something, for a raycaster.
   hiding() {
     return this.bodies.children.filter((body) => body.visible);
   }

@@ -1,7 +1,8 @@
 export const STATE_COLORS = { initializing: "#8b96a3", tracking: "#4cc38a", relocalized: "#5ab0f5", objects: "#e8b339", lost: "#e5585f" };
 export const COLORS = { path: "#5ab0f5", groundtruth: "#e6e9ed", keyframe: "#5d83ad", covisible: "#51657a", camera: "#ffd166", matched: "#ffd166", measure: "#ff8fa3", anchor: "#ffb454" };
+export const MARKS = { lost: STATE_COLORS.lost, relocalized: STATE_COLORS.relocalized, objects: STATE_COLORS.objects, loop: "#c58af9", reset: "#e6e9ed" }; // of events
 
-// A hue for each class, in the order in which they come; the first ones are the farthest apart.
+// A hue for each class, in the order of their first use; those of the first ones differ most.
 const HUES = [200, 28, 140, 330, 52, 268, 172, 4, 96, 232, 300, 76, 118, 316, 216, 40];
 const order = new Map();
 export function classColor(category, lightness = 64) {
@@ -13,7 +14,7 @@ export function labelOf(object) {
   return object.name || object.category;
 }
 
-// So many significant digits.
+// With `count` significant digits.
 export function short(x, count = 3) {
   if (x === 0) return "0";
   const digits = Math.max(0, count - 1 - Math.floor(Math.log10(Math.abs(x))));

@@ -3,8 +3,9 @@ import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeome
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { COLORS } from "./palette.js";
 
-// The trajectory, and the true one.
+/** The trajectory, and the true one. */
 export class PathLayer {
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.path = this.line(COLORS.path, 2.2, 1);
@@ -15,7 +16,7 @@ export class PathLayer {
     const line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ color, linewidth: width, transparent: opacity < 1, opacity }));
     line.frustumCulled = false;
     line.visible = false;
-    line.wanted = true;
+    line.userData = { wanted: true, hasContent: false };
     this.view.world.add(line);
     return line;
   }
@@ -38,9 +39,8 @@ export class PathLayer {
   replace(line, segments) {
     line.geometry.dispose();
     line.geometry = new LineSegmentsGeometry();
-    line.hasContent = segments.length > 0;
-    if (line.hasContent) line.geometry.setPositions(segments);
-    line.visible = line.wanted && line.hasContent;
+    if (segments.length > 0) line.geometry.setPositions(segments);
+    this.want(line, line.userData.wanted, segments.length > 0);
   }
 
   setVisible(on) {
@@ -52,9 +52,9 @@ export class PathLayer {
     this.view.invalidate();
   }
 
-  want(line, on) {
-    line.wanted = on;
-    line.visible = on && Boolean(line.hasContent);
+  want(line, wanted, hasContent = line.userData.hasContent) {
+    line.userData = { wanted, hasContent };
+    line.visible = wanted && hasContent;
   }
 
   resize(width, height) {

@@ -1,8 +1,9 @@
 import { BufferAttribute, BufferGeometry, Points, PointsMaterial } from "three";
 import { COLORS } from "./palette.js";
 
-// Landmarks, and on top of them those that the newest frame sees.
+/** Landmarks, and on top of them those that the newest frame sees. */
 export class PointsLayer {
+  /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.points = new Points(new BufferGeometry(), new PointsMaterial({ size: 2.4, sizeAttenuation: false, vertexColors: true }));
@@ -32,8 +33,9 @@ export class PointsLayer {
       geometry.setAttribute("color", new BufferAttribute(landmarks.colors, 3, true));
     } else if (high >= low) {
       for (const name of ["position", "color"]) {
-        geometry.attributes[name].addUpdateRange(3 * low, 3 * (high - low + 1));
-        geometry.attributes[name].needsUpdate = true;
+        const attribute = /** @type {BufferAttribute} */ (geometry.attributes[name]);
+        attribute.addUpdateRange(3 * low, 3 * (high - low + 1));
+        attribute.needsUpdate = true;
       }
     }
     landmarks.dirty = [Infinity, -1];

@@ -1,4 +1,9 @@
-// What the program has told: the map, the frames, what happened. Views are told which parts changed.
+/** @import { Anchor, FrameMessage, MapSummary, Model, RunEvent, SeenObject, Status } from "./messages" */
+/** @typedef {FrameMessage & { px: Float32Array, landmarks: Uint32Array, isMatched: (i: number) => boolean, bitmap: ImageBitmap | null, keyframe?: number }} Frame */
+/** @typedef {Omit<import("./messages").ObjectDetail, "crops"> & { crops: { frame: number, url: string }[] }} Detail */
+/** @typedef {{ id: number, frame: number, pose: Float32Array, edges: Uint32Array }} Keyframe  `edges`: pairs of another keyframe and the number of shared landmarks */
+/** @typedef {{ frame: number, state: number, ms: number, inliers: number }} Note */
+/** @type {import("./messages").State[]} */
 export const STATES = ["initializing", "tracking", "relocalized", "objects", "lost"];
 const NO_LANDMARK = 0xffffffff;
 
@@ -10,7 +15,7 @@ class Landmarks {
     this.ids = new Uint32Array(1024);
     this.positions = new Float32Array(3 * 1024);
     this.colors = new Uint8Array(3 * 1024);
-    this.known = new Map(); // colours, also of landmarks that are still to come
+    this.known = new Map(); // colours by id, also of landmarks that have not come yet
     this.dirty = [Infinity, -1];
   }
 
@@ -69,14 +74,28 @@ class Landmarks {
   }
 }
 
+/** What the program has told: the map, the frames, the events. An event of the name of each part that changed is dispatched. */
 export class Store extends EventTarget {
+  /** @type {Status} */ status = { live: false, paused: false, mapping: true, dropped: 0, title: "" };
+  mayCommand = false;
+  mayPlace = false; // and edit anchors
+  /** @type {Model[]} */ models = [];
+  /** @type {RunEvent[]} */ events = [];
+  updates = 0; // since the connection was opened; the first one has all that was before
+  /** @type {Landmarks} */ landmarks;
+  /** @type {Map<number, Keyframe>} */ keyframes;
+  /** @type {Map<number, SeenObject>} */ objects;
+  /** @type {{ size: number, poses: Float32Array, states: Uint8Array, frames: Int32Array }} */ path;
+  /** @type {Note[]} */ notes;
+  /** @type {Float32Array} */ groundtruth;
+  /** @type {MapSummary} */ map;
+  /** @type {Frame | null} */ frame; // the newest
+  /** @type {Anchor[]} */ anchors;
+  /** @type {Frame | null} */ chosen; // of the keyframe that was asked for
+  /** @type {Detail | null} */ detail = null; // of the object that was asked for
+
   constructor() {
     super();
-    this.status = { live: false, paused: false, mapping: true, dropped: 0, title: "" };
-    this.mayCommand = false;
-    this.mayPlace = false; // anchors, and edit them
-    this.models = []; // of content: name, and url of its glTF
-    this.events = [];
     this.clear();
   }
 
@@ -89,12 +108,12 @@ export class Store extends EventTarget {
     this.groundtruth = new Float32Array(0);
     this.map = { landmarks: 0, keyframes: 0, loops: 0, metric: false };
     this.frame = null;
-    this.anchors = []; // named places of content: model, size, pose (anchor to world), object
-    this.chosen = null; // a keyframe that was asked for
-    this.detail = null;
+    this.anchors = [];
+    this.chosen = null;
+    this.showDetail(null);
   }
 
-  // A run that has ended takes nothing any more; a saved map, which takes no commands, does.
+  // A run that has ended accepts no edits; a saved map, which takes no commands, does.
   get mayEdit() {
     return this.mayPlace && (this.status.live || !this.mayCommand);
   }
@@ -107,14 +126,14 @@ export class Store extends EventTarget {
     return [...this.objects.values()].filter((o) => o.mapped);
   }
 
-  // Resolves once all is taken in, pictures included.
+  /** Resolves when all is taken over, pictures included. @param {import("./messages").ViewerMessage} message */
   async take(message) {
     const changed = new Set();
     if (message.type === "hello") {
-      // A new connection is told everything anew.
+      // After it comes the whole map.
       this.clear();
       this.events = [];
-      this.updates = 0; // since then; the first has all that was before
+      this.updates = 0;
       this.mayCommand = message.commands;
       this.mayPlace = message.anchors ?? false;
       this.models = message.models ?? [];
@@ -122,16 +141,16 @@ export class Store extends EventTarget {
     } else if (message.type === "update") {
       await this.update(message, changed);
     } else if (message.type === "object") {
-      this.detail = describeDetail(message);
+      this.showDetail(message);
       changed.add("detail");
     } else if (message.type === "keyframe") {
-      this.chosen = await frameOf(message);
-      this.chosen.keyframe = message.keyframe;
+      this.chosen = { ...(await frameOf(message.frame, message.arrays)), keyframe: message.keyframe };
       changed.add("frame");
     }
     for (const part of changed) this.dispatchEvent(new Event(part));
   }
 
+  /** @param {import("./messages").Update} message  @param {Set<string>} changed */
   async update(message, changed) {
     const { arrays } = message;
     ++this.updates;
@@ -140,7 +159,7 @@ export class Store extends EventTarget {
       changed.add("restart").add("path").add("frame").add("notes").add("anchors");
     }
     if (message.map) {
-      this.updateMap(message);
+      this.updateMap(message, message.map);
       changed.add("map");
     }
     if (arrays.color_ids) {
@@ -174,16 +193,17 @@ export class Store extends EventTarget {
     }
     if (message.frame) {
       const before = this.frame;
-      this.frame = await frameOf(message);
+      this.frame = await frameOf(message.frame, arrays);
       before?.bitmap?.close();
       if (this.status.live) this.chosen = null;
       changed.add("frame");
     }
   }
 
-  updateMap(message) {
+  /** @param {import("./messages").Update} message  @param {MapSummary} map */
+  updateMap(message, map) {
     const { arrays } = message;
-    this.map = message.map;
+    this.map = map;
     const positions = arrays.landmark_positions;
     arrays.landmark_ids?.forEach((id, i) => this.landmarks.set(id, positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]));
     arrays.landmarks_gone?.forEach((id) => this.landmarks.remove(id));
@@ -201,6 +221,18 @@ export class Store extends EventTarget {
     arrays.keyframes_gone?.forEach((id) => this.keyframes.delete(id));
     message.objects?.forEach((object) => this.objects.set(object.id, object));
     message.objects_gone?.forEach((id) => this.objects.delete(id));
+  }
+
+  /** The pictures of the one before are released. @param {import("./messages").ObjectDetail | null} message */
+  showDetail(message) {
+    for (const { url } of this.detail?.crops ?? []) URL.revokeObjectURL(url);
+    let offset = 0;
+    const crops = message?.crops.map(({ frame, bytes }) => {
+      const blob = new Blob([message.arrays.jpegs.subarray(offset, offset + bytes)], { type: "image/jpeg" });
+      offset += bytes;
+      return { frame, url: URL.createObjectURL(blob) };
+    });
+    this.detail = message && { ...message, crops: crops ?? [] };
   }
 
   updatePath(size, arrays) {
@@ -226,20 +258,14 @@ export class Store extends EventTarget {
   }
 }
 
-async function frameOf({ frame, arrays }) {
-  frame.px = arrays.keypoints ?? new Float32Array(0);
-  frame.landmarks = arrays.keypoint_landmarks ?? new Uint32Array(0);
-  frame.isMatched = (i) => frame.landmarks[i] !== NO_LANDMARK;
-  frame.bitmap = arrays.jpeg ? await createImageBitmap(new Blob([arrays.jpeg], { type: "image/jpeg" })) : null;
-  return frame;
-}
-
-function describeDetail(message) {
-  let offset = 0;
-  const crops = message.crops.map(({ frame, bytes }) => {
-    const blob = new Blob([message.arrays.jpegs.subarray(offset, offset + bytes)], { type: "image/jpeg" });
-    offset += bytes;
-    return { frame, url: URL.createObjectURL(blob) };
-  });
-  return { ...message, crops };
+/** @returns {Promise<Frame>} */
+async function frameOf(frame, arrays) {
+  const landmarks = arrays.keypoint_landmarks ?? new Uint32Array(0);
+  return {
+    ...frame,
+    px: arrays.keypoints ?? new Float32Array(0),
+    landmarks,
+    isMatched: (i) => landmarks[i] !== NO_LANDMARK,
+    bitmap: arrays.jpeg ? await createImageBitmap(new Blob([arrays.jpeg], { type: "image/jpeg" })) : null,
+  };
 }

@@ -1,11 +1,13 @@
-// States and times of all frames in a strip; a click goes there.
-import { onceAFrame } from "./once_a_frame.js";
-import { STATE_COLORS, short } from "./palette.js";
+import { onceAFrame } from "./batched.js";
+import { contextOf } from "./image_area.js";
+import { MARKS, STATE_COLORS, short } from "./palette.js";
 import { STATES } from "./store.js";
 
-const MARKS = { lost: STATE_COLORS.lost, relocalized: STATE_COLORS.relocalized, objects: STATE_COLORS.objects, loop: "#c58af9", reset: "#e6e9ed" };
-
+/** A strip with the states and times of all frames. A click on a frame chooses it. */
 export class Timeline {
+  /** @type {number | undefined} */ now; // the frame that was chosen
+
+  /** @param {HTMLElement} element  @param {import("./store.js").Store} store  @param {{ onChoose: (frame: number) => void }} events */
   constructor(element, store, { onChoose }) {
     this.element = element;
     this.store = store;
@@ -31,7 +33,7 @@ export class Timeline {
     const { clientWidth: width, clientHeight: height } = this.element;
     this.canvas.width = width * dpr;
     this.canvas.height = height * dpr;
-    const context = this.canvas.getContext("2d");
+    const context = contextOf(this.canvas);
     context.scale(dpr, dpr);
     const { notes } = this.store;
     if (notes.length === 0) return;
@@ -84,7 +86,7 @@ export class Timeline {
     return values[Math.floor(share * (values.length - 1))];
   }
 
-  // Of the note of a frame, or the one before it.
+  // The place in the notes of a frame, or of the last one before it.
   placeOf(frame) {
     const { notes } = this.store;
     let [low, high] = [0, notes.length - 1];

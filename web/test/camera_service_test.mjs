@@ -18,7 +18,7 @@ const TOKEN = "a-token-that-may-write";
 const maps = join(folder, "maps");
 const out = join(folder, "desk");
 const processes = [];
-let port = 0; // any at first, then the same
+let port = 0; // 0: any that is free; a restart keeps it
 let server;
 
 // Starts the service, and resolves when it answers.
@@ -66,13 +66,13 @@ async function start(page) {
   return page;
 }
 
-// The picture fills the window.
+// Where a pixel of the image is in the window, which the image fills.
 const toWindow = ([u, v]) => {
   const scale = LANDSCAPE.width / 640;
   return { x: (u + 0.5) * scale, y: (LANDSCAPE.height - 480 * scale) / 2 + (v + 0.5) * scale };
 };
 
-// Places content at a pixel. On a busy machine the picture may be without a pose at that moment, and the tap without effect: it is made again.
+// Places content at a pixel. A tap at a moment without a pose has no effect, which happens on a busy machine: then it is repeated.
 async function placeAt(page, model, where, pixel) {
   await page.locator("[data-action=place]").tap();
   for (const choice of [model, where]) await page.locator(`#models >> text=${choice}`).tap();
@@ -84,7 +84,7 @@ async function placeAt(page, model, where, pixel) {
   }
 }
 
-// The middle of the turquoise note that lies on the bench, in the picture as it comes from the camera; by its colour.
+// The middle of the turquoise note on the bench in the camera's picture, found by its colour.
 const noteIn = (page) => page.evaluate(() => {
   const { video } = window.oaslam.source;
   const canvas = Object.assign(document.createElement("canvas"), { width: 640, height: 480 });
@@ -99,11 +99,11 @@ const noteIn = (page) => page.evaluate(() => {
       us.push(u);
       vs.push(v);
     }
-  const median = (values) => values.sort((a, b) => a - b)[values.length >> 1]; // some of a bottle have that colour, too
+  const median = (values) => values.sort((a, b) => a - b)[values.length >> 1]; // some pixels of a bottle have that colour, too
   return { pixel: [median(us), median(vs)], count: us.length };
 });
 
-// Of an image of the run that made the map.
+// The pose of an image in the run that made the map.
 function poseOf(frame) {
   const line = readFileSync(join(out, "trajectory.txt"), "utf8").split("\n").filter((text) => /^[\d.-]/.test(text)).map((text) => text.split(/\s+/).map(Number))
     .find(([time]) => Math.abs(time - frame / 30) < 1e-3);
@@ -139,13 +139,13 @@ test("content placed by a tap stands there, and on another phone at the same pla
     console.log(`image ${frame}: drawn at ${drawn.map((v) => v.toFixed(1))}, by the map's pose at ${expected.map((v) => v.toFixed(1))}, the note at ${pixel.map((v) => v.toFixed(1))}`);
     assert.ok(away(drawn, expected) < 3, `${drawn}, not ${expected}`);
     assert.ok(away(drawn, pixel) < 8, `${drawn}, and the note at ${pixel}`);
-    // What is drawn stands on it: the pixels that change when it goes.
+    // The pixels that change when the content is switched off stand on the note.
     await page.evaluate(() => window.oaslam.view.onPickAnchor(null));
     const { count, box } = await contentPixels(page);
     const foot = toWindow(pixel);
     assert.ok(count > 150 && box[0] < foot.x && foot.x < box[2] && Math.abs(box[3] - foot.y) < 20 && box[1] < foot.y - 20, JSON.stringify({ count, box, foot }));
   }
-  // The other phone's content, on an object, and what becomes of it.
+  // Content that the other phone places on an object appears here, and goes when it is removed there.
   await placeAt(there, "tree", "on objects", [485, 235]); // the teddy bear
   await here.waitForFunction(() => window.oaslam.state.anchors.length === 2);
   assert.ok(await here.evaluate(() => window.oaslam.state.anchors.some(({ model, object }) => model === "tree" && object !== undefined)));
@@ -154,7 +154,7 @@ test("content placed by a tap stands there, and on another phone at the same pla
   await there.locator("#anchor [data-action=remove]").tap();
   await here.waitForFunction(() => window.oaslam.state.anchors.length === 1);
 
-  // The service dies, and comes back: so do the phones, and the content.
+  // After the service is killed and started again, both phones are connected and show the content.
   const ended = new Promise((done) => server.on("exit", done));
   server.kill("SIGKILL");
   await ended;
@@ -174,7 +174,7 @@ test("a phone that moves and knows nothing of its lens: it is found, and what is
   await page.waitForFunction(() => window.oaslam.cameras.knows(window.oaslam.source.lens), null, { timeout: 60000 });
   const found = await page.evaluate(() => window.oaslam.session.camera);
   assert.ok(Math.abs(found.fx / 525 - 1) < 0.1, JSON.stringify(found));
-  // Each image that was drawn, and the answers around it.
+  // Compares each image that was drawn with the answers before and after it.
   const watched = await page.evaluate(async () => {
     const { view, session } = window.oaslam;
     const [drawn, answers] = [[], []];
@@ -205,7 +205,7 @@ test("a phone that moves and knows nothing of its lens: it is found, and what is
   console.log(`${drawn.length} images drawn, ${rate.toFixed(1)} answers a second, ${posed.length} of ${answers.length} with a pose, delay ${(1000 * delay).toFixed(0)} ms; ` +
     `drawn ${errors[errors.length >> 1].toFixed(1)} px from the later answers (median), ${errors[Math.floor(0.9 * errors.length)].toFixed(1)} (90 %)`);
   assert.ok(posed.length > 0.8 * answers.length && posed.length > 5, `${posed.length} of ${answers.length}`);
-  // With answers half a second apart the motion of a hand between them is nobody's to know.
+  // From answers half a second apart the motion of a hand between them does not follow.
   if (rate > 3) assert.ok(errors.length > 30 && errors[errors.length >> 1] < 12, String(errors[errors.length >> 1]));
   assert.deepEqual(page.errors, []);
 });

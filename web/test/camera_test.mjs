@@ -1,4 +1,4 @@
-// The page for phones in a real browser, with a file as its camera and a service that keeps the contract (docs/service.md) and is told what to answer.
+// The page for phones in a real browser, with a file as its camera, against a service of this test that speaks the protocol of docs/service.md.
 // OASLAM_SOURCE_DIR=... node --test web/test/camera_test.mjs      Pictures go to OASLAM_SCREENSHOTS where that is set.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -12,7 +12,7 @@ const PAGE = readFileSync(join(ROOT, "web", "dist", "camera.html"));
 const POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:; media-src blob:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 const CAMERA = { model: "pinhole", width: 640, height: 480, fx: 500, fy: 520, cx: 300, cy: 260, distortion: [0, 0, 0, 0, 0] };
 const STILL = { position: [0, 0, 0], rotation: [0, 0, 0, 1] };
-const UPRIGHT = [1, 0, 0, 0]; // y up: against the image's
+const UPRIGHT = [1, 0, 0, 0]; // y up, while that of the camera points down
 
 let browser;
 before(async () => {
@@ -20,7 +20,7 @@ before(async () => {
 });
 after(closeAll);
 
-// A service with one map. `answer` gives what is said to an image's header; null: nothing.
+// A service with two maps. `answer` makes the answer to an image from its header; null: none.
 class Service {
   constructor({ anchors = [], objects = [], mayWrite = true, token = "" } = {}) {
     Object.assign(this, { anchors, objects, mayWrite, token, isUp: true, images: [], edits: [], sockets: [], requests: [] });
@@ -113,7 +113,7 @@ async function until(holds) {
 
 const isShowing = (page) => page.waitForSelector("#view[data-showing=true]");
 const anchorAt = (name, position, size = 0.1) => ({ name, model: "none", size, pose: { position, rotation: UPRIGHT }, version: 1 });
-// Where a pixel of the image is in the window: as large as it fills it.
+// Where a pixel of the image is in the window, which the image fills.
 function inWindow([u, v], { width, height } = LANDSCAPE) {
   const scales = [width / 640, height / 480].sort((a, b) => a - b);
   const scale = scales[0] / scales[1] >= 0.6 ? scales[1] : scales[0];
@@ -133,13 +133,12 @@ test("content stands in the picture where the pose and the lens put it, in any w
     const { count, lowest } = await contentPixels(page);
     assert.ok(count > 100 && Math.hypot(lowest.x - tip.x, lowest.y - tip.y) < 6, JSON.stringify({ size, count, lowest, tip }));
   }
-  // The picture of the camera is behind it: not black.
   await page.setViewportSize(LANDSCAPE);
   assert.match(await page.locator("#state").textContent(), /in the map/);
   assert.match(await page.locator("#delay").textContent(), /^\d+ ms$/);
   await page.locator("[data-action=objects]").tap();
   await shoot(page, "camera_mock");
-  // Lost: it is not drawn any more.
+  // While the camera is lost no content is drawn.
   service.answer = () => service.pose(null);
   await page.waitForSelector("#view[data-showing=false]");
   assert.match(await page.locator("#state").textContent(), /looking for this place/);
@@ -188,7 +187,7 @@ test("the picture is shown without the distortion of its lens", async () => {
 
 test("what is drawn belongs to the picture that is shown, though answers are late; also without frame callbacks", async () => {
   const service = new Service({ anchors: [anchorAt("pin", [0, 0, 1])] });
-  // A camera that turns and goes steadily: its pose at the time of an image.
+  // The pose at the time of an image, of a camera with a constant motion.
   const truth = (time) => {
     const half = 0.2 * time;
     return { position: [0.3 * time, 0, 0], rotation: [0, Math.sin(half), 0, Math.cos(half)] };
@@ -218,13 +217,13 @@ test("what is drawn belongs to the picture that is shown, though answers are lat
     let tooLate = -Infinity;
     for (const { time, late, pose } of last) {
       const { position, rotation } = truth(time);
-      if (late > 0.25) tooLate = time; // then the motion is not known to go on; what that left is faded out
+      if (late > 0.25) tooLate = time; // beyond the page's prediction; what is shown returns from it gradually
       if (time - tooLate < 0.2) continue;
       const angle = 2 * Math.asin(Math.min(1, Math.hypot(rotation[1] * pose[3] - rotation[3] * pose[1])));
       assert.ok(angle < 0.01 && Math.abs(position[0] - pose[4]) < 0.008, JSON.stringify({ late, angle, by: position[0] - pose[4] }));
     }
     const late = last.map((each) => each.late).sort((a, b) => a - b)[last.length >> 1];
-    assert.ok(late > 0.05, String(late)); // by the newest answer alone it would be 0.02 rad and 0.015 away, or more
+    assert.ok(late > 0.05, String(late)); // without prediction the pose would be wrong by 0.02 rad and 0.015, or more
     await page.context().close();
   }
 });
@@ -240,7 +239,7 @@ test("images go at the pace of the answers, with what was found about the camera
   const { camera, time } = service.images.at(-1);
   assert.deepEqual(camera, CAMERA);
   assert.ok(time > first.time);
-  // Two on the way at most: of a service that needs 150 ms, twice as many answers as one after the other, and no more.
+  // A service that needs 150 ms gets two images in that time, and no more.
   const [from, to] = [service.images[5], service.images.at(-1)];
   assert.ok((to.at - from.at) / (to.id - from.id) > 70, String((to.at - from.at) / (to.id - from.id)));
   assert.ok(service.images.every(({ time }, i) => i === 0 || time > service.images[i - 1].time));
@@ -252,20 +251,20 @@ test("images go at the pace of the answers, with what was found about the camera
   clearInterval(feed);
   const { gravity } = service.images.at(-1);
   assert.ok(Math.abs(Math.hypot(...gravity) - 9.81) < 0.01, String(gravity));
-  // Remembered on the next visit, by this browser.
+  // The browser remembers the lens.
   await page.reload();
   const before = service.images.length;
   await page.locator("[data-action=start]").tap();
   await page.waitForFunction(() => window.oaslam?.session.ids > 2);
   assert.deepEqual(service.images[before].camera, CAMERA);
-  // Until it is to be forgotten.
+  // The user can have it forgotten.
   await page.locator("#bar [data-action=maps]").tap();
   await page.locator("[data-action=lens]").tap();
   const again = service.images.length;
   await page.locator("[data-map=desk]").tap();
   await until(() => service.images.length > again);
   assert.equal(service.images[again].camera, "auto");
-  // Hidden: nothing is sent.
+  // A hidden page sends nothing.
   await page.evaluate(() => Object.defineProperty(document, "hidden", { configurable: true, get: () => true }));
   await page.waitForTimeout(100);
   const [hidden, sent] = [service.images.length, await page.evaluate(() => window.oaslam.session.ids)];
@@ -293,19 +292,19 @@ test("a tap places content along its ray, on an object or a surface; the anchor 
     const { x, y } = inWindow(pixel);
     await page.touchscreen.tap(x, y);
   };
-  // The ray of a pixel, by hand: the camera is rolled about z.
+  // The expected ray of a pixel, for the camera that is rolled about z.
   const rayOf = ([u, v]) => {
     const [x, y] = [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy];
     return [x * Math.cos(turned) - y * Math.sin(turned), x * Math.sin(turned) + y * Math.cos(turned), 1];
   };
   const pixel = [400, 280];
   await tap(pixel);
-  assert.deepEqual(service.edits, []); // nothing is placed unless it is asked for
+  assert.deepEqual(service.edits, []); // nothing is placed before Place was tapped
   await page.locator("[data-action=place]").tap();
   assert.match(await page.locator("#models p").textContent(), /Tap the place/);
   await page.locator("#models >> text=robot").tap();
   await tap(pixel);
-  await page.waitForFunction(() => document.body.dataset.anchor === "flag 1"); // what comes is selected
+  await page.waitForFunction(() => document.body.dataset.anchor === "flag 1"); // the new anchor is selected
   const [{ type, model, origin, direction, object }] = service.edits;
   assert.deepEqual({ type, model, object, origin }, { type: "place", model: "robot", object: undefined, origin: [-0.2, 0, 0] });
   const ray = rayOf(pixel);
@@ -344,7 +343,7 @@ test("a tap places content along its ray, on an object or a surface; the anchor 
   await page.waitForFunction(() => document.body.dataset.anchor === "");
   assert.ok(await page.locator("#anchor").isHidden());
   assert.deepEqual(await page.evaluate(() => window.oaslam.state.anchors.map(({ name }) => name)), ["of another"]);
-  // What is refused is said.
+  // A refusal is shown.
   service.tell({ type: "error", message: "too few landmarks there" });
   await page.waitForFunction(() => /too few landmarks/.test(document.querySelector("#toast").textContent));
   // Another map under the same name.
@@ -369,13 +368,13 @@ test("a lost connection comes back, later each time, and says why", async () => 
   service.isUp = false;
   service.drop();
   await page.waitForFunction(() => /no connection: again in \d s/.test(document.querySelector("#state").textContent));
-  await page.waitForSelector("#view[data-showing=false]"); // of a pose that is too old nothing is drawn
+  await page.waitForSelector("#view[data-showing=false]"); // no content with a pose that is too old
   await page.waitForFunction(() => window.oaslam.session.link.delay >= 2000);
   service.isUp = true;
   await isShowing(page);
   assert.equal(service.sockets.length, 1);
   assert.equal(await page.evaluate(() => window.oaslam.session.link.delay), 500);
-  // The map is gone meanwhile.
+  // The map was removed while the page had no connection.
   service.maps = ["hall"];
   service.drop();
   await page.waitForFunction(() => /no map desk/.test(document.querySelector("#state").textContent));

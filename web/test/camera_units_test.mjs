@@ -14,7 +14,7 @@ const { refusal } = await import("../src/camera/help.js");
 const { KnownCameras, scaledCamera, sentSize } = await import("../src/camera/intrinsics.js");
 const { between, moved, MotionFilter } = await import("../src/camera/motion.js");
 const { Pacer } = await import("../src/camera/pacer.js");
-const { Service } = await import("../src/camera/service.js");
+const { Service } = await import("../src/service.js");
 const { describe } = await import("../src/camera/words.js");
 
 const near = (a, b, tolerance = 1e-9) => a.forEach((x, i) => assert.ok(Math.abs(x - b[i]) < tolerance, `${a}, not ${b}`));
@@ -37,7 +37,7 @@ test("gravity in the picture's axes, however the phone is held", () => {
   near(held(0, 90, 0), [0, g, 0]); // upright, looking at the horizon: down is y
   near(held(0, 0, 0), [0, 0, g]); // on a table, looking down
   near(held(180, -90, 0), [0, g, 0]); // upside down, and the picture with it
-  near(held(90, 0, -90), [0, g, 0]); // its top to the left: the picture is turned with the clock
+  near(held(90, 0, -90), [0, g, 0]); // its top to the left: the picture is turned clockwise
   near(held(270, 0, 90), [0, g, 0]); // its top to the right
   near(held(0, 60, 0), [0, g * Math.sin(Math.PI / 3), g / 2]); // looking down by 30 degrees
   near(held(0, 120, 0), [0, g * Math.sin(Math.PI / 3), -g / 2]); // looking up
@@ -51,7 +51,7 @@ test("gravity in the picture's axes, however the phone is held", () => {
 });
 
 test("the angles of orientation and the acceleration at rest say the same, on both systems", () => {
-  // The device's rotation as the W3C has it, by three's quaternions.
+  // The device's rotation as the W3C defines it, by quaternions.
   const axis = { x: new Vector3(1, 0, 0), y: new Vector3(0, 1, 0), z: new Vector3(0, 0, 1) };
   for (const [alpha, beta, gamma] of [[10, 20, 30], [200, -70, 55], [0, 130, -80], [300, 89, 1]]) {
     const turn = (name, degrees) => new Quaternion().setFromAxisAngle(axis[name], (degrees * Math.PI) / 180);
@@ -68,7 +68,7 @@ test("intrinsics of another size show the same rays, and are kept for the lens t
   const camera = { model: "pinhole", width: 640, height: 480, fx: 525, fy: 526, cx: 319.5, cy: 239.5, distortion: [0.1, 0, 0, 0, 0] };
   const large = scaledCamera(camera, 1280, 960);
   near([large.fx, large.fy, large.cx, large.cy], [1050, 1052, 639.5, 479.5]);
-  // The ray through the border between two pixels.
+  // Scaling keeps the ray through the border between two pixels.
   const ray = (c, edge) => (edge - 0.5 - c.cx) / c.fx;
   near([ray(camera, 100)], [ray(large, 200)]);
   assert.deepEqual(large.distortion, camera.distortion);
@@ -97,7 +97,7 @@ test("intrinsics of another size show the same rays, and are kept for the lens t
   assert.equal(refusing.recall(lens, { width: 640, height: 480 }), null);
 });
 
-// A camera that goes and turns steadily.
+// A camera with a constant motion.
 const steady = (t) => {
   const q = new Quaternion().setFromAxisAngle(new Vector3(0.2, 1, -0.3).normalize(), 0.8 * t).multiply(new Quaternion(0.1, -0.4, 0.2, 0.8).normalize());
   return [...q.toArray(), 1 + 0.5 * t, -0.2 * t, 2 + 0.1 * t];
@@ -113,7 +113,7 @@ test("poses: the way between two, and a share of it", () => {
   assert.ok(apart(moved(a, way), b).angle < 1e-9 && apart(moved(a, way), b).way < 1e-9);
   assert.ok(Math.abs(way.rotation.length() - 0.8 * 1.3) < 1e-9);
   assert.ok(apart(moved(a, way, 0.5), steady(0.65)).angle < 1e-9);
-  // The shorter way round, and no way at all.
+  // The shorter rotation of the two, and none at all.
   const opposite = [...b.slice(0, 4).map((x) => -x), ...b.slice(4)];
   assert.ok(apart(b, opposite).angle < 1e-6);
   assert.deepEqual(moved(a, between(a, a)).map((x) => x.toFixed(9)), a.map((x) => x.toFixed(9)));
@@ -123,15 +123,15 @@ test("a steady motion is foretold; what is not known to go on is not", () => {
   const filter = new MotionFilter();
   assert.equal(filter.at(1), null);
   filter.add(steady(0), 0, 2);
-  assert.ok(apart(filter.at(0.1), steady(0)).way < 1e-12); // of one pose no motion
+  assert.ok(apart(filter.at(0.1), steady(0)).way < 1e-12); // one pose tells no motion
   for (const t of [0.05, 0.09, 0.15]) filter.add(steady(t), t, 2);
   for (const t of [0.15, 0.2, 0.39]) {
     const { angle, way } = apart(filter.at(t), steady(t));
     assert.ok(angle < 1e-6 && way < 1e-6, `${t}: ${angle}, ${way}`);
   }
-  assert.ok(apart(filter.at(0.9), steady(0.4)).way < 1e-6); // a quarter of a second and no farther
+  assert.ok(apart(filter.at(0.9), steady(0.4)).way < 1e-6); // at most a quarter of a second ahead
   assert.equal(filter.at(1.5), null);
-  filter.add(steady(0.1), 0.1, 2); // one that comes after its successor changes nothing
+  filter.add(steady(0.1), 0.1, 2); // one that is older than the newest is ignored
   assert.ok(apart(filter.at(0.2), steady(0.2)).way < 1e-6);
   filter.reset();
   assert.equal(filter.at(0.2), null);
@@ -153,14 +153,14 @@ test("a correction does not jump and is made soon; another place is shown at onc
     last = now;
   }
   assert.ok(apart(last, aside(0.79)).way < 0.005, String(apart(last, aside(0.79)).way));
-  // Nor is the way there taken for a motion that goes on.
+  // A jump to another place is not taken for a motion that goes on.
   const elsewhere = moved(steady(0.7), { rotation: new Vector3(0, 2, 0), translation: new Vector3(3, 0, 0) });
   filter.add(elsewhere, 0.75, 2);
   assert.ok(apart(filter.show(0.85), elsewhere).way < 1e-9);
 });
 
 test("walks with a camera in a trembling hand: content drawn by what is foretold is nearer to its place than by the newest pose", () => {
-  // Of a point 2 m before the camera, in pixels of a lens of 525: how far it is drawn from its place.
+  // How far a point 2 m in front of the camera is drawn from its place, in pixels at a focal length of 525.
   const pixels = (drawn, pose) => {
     const point = new Vector3(0.3, 0.2, 2).applyQuaternion(new Quaternion().fromArray(pose)).add(new Vector3().fromArray(pose, 4));
     const p = point.sub(new Vector3().fromArray(drawn, 4)).applyQuaternion(new Quaternion().fromArray(drawn).invert());
@@ -168,7 +168,7 @@ test("walks with a camera in a trembling hand: content drawn by what is foretold
   };
   const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
   for (const clip of ["map_front", "query_around", "lost_and_back"])
-    for (const [every, late] of [[1, 2], [2, 3], [4, 5]]) { // images between answers, and until one comes, of 30 in a second
+    for (const [every, late] of [[1, 2], [2, 3], [4, 5]]) { // at 30 images a second: images from answer to answer, and from an image to its answer
       const lines = readFileSync(new URL(`../../data/sample/${clip}/groundtruth.txt`, import.meta.url), "utf8").split("\n").filter((line) => /^[\d.]/.test(line));
       const truth = lines.map((line) => line.split(/\s+/).map(Number)).map(([t, x, y, z, ...q]) => ({ t, pose: [...q, x, y, z] }));
       const filter = new MotionFilter();
@@ -183,7 +183,7 @@ test("walks with a camera in a trembling hand: content drawn by what is foretold
         if (i >= 30) errors.push([pixels(drawn, pose), pixels(newest.pose, pose)]);
       });
       const [foretold, last] = [0, 1].map((which) => median(errors.map((pair) => pair[which])));
-      const fast = errors.filter(([, last]) => last > 15); // a turn of the camera: there it matters
+      const fast = errors.filter(([, last]) => last > 15); // while the camera turns quickly
       const [fastForetold, fastLast] = [0, 1].map((which) => median(fast.map((pair) => pair[which])));
       console.log(`${clip}, an answer every ${every} images, ${late} late: ${foretold.toFixed(1)} px, not ${last.toFixed(1)}; in ${fast.length} images of fast motion ${fastForetold?.toFixed(1)}, not ${fastLast?.toFixed(1)}`);
       assert.ok(foretold < 1.1 * last);
@@ -210,7 +210,7 @@ test("images are sent at the pace of the answers, two on the way at most", () =>
   pacer.answered(4, 1100); // 3 was dropped
   assert.deepEqual(pacer.flying, []);
   pacer.sent(5, 1100);
-  assert.ok(pacer.maySend(6000)); // an answer that never comes does not end it
+  assert.ok(pacer.maySend(6000)); // a lost answer does not stop the images
 });
 
 test("addresses and the token", () => {

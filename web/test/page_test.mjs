@@ -151,7 +151,7 @@ test("a finished run: what the files say is what is drawn", async () => {
   await settle(page);
   await shoot(page, "viewer");
 
-  // A distance between two landmarks is theirs.
+  // Measures the distance between two landmarks.
   await page.keyboard.press("Escape");
   await page.keyboard.press("m");
   const measured = await page.evaluate(() => {
@@ -177,7 +177,7 @@ test("a finished run: what the files say is what is drawn", async () => {
   await settle(page);
   await shoot(page, "image");
 
-  // A picture that had not come is asked for again: that of the moment that is chosen by then.
+  // A picture that has not come is asked for again: that of the moment that is chosen now.
   await page.evaluate(() => {
     const { store, connection } = window.oaslam;
     window.asked = [];
@@ -194,7 +194,7 @@ test("a finished run: what the files say is what is drawn", async () => {
 });
 
 test("two viewers of a live run: it grows, is held, goes on, and is told to relocalize", async () => {
-  const { url, child, ended } = await serve("run", ...INPUT, "--out", join(folder, "live"), "--viewer", "0", "--viewer-stay", "--viewer-paused", "--mode", "live", "--fps", "10"); // slow: a browser without a graphics card is, too
+  const { url, child, ended } = await serve("run", ...INPUT, "--out", join(folder, "live"), "--viewer", "0", "--viewer-stay", "--viewer-paused", "--mode", "live", "--fps", "10"); // slow enough for a browser without a graphics card
   const [page, other] = [await open(url), await open(url, { width: 1000, height: 700 })];
   for (const p of [page, other]) await p.waitForFunction(() => window.oaslam.store.status.paused);
   assert.equal(await stat(page, "landmarks"), 0);
@@ -222,7 +222,7 @@ test("two viewers of a live run: it grows, is held, goes on, and is told to relo
   await other.waitForFunction(() => window.oaslam.store.status.mapping === false);
   await shoot(other, "live_small");
   await other.locator("#controls >> text=Resume").click();
-  // The last word reaches both: the finished map. (A run that does not stay waits a moment for its viewers: a browser on a busy machine is slower.)
+  // Both get the finished map. (--viewer-stay, since a run waits only a moment for its viewers, too short for a browser on a busy machine.)
   for (const p of [page, other]) {
     await p.waitForFunction(() => !window.oaslam.store.status.live, null, { timeout: 240000 });
     assert.ok((await p.evaluate(() => window.oaslam.store.path.size)) > 300);
@@ -241,7 +241,7 @@ const anchorsAt = (page, anchors) => page.evaluate(async (list) => {
   const upright = mapView.world.quaternion.clone().invert().toArray();
   await store.take({ type: "update", arrays: {}, anchors: list.map(({ at, ...anchor }) => ({ model: "no such model", pose: [...upright, ...at], ...anchor })) });
 }, anchors);
-// What the overlay of the AR view shows: pixels (not those of shadows), and the lowest of them, in the window.
+// The number of pixels that are drawn in the overlay of the AR view, without shadows, and the place of the lowest one in the window.
 const overlay = async (page) => {
   await settle(page);
   return page.evaluate(() => {
@@ -292,11 +292,11 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.equal(await page.evaluate(() => window.oaslam.arView.count), 0);
   assert.equal((await overlay(page)).count, 0);
 
-  // The drawn camera is the one of the image, in a window of any shape.
+  // Content is drawn with the camera of the image, in a window of any shape.
   const agrees = async () => {
     const seen = await outlines(page);
     for (const { object, center, outline } of seen) assert.ok(away(center, outline) < 0.1, `outline of object ${object}: ${outline}, not ${center}`);
-    const small = seen.filter(({ size }) => size < 30); // the outline's middle is that of the object
+    const small = seen.filter(({ size }) => size < 30); // of a small object the middle of the outline is that of the object
     assert.ok(small.length > 2);
     for (const { object, center, middle } of small) assert.ok(away(center, middle) < 1.5, `object ${object}: ${middle}, not ${center}`);
   };
@@ -308,7 +308,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   await page.setViewportSize({ width: 1440, height: 900 });
   await settle(page);
 
-  // The tip of the pin of what has no model is at the anchor's origin; one behind the camera is not drawn.
+  // An anchor without a model is a pin whose tip is at the anchor's origin; one behind the camera is not drawn.
   const scene = await page.evaluate(() => {
     const { store, mapView } = window.oaslam;
     const [eye, up] = [mapView.camera.position.clone().fromArray(store.chosen.pose, 4), mapView.camera.position.clone().set(0, 1, 0).applyQuaternion(mapView.world.quaternion.clone().invert())];
@@ -330,7 +330,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.equal(await page.evaluate(() => window.oaslam.arView.count), 0);
   await page.locator("[data-layer=content]").check();
 
-  // An object hides what is behind it, and nothing that is before it or stands in its ellipsoid.
+  // An object hides content behind it, but none in front of it or in its ellipsoid.
   const occludes = async (at) => {
     await anchorsAt(page, [{ name: "pin", size: 0.5 * scene.size, at }]);
     await page.locator("[data-layer=occlusion]").uncheck();
@@ -341,7 +341,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.ok((await occludes(scene.behind)) < 0.4);
   assert.equal(await occludes(scene.before), 1);
   assert.equal(await occludes(scene.inside), 1);
-  // Nor is there a name on what hides all of its content.
+  // Content that is hidden completely has no name, either.
   await anchorsAt(page, [{ name: "pin", size: 0.1 * scene.size, at: scene.behind }]);
   const name = page.locator(".view.image .labels [data-anchor=pin]:visible");
   assert.equal((await overlay(page)).count + (await name.count()), 0);
@@ -352,10 +352,9 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.ok((await overlay(page)).count > 1000);
   await page.locator("[data-layer=outlines]").uncheck();
 
-  // A click on content selects it, a click elsewhere ends that.
+  // A click on content selects it, a click elsewhere deselects it.
   await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "there", size: 0.1, at: scene.before }]);
   await settle(page);
-  const there = await page.evaluate(() => window.oaslam.arView.pixelOf("there"));
   const here = await page.evaluate(() => window.oaslam.arView.pixelOf("here"));
   await page.locator("[data-layer=names]").uncheck();
   await page.mouse.click(here.x, here.y - 30);
@@ -365,7 +364,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   await page.mouse.click(here.x, here.y + 400);
   assert.equal(await page.evaluate(() => document.body.dataset.anchor), "");
 
-  // What is asked of the program: by those who may.
+  // Only pages that may edit offer it.
   assert.equal(await page.locator("[data-tab=Anchors]").textContent(), "Anchors 2");
   await page.evaluate(() => {
     const { store, connection } = window.oaslam;
@@ -386,19 +385,19 @@ test("augmented reality: content stands where the map has it, behind what is bef
   const row = page.locator(".anchor[data-anchor=there]");
   for (const action of ["larger", "smaller", "left", "right", "remove"]) await row.locator(`[data-action=${action}]`).click();
   const [larger, smaller, left, right, remove] = await sent();
-  assert.ok(Math.abs(larger.size - 0.115) < 1e-9 && Math.abs(smaller.size - 0.1) < 1e-9); // a click starts from what the one before asked for
+  assert.ok(Math.abs(larger.size - 0.115) < 1e-9 && Math.abs(smaller.size - 0.1) < 1e-9); // a click starts from the size that the one before asked for
   assert.ok(Math.abs(left.turn - Math.PI / 12) < 1e-9 && left.turn === -right.turn);
   assert.deepEqual(remove, { type: "anchor", name: "there", remove: true });
   await row.locator("input").fill("x".repeat(100));
   assert.equal((await row.locator("input").inputValue()).length, 64);
   await row.locator("input").fill("entrance");
-  await row.locator("[data-action=larger]").click(); // the name is taken over, and the click counts
+  await row.locator("[data-action=larger]").click(); // leaving the field takes the name over, and the click has its effect
   const [renamed, grown] = await sent();
   assert.deepEqual(renamed, { type: "anchor", name: "there", rename: "entrance" });
   assert.equal(grown.name, "entrance");
   await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "entrance", size: 0.1, at: scene.before }]);
   assert.equal(await page.evaluate(() => document.body.dataset.anchor), "entrance"); // it was selected
-  // A message between the press of a button, or of a key on it, and its release does not take it away.
+  // A message between the press of a button, or of a key on it, and its release does not undo the press.
   const turn = await page.locator(".anchor[data-anchor=entrance] [data-action=left]").boundingBox();
   await page.mouse.move(turn.x + 5, turn.y + 5);
   await page.mouse.down();
@@ -410,7 +409,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   await anchorsAt(page, [{ name: "here", size: scene.size, at: scene.over, object: scene.bear }, { name: "entrance", size: 0.21, at: scene.before }]);
   await page.keyboard.up(" ");
   assert.deepEqual(await sent(), [{ type: "anchor", name: "entrance", turn: -Math.PI / 12 }]);
-  // By keyboard: focus stays on the button while its row is made anew, and a name that has it selects its row.
+  // By keyboard: a button keeps the focus while its row changes, and a name that gets the focus selects its row.
   const focus = () => page.evaluate(() => [document.activeElement.closest("[data-anchor]")?.dataset.anchor, document.activeElement.dataset.action]);
   await page.locator(".anchor[data-anchor=entrance] [data-action=larger]").focus();
   await page.keyboard.press(" ");
@@ -466,7 +465,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   await page.locator("[data-view=Map]").click();
   assert.ok(await page.locator("#place").isHidden());
   assert.equal(await page.evaluate(() => window.oaslam.arView.isPlacing), false);
-  // What is placed is selected when it comes; nothing is when it is refused.
+  // New content is selected when it comes; after a refusal nothing is.
   const placedAs = async (answer) => {
     await page.evaluate(() => window.oaslam.arView.onPlace({ origin: [0, 0, 0], direction: [0, 0, 1] }));
     await page.evaluate(() => window.oaslam.arView.isPlacing && document.querySelector("#place button").click());
@@ -481,14 +480,14 @@ test("augmented reality: content stands where the map has it, behind what is bef
     await anchorsAt(page, [{ name: "arrow 1", size: 0.1, at: scene.before }, { name: "of another", size: 0.1, at: scene.before }]);
   }), "");
   assert.match(await page.locator("#toast").textContent(), /not there/);
-  // That event is of no frame, and leads nowhere.
+  // A click on an event without a frame leads nowhere.
   await sent();
   const moment = await page.evaluate(() => window.oaslam.mapView.layers.camera.place);
   await page.locator("[data-tab=Events]").click();
   await page.locator(".event", { hasText: "not there" }).click();
   assert.equal(await page.evaluate(() => window.oaslam.mapView.layers.camera.place), moment);
 
-  // In space, too. Its light is for it alone: what else there is looks as before.
+  // The view Map shows it, too. The light that comes with content does not change the rest of the scene.
   await anchorsAt(page, []);
   await page.evaluate(() => (document.querySelector("#toast").hidden = true));
   await settle(page);
@@ -503,7 +502,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.deepEqual(await picture(page), without);
   assert.equal(await drawn(page, "anchors"), 0);
 
-  // Lost: the image alone. Found again: so is the content.
+  // While the camera is lost only the image is shown; content comes back when it is found.
   await page.locator("[data-view=AR]").click();
   await page.locator("[data-layer=names]").check();
   assert.ok((await overlay(page)).count > 500);
@@ -522,7 +521,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   await become("relocalized", true);
   shown = await overlay(page);
   assert.ok(shown.count > 500 && (await page.locator(".note").isHidden()));
-  // An image of another shape: nothing is left beside it of what was there before.
+  // Beside an image of another shape nothing is left of what was drawn before.
   const beside = () => page.evaluate(() => {
     const source = document.querySelector(".overlay");
     const canvas = Object.assign(document.createElement("canvas"), { width: source.width, height: source.height });
@@ -538,7 +537,7 @@ test("augmented reality: content stands where the map has it, behind what is bef
   assert.equal(await beside(), false);
   await page.evaluate(() => window.oaslam.store.take({ type: "hello", commands: false }));
   assert.equal(await page.evaluate(() => window.oaslam.store.anchors.length + window.oaslam.arView.count), 0);
-  // What was before the page came is no news.
+  // Events of before the page was opened are not shown as news.
   await page.evaluate(() => (document.querySelector("#toast").hidden = true));
   await tell({ events: [{ kind: "anchor", text: "long ago" }] });
   assert.ok(await page.locator("#toast").isHidden());
@@ -565,7 +564,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   const copy = join(folder, "anchored.map");
   copyFileSync(map, copy);
   const anchors = () => spawnSync(BINARY, ["anchors", copy], { encoding: "utf8" }).stdout.split("\n").slice(1, -2);
-  // With a token, as over a network: models are fetched with it, too.
+  // With a token, which the requests for models carry, too.
   const tokens = join(folder, "tokens");
   writeFileSync(tokens, "write token-of-this-test\n", { mode: 0o600 });
   const { url, child } = await serve("view", out, "--map", copy, "--images", `${CLIP}/video.mp4`, "--port", "0", "--token-file", tokens);
@@ -599,7 +598,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   await page.waitForFunction(() => window.oaslam.arView.count === 1);
   const onBear = await page.evaluate(() => window.oaslam.arView.pixelIn(window.oaslam.arView.anchors.shapes.get("robot 1").position));
   assert.ok(Math.abs(onBear[0] - bear.center[0]) < 0.2 * bear.half_axes[0] && onBear[1] < bear.center[1], `${onBear}`); // on its top
-  // In the middle of what lies between the bear and the bottles nothing stands: what is nearest to the camera there is the bench.
+  // The place between the bear and the bottles that is farthest from all objects: there the bench is seen.
   const free = await page.evaluate(() => {
     const { ellipses } = window.oaslam.store.chosen;
     const clear = ([x, y]) => Math.min(...ellipses.map((e) => Math.hypot(x - e.center[0], y - e.center[1]) / e.half_axes[0]));
@@ -625,7 +624,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   for (let i = 0; i < 3; ++i) await page.locator('.anchor[data-anchor="oak"] [data-action=larger]').click();
   await page.waitForFunction((size) => window.oaslam.store.anchors.find((a) => a.name === "oak").size > 1.5 * size, planted);
   assert.ok(Math.abs((await sizeOf()) / planted - 1.15 ** 3) < 1e-6); // each click counts
-  // What cannot be is said, and changes nothing.
+  // A refusal is shown, and changes nothing.
   await page.evaluate(() => window.oaslam.connection.send({ type: "place", model: "flag", origin: [0, 0, 0], direction: [0, -1, 0] }));
   await page.waitForFunction(() => /too few landmarks/.test(document.querySelector("#toast").textContent));
   await shoot(page, "placed");
@@ -648,7 +647,7 @@ test("a placed anchor is kept in the map file, and comes back when the camera is
   await live.waitForFunction(() => window.oaslam.store.events.some(({ kind }) => kind === "relocalized" || kind === "objects"), null, { timeout: 120000 });
   await live.waitForFunction(() => window.oaslam.arView.isShowing && window.oaslam.store.anchors.length === 2, null, { timeout: 120000 });
   await live.waitForFunction(() => document.body.dataset.live === "false", null, { timeout: 240000 });
-  // It takes nothing any more, and does not say that it would.
+  // A run that has ended accepts no edits, and the page offers none.
   assert.equal((await live.locator(".anchor [data-action=larger]").count()) + (await live.locator("#place:visible").count()), 0);
   const after = await live.evaluate(() => window.oaslam.store.anchors);
   assert.deepEqual(after.map(({ name }) => name), ["oak", "robot 1"]);
@@ -701,7 +700,7 @@ test("models are made one unit long and put on their foot; one that does not loa
       assert.ok(Math.abs(sides[i] - [0.5, 1, 0.25][i]) < 1e-6);
       assert.ok(Math.abs(low[i] - [-0.25, 0, -0.125][i]) < 1e-5 && Math.abs(high[i] - [0.25, 1, 0.125][i]) < 1e-5, `${low} to ${high}`);
     }
-  // After a new connection files are asked for anew: they may have changed.
+  // After a new connection files are requested again: they may have changed.
   isMended = true;
   await page.evaluate(async () => {
     const { store } = window.oaslam;
@@ -728,7 +727,7 @@ test("the drawn camera is that of the image where its middle is not, and pixels 
     return window.oaslam.store.take({ type: "update", arrays: {}, frame });
   });
   await page.evaluate((at) => {
-    const { store } = window.oaslam; // y up: against the image's
+    const { store } = window.oaslam; // y up, while that of the image points down
     return store.take({ type: "update", arrays: {}, anchors: [{ name: "pin", model: "none", size: 0.1, pose: [1, 0, 0, 0, ...at] }] });
   }, [x, y, z]);
   await page.locator("[data-layer=occlusion]").uncheck();
@@ -736,7 +735,7 @@ test("the drawn camera is that of the image where its middle is not, and pixels 
   const pixel = await page.evaluate((at) => window.oaslam.arView.pixelIn(window.oaslam.mapView.camera.position.clone().fromArray(at)), [x, y, z]);
   const expected = [(500 * x) / z + 200, (520 * y) / z + 300];
   assert.ok(away(pixel, expected) < 1e-3, `${pixel}, not ${expected}`);
-  // What is drawn, the tip of the pin, is there, too.
+  // The tip of the pin is drawn there.
   const tip = await page.evaluate((at) => {
     const { arView } = window.oaslam;
     const rect = arView.element.getBoundingClientRect();

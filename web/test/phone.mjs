@@ -7,7 +7,7 @@ import { join } from "node:path";
 const CHROMIUM = process.env.OASLAM_CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
 const playwright = await import("playwright-core").catch(() => null);
 
-// Ends the program, saying so, where something is missing.
+// Ends the program with a line that says what is missing.
 export function skipUnlessReady() {
   const missing = !playwright ? "no playwright-core (npm ci in web/)" : !CHROMIUM ? "no chromium" : spawnSync("ffmpeg", ["-version"]).error ? "no ffmpeg" : null;
   if (!missing) return;
@@ -18,7 +18,7 @@ export function skipUnlessReady() {
 export const folder = mkdtempSync(join(tmpdir(), "oaslam_phone_"));
 process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
 
-// Images from `from` to `to` (exclusive) of a video, as what Chromium takes for a camera.
+// Writes the images from `from` to `to` (exclusive) of a video as a file that Chromium takes for a camera.
 export function cameraFile(name, video, from = 0, to = Infinity) {
   const file = join(folder, `${name}.mjpeg`);
   const select = Number.isFinite(to) ? `between(n,${from},${to - 1})` : `gte(n,${from})`;
@@ -59,9 +59,9 @@ export async function newPage(browser, { size = LANDSCAPE, scale = 1, ...options
 
 export const settle = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
-// Drawn content, as the difference that it makes to the picture, which must be still: number of pixels, the lowest of them, their box and middle.
+// The pixels of a still picture that content changes: their number, the lowest one, their box and middle.
 export async function contentPixels(page) {
-  // One moment of it, however busy the machine is.
+  // The picture is held at one moment, however slow the machine is.
   await page.waitForFunction(() => {
     const { view, source } = window.oaslam;
     if (!view.isShowing) return false;

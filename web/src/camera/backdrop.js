@@ -1,9 +1,9 @@
-// The live picture behind the content: without the distortion of its lens, as content is drawn.
+// The live picture behind the content, without the distortion of its lens, which content is drawn without, too.
 import { BufferAttribute, BufferGeometry, Camera, LinearFilter, Mesh, Scene, ShaderMaterial, Vector2, Vector4, VideoTexture } from "three";
 
 const VERTEX = `
 void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }`;
-// Models of lenses: OpenCV's (docs/formats.md). Pixel centres of the image are at integer coordinates.
+// The models of lenses are those of OpenCV (docs/formats.md). Pixel centres of the image are at integer coordinates.
 const FRAGMENT = `
 uniform sampler2D map;
 uniform vec4 area;    // of the image on the canvas: its lower left corner and its size, in drawn pixels
@@ -38,7 +38,7 @@ export class Backdrop {
       map: { value: this.texture }, area: { value: new Vector4() }, size: { value: new Vector2() }, lens: { value: new Vector4() },
       k: { value: [0, 0, 0, 0, 0] }, isFisheye: { value: false },
     };
-    // One triangle over all of the canvas.
+    // One triangle that covers the canvas.
     const triangle = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
     const mesh = new Mesh(triangle, new ShaderMaterial({ uniforms: this.uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false }));
     mesh.frustumCulled = false;
@@ -47,7 +47,7 @@ export class Backdrop {
     this.camera = new Camera();
   }
 
-  // `area`: where the image of the camera is, on an element of this height, of which a pixel is drawn as `ratio` ones.
+  // `area`: where the image is on an element of this height; `ratio`: drawn pixels in a pixel of the element.
   render(renderer, area, height, ratio) {
     const { camera, scale, offset } = area;
     const { uniforms } = this;

@@ -1,24 +1,26 @@
 // Gravity in the axes of the camera's picture: x right, y down, z forward.
 //
-// A device's axes are those of its screen as it was made: x right, y up, z out of the screen. They do not turn with the picture on the screen;
-// screen.orientation.angle says by how much the device was turned against the clock, and the picture with the clock.
+// The axes of a device are those of its screen in its natural position: x right, y up, z out of the screen. They do not turn with the picture on the
+// screen: screen.orientation.angle tells by how much the device is turned counterclockwise, and the picture clockwise.
 const G = 9.81; // m/s2
 const RADIAN = Math.PI / 180;
 
-// From the angles of DeviceOrientationEvent, in degrees: the device is turned by alpha about z, beta about x, gamma about y, one after the other,
-// each about its own axis (W3C). The third row of that rotation is up in the device's axes. The angles mean the same on all systems.
+// From the angles of DeviceOrientationEvent, in degrees: the device is turned by alpha about z, then by beta about its own x, then by gamma about its
+// own y (W3C). The third row of that rotation is up in the device's axes. The angles mean the same on all systems.
+/** @returns {import("../messages").Triple} */
 export function gravityOfOrientation(beta, gamma) {
   const [b, c] = [beta * RADIAN, gamma * RADIAN];
   return [G * Math.cos(b) * Math.sin(c), -G * Math.sin(b), -G * Math.cos(b) * Math.cos(c)];
 }
 
-// From DeviceMotionEvent.accelerationIncludingGravity: what a spring balance feels, which is against gravity. WebKit (iOS) gives the opposite sign.
+// From DeviceMotionEvent.accelerationIncludingGravity, which points up while the device is at rest, but down with WebKit (iOS).
+/** @returns {import("../messages").Triple} */
 export function gravityOfMotion({ x, y, z }, isWebKit) {
   const sign = isWebKit ? 1 : -1;
   return [sign * x, sign * y, sign * z];
 }
 
-// From the device's axes to those of the picture of a camera on its back (or beside its screen), upright on a screen that is turned by `angle` degrees.
+// From the device's axes to those of the picture of a camera on its back, or with `isFront` beside its screen, where the screen is turned by `angle` degrees.
 export function toPicture([x, y, z], angle, isFront = false) {
   const [cos, sin] = [Math.cos(angle * RADIAN), Math.sin(angle * RADIAN)];
   const right = x * cos - y * sin;
@@ -28,15 +30,14 @@ export function toPicture([x, y, z], angle, isFront = false) {
 
 const FRESH_MS = 200;
 
-// Listens to the sensors, where there are any and they may be used.
+/** Listens to the sensors, where there are any and the page may use them. */
 export class GravitySensor {
-  constructor() {
-    this.last = null;
-  }
+  /** @type {{ gravity: import("../messages").Triple, source: "orientation" | "motion", at: number } | null} */ last = null;
 
-  // To be called while a tap is handled: iOS asks the user then.
+  // To be called while a tap is handled: only then does iOS ask the user.
   async start() {
-    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent];
+    /** @type {any[]} */
+    const kinds = [globalThis.DeviceOrientationEvent, globalThis.DeviceMotionEvent]; // requestPermission is iOS's own
     const isWebKit = Boolean(kinds[1]?.requestPermission);
     const asked = kinds.map((kind) => kind?.requestPermission?.().catch(() => "denied"));
     addEventListener("deviceorientation", ({ beta, gamma }) => {
@@ -48,14 +49,14 @@ export class GravitySensor {
     await Promise.all(asked);
   }
 
-  // The orientation is better than the acceleration alone, which is that of the hand, too.
+  // The orientation is preferred: the acceleration has that of the hand in it.
   take(gravity, source) {
     const now = performance.now();
     if (source === "motion" && this.last?.source === "orientation" && now - this.last.at < FRESH_MS) return;
     this.last = { gravity, source, at: now };
   }
 
-  // In the picture's axes; null where it is not known.
+  // Gravity in the picture's axes; null where it is not known.
   read(isFront) {
     if (!this.last || performance.now() - this.last.at > FRESH_MS) return null;
     return toPicture(this.last.gravity, screen.orientation?.angle ?? globalThis.orientation ?? 0, isFront);

@@ -1,6 +1,6 @@
 // What to do where the browser does not give the camera.
 
-// From what a browser offers and what getUserMedia threw: what is wrong, and steps; null where nothing is.
+// What is wrong, and the steps to mend it, from what the browser offers and what getUserMedia threw; null where nothing is.
 export function refusal({ isSecure, hasCamera, hasGraphics, error, address }) {
   if (!isSecure || !hasCamera)
     return {

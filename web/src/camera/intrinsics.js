@@ -1,12 +1,12 @@
-// The intrinsics of this device's cameras: found by the server once, then remembered.
+// The intrinsics of this device's cameras: the server finds them once, the browser remembers them.
 
-// Of the same image in another size. Pixel centres are at integer coordinates.
+// The camera of the same image in another size. Pixel centres are at integer coordinates.
 export function scaledCamera(camera, width, height) {
   const [sx, sy] = [width / camera.width, height / camera.height];
   return { ...camera, width, height, fx: camera.fx * sx, fy: camera.fy * sy, cx: (camera.cx + 0.5) * sx - 0.5, cy: (camera.cy + 0.5) * sy - 0.5 };
 }
 
-// As many pixels as the server looks at (features.resolution); more would only take longer to send.
+// The size at which an image has as many pixels as the server uses (features.resolution).
 export function sentSize(width, height, pixels = 640 * 480) {
   const scale = Math.min(1, Math.sqrt(pixels / (width * height)));
   return { width: Math.round(width * scale), height: Math.round(height * scale) };
@@ -24,13 +24,13 @@ export class KnownCameras {
     return `oaslam camera ${label || deviceId} ${width}x${height}`;
   }
 
-  // For images of a size; null where it is not known.
+  // The camera for images of a size; null where it is not known.
   recall(lens, size) {
     try {
       const camera = JSON.parse(this.storage.getItem(this.key(lens)));
       return isCamera(camera) ? scaledCamera(camera, size.width, size.height) : null;
     } catch {
-      return null; // a browser may keep nothing, or something else
+      return null; // the browser may keep nothing, or another program's value
     }
   }
 
@@ -42,7 +42,7 @@ export class KnownCameras {
     try {
       this.storage.setItem(this.key(lens), JSON.stringify(camera));
     } catch {
-      // It is estimated again on the next visit.
+      // Then it is estimated again on the next visit.
     }
   }
 
@@ -50,7 +50,7 @@ export class KnownCameras {
     try {
       this.storage.removeItem(this.key(lens));
     } catch {
-      // There is nothing to forget.
+      // A browser that keeps nothing has nothing to forget.
     }
   }
 }

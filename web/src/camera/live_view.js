@@ -1,4 +1,3 @@
-// Content in the live picture. What is drawn belongs to the image that is shown: its pose is foretold from those of images before.
 import { Vector3, WebGLRenderer } from "three";
 import { ArScene } from "../ar_scene.js";
 import { lightAround } from "../content.js";
@@ -7,14 +6,18 @@ import { Labels } from "../labels.js";
 import { classColor, labelOf } from "../palette.js";
 import { Backdrop } from "./backdrop.js";
 
+/** Content in the live picture, drawn with the pose of the image that is shown, which is predicted from those of earlier images. */
 export class LiveView extends ArScene {
+  /** @type {import("./session.js").Session | null} */ session = null;
+  isPlacing = false;
+  isOnObjects = false; // content is placed on the tops of objects
+  time = 0; // of the image that is shown
+  size = ""; // of the canvas
+
+  /** @param {HTMLElement} element  @param {import("./map_state.js").MapState} state  @param {import("../content.js").Content} content  @param {import("./video_source.js").VideoSource} source */
   constructor(element, state, content, source) {
     super(element, state, content, state.upright);
     this.source = source;
-    this.session = null;
-    this.isPlacing = false;
-    this.time = 0; // of the image that is shown
-    this.shown = null;
     this.renderer = new WebGLRenderer({ antialias: true });
     this.renderer.autoClear = false;
     this.canvas = this.renderer.domElement;
@@ -32,17 +35,16 @@ export class LiveView extends ArScene {
     if (part === "map") this.names.set(this.store.mappedObjects().map((o) => ({ key: o.id, text: labelOf(o), color: classColor(o.category_id, 70) })));
   }
 
-  // The image of a moment is on the video element now.
+  // To be called when the video element shows the image of a moment.
   show(time) {
     this.time = time;
     this.draw();
   }
 
-  get intrinsics() {
-    const { width, height } = this.session.sentSize;
-    const { camera } = this.session;
+  /** A guess while the camera's intrinsics are unknown: the picture is shown with it, and no content. @returns {import("../messages").Lens} */
+  intrinsicsOf({ camera, sentSize: { width, height } }) {
     if (camera?.width === width && camera.height === height) return camera;
-    return { width, height, fx: width, fy: width, cx: (width - 1) / 2, cy: (height - 1) / 2 }; // nothing is drawn by it
+    return { width, height, fx: width, fy: width, cx: (width - 1) / 2, cy: (height - 1) / 2 };
   }
 
   draw() {
@@ -53,13 +55,13 @@ export class LiveView extends ArScene {
     const size = [width, height, ratio];
     if (size.join() !== this.size) {
       this.size = size.join();
-      renderer.setDrawingBufferSize(...size);
+      renderer.setDrawingBufferSize(width, height, ratio);
     }
-    const camera = this.intrinsics;
+    const camera = this.intrinsicsOf(session);
     const pose = session.camera === camera ? session.motion.show(this.time) : null;
     this.shown = pose ? { pose, camera } : null;
     this.isShowing = Boolean(pose);
-    element.dataset.showing = this.isShowing;
+    element.dataset.showing = String(this.isShowing);
     this.area = new ImageArea(element, camera, { fills: true });
     renderer.setScissorTest(false);
     renderer.clear();
@@ -80,7 +82,10 @@ export class LiveView extends ArScene {
   placeNames(taken) {
     if (!this.occluders.outlines.visible) return this.names.hide();
     const { objects } = this.store;
-    this.names.place((id) => objects.has(id) && this.toPage(new Vector3(...objects.get(id).center)), null, taken);
+    this.names.place((id) => {
+      const object = objects.get(id);
+      return object && this.toPage(new Vector3(...object.center));
+    }, null, taken);
   }
 
   showObjects(on) {

@@ -1,16 +1,22 @@
-// The map that the camera is in, as the layers of the AR scene read it (docs/service.md says how it comes).
+/** @import { Anchor, AnchorChanges, MapMessage, MapObject, Model, WireObject, WirePose } from "../messages" */
 import { Quaternion, Vector3 } from "three";
 
+/** @param {WirePose} pose  @returns {number[]} */
 export const poseArray = ({ position, rotation }) => [...rotation, ...position];
+/** @returns {Anchor} */
 const anchorOf = (anchor) => ({ ...anchor, pose: poseArray(anchor.pose) });
+/** @param {WireObject} object  @returns {MapObject} */
 const objectOf = ({ ellipsoid, ...object }) => ({ ...object, ...ellipsoid, category_id: object.category, mapped: true });
 
+/** The map that the camera is in, as the layers of the AR scene read it. An event of the name of each part that changed is dispatched. */
 export class MapState extends EventTarget {
-  constructor() {
-    super();
-    this.upright = new Quaternion();
-    this.clear();
-  }
+  name = "";
+  mayEdit = false;
+  /** @type {Model[]} */ models = [];
+  /** @type {Anchor[]} */ anchors = [];
+  /** @type {Map<number, MapObject>} */ objects = new Map();
+  unit = "units";
+  upright = new Quaternion(); // turns the map's up to +y
 
   clear() {
     Object.assign(this, { name: "", mayEdit: false, models: [], anchors: [], objects: new Map(), unit: "units" });
@@ -21,7 +27,7 @@ export class MapState extends EventTarget {
     return [...this.objects.values()];
   }
 
-  // `hello`, or `map` where the map was replaced.
+  /** Takes a map over as it is when a connection begins, or when it was replaced. @param {MapMessage} message */
   enter({ map, may_write, models, anchors = [], objects = [], up, is_metric }) {
     this.name = map ?? this.name;
     this.mayEdit = may_write ?? this.mayEdit;
@@ -33,7 +39,7 @@ export class MapState extends EventTarget {
     this.tell("hello", "restart", "map", "anchors");
   }
 
-  // What others and this page have changed.
+  /** Takes changes over, of this page or others. @param {AnchorChanges} message */
   edit({ anchors = [], removed = [] }) {
     const now = new Map(this.anchors.map((anchor) => [anchor.name, anchor]));
     for (const name of removed) now.delete(name);

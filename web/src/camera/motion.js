@@ -1,7 +1,12 @@
-// Where the camera is now, from poses of the past. A pose is [qx, qy, qz, qw, x, y, z], camera to map; times are in seconds.
+// Where the camera is now, from earlier poses. A pose is [qx, qy, qz, qw, x, y, z], camera to map; times are in seconds.
 import { Quaternion, Vector3 } from "three";
 
-// The rotation (as a vector: axis times angle) and translation from one pose to another, in the axes of the first.
+/**
+ * The motion from one pose to another, in the axes of the first; the rotation is a vector: its axis times its angle.
+ * @typedef {{ rotation: Vector3, translation: Vector3 }} Motion
+ * @param {number[]} from  @param {number[]} to
+ * @returns {Motion}
+ */
 export function between(from, to) {
   const inverse = new Quaternion().fromArray(from).invert();
   const turn = inverse.clone().multiply(new Quaternion().fromArray(to)).normalize();
@@ -12,7 +17,7 @@ export function between(from, to) {
   return { rotation, translation };
 }
 
-// The pose after a share of such a motion.
+/** The pose after a share of a motion. @param {number[]} pose  @param {Motion} motion */
 export function moved(pose, { rotation, translation }, share = 1) {
   const q = new Quaternion().fromArray(pose);
   const angle = rotation.length() * share;
@@ -21,48 +26,57 @@ export function moved(pose, { rotation, translation }, share = 1) {
   return [...q.multiply(new Quaternion().setFromAxisAngle(axis, angle)).normalize().toArray(), ...p.toArray()];
 }
 
+/** @param {Motion} motion */
 const scaled = ({ rotation, translation }, factor) => ({ rotation: rotation.clone().multiplyScalar(factor), translation: translation.clone().multiplyScalar(factor) });
 
-const SPAN = { short: 0.12, long: 0.4, poses: 3 }; // seconds of poses that tell the motion; of the long one only so many: hands tremble
-const MAX_LEAD = 0.25; // seconds: beyond, the motion is not known to go on
+// The motion follows from the poses of the last `short` seconds, and from the last few within `long` seconds where answers are slow. Hands tremble:
+// more poses would average over a motion that has changed.
+const SPAN = { short: 0.12, long: 0.4, poses: 3 };
+const MAX_LEAD = 0.25; // seconds after which a motion is not assumed to go on
 const MAX_AGE = 1.2; // seconds without a pose after which none is given
 const EASE = 0.05; // seconds in which most of a correction is made
-const MAX_CORRECTION = { angle: 0.5, share: 0.4 }; // radians, and of the depth of what is seen: what is more is another place
+const MAX_CORRECTION = { angle: 0.5, share: 0.4 }; // radians, and of the depth of what is seen: a larger jump is another place, not an error
 
-// Follows the camera by poses that come late: goes on with the motion of the last ones, and makes corrections little by little, so that nothing jumps.
+/** Follows the camera by poses that come late: extends the motion of the last ones, and makes corrections gradually, so that content does not jump. */
 export class MotionFilter {
+  /** @type {{ pose: number[], time: number }[]} */ poses; // ascending
+  /** @type {{ motion: Motion, since: number } | null} */ correction; // from the predicted pose to the one that was shown
+  /** @type {number | null} */ shownAt; // the time of the pose that was shown last
+
   constructor() {
     this.reset();
   }
 
   reset() {
-    this.poses = []; // { pose, time }, ascending
+    this.poses = [];
     this.depth = 1;
-    this.correction = null; // from what follows from the poses to what was shown: { motion, since }
-    this.shownAt = null; // the time of what was shown last
+    this.correction = null;
+    this.shownAt = null;
   }
 
-  // A pose, and the depth of what is seen there (map units). One that is older than the last is of no use.
+  // Adds a pose, and the depth of what is seen there (map units). One that is older than the last is ignored.
   add(pose, time, depth) {
-    if (this.poses.length > 0 && time <= this.poses.at(-1).time) return;
+    const last = this.poses.at(-1);
+    if (last && time <= last.time) return;
     if (depth > 0) this.depth = depth;
     const expected = this.at(time);
-    const shown = this.shownAt === null ? null : this.at(this.shownAt);
+    const { shownAt } = this;
+    const shown = shownAt === null ? null : this.at(shownAt);
     this.correction = null;
     if (!expected || this.isElsewhere(between(expected, pose))) this.poses = [];
     this.poses.push({ pose, time });
     this.poses = this.poses.filter((each, i, { length }) => time - each.time <= (length - i <= SPAN.poses ? SPAN.long : SPAN.short));
-    const motion = shown && between(this.predict(this.shownAt), shown);
-    if (motion && !this.isElsewhere(motion)) this.correction = { motion, since: this.shownAt };
+    if (shownAt === null || !shown) return;
+    const motion = between(this.predict({ pose, time }, shownAt), shown);
+    if (!this.isElsewhere(motion)) this.correction = { motion, since: shownAt };
   }
 
   isElsewhere({ rotation, translation }) {
     return rotation.length() > MAX_CORRECTION.angle || translation.length() > MAX_CORRECTION.share * this.depth;
   }
 
-  // The motion in a second, by least squares over the last poses.
-  velocity() {
-    const { pose: last, time: now } = this.poses.at(-1);
+  // The motion in a second at the newest pose, by least squares over the last ones.
+  velocity({ pose: last, time: now }) {
     const sum = { rotation: new Vector3(), translation: new Vector3() };
     let weight = 0;
     for (const { pose, time } of this.poses.slice(0, -1)) {
@@ -74,21 +88,20 @@ export class MotionFilter {
     return weight > 0 ? scaled(sum, 1 / weight) : sum;
   }
 
-  predict(time) {
-    const last = this.poses.at(-1);
-    return moved(last.pose, this.velocity(), Math.max(-MAX_LEAD, Math.min(time - last.time, MAX_LEAD)));
+  predict(last, time) {
+    return moved(last.pose, this.velocity(last), Math.max(-MAX_LEAD, Math.min(time - last.time, MAX_LEAD)));
   }
 
-  // The pose of a moment, null where it is not known.
+  // The pose at a time, null where it is not known.
   at(time) {
     const last = this.poses.at(-1);
     if (!last || time - last.time > MAX_AGE) return null;
-    const pose = this.predict(time);
+    const pose = this.predict(last, time);
     if (!this.correction) return pose;
     return moved(pose, this.correction.motion, Math.exp(-Math.max(0, time - this.correction.since) / EASE));
   }
 
-  // The same, for showing it.
+  // The pose at a time, which is shown: later corrections start from it.
   show(time) {
     const pose = this.at(time);
     this.shownAt = pose ? time : null;

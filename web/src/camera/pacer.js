@@ -1,29 +1,30 @@
-// When the next image is sent: at the pace at which answers come back. One is on the way while another is worked at; never more.
+// Two images: one is on its way while the server works at the other.
 const MAX_IN_FLIGHT = 2;
-const PATIENCE_MS = 4000; // then the answer is taken for lost
+const PATIENCE_MS = 4000; // after which an answer is considered lost
 
+/** Tells when the next image is sent: at the pace of the answers. */
 export class Pacer {
-  constructor() {
-    this.reset();
-  }
+  /** @type {{ id: number, at: number }[]} */ flying = []; // images without an answer, oldest first
+  /** @type {number | null} */ roundTrip = null; // ms, smoothed
 
   reset() {
-    this.flying = []; // { id, at }, oldest first
-    this.roundTrip = null; // ms, smoothed
+    this.flying = [];
+    this.roundTrip = null;
   }
 
   // The second follows the first after half a round trip, so that answers come evenly.
   maySend(now) {
     this.flying = this.flying.filter(({ at }) => now - at < PATIENCE_MS);
-    if (this.flying.length === 0) return true;
-    return this.flying.length < MAX_IN_FLIGHT && this.roundTrip !== null && now - this.flying.at(-1).at >= this.roundTrip / 2;
+    const last = this.flying.at(-1);
+    if (!last) return true;
+    return this.flying.length < MAX_IN_FLIGHT && this.roundTrip !== null && now - last.at >= this.roundTrip / 2;
   }
 
   sent(id, now) {
     this.flying.push({ id, at: now });
   }
 
-  // An answer is also one to all images before, which were dropped.
+  // The server has dropped all images before the one that it answers.
   answered(id, now) {
     const image = this.flying.find((each) => each.id === id);
     if (image) this.roundTrip = this.roundTrip === null ? now - image.at : 0.8 * this.roundTrip + 0.2 * (now - image.at);

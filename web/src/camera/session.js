@@ -1,27 +1,41 @@
-// A camera in a map, or one that makes a map: images go, answers come.
+/** @import { Answer, Lens, Progress, ServiceMessage } from "../messages" */
 import { sentSize } from "./intrinsics.js";
-import { Link } from "./link.js";
+import { Link } from "../link.js";
 import { poseArray } from "./map_state.js";
 import { MotionFilter } from "./motion.js";
 import { packImage } from "./framing.js";
 import { Pacer } from "./pacer.js";
 
-const SILENCE_MS = 15000; // of a connection that is as good as lost
+const SILENCE_MS = 15000; // after which a connection that is open is considered lost
 
+/** A camera in a map ("track"), or one that makes a map ("record"): sends images, takes answers. Events: "link", "answer", "progress", "saved", "said" (its detail: a text for a person). */
 export class Session extends EventTarget {
-  // `kind`: "track" or "record". Events: "link", "answer", "progress", "saved", "said" (with `text`).
+  pacer = new Pacer();
+  motion = new MotionFilter();
+  ids = 0; // of images
+  /** @type {Answer | null} */ answer = null; // the last
+  /** @type {Lens | null} */ camera = null;
+  /** @type {Lens | "auto"} */ asked = "auto"; // the lens that the last image was sent with
+  /** @type {number | null} */ delay = null; // seconds from image to answer, smoothed
+  /** @type {Progress | null} */ progress = null;
+  isEncoding = false;
+  isFinishing = false;
+  /** @type {string | null} */ why = null; // why there is no connection
+
+  /**
+   * @param {{ service: import("../service.js").Service, state: import("./map_state.js").MapState, source: import("./video_source.js").VideoSource,
+   *   gravity: import("./gravity.js").GravitySensor, cameras: import("./intrinsics.js").KnownCameras }} parts
+   * @param {string} map  @param {"track" | "record"} kind
+   */
   constructor({ service, state, source, gravity, cameras }, map, kind) {
     super();
-    Object.assign(this, { service, state, source, gravity, cameras, map, kind });
-    this.pacer = new Pacer();
-    this.motion = new MotionFilter();
-    this.ids = 0;
-    this.answer = null; // the last
-    this.camera = null; // its intrinsics
-    this.delay = null; // seconds from image to answer, smoothed
-    this.progress = null;
-    this.isFinishing = false;
-    this.why = null; // there is no connection
+    this.service = service;
+    this.state = state;
+    this.source = source;
+    this.gravity = gravity;
+    this.cameras = cameras;
+    this.map = map;
+    this.kind = kind;
     this.link = new Link({ ...service.socketOf(map, kind), comesBack: kind === "track", onMessage: (message) => this.take(message), onState: (now) => this.follow(now) });
   }
 
@@ -41,6 +55,7 @@ export class Session extends EventTarget {
     this.tell("link");
   }
 
+  /** @param {ServiceMessage} message */
   take(message) {
     if (message.type === "hello" || message.type === "map") {
       this.state.enter(message);
@@ -57,31 +72,32 @@ export class Session extends EventTarget {
       this.map = message.map ?? this.map;
       this.tell("saved");
     } else if (message.type === "error") {
-      this.isFinishing = false; // a map that could not be saved goes on
+      this.isFinishing = false; // the recording goes on if its map could not be saved
       this.say(message.message);
       this.tell("answer");
     }
   }
 
+  /** @param {Answer} message */
   takePose(message) {
     const now = performance.now();
     this.pacer.answered(message.id, now);
     const delay = now / 1000 - message.time;
     this.delay = this.delay === null ? delay : 0.9 * this.delay + 0.1 * delay;
     this.answer = message;
-    if (message.camera) this.takeCamera(message);
+    if (message.camera) this.takeCamera(message.camera, Boolean(message.pose));
     if (message.pose) this.motion.add(poseArray(message.pose), message.time, message.depth);
     else this.motion.reset();
     this.tell("answer");
   }
 
-  // What was found for a camera that was unknown is kept, unless the picture has been turned since.
-  takeCamera({ camera, pose }) {
+  // Intrinsics that were found for an unknown camera are remembered, unless the picture was turned since the image was sent.
+  takeCamera(camera, hasPose) {
     const size = this.sentSize;
     if (camera.width !== size.width || camera.height !== size.height) return;
     this.camera = camera;
     const { lens } = this.source;
-    if (pose && this.asked === "auto" && !this.cameras.recall(lens, size)) this.cameras.remember(lens, camera);
+    if (hasPose && this.asked === "auto" && !this.cameras.recall(lens, size)) this.cameras.remember(lens, camera);
   }
 
   get sentSize() {
@@ -89,12 +105,12 @@ export class Session extends EventTarget {
     return sentSize(width, height);
   }
 
-  // A new image is there; it is sent if it is time for one.
+  // To be called for each image of the camera: sends it if it is time for one.
   async offer(time) {
     const now = performance.now();
     if (this.isFinishing || this.isEncoding || document.hidden) return;
     const maySend = this.pacer.maySend(now);
-    // Also where what was sent is still on its way: the network may be gone without a word.
+    // Checked although what was sent may still be on its way: a network that is gone says nothing.
     if (!maySend && this.link.state === "open" && now - this.link.heard > SILENCE_MS) return void this.link.restart();
     if (!maySend || !this.link.isFree) return;
     this.isEncoding = true;
@@ -122,7 +138,7 @@ export class Session extends EventTarget {
   }
 
   say(text) {
-    this.dispatchEvent(Object.assign(new Event("said"), { text }));
+    this.dispatchEvent(new CustomEvent("said", { detail: text }));
   }
 
   tell(part) {

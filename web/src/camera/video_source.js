@@ -1,13 +1,19 @@
-// The device's camera: its live picture, and the moment of each of its images.
 const WANTED = { facingMode: { ideal: "environment" }, width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } };
 const QUALITY = 0.7; // of JPEG
 
+/** The device's camera: its live picture, and the time of each of its images. */
 export class VideoSource {
-  // `onFrame` gets the time of each image, in seconds on the clock of performance.now().
+  /** @type {MediaStreamTrack | undefined} */ track;
+  /** @type {string | null} */ clock = null; // where the times of images come from: the sources differ by an offset
+  canvas = document.createElement("canvas");
+  context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d", { alpha: false }));
+  last = 0; // time of an image
+
+  /** `onFrame` gets the time of each image, in seconds on the clock of performance.now(). @param {HTMLVideoElement} video  @param {{ onFrame: (time: number) => void, onEnded: () => void }} events */
   constructor(video, { onFrame, onEnded }) {
-    Object.assign(this, { video, onFrame, onEnded });
-    this.canvas = document.createElement("canvas");
-    this.last = 0;
+    this.video = video;
+    this.onFrame = onFrame;
+    this.onEnded = onEnded;
   }
 
   // Throws what getUserMedia throws.
@@ -15,7 +21,7 @@ export class VideoSource {
     this.close();
     const stream = await navigator.mediaDevices.getUserMedia({ audio: false, video: WANTED });
     [this.track] = stream.getVideoTracks();
-    this.track.onended = () => this.onEnded();
+    this.track.addEventListener("ended", () => this.onEnded());
     this.clock = null;
     this.video.srcObject = stream;
     await this.video.play();
@@ -23,7 +29,7 @@ export class VideoSource {
   }
 
   close() {
-    this.video.srcObject?.getTracks().forEach((track) => track.stop());
+    if (this.video.srcObject instanceof MediaStream) this.video.srcObject.getTracks().forEach((track) => track.stop());
     this.video.srcObject = null;
   }
 
@@ -39,9 +45,9 @@ export class VideoSource {
     return this.track?.getSettings().facingMode === "user";
   }
 
-  // What tells one lens, and one way to hold it, from another.
+  // What identifies a lens, and how the device is held.
   get lens() {
-    return { label: this.track.label, deviceId: this.track.getSettings().deviceId, ...this.size };
+    return { label: this.track?.label, deviceId: this.track?.getSettings().deviceId, ...this.size };
   }
 
   watch(stream) {
@@ -50,7 +56,6 @@ export class VideoSource {
     const step = (now, metadata) => {
       if (video.srcObject !== stream) return;
       next(step);
-      // The same clock throughout: they differ.
       this.clock ??= ["captureTime", "presentationTime"].find((key) => metadata[key] > 0) ?? "now";
       const time = (metadata[this.clock] ?? now) / 1000;
       if (time <= this.last || !this.isOpen) return;
@@ -60,13 +65,13 @@ export class VideoSource {
     next(step);
   }
 
-  // The image of now in a size, as the bytes of a JPEG.
+  // The present image in a size, as the bytes of a JPEG.
   async jpeg({ width, height }) {
     const { canvas } = this;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    this.context ??= canvas.getContext("2d", { alpha: false });
     this.context.drawImage(this.video, 0, 0, width, height);
+    /** @type {Blob | null} */
     const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg", QUALITY));
-    return new Uint8Array(await blob.arrayBuffer());
+    return new Uint8Array((await blob?.arrayBuffer()) ?? []);
   }
 }

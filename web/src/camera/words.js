@@ -1,4 +1,4 @@
-// What is going on, in words: of the connection first, then of the camera. `state` is as of pill colours.
+// The state of the connection, or else of the camera, in words; `state` selects the colour (common.css).
 const STATES = {
   tracking: "in the map",
   relocalized: "found",

@@ -1,0 +1,70 @@
+// What lies over the picture.
+import { AnchorButton, NameField } from "../anchor_controls.jsx";
+import { short } from "../palette.js";
+import { describe } from "./words.js";
+
+/** State and delay of the camera, and its map. @param {{ session: import("./session.js").Session, onLeave: () => void }} props */
+export function Header({ session, onLeave }) {
+  const { map, link, why, answer, delay, kind, isFinishing } = session;
+  const seconds = (link.retryAt - performance.now()) / 1000;
+  const { state, text } = describe({ link: link.state, why, seconds, answer, kind, isFinishing });
+  const title = answer ? `from an image to its pose; ${Math.round(answer.ms)} ms of it the server's work` : "";
+  return (
+    <header>
+      <span id="state" class="pill" data-state={state}>{text}</span>
+      {delay !== null && <span id="delay" class="pill" title={title}>{Math.round(delay * 1000)} ms</span>}
+      <button id="name" class="pill" title="maps" onClick={onLeave}>{map}</button>
+    </header>
+  );
+}
+
+/** How far a new map is. @param {{ progress: import("../messages").Progress | null }} props */
+export function Progress({ progress }) {
+  const { text, keyframes = 0, landmarks = 0, objects = 0 } = progress ?? { text: "Point at something with details, and move sideways slowly." };
+  return (
+    <div id="progress">
+      <p>{text}</p>
+      <div class="row counts"><span><b>{keyframes}</b> views</span><span><b>{landmarks}</b> points</span><span><b>{objects}</b> objects</span></div>
+    </div>
+  );
+}
+
+/**
+ * The selected anchor, and what can be changed about it.
+ * @param {{ anchor: import("../messages").Anchor, state: import("./map_state.js").MapState, edits: import("../anchor_edits.js").AnchorEdits, onClose: () => void }} props
+ */
+export function AnchorPanel({ anchor: { name, model, size }, state, edits, onClose }) {
+  return (
+    <div id="anchor">
+      <div class="row">
+        <NameField edits={edits} name={name} readOnly={!state.mayEdit} aria-label="name" />
+        <span class="muted">{`${model} \u00b7 ${short(size)} ${state.unit}`}</span>
+        <button title="Close" class="close" onClick={onClose}>{"\u00d7"}</button>
+      </div>
+      {state.mayEdit && (
+        <div class="row">
+          {["smaller", "larger", "left", "right"].map((action) => <AnchorButton {...{ edits, name, action }} />)}
+          <AnchorButton {...{ edits, name }} action="remove" label="Remove" />
+        </div>
+      )}
+    </div>
+  );
+}
+
+/**
+ * What the next tap places: which model, and whether on top of an object or where the ray meets a surface.
+ * @param {{ models: import("../messages").Model[], edits: import("../anchor_edits.js").AnchorEdits, view: import("./live_view.js").LiveView, onChange: () => void }} props
+ */
+export function PlacePanel({ models, edits, view, onChange }) {
+  const choice = (text, isOn, choose) => <button key={text} aria-pressed={isOn} onClick={() => (choose(), onChange())}>{text}</button>;
+  return (
+    <div id="models">
+      <p>{view.isOnObjects ? "Tap an object: it stands on top of it." : "Tap the place where it is to stand."}</p>
+      <div class="row">{models.map(({ name }) => choice(name, name === edits.modelToPlace, () => (edits.model = name)))}</div>
+      <div class="row">
+        {choice("on a surface", !view.isOnObjects, () => (view.isOnObjects = false))}
+        {choice("on objects", view.isOnObjects, () => (view.isOnObjects = true))}
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,75 @@
+// What is shown instead of the picture: the choice of a map, and help.
+import { useRef, useState } from "preact/hooks";
+
+const NAME = /^[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$/; // that the server accepts
+
+/** @type {import("preact").InputHTMLAttributes} */
+const FIELD = { autocapitalize: "off", autocomplete: "off", spellcheck: false };
+const Button = ({ action, ...rest }) => <button data-action={action} {...rest} />;
+
+export const Screen = ({ children }) => <section id="screen"><div class="card"><h1>OA-SLAM</h1>{children}</div></section>;
+
+// The map of the page's address. (`onStart` runs while the tap is handled: browsers ask for camera and sensors only then.)
+export const Start = ({ map, onStart, onMaps }) => (
+  <>
+    <p>The camera is found in the map <b>{map}</b>, and what stands there is drawn in its picture. Images go to this server; it keeps none unless it was told to.</p>
+    <Button action="start" class="primary" onClick={() => onStart(map, "track")}>Start</Button>
+    <Button action="maps" onClick={onMaps}>Other maps</Button>
+  </>
+);
+
+export const Looking = () => <p class="muted">{"looking for maps\u2026"}</p>;
+
+export const NoMaps = ({ text, onAgain }) => (
+  <>
+    <p>{text}</p>
+    <Button action="again" class="primary" onClick={onAgain}>Again</Button>
+  </>
+);
+
+// The maps to be in, and a new one. `onForgetLens` makes `knowsLens` false.
+export function MapChoice({ maps, knowsLens, onStart, onForgetLens }) {
+  const input = useRef(/** @type {HTMLInputElement | null} */ (null));
+  const [hint, setHint] = useState("A new map is made from what the camera sees.");
+  const create = () => {
+    const name = input.current?.value.trim() ?? "";
+    if (!NAME.test(name)) setHint("A name has letters, digits, and . _ - (no blanks)");
+    else if (maps.some((map) => map.name === name)) setHint(`There is a map ${name} already.`);
+    else onStart(name, "record");
+  };
+  return (
+    <>
+      <div class="list">
+        {maps.map(({ name }) => <Button key={name} action="map" data-map={name} onClick={() => onStart(name, "track")}>{name}</Button>)}
+        {maps.length === 0 && <p class="muted">There is no map yet.</p>}
+      </div>
+      <div class="row">
+        <input ref={input} placeholder="name of the new map" maxLength={64} {...FIELD} />
+        <Button action="create" onClick={create}>New map</Button>
+      </div>
+      <p class="muted">{hint}</p>
+      {knowsLens && <Button action="lens" class="link" onClick={onForgetLens}>Estimate this camera's lens again</Button>}
+    </>
+  );
+}
+
+export function TokenForm({ onToken }) {
+  const input = useRef(/** @type {HTMLInputElement | null} */ (null));
+  return (
+    <>
+      <p>{"This server asks for a token. The address that it printed ends in #token=\u2026: open that one, or give the token here."}</p>
+      <div class="row">
+        <input ref={input} placeholder="token" {...FIELD} />
+        <Button action="token" class="primary" onClick={() => onToken(input.current?.value.trim() ?? "")}>Go on</Button>
+      </div>
+    </>
+  );
+}
+
+export const Help = ({ title, steps }) => (
+  <>
+    <h2>{title}</h2>
+    <ol>{steps.map((step) => <li key={step}>{step}</li>)}</ol>
+    <Button action="reload" class="primary" onClick={() => location.reload()}>Try again</Button>
+  </>
+);
