@@ -52,7 +52,7 @@ function Panels() {
       {session ? <Header session={session} onLeave={leave} /> : <header />}
       <Toast news={news} />
       <footer>
-        {session?.kind === "record" && <Progress progress={session.progress} />}
+        <Progress progress={session?.progress ?? null} hidden={session?.kind !== "record"} />
         {anchor && <AnchorPanel key={anchor.name} anchor={anchor} state={state} edits={edits} onClose={() => pickAnchor(null)} />}
         {view?.isPlacing && <PlacePanel models={state.models} edits={edits} view={view} onChange={draw} />}
         {session && view && <Bar session={session} view={view} />}

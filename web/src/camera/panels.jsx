@@ -18,11 +18,11 @@ export function Header({ session, onLeave }) {
   );
 }
 
-/** How far a new map is. @param {{ progress: import("../messages").Progress | null }} props */
-export function Progress({ progress }) {
+/** How far a new map is. @param {{ progress: import("../messages").Progress | null, hidden: boolean }} props */
+export function Progress({ progress, hidden }) {
   const { text, keyframes = 0, landmarks = 0, objects = 0 } = progress ?? { text: "Point at something with details, and move sideways slowly." };
   return (
-    <div id="progress">
+    <div id="progress" hidden={hidden}>
       <p>{text}</p>
       <div class="row counts"><span><b>{keyframes}</b> views</span><span><b>{landmarks}</b> points</span><span><b>{objects}</b> objects</span></div>
     </div>
