@@ -20,11 +20,15 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/oaslamConfig.cmake.in ${
   INSTALL_DESTINATION ${config_dir})
 # Before 1.0 a minor version may change the interface.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/oaslamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/oaslamConfig.cmake ${PROJECT_BINARY_DIR}/oaslamConfigVersion.cmake DESTINATION ${config_dir} COMPONENT development)
+install(FILES ${PROJECT_BINARY_DIR}/oaslamConfig.cmake ${PROJECT_BINARY_DIR}/oaslamConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/FindOpenCV.cmake
+  DESTINATION ${config_dir} COMPONENT development)
 
 # The static rooms need more than a pkg-config file should list by hand: CMake's package knows it.
 if(BUILD_SHARED_LIBS)
   file(RELATIVE_PATH OASLAM_PC_TO_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
-  configure_file(${CMAKE_CURRENT_LIST_DIR}/oaslam.pc.in ${PROJECT_BINARY_DIR}/oaslam.pc @ONLY)
+  set(system "${CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES}")
+  set(OASLAM_PC_OPENCV_DIR "$<$<NOT:$<IN_LIST:$<TARGET_FILE_DIR:opencv_core>,${system}>>:-L$<TARGET_FILE_DIR:opencv_core> >")
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/oaslam.pc.in ${PROJECT_BINARY_DIR}/oaslam.pc.in @ONLY)
+  file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/oaslam.pc INPUT ${PROJECT_BINARY_DIR}/oaslam.pc.in)
   install(FILES ${PROJECT_BINARY_DIR}/oaslam.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 endif()

@@ -46,7 +46,7 @@ file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
 # The default detector is with the command.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS oaslam)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-core-dev")
 if(OASLAM_BUILD_PYTHON)
   # The module is of the version that it was built for.
   get_directory_property(minor DIRECTORY ${PROJECT_SOURCE_DIR}/python DEFINITION Python_VERSION_MINOR)

@@ -64,16 +64,19 @@ def example(name, *arguments, env={}):
 
 
 def test_minimal():
+    pytest.importorskip("cv2")
     out = example("minimal", CLIP / "video.mp4", 525, 120)
     assert re.search(r"\n119 tracking .*\n(\d\d|[2-9]) keyframes, \d{3,} landmarks", out), out
 
 
 def test_ar_anchors(tmp_path):
+    pytest.importorskip("cv2")
     out = example("ar_anchors", CLIP / "video.mp4", CLIP / "camera.yaml", tmp_path / "ar.png", 100)
     assert re.search(r"\n99 \d+ \d+\n", out) and (tmp_path / "ar.png").stat().st_size > 10000
 
 
 def test_live_camera(tmp_path):
+    pytest.importorskip("cv2")
     out = example("live_camera", CLIP / "video.mp4", CLIP / "camera.yaml", tmp_path / "live.png", 4)
     assert re.search(r"[1-9]\d* keyframes in the end\n", out) and "tracking" in out and (tmp_path / "live.png").stat().st_size > 10000
 

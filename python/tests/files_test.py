@@ -2,7 +2,6 @@
 import os
 import threading
 
-import cv2
 import numpy
 import pytest
 
@@ -56,11 +55,10 @@ def test_listed_images(tmp_path):
 
 
 def test_names_that_are_not_utf8(tmp_path):
-    name = os.fsdecode(b"a\xff.png")
-    cv2.imwrite(str(tmp_path / "b.png"), numpy.zeros((16, 16), numpy.uint8))
-    os.rename(tmp_path / "b.png", tmp_path / name)
+    name = os.fsdecode(b"a\xff.pgm")
+    (tmp_path / name).write_bytes(b"P5 16 16 255\n" + bytes(16 * 16))
     listed, = oaslam.list_images(tmp_path)
-    assert os.fsencode(listed.path).endswith(b"/a\xff.png")
+    assert os.fsencode(listed.path).endswith(b"/a\xff.pgm")
     image = oaslam.open_images(os.fsencode(tmp_path / name)).next()
     assert image.image.shape == (16, 16) and image.path == listed.path and image.name == name
     box = oaslam.Detection(7, 0.9, oaslam.Box(1, 2, 3, 4))

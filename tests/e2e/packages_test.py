@@ -44,7 +44,7 @@ class Components(harness.InFolder):
     def test_a_program_is_built_with_the_development_files(self):
         headers = [os.path.relpath(path, SOURCE) for path in glob.glob(f"{SOURCE}/include/oaslam/*.h")]
         build_type = self.cache["CMAKE_BUILD_TYPE"].lower()
-        cmake = [f"cmake/oaslam/oaslam{file}.cmake" for file in ("Config", "ConfigVersion", "Targets", f"Targets-{build_type}")]
+        cmake = [f"cmake/oaslam/oaslam{file}.cmake" for file in ("Config", "ConfigVersion", "Targets", f"Targets-{build_type}")] + ["cmake/oaslam/FindOpenCV.cmake"]
         self.assertEqual(self.files["development"], sorted(headers + self.lib("liboaslam.so", "pkgconfig/oaslam.pc", *cmake)))
 
     def test_the_command_has_its_detector_and_its_manual(self):
