@@ -1,4 +1,4 @@
-// What the page for phones computes, without a browser.   node --test web/test/camera_units_test.mjs
+// What both pages compute, without a browser.   node --test web/test/camera_units_test.mjs
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
@@ -8,6 +8,8 @@ if (!(await import("three").catch(() => null))) {
   process.exit(0);
 }
 const { Quaternion, Vector3 } = await import("three");
+const { AnchorEdits } = await import("../src/anchor_edits.js");
+const { Link } = await import("../src/link.js");
 const { packImage } = await import("../src/camera/framing.js");
 const { gravityOfMotion, gravityOfOrientation, toPicture } = await import("../src/camera/gravity.js");
 const { refusal } = await import("../src/camera/help.js");
@@ -211,6 +213,78 @@ test("images are sent at the pace of the answers, two on the way at most", () =>
   assert.deepEqual(pacer.flying, []);
   pacer.sent(5, 1100);
   assert.ok(pacer.maySend(6000)); // a lost answer does not stop the images
+});
+
+test("a socket opens again, later each time, and gives one message at a time", async (t) => {
+  const [sockets, waits, states, taken] = [[], [], [], []];
+  let finish = null; // ends the handling of a message
+  class FakeSocket {
+    static OPEN = 1;
+    readyState = 1;
+    constructor() {
+      sockets.push(this);
+    }
+    say(message) {
+      this.onmessage({ data: JSON.stringify(message) });
+    }
+    close() {}
+  }
+  const { WebSocket, setTimeout, reportError } = globalThis;
+  t.after(() => Object.assign(globalThis, { WebSocket, setTimeout, reportError }));
+  Object.assign(globalThis, { WebSocket: FakeSocket, setTimeout: (act, ms) => waits.push({ act, ms }), reportError: () => {} });
+  const onMessage = ({ type, fails }) => new Promise((resolve, reject) => {
+    taken.push(type);
+    finish = () => (fails ? reject(new Error("as told")) : resolve());
+  });
+  const step = () => new Promise((done) => setImmediate(done));
+  const link = new Link({ url: "", protocols: [], onMessage, onState: (state) => states.push(state) });
+  for (const message of [{ type: "hello" }, { type: "bad", fails: true }, { type: "good" }]) sockets[0].say(message);
+  for (const expected of [["hello"], ["hello", "bad"], ["hello", "bad", "good"]]) { // one that fails does not stop the others
+    await step();
+    assert.deepEqual(taken, expected);
+    if (expected.length < 3) finish();
+  }
+  assert.deepEqual(states, ["connecting", "open"]);
+  // A message of a socket that was closed meanwhile is not taken any more.
+  sockets[0].say({ type: "late" });
+  sockets[0].onclose();
+  for (const ms of [500, 1000, 2000, 4000, 8000, 8000]) {
+    assert.equal(link.state, "waiting");
+    assert.equal(waits.at(-1).ms, ms);
+    waits.at(-1).act();
+    sockets.at(-1).onclose();
+  }
+  waits.at(-1).act();
+  sockets.at(-1).say({ type: "hello" });
+  finish();
+  await step();
+  assert.deepEqual(taken, ["hello", "bad", "good", "hello"]);
+  assert.ok(link.isOpen && link.delay === 500);
+  const count = waits.length;
+  link.end();
+  sockets.at(-1).onclose();
+  assert.ok(!link.isOpen && waits.length === count);
+});
+
+test("an anchor that is renamed here keeps its place in the list, and is followed; so is one that is placed", () => {
+  const store = { models: [{ name: "flag" }], anchors: ["a", "b", "c"].map((name) => ({ name, size: 1 })) };
+  const sent = [];
+  const edits = new AnchorEdits(store, (message) => sent.push(message));
+  const listed = () => edits.numbered().map(({ anchor, number }) => `${anchor.name}${number}`).join(" ");
+  assert.equal(listed(), "a1 b2 c3");
+  edits.rename("a", "z");
+  assert.deepEqual(sent.splice(0), [{ type: "anchor", name: "a", rename: "z" }]);
+  store.anchors = ["b", "c", "z"].map((name) => ({ name, size: 1 }));
+  assert.equal(edits.follow("a"), "z");
+  assert.equal(listed(), "z1 b2 c3");
+  store.anchors.push({ name: "a", size: 1 }); // of another
+  assert.equal(edits.follow("z"), "z");
+  assert.equal(listed(), "z1 b2 c3 a4");
+  edits.place({ origin: [0, 0, 0], direction: [0, 0, 1] });
+  assert.equal(sent[0].model, "flag");
+  store.anchors.push({ name: "flag 1", size: 1 });
+  assert.equal(edits.follow("z"), "flag 1");
+  assert.equal(edits.follow("gone"), null);
 });
 
 test("addresses and the token", () => {
