@@ -140,8 +140,8 @@ test("content stands in the picture where the pose and the lens put it, in any w
   await shoot(page, "camera_mock");
   // While the camera is lost no content is drawn.
   service.answer = () => service.pose(null);
+  await page.waitForFunction(() => /looking for this place/.test(document.querySelector("#state").textContent));
   await page.waitForSelector("#view[data-showing=false]");
-  assert.match(await page.locator("#state").textContent(), /looking for this place/);
   assert.equal(await page.locator("#view .labels button:visible").count(), 0);
   assert.deepEqual(page.errors, []);
   await page.context().close();
