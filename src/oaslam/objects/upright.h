@@ -17,8 +17,8 @@ struct Upright {
 // Estimates the vertical from the rotations of a hand-held camera (cam_from_world, in the order of
 // time). People hold cameras level, so that the x axes of the images are horizontal and up is the
 // direction orthogonal to all of them. (The mean of the images' y axes is not the vertical, since
-// people look down at things.) Robust against single views that are held otherwise; docs/results.md
-// has its errors. Where a phone's video is turned by 90 degrees, the y axes are level instead; that
+// people look down at things.) Robust against single views that are held otherwise (errors:
+// docs/lab/objects.md). Where a phone's video is turned by 90 degrees, the y axes are level; that
 // is accepted only after about half a turn, since before that a camera that nods looks the same.
 // Returns nothing where the motion does not determine the vertical: the camera turned too little
 // for how much it rolled, or turned about its own optical axis.

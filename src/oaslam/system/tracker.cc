@@ -194,7 +194,7 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
   first.cam_from_world = found.cam_from_world;
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
-  constexpr double kAgreement = 0.225;  // docs/results.md, "Any camera, any room"
+  constexpr double kAgreement = 0.225;  // docs/lab/tracking.md
   const int inliers = config_.tracking.min_relocalization_inliers;
   TrackReport tracked = TrackLocalMap(frame, map, first,
                                       {.inliers = inliers,
