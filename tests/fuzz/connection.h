@@ -27,8 +27,7 @@ inline void Serve(std::shared_ptr<HttpService> service, std::string_view bytes) 
   const ssize_t sent = send(ends[1], bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
   shutdown(ends[1], SHUT_WR);
   if (sent >= 0) {
-    ServeConnection(
-        boost::asio::ip::tcp::socket(io, boost::asio::ip::tcp::v4(), ends[0]), core);
+    ServeConnection(boost::asio::ip::tcp::socket(io, boost::asio::ip::tcp::v4(), ends[0]), core);
     io.run();
   } else {
     close(ends[0]);

@@ -3,5 +3,6 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace oaslam;
-  return fuzz::Try([&] { LoadDetections(fuzz::FileOf(fuzz::Text(data, size), "detections.json")); });
+  return fuzz::Try(
+      [&] { LoadDetections(fuzz::FileOf(fuzz::Text(data, size), "detections.json")); });
 }

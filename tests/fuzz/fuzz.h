@@ -10,8 +10,8 @@
 #include "temp_folder.h"
 
 // A fuzz target hands bytes to one reader. The reader may refuse them by an InputError; any other
-// exception, a failed check of a sanitizer, or an input that takes longer than the limit of libFuzzer
-// is a defect.
+// exception, a failed check of a sanitizer, or an input that takes longer than the limit of
+// libFuzzer is a defect.
 namespace oaslam::fuzz {
 
 // For readers that take a path: the name of a file that holds the bytes. It is the same file each

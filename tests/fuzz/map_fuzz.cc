@@ -9,9 +9,9 @@
 #include "random_map.h"
 
 // Bytes of a SQLite file hardly ever change into another file that SQLite accepts. So, unless the
-// first byte is odd, the bytes are edits of a valid map by SQL: which table, row and column, and the
-// new value. Checksums are not compared in this build (storage/map_file_load.cc), so that the edits
-// reach what reads the values.
+// first byte is odd, the bytes are edits of a valid map by SQL: which table, row and column, and
+// the new value. Checksums are not compared in this build (storage/map_file_load.cc), so that the
+// edits reach what reads the values.
 namespace oaslam {
 namespace {
 
@@ -80,13 +80,12 @@ class EditedMap {
     const int row = edits.ConsumeIntegralInRange(0, 15);
     const int kind = edits.ConsumeIntegralInRange(0, 6);
     const std::string place = " FROM " + column.table + " LIMIT 1 OFFSET " + std::to_string(row);
-    const std::vector<std::string> keys = Strings(
-        "SELECT name FROM pragma_table_info('" + column.table + "') WHERE pk > 0 ORDER BY pk");
+    const std::vector<std::string> keys = Strings("SELECT name FROM pragma_table_info('" +
+                                                  column.table + "') WHERE pk > 0 ORDER BY pk");
     if (keys.empty()) return;
     std::string list;
     for (const std::string& key : keys) list += (list.empty() ? "" : ", ") + key;
-    const std::string where =
-        " WHERE (" + list + ") IN (SELECT " + list + place + ")";
+    const std::string where = " WHERE (" + list + ") IN (SELECT " + list + place + ")";
     if (kind == 0) return Execute("DELETE FROM " + column.table + where);
     sqlite3_stmt* statement = nullptr;
     const std::string sql = "UPDATE OR IGNORE " + column.table + " SET " + column.name +
