@@ -11,15 +11,15 @@ namespace oaslam {
 
 // A named place in the map where virtual content stands.
 struct AnchorPose {
-  // `model`: the content that stands there, by a name that the application knows.
+  // `model` names the content that stands there; only the application knows what it means.
   std::string name{}, model{};
   double size = 0;           // of the content's longest side, map units
   Rigid3 world_from_anchor;  // content: y up, standing on the origin, front towards +z (glTF)
   std::optional<uint32_t> object{};  // the object that it stands on
 };
 
-// A request to place content where a ray, as of a click in an image, meets the map. The ray is
-// given in the map's frame; its direction may have any length.
+// A request to place content where a ray meets the map, e.g. that of a click in an image. The ray
+// is in the map's frame; its direction may have any length.
 struct AnchorRequest {
   std::string name{};  // empty: the name of the model with a number
   std::string model{};
@@ -31,7 +31,7 @@ struct AnchorRequest {
   std::optional<Rigid3> pose{};
 };
 
-// What became of a request.
+// The answer to a request.
 struct AnchorReport {
   std::string name;  // of the new anchor; empty on failure
   std::string why_not;

@@ -10,8 +10,8 @@
 
 namespace oaslam {
 
-// Runs a detector on a thread of its own, at its own speed: whenever it is free it takes the newest
-// image offered. Nothing waits for it.
+// Runs a detector on a thread of its own. Whenever it is free it takes the newest image offered,
+// and older ones are dropped, so that no caller waits for it.
 class OASLAM_API BackgroundDetector {
  public:
   // From an image to its detections, as Detector::Detect.
@@ -34,8 +34,8 @@ class OASLAM_API BackgroundDetector {
   std::vector<Result> Take();
   // Waits until the detector is idle: every image that was not replaced has been processed.
   void Wait();
-  // Forgets the image that waits, all results, and that of the image that is being processed, as
-  // after Slam::Reset or Load, with which frames begin anew. Does not wait.
+  // Drops the waiting image, all results, and the result of the image being processed. Call it
+  // after Slam::Reset or Load, since frames are counted from 0 again. Does not wait.
   void Clear();
 
   int images() const;      // number of images processed

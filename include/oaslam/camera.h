@@ -7,7 +7,7 @@
 
 namespace oaslam {
 
-// How the lens bends what a pinhole would show.
+// How the lens distorts the image of a pinhole.
 enum class LensModel {
   kPinhole,  // pinhole with radial-tangential distortion: k1 k2 p1 p2 k3 (OpenCV's order; zeros:
              // none)
@@ -22,7 +22,7 @@ struct Camera {
   int height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 5> distortion{};
-  bool is_guess = false;  // from a field of view, not from a calibration
+  bool is_guess = false;  // made from a field of view, not calibrated
   std::string name{};
 
   // Whether a coefficient is not 0.

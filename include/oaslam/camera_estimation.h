@@ -16,8 +16,8 @@ namespace oaslam {
 struct CameraEstimationOptions {
   // The camera to start from: a rough calibration, or that of another run.
   std::optional<Camera> start{};
-  // The 35 mm equivalent that cameras and phones write into an image's metadata; only used as a
-  // start value (FocalLength35mm reads it). 2 to 3000 mm.
+  // The 35 mm equivalent that cameras and phones write into an image's metadata, 2 to 3000 mm
+  // (FocalLength35mm reads it). Only a start value.
   std::optional<double> focal_length_35mm{};
 };
 
@@ -37,12 +37,12 @@ struct CameraEstimate {
 };
 
 // Estimates the camera of images without calibration: maps parts of them with a guess of the focal
-// length, calibrates the camera by that map, and repeats this with the result until it changes no
-// more. The same images give the same answer. Images are kept, scaled down where they are large.
+// length, calibrates the camera by that map, and repeats this with the result until it no longer
+// changes. The same images give the same answer. It keeps the images, large ones scaled down.
 class OASLAM_API CameraEstimator {
  public:
   // `config`: the settings of the maps that it makes. Throws InputError for settings and start
-  // values that cannot be.
+  // values out of their bounds.
   explicit CameraEstimator(const SlamConfig& config, const CameraEstimationOptions& options = {});
   ~CameraEstimator();
   CameraEstimator(CameraEstimator&&) noexcept;
@@ -53,14 +53,14 @@ class OASLAM_API CameraEstimator {
   void Add(const cv::Mat& image, double timestamp);
   // Seconds between the first and the last image kept.
   double Duration() const;
-  // Whether it holds the largest number of images that it uses at a time.
+  // Whether it holds as many images as Estimate uses.
   bool IsFull() const;
 
   // Estimates the camera from the images since the last Forget, on the caller's thread and others:
   // it maps them several times over, which takes longer than a run. Throws InputError without any.
   CameraEstimate Estimate();
-  // Drops the images, to go on with another part of the walk; the result so far
-  // becomes the start value.
+  // Drops the images, to continue with another part of the walk; the last result becomes the start
+  // value.
   void Forget();
 
  private:

@@ -15,7 +15,7 @@ namespace oaslam {
 // InputError naming path, key, value and bound, also when the file's size differs from image_size.
 OASLAM_API Camera LoadCamera(const std::string& spec, const cv::Size& image_size);
 
-// Throws InputError, which begins with `where`, for a camera that cannot be.
+// Throws InputError, whose message begins with `where`, for impossible parameters of a camera.
 OASLAM_API void CheckCalibration(const Camera& camera, const std::string& where);
 
 // Writes a calibration as a ROS camera_info file, which LoadCamera reads; `note` becomes a comment

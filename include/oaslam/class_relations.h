@@ -9,12 +9,12 @@ namespace oaslam {
 struct ClassRelations {
   // From the category of a part to that of the whole it belongs to; without cycles.
   std::map<int, int> whole_of;
-  std::set<int> movable;  // neither they nor key points in their boxes are mapped
+  std::set<int> movable;  // objects of these classes and key points in their boxes are not mapped
 
   // Whether a user has stated none.
   bool Empty() const { return whole_of.empty() && movable.empty(); }
 
-  // Directly, or through other parts.
+  // Whether it is a part of that whole, directly or through other parts.
   bool IsPartOf(int part, int whole) const {
     for (auto next = whole_of.find(part); next != whole_of.end();
          next = whole_of.find(next->second))
@@ -22,7 +22,7 @@ struct ClassRelations {
     return false;
   }
 
-  // A part of a movable class is movable, too.
+  // Whether the class, or a whole it is part of, is movable.
   bool IsMovable(int category) const {
     auto whole = whole_of.find(category);
     for (; whole != whole_of.end() && !movable.contains(category); whole = whole_of.find(category))

@@ -8,86 +8,117 @@
 
 namespace oaslam {
 
-// Every parameter of the system: its default, its unit and why. A configuration file names them
-// `section.key` ; VisitFields below binds names and bounds.
+// Every parameter of the system, with its default, unit and reason. A configuration file names them
+// `section.key`; VisitFields below gives names and bounds. docs/configuration.md is made from this.
 
 // How tracking and mapping take turns (docs/architecture.md). Sequential: mapping works inside
-// Process. Lockstep: on a thread of its own, with the same results on every run. Live: on a thread
-// of its own, for a camera that does not wait.
+// Process. Lockstep: it has its own thread, and the results are the same on every run. Live: it has
+// its own thread, and a camera does not wait for it.
 enum class RunnerMode { kSequential, kLockstep, kLive };
 // "sequential", "lockstep", "live".
 OASLAM_API const char* ToString(RunnerMode mode);
 
-// What detections of mapped objects pull at in bundle adjustments: nothing, keyframes, or keyframes
-// and the ellipsoids.
+// What detections of mapped objects constrain in bundle adjustment: nothing, the poses of
+// keyframes, or these and the ellipsoids.
 enum class BundleObjects { kNone, kPoses, kFull };
 
-// The methods of the paper (docs/paper.md), or ours (docs/objects.md).
+// Ours (docs/objects.md), or the paper's (docs/paper.md).
 enum class ObjectMethod { kRobust, kPaper };
 
 // ORB features of an image.
 struct FeaturesConfig {
-  int count = 1000;           // key points a frame (doubled until initialised)
-  double scale_factor = 1.2;  // between pyramid levels
-  int levels = 8;
-  int resolution = 640;  // images with many more pixels than this x 3/4 of this are scaled down to
-                         // so many; results stay in pixels of the given image
-  int fast_threshold = 20;     // grey levels
-  int min_fast_threshold = 7;  // in cells where the first finds nothing
+  int count = 1000;            // key points in an image, twice as many until there is a map: more
+                               // hold on where texture is poor, and cost time in proportion
+  double scale_factor = 1.2;   // between pyramid levels; eight levels cover a change of distance by
+                               // 3.6
+  int levels = 8;              // of the pyramid
+  int resolution = 640;        // images with many more pixels than this x 3/4 of this are scaled
+                               // down to so many, which saves time; results stay in pixels of the
+                               // given image
+  int fast_threshold = 20;     // least contrast of a corner, grey levels; lower ones are often
+                               // noise
+  int min_fast_threshold = 7;  // the same in cells where the first threshold finds nothing, so that
+                               // dim parts of an image are used
 };
 
 // Tracking of the camera, and when an image becomes a keyframe.
 struct TrackingConfig {
-  int min_init_matches = 100;        // between the two views of the initialisation
-  double min_init_parallax_deg = 2;  // that half of `min_init_matches` points have
-  int min_inliers =
-      30;  // landmarks that a pose needs; 15 do where they are most of those that were matched
-  int min_relocalization_inliers = 50;  // the same to find the camera, and half a second after it
-  double min_keyframe_interval = 0.1;   // seconds, unless much of the view is new
-  double max_keyframe_interval = 1;     // seconds
-  double keyframe_inlier_ratio = 0.9;  // of the reference keyframe's landmarks; fewer: new keyframe
-  double max_object_sigma =
-      0.015;  // of the distance: an object-only pose less certain is no part of a trajectory
-  int reset_below_keyframes = 6;  // lost with a smaller map: start anew
+  int min_init_matches = 100;           // between the two views of the initialisation; the first
+                                        // map has hardly more landmarks
+  double min_init_parallax_deg = 2;     // angle between the rays of at least half of
+                                        // `min_init_matches` points; below it depth is uncertain
+                                        // (docs/lab/tracking.md)
+  int min_inliers = 30;                 // landmarks that a pose needs; half of them do where they
+                                        // are most of those that were matched
+  int min_relocalization_inliers = 50;  // the same to find a lost camera, and in the half second
+                                        // after it; at 30, one pose in 60 was wrong
+                                        // (docs/lab/tracking.md)
+  double min_keyframe_interval = 0.1;   // seconds, unless much of the view is new; leaves time for
+                                        // mapping
+  double max_keyframe_interval = 1;     // seconds; the longest time between two keyframes, however
+                                        // little the view changes
+  double keyframe_inlier_ratio = 0.9;   // share of the reference keyframe's landmarks; an image
+                                        // that sees fewer becomes a keyframe
+  double max_object_sigma = 0.015;      // standard deviation of a position by objects alone,
+                                        // divided by the distance; less certain poses are not in
+                                        // the trajectory
+  int reset_below_keyframes = 6;        // a camera that is lost in a map with fewer keyframes
+                                        // begins a new one: so small a map is made again at once
 };
 
 // Keyframes and landmarks of the map.
 struct MappingConfig {
-  int covisible_neighbors = 20;      // keyframes to triangulate with and to fuse with
-  int min_shared_landmarks = 15;     // an edge of the covisibility graph
-  double min_parallax_cos = 0.9998;  // rays closer than this are not triangulated
-  double keyframe_redundancy =
-      0.9;  // share of landmarks seen by 3 others at the same scale: redundant
-  bool loop_closing = true;
+  int covisible_neighbors = 20;      // keyframes that a new one is triangulated with and fused
+                                     // with; the time grows with the number
+  int min_shared_landmarks = 15;     // that join two keyframes in the covisibility graph
+  double min_parallax_cos = 0.9998;  // rays with a larger cosine (1.1 degrees apart) are not
+                                     // triangulated, since depth is uncertain
+  double keyframe_redundancy = 0.9;  // a keyframe is removed where three others see this share of
+                                     // its landmarks at the same scale
+  bool loop_closing = true;          // whether the map is corrected where the camera returns to a
+                                     // place
 };
 
 // Bundle adjustment around a new keyframe.
 struct BundleConfig {
-  int local_iterations = 10;
-  int max_local_keyframes = 25;                  // free keyframes of a local bundle adjustment
-  BundleObjects objects = BundleObjects::kNone;  // poses: detections of mapped objects pull at
-                                                 // keyframes; full: and at the ellipsoids
+  int local_iterations = 10;                     // at most; it ends earlier where the error no
+                                                 // longer falls
+  int max_local_keyframes = 25;                  // keyframes that a local bundle adjustment moves;
+                                                 // its time grows with the number
+  BundleObjects objects = BundleObjects::kNone;  // poses: detections of mapped objects constrain
+                                                 // keyframes; full: the ellipsoids, too. Neither
+                                                 // makes trajectories clearly better
+                                                 // (docs/lab/objects.md)
 };
 
 // From detections to the ellipsoids of the map.
 struct ObjectsConfig {
-  ObjectMethod model = ObjectMethod::kRobust;  // paper: Wasserstein distance, 9 dof; robust:
-                                               // docs/objects.md
+  ObjectMethod model = ObjectMethod::kRobust;  // paper: Wasserstein distance, 9 degrees of freedom;
+                                               // robust: docs/objects.md
   double min_score = 0.5;                      // detections at or below are not mapped
-  double min_iou_box = 0.3;                    // association gate, last box
-  double min_iou_projection = 0.2;             // association gate, projected ellipsoid
-  int min_shared_points = 10;                  // tau: association by landmarks
-  double max_box_age_s =
-      0.5;  // a last box older than this says nothing, unless it is of the image before
-  double drop_after_s =
-      2;  // an unreconstructed track unseen for longer, and in five images, is dropped
-  double min_parallax_deg = 10;  // first ellipsoid
-  int min_observations = 20;    // insertion into the map: detections in a video of 30 Hz; in slower
-                                // ones each counts for up to six
-  double min_accept_iou = 0.3;  // insertion: overlap of projection and detection
-  double min_accept_share =
-      0.9;                  // insertion: share of observations with that overlap (1 in the paper)
-  double fusion_iou = 0.2;  // duplicates: IoU of the 3-D boxes
+  double min_iou_box = 0.3;                    // least overlap of a detection with the track's last
+                                               // box, for it to be of that track
+  double min_iou_projection = 0.2;             // least overlap with the track's projected
+                                               // ellipsoid, which fits less tightly than a box
+  int min_shared_points = 10;                  // tau of the paper: landmarks in both boxes that
+                                               // make a detection one of the track
+  double max_box_age_s = 0.5;                  // an older last box is not compared, unless it is of
+                                               // the image before: the view has changed since
+  double drop_after_s = 2;                     // a track without an ellipsoid is dropped after so
+                                               // long, and five images, in which it is not seen
+  double min_parallax_deg = 10;                // angle between views that the first ellipsoid
+                                               // needs; 5 gave many false ones in one of three runs
+                                               // (docs/lab/objects.md)
+  int min_observations = 20;                   // detections in a video of 30 Hz before an object is
+                                               // mapped (in slower ones each counts for up to six);
+                                               // 40 found fewer objects, 10 more false ones
+                                               // (docs/lab/rooms.md)
+  double min_accept_iou = 0.3;                 // least overlap of projection and detection that
+                                               // counts as agreement, before an object is mapped
+  double min_accept_share = 0.9;               // share of the observations that must agree, before
+                                               // an object is mapped; 1 in the paper, where one bad
+                                               // box is enough to refuse it
+  double fusion_iou = 0.2;                     // objects whose boxes in space overlap more are one
 };
 
 // Finding a camera that is lost, by points and by objects.
@@ -95,20 +126,32 @@ struct RelocalizationConfig {
   ObjectMethod objects = ObjectMethod::kRobust;  // paper: P3P on the centres of all triplets, the
                                                  // best overlap, always accepted (docs/paper.md);
                                                  // robust: docs/objects.md
-  double min_score = 0.3;                        // detections below are not used
-  int max_detections = 24;
-  int ransac_iterations = 300;
-  double accept_margin = 5;  // statistic S (docs/objects.md) less that of the best pose elsewhere
-  double accept_evidence = 34;  // S / 2 + margin; 15/17 of it with gravity (tools/acceptance)
-  int accept_objects = 4;       // matched ones; one fewer with gravity
-  int min_matches = 30;         // guided points that confirm an object pose
+  double min_score = 0.3;                        // detections below are not used; lower than in
+                                                 // mapping, since a false detection leaves nothing
+                                                 // in the map
+  int max_detections = 24;                       // the ones with the best scores; the time grows
+                                                 // with the number of triplets
+  int ransac_iterations = 300;                   // of P3P on matched points, at most
+  double accept_margin = 5;                      // least difference of the statistic S
+                                                 // (docs/objects.md) from that of the best pose
+                                                 // elsewhere
+  double accept_evidence = 34;                   // least S / 2 + margin, 15/17 of it with gravity;
+                                                 // accepts at most 0.5 % in wrong maps
+                                                 // (docs/lab/relocalization.md)
+  int accept_objects = 4;                        // matched ones; one fewer with gravity, which
+                                                 // leaves a pose fewer unknowns
+  int min_matches = 30;                          // matches near their projection that confirm a
+                                                 // pose by objects
 };
 
 // How tracking and mapping run.
 struct RunnerConfig {
-  RunnerMode mode = RunnerMode::kLockstep;
-  int lag = 2;  // lockstep: the tracker of frame k sees the map of frame k - lag
-  int seed = 0;
+  RunnerMode mode = RunnerMode::kLockstep;  // sequential, lockstep, live (RunnerMode)
+  int lag = 2;                              // lockstep: the tracker of frame k sees the map of
+                                            // frame k - lag; more lets mapping take longer, and the
+                                            // tracker sees an older map
+  int seed = 0;                             // of all random numbers: the same seed gives the same
+                                            // results, but in live mode
 };
 
 // All parameters, in sections; docs/configuration.md lists them.

@@ -19,11 +19,11 @@ struct ImageDetections {
 // changes; copies share it.
 class OASLAM_API DetectionTable {
  public:
-  // Of images with the same name the first one is found.
+  // Where several images have the same name, Find returns the first.
   explicit DetectionTable(std::vector<ImageDetections> images);
   // No images.
   DetectionTable();
-  // Shares the content, also where it could be moved: a table is never without.
+  // Shares the content. There is no move, which would leave a table without content.
   DetectionTable(const DetectionTable&) = default;
   // The same.
   DetectionTable& operator=(const DetectionTable&) = default;
@@ -41,8 +41,8 @@ class OASLAM_API DetectionTable {
 // entry with a NaN, inverted or absurd box, named by file name and index.
 OASLAM_API DetectionTable LoadDetections(const std::string& path);
 
-// Writes OA-SLAM's JSON. A file name that is not UTF-8 gets U+FFFD for what is not. Throws
-// InputError where the file cannot be written, or a score or a box has a number that is not finite.
+// Writes OA-SLAM's JSON. Bytes of a file name that are not UTF-8 become U+FFFD. Throws InputError
+// where the file cannot be written, or a score or a box has a number that is not finite.
 OASLAM_API void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images);
 
 }  // namespace oaslam

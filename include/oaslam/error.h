@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// Bad input: a file, a configuration, a calibration, a detection. The message is one line that
-// names path, key, value and bound.
+// Bad input, such as a file, a configuration, a calibration or a detection. The message is one line
+// that names path, key, value and bound.
 class OASLAM_API InputError : public std::runtime_error {
  public:
   // `message`: one line.

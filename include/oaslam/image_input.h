@@ -9,10 +9,10 @@
 
 namespace oaslam {
 
-// An image, and what came with it.
+// An image, and the measurements that belong to it.
 struct ImageInput {
-  // 8-bit, of the camera's size: grey, which is read where it is and not copied, BGR or BGRA. It
-  // may be a view of other memory, and must not change until the call returns.
+  // 8-bit grey, BGR or BGRA, of the camera's size. A grey image is not copied: it may be a view of
+  // other memory, which must not change until the call returns.
   cv::Mat image;
   double timestamp = 0;  // seconds, ascending
   // From an object detector, in pixels of this image; may be empty. Class, score and box are used;
@@ -20,9 +20,9 @@ struct ImageInput {
   std::vector<Detection> detections{};
   // The detections will be given later, by AddDetections.
   bool detections_follow = false;
-  // Gravity in the camera's frame (OpenCV axes) where a sensor measures it, of any length. For an
-  // accelerometer give the measured length: it shows how much the hand shook. Where keyframes have
-  // gravity, the map's vertical is computed from it.
+  // Direction of gravity in the camera's frame (OpenCV axes), where a sensor measures it. Give an
+  // accelerometer's vector with its measured length, which shows how much the hand shook; other
+  // vectors may have any length. The map's vertical is computed from the gravity of its keyframes.
   std::optional<Eigen::Vector3d> gravity_in_cam{};
 };
 

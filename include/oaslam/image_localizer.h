@@ -14,9 +14,9 @@
 
 namespace oaslam {
 
-// Finds single images in a saved map, each by itself, as Slam::Relocalize does. All functions may
-// be called by any number of threads at once: an image takes one thread, some 10 ms, and shares the
-// map with the others. Copies share it, too.
+// Finds single images in a saved map, each by itself, as Slam::Relocalize does. Any number of
+// threads may call all functions at once: each call takes some 10 ms on its caller's thread. All
+// calls and all copies share one map.
 class OASLAM_API ImageLocalizer {
  public:
   // Loads a map file. `piece`: as for Slam::Load. Throws InputError.
@@ -26,9 +26,10 @@ class OASLAM_API ImageLocalizer {
   ImageLocalizer(const ImageLocalizer&);
   ImageLocalizer& operator=(const ImageLocalizer&);
 
-  // `camera`: that of the image. Without an image, the detections alone are used. `prior`: where
-  // the camera is thought to be, world_from_cam; the image's points are looked for there first, and
-  // it is never trusted. By objects alone it is not used. Nor is the time stamp. Throws InputError.
+  // `camera`: that of the image. Without an image, the detections alone are used. `prior`: the
+  // camera's supposed pose, world_from_cam; the image's points are looked for there first, but the
+  // answer must hold without it. RelocalizationMode::kObjects ignores it. The time stamp is not
+  // used. Throws InputError.
   RelocalizationResult Localize(const ImageInput& input, const Camera& camera,
                                 RelocalizationMode mode,
                                 const std::optional<Rigid3>& prior = std::nullopt) const;
@@ -36,7 +37,7 @@ class OASLAM_API ImageLocalizer {
   RelocalizationResult LocalizeWithUnknownCamera(const ImageInput& input,
                                                  RelocalizationMode mode) const;
 
-  // The map that images are looked for in.
+  // The map in which it looks for images.
   MapSnapshot Snapshot() const;
 
  private:

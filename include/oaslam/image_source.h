@@ -17,7 +17,7 @@ enum class Orientation {
   kUpright,  // rotated (and mirrored) by its EXIF orientation, if it has one that OpenCV knows
 };
 
-// An image, and where it comes from.
+// An image and its origin.
 struct InputImage {
   int index = 0;         // in the whole source, 0-based
   double timestamp = 0;  // seconds
@@ -43,7 +43,7 @@ struct ImageSourceOptions {
   bool color = false;                              // BGR rather than grey
   Orientation orientation = Orientation::kStored;  // of image files; videos are always upright
   std::optional<FollowOptions> follow{};
-  // BGR from videos and cameras, where colour costs nothing since the grey image is made of it.
+  // BGR from videos and cameras, which decode to BGR anyway; image files stay grey.
   bool color_if_free = false;
 };
 
@@ -64,8 +64,8 @@ class OASLAM_API ImageSource {
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
 // of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow only a
 // folder of images is allowed, which may still be empty. Throws InputError where the source does
-// not exist, a list is empty, or a line has neither form. FFmpeg's own messages about a damaged
-// video go where the application has told FFmpeg (av_log_set_callback), else to stderr.
+// not exist, a list is empty, or a line has neither form. FFmpeg writes its own messages about a
+// damaged video to stderr, or to where av_log_set_callback directs them.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options);
 
@@ -84,12 +84,12 @@ OASLAM_API std::optional<std::vector<ListedImage>> ListImages(const std::string&
 // 36 mm x 24 mm frame with the same angle over its diagonal (CIPA DCG-001). An image of w x h
 // pixels then has the focal length f = f35 * sqrt(w^2 + h^2) / 43.27 pixels if it shows the whole
 // sensor. Video is often cropped (another aspect ratio, stabilisation), which makes f longer by 5
-// to 30 %. So it is a start value and no calibration.
+// to 30 %, so that it is only a start value.
 //
-// `source` is that of OpenImages: of a video its container's tag (that of Apple's devices), of an
-// image EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG file, of a folder or list that of its first
-// image. Nothing for a camera, where it is not stated (or as 0, "unknown", or not within 2 to
-// 3000), and where the source cannot be read: OpenImages reports that.
+// `source` as for OpenImages. It is read from the tag that Apple's devices write into a video's
+// container, from EXIF's FocalLengthIn35mmFilm (0xA405) in a JPEG file, and for a folder or list
+// from its first image. Nothing for a camera, where it is not stated (or stated as 0, "unknown", or
+// outside of 2 to 3000), and where the source cannot be read, which OpenImages reports.
 OASLAM_API std::optional<double> FocalLength35mm(const std::string& source);
 
 }  // namespace oaslam

@@ -20,7 +20,7 @@ class OASLAM_API LatestImageSource : public ImageSource {
   // Waits for an image that was not returned yet; returns nothing once the source has ended.
   // Rethrows exceptions of the source.
   std::optional<InputImage> Next() override;
-  // That of the source.
+  // The size of the source.
   int size() const override;
   // Ends a waiting Next, and all later ones.
   void Stop() override;

@@ -16,18 +16,19 @@
 
 namespace oaslam {
 
-// The map at one moment, as data. It is a handle: copies share one map, which never changes, so
-// that a snapshot costs next to nothing, may be kept as long as one likes, and may be read by any
-// threads at once. The functions below copy what they return. Ids ascend in the order in which
-// things were made, and are never used again in the same map. Lengths are in map units.
+// The map at one moment, as data. It is a handle: copies share one map, which never changes. So a
+// snapshot costs next to nothing, may be kept as long as one likes, and may be read by several
+// threads at once. The functions below copy what they return. Ids ascend in the order of creation
+// and are never used again in the same map. Lengths are in map units.
 class OASLAM_API MapSnapshot {
  public:
   // An image whose key points are in the map.
   struct Keyframe {
     uint32_t id = 0;
-    std::optional<int> frame;  // TrackingResult::frame of its image; nothing where it is of a file
-    double timestamp = 0;      // seconds
-    int camera = 0;            // index into Cameras()
+    // TrackingResult::frame of its image; nothing for keyframes of a loaded file
+    std::optional<int> frame;
+    double timestamp = 0;  // seconds
+    int camera = 0;        // index into Cameras()
     Rigid3 world_from_cam;
   };
   // A point of the map.
@@ -40,15 +41,16 @@ class OASLAM_API MapSnapshot {
   struct Observation {
     uint32_t keyframe = 0, landmark = 0;
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as the camera gave it
-    double sigma_px = 1;                              // standard deviation of that place
+    double sigma_px = 1;                              // standard deviation of the pixel
   };
-  // A thing of the map.
+  // An object of the map.
   struct Object {
     uint32_t id = 0;
     int category_id = 0;
-    std::string name;     // given by a person, else that of its class
+    std::string name;     // given by the user, else that of its class
     Ellipsoid ellipsoid;  // world
-    // Of centre (world), logarithms of the half axes, and rotation about the vertical (rad).
+    // Covariance of the centre (world), the logarithms of the half axes, and the rotation about the
+    // vertical (rad).
     Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
     int observations = 0;
     bool has_moved = false;  // since the map was made or loaded
@@ -66,7 +68,7 @@ class OASLAM_API MapSnapshot {
   std::vector<Keyframe> Keyframes() const;
   // In the order of ids.
   std::vector<Landmark> Landmarks() const;
-  // The objects of the map; those that are still being examined are not among them.
+  // The objects of the map, without tracks that may still become objects.
   std::vector<Object> Objects() const;
   // Empty for an id that is not in the map.
   std::vector<Observation> ObservationsInKeyframe(uint32_t keyframe) const;
@@ -77,12 +79,12 @@ class OASLAM_API MapSnapshot {
   // The cameras of the keyframes.
   std::vector<Camera> Cameras() const;
 
-  // World direction against gravity; nothing while it is unknown.
+  // The direction opposite to gravity, world; nothing while it is unknown.
   std::optional<Eigen::Vector3d> up() const;
   // Whether the unit is the metre; else it is arbitrary.
   bool is_metric() const;
-  // Ascends with every change of the map or of the class names, also over Reset and Load. Two
-  // snapshots of one Slam with the same version are the same.
+  // Grows with every change of the map or of the class names; Reset and Load do not set it back.
+  // Two snapshots of one Slam with the same version are equal.
   uint64_t version() const;
 
  private:

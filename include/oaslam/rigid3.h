@@ -7,16 +7,16 @@ namespace oaslam {
 // A rigid motion x_in_b = b_from_a * x_in_a. Named after its direction, so that a wrong product is
 // visible: c_from_a = c_from_b * b_from_a.
 struct Rigid3 {
-  // A rotation as a unit quaternion. It is not aligned: Eigen::Quaterniond is, to an address that
-  // depends on the instruction set that a program is compiled for, so that the library and a
-  // program compiled for another one would not agree on the layout of what holds it.
+  // A rotation as a unit quaternion. Unaligned: the alignment of Eigen::Quaterniond depends on the
+  // instruction set that a program is compiled for, so that the library and a program could
+  // disagree on the layout of a struct.
   using Rotation = Eigen::Quaternion<double, Eigen::DontAlign>;
 
   Rotation rotation = Rotation::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Rigid3() = default;
-  // A rotation and a translation that follows it.
+  // First rotates, then translates.
   Rigid3(const Rotation& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}
   // The same with a rotation matrix.
   Rigid3(const Eigen::Matrix3d& r, const Eigen::Vector3d& t) : rotation(r), translation(t) {}

@@ -26,13 +26,13 @@
 
 namespace oaslam {
 
-// Whether the images show a mapped object in its place.
+// How often the images showed a mapped object in its place.
 struct ObjectPresence {
   uint32_t id = 0;
   int category_id = 0;
   int expected = 0,
-      seen = 0;  // number of images that should have shown it in its place, and that did
-  // It was moved or taken away: its detection rate does not explain how often it was not seen.
+      seen = 0;  // numbers of images that should have shown it in its place, and that did
+  // Whether it was moved or taken away: it was missed more often than its detection rate explains.
   bool is_missing = false;
 };
 
@@ -41,33 +41,35 @@ struct TrackedPoint {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // in the image as it was given
   double sigma_px = 1;                              // standard deviation of that place
   std::optional<uint32_t> landmark;                 // its id in the map
-  // Where that is, world.
+  // Position of that landmark, world.
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-// Mapping has ended, because memory ran out or an invariant of the map was violated: what() says
-// why. The map is as it was before that, and can be saved.
+// Mapping has stopped, because memory ran out or an invariant of the map was violated; what() says
+// which. The map is as it was before the failed step, and can be saved.
 class OASLAM_API MappingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// Monocular SLAM with points and objects. One that was moved from may only be destroyed or
-// assigned. To be used by one thread at a time; States() is for the others. Mapping runs on a
-// thread of its own, in the way that runner.mode names; in sequential mode Process maps, too.
+// Monocular SLAM with points and objects. Only one thread at a time may use it; other threads read
+// States(). runner.mode says how mapping runs: inside Process (sequential) or on its own thread. A
+// moved-from Slam may only be destroyed or assigned to.
 //
-// Waiting. In live mode Process, AddDetections, the functions that only read, and those that find
-// an image by itself do not wait for mapping, but where a comment says so. The functions that
-// change the map or begin with another (anchors, SetMetresPerUnit, SetMapping, SetClassRelations,
-// ForceRelocalization, Load, Reset, Shutdown, the destructor) and Save wait until the keyframes
-// that are queued are in the map, of which there are at most eight.
+// Waiting. In live mode, Process, AddDetections, the functions that only read, and those that find
+// a single image do not wait for mapping unless their comment says so. Save and the functions that
+// change or replace the map (anchors, SetMetresPerUnit, SetMapping, SetClassRelations,
+// ForceRelocalization, Load, Reset, Shutdown, the destructor) wait until the queued keyframes, at
+// most eight, are in the map.
 //
-// Errors. InputError, and nothing has changed, for a configuration, image, detection or map file
-// that cannot be used. If mapping fails, Process and the functions that change the map throw
-// MappingError from then on, Finish only if no other call has; all others still work, and Load and
-// Reset begin anew. No exception leaves a thread.
+// Errors. A configuration, image, detection or map file that cannot be used throws InputError and
+// changes nothing. Once mapping has failed, Process and the functions that change the map throw
+// MappingError at every call. Finish throws it only where no call has thrown it before, so that a
+// program which has reported the failure can still finish. All other functions keep working, and
+// Load and Reset recover. Exceptions reach the caller of a function only, never a thread of the
+// library.
 //
-// What Reset, Load and SetMapping leave as it was, in whatever order they are called:
+// What Reset, Load and SetMapping change and keep, in whatever order they are called:
 //
 // |                             | Reset          | Load                 | SetMapping    |
 // |-----------------------------|----------------|----------------------|---------------|
@@ -84,41 +86,42 @@ class OASLAM_API Slam {
   // Begins without a map. Throws InputError for settings out of their bounds, and for a camera that
   // CheckCalibration refuses.
   Slam(const SlamConfig& config, const Camera& camera);
-  // Ends as Shutdown does.
+  // Does what Shutdown does.
   ~Slam();
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
 
   // Tracks one image and extends the map. Time stamps must ascend: an image that is not newer than
-  // the last throws InputError. Waits for mapping: sequential, until the image is mapped; lockstep,
-  // until the images up to `runner.lag` before this one are; live, only where tracking cannot go on
-  // without: for an initial map, for a keyframe made because few landmarks are left in view, when a
-  // piece of map is begun, joined or left, and while eight keyframes are queued.
+  // the last throws InputError. How long it waits for mapping depends on the mode. Sequential:
+  // until this image is mapped. Lockstep: until the image `runner.lag` before this one is mapped.
+  // Live: only where tracking depends on it, which is for the initial map, for a keyframe made
+  // because few landmarks are left in view, when a piece of map is begun, joined or left, and while
+  // eight keyframes are queued.
   TrackingResult Process(const ImageInput& input);
 
   // Adds detections of an image that was processed with `detections_follow`; `frame` is its
-  // TrackingResult::frame. They are used at the pose that the image had. Images must ascend; images
-  // that are skipped count as having none. Returns the number of mapped objects seen, or nothing
-  // where the image is too old (4 s at 30 Hz) or had no pose. A lost camera that is found in that
-  // image is tracked on from there.
+  // TrackingResult::frame. They are used with the pose of that image. Frames must ascend; a frame
+  // that is skipped counts as one without detections. Returns the number of mapped objects seen, or
+  // nothing where the image is too old (4 s at 30 Hz) or had no pose. If the camera is lost and
+  // these detections find it, tracking continues from there.
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
 
-  // Finds one image in the map, independent of all others; the map is not changed. `prior`: where
-  // the camera is thought to be, world_from_cam; the image's points are looked for there first, and
-  // it is never trusted. By objects alone it is not used.
+  // Finds one image in the map, independent of all others; the map is not changed. `prior`: the
+  // camera's supposed pose, world_from_cam. The image's points are looked for there first, but the
+  // answer must hold without it. RelocalizationMode::kObjects ignores it.
   RelocalizationResult Relocalize(const ImageInput& input, RelocalizationMode mode,
                                   const std::optional<Rigid3>& prior = std::nullopt);
-  // The same for an image whose camera is unknown: as if a camera of the map had taken it, or with
-  // a focal length estimated from its points. Of this Slam's camera only the image size is used.
+  // The same for an image whose camera is unknown: tries the cameras of the map, and a focal length
+  // estimated from the image's points. Of this Slam's camera only the image size is used.
   RelocalizationResult RelocalizeWithUnknownCamera(const ImageInput& input,
                                                    RelocalizationMode mode);
   // The same by detections only.
   RelocalizationResult RelocalizeByObjects(
       const std::vector<Detection>& detections,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
-  // The same by the detections of successive images: what those of the last second told counts,
-  // too. Time stamps (seconds) must ascend from call to call of this function. ForceRelocalization
-  // forgets the images.
+  // The same for successive images: the detections of the last second count, too. Time stamps
+  // (seconds) must ascend over the calls of this function. ForceRelocalization forgets the earlier
+  // images.
   RelocalizationResult FollowByObjects(
       double timestamp, const std::vector<Detection>& detections,
       const std::optional<Eigen::Vector3d>& gravity_in_cam = std::nullopt);
@@ -140,70 +143,71 @@ class OASLAM_API Slam {
   // of the file.
   void SetClassRelations(const ClassRelations& relations);
 
-  // What was seen of the map's objects while the map was only read (without mapping, or by
-  // Relocalize), in the order of ids.
+  // How often each of the map's objects was seen while the map was not changed (without mapping, or
+  // by Relocalize), in the order of ids.
   std::vector<ObjectPresence> Presence() const;
 
-  // Gives up the present pose: the next image is relocalized. `near`: where the camera is thought
-  // to be, world_from_cam. It is looked for there first, in each image until it is found.
+  // Gives up the present pose: the next image is relocalized. `near`: the camera's supposed pose,
+  // world_from_cam. Each image is looked for there first until one is found.
   void ForceRelocalization(const std::optional<Rigid3>& near = std::nullopt);
 
-  // Makes the metre the unit of the map: a present unit has so many metres. Everything that is
-  // asked for from then on is in metres, and the camera is tracked on; what other pieces of map
-  // hold becomes metric when they are joined with this one. From then on this piece stays the main
-  // one, as if it were loaded, also where it is small. Waits until everything seen is in the map.
-  // Throws InputError for a number that is not finite and above 0, and while there is no map.
+  // Scales the map to metres: a present unit is so many metres long. All results from then on are
+  // in metres, and tracking continues. Other pieces of map become metric when they are joined with
+  // this one. This piece stays the main one from then on, however small it is, as a loaded one
+  // does. Waits until everything seen is in the map. Throws InputError for a number that is not
+  // finite and above 0, and while there is no map.
   void SetMetresPerUnit(double metres);
 
   // Virtual content in the map, saved with it. It moves as the map moves: with bundle adjustment,
   // with loops, and with the object it stands on.
   std::vector<AnchorPose> Anchors() const;
-  // An edit waits until everything seen is in the map, since a snapshot from before may have
-  // another scale. In live mode these are at most eight keyframes.
+  // The edits of anchors wait until everything seen is in the map, since an earlier snapshot may
+  // have another scale. In live mode these are at most eight keyframes.
   AnchorReport PlaceAnchor(const AnchorRequest& request);
   // Returns why the anchor cannot be changed, or an empty text.
   std::string EditAnchor(const std::string& name, const AnchorEdit& edit);
   // Returns false where there is no such anchor.
   bool RemoveAnchor(const std::string& name);
 
-  // The map that the last call worked with; it does not wait for mapping.
+  // The map that the last call worked with. Does not wait for mapping.
   MapSnapshot Snapshot() const;
 
   // The key points of the newest image, with the landmarks that agree with its pose. Without a pose
   // by points no point has a landmark; without an image it is empty.
   std::vector<TrackedPoint> TrackedPoints() const;
 
-  // The newest results and maps, for other threads: after each image, and after each call that
-  // changes the map.
+  // The newest result and map, for other threads; both are replaced after each image and after each
+  // call that changes the map.
   SlamStates States() const;
 
-  // The poses of the frames given to Process, by time stamp, as of now: they move with the map.
-  // They are those in the main piece of map: frames in other pieces are missing until the pieces
-  // are joined.
+  // The present poses of the frames given to Process, by time stamp: they move as the map is
+  // corrected. Frames in other pieces of map than the main one are missing until the pieces are
+  // joined.
   std::vector<StampedPose> Trajectory() const;
 
-  // Waits until everything seen is in the map, and optimises it a last time, on the caller's
-  // thread: seconds for a room, minutes for a building. Process may be called again afterwards.
+  // Waits until everything seen is in the map, and optimises it a last time on the caller's thread,
+  // which takes seconds for a room and minutes for a building. Process may be called again
+  // afterwards.
   void Finish();
   // The number (TrackingResult::piece) of the map: after Finish it may differ from
   // that of the last image.
   int MainPiece() const;
-  // Writes the map, all its pieces, and the trajectory so far; Finish before it makes the map
-  // better. Waits until the keyframes made so far are in the map. The file is replaced as a whole.
-  // Throws InputError where it cannot be written.
+  // Writes all pieces of the map, and the trajectory so far; calling Finish before makes the map
+  // better. Waits until the keyframes made so far are in the map. The file is replaced as a whole,
+  // or not at all. Throws InputError where it cannot be written.
   void Save(const std::string& path) const;
   // Replaces the map by that of a file; the next image is relocalized in it and may have any time
-  // stamp. The file's camera may differ from this one. `piece`: selects the piece of a map with
-  // several (0: the one that was the main one; the others by size, the largest first); the others
-  // are joined with it once images link them. The settings stay (SetMapping,
-  // SetRelocalizationMode). If it throws, nothing has changed.
+  // stamp. The file's camera may differ from this one. `piece` selects one of several pieces (0:
+  // the main one when it was saved; then the others, largest first); the rest are joined with it
+  // once images link them. The settings stay (SetMapping, SetRelocalizationMode). If it throws,
+  // nothing has changed.
   void Load(const std::string& path, int piece = 0);
 
   // Forgets the map and all images: the next image begins a new map and may have any time stamp.
   // The settings (SetMapping, SetRelocalizationMode), class names and relations stay.
   void Reset();
-  // Ends the mapping thread without losing queued work; later calls map on the caller's thread.
-  // Idempotent. Also done by the destructor.
+  // Ends the mapping thread once its queue is done; later calls map on the caller's thread. May be
+  // called twice. The destructor calls it, too.
   void Shutdown();
 
  private:

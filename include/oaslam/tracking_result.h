@@ -10,7 +10,7 @@ namespace oaslam {
 // The tracking result of one image. Poses are camera-to-world, OpenCV axes (x right, y down, z
 // forward), in the frame and unit of the map.
 struct TrackingResult {
-  int frame = 0;  // counted from 0 since the start, Load or Reset; -1: there was no image since
+  int frame = 0;  // counted from 0 since the start, Load or Reset; -1: no image yet
   double timestamp = 0;
   TrackingState state = TrackingState::kLost;
   std::optional<Rigid3> world_from_cam;
@@ -21,10 +21,10 @@ struct TrackingResult {
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
   // Median depth of the landmarks that support the pose, map units; 0 without any.
   double depth = 0;
-  // The number of the piece of map that the pose refers to. It changes where a camera that was lost
-  // could not be found in its map and continues in a new one: poses with different numbers are in
-  // different frames and units. Earlier pieces are kept, and joined once they are seen again. It is
-  // counted from 0 since the start, Load or Reset, and is not the number of a piece in a file.
+  // The number of the piece of map that the pose refers to, counted from 0 since the start, Load or
+  // Reset. A lost camera that is not found in its map begins a new piece. Poses in different pieces
+  // have different frames and units. Earlier pieces are kept, and joined once they are seen again.
+  // It is not the number of a piece in a file.
   int piece = 0;
   double ms_total = 0, ms_features = 0, ms_track = 0, ms_objects = 0;
   double cpu_ms = 0;  // CPU time from image in to pose out; mapping not counted

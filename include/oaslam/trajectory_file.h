@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// The pose of the image of that time.
+// A pose and the time of its image, seconds.
 struct StampedPose {
   double timestamp = 0;
   Rigid3 world_from_cam;

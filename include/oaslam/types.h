@@ -27,7 +27,7 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
-// A class that a detector gives a box, and how sure it is of it.
+// A class that a detector assigns to a box, and its score.
 struct Label {
   int category_id = 0;
   double score = 0;  // [0, 1]
@@ -54,9 +54,9 @@ struct Ellipsoid {
   Rigid3::Rotation rotation = Rigid3::Rotation::Identity();
 };
 
-// How the pose of an image was found: kInitializing: there is no map yet; kTracking: from the image
-// before; kRelocalized: in the map, after the camera was lost; kObjects: by objects alone; kLost:
-// not.
+// How the pose of an image was found. kInitializing: not, there is no map yet; kTracking: from the
+// previous image; kRelocalized: in the map, after the camera was lost; kObjects: by objects alone;
+// kLost: not found.
 enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLost };
 
 // "initializing", "tracking", "relocalized", "objects", "lost".
