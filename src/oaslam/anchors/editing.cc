@@ -11,7 +11,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMaxName = 64;      // bytes
+constexpr size_t kMaxName = 64;      // bytes; a label on the screen
 constexpr size_t kMaxAnchors = 200;  // all are sent to every viewer when one has moved
 
 bool IsName(const std::string& name) {

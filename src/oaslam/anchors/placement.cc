@@ -84,8 +84,8 @@ KeyframeId SeesMost(const Map& map, const std::vector<LandmarkId>& landmarks) {
   return most == counts.end() ? KeyframeId() : most->first;
 }
 
-// Landmarks around a ray, without those of mapped objects: what is wanted is the surface that these
-// stand on, or what is behind them.
+// Landmarks around a ray, without those of mapped objects: content goes on the surface on which
+// objects stand, or behind them.
 struct Surroundings {
   std::vector<LandmarkId> ids;
   std::vector<Eigen::Vector3d> points;
@@ -120,7 +120,8 @@ Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin,
 // on are level.
 PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
                   const Eigen::Vector3d& viewpoint, double tolerance) {
-  constexpr size_t kMaxTried = 200;  // number of heights tried, those of evenly chosen points
+  // heights to try, each that of a point; bounds the time, which is quadratic in the points
+  constexpr size_t kMaxTried = 200;
   std::vector<double> all, reach;
   for (const Eigen::Vector3d& x : points) {
     all.push_back(up.dot(x));
@@ -145,7 +146,8 @@ PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vecto
 std::optional<PlaneFit> FitSurface(const std::vector<Eigen::Vector3d>& points,
                                    const std::optional<Eigen::Vector3d>& up,
                                    const Eigen::Vector3d& viewpoint) {
-  constexpr double kTolerance = 0.006;  // of the distance
+  constexpr double kTolerance = 0.006;  // of the distance, with which the noise of landmarks grows
+  // Three points define a plane, one a level plane: the others confirm it.
   constexpr size_t kMinInliers = 8, kMinLevelInliers = 6;
   // A level plane is preferred if it has at least this share of the inliers of any plane, which
   // finds more of them with its two additional parameters.
@@ -171,7 +173,7 @@ std::optional<Surface> FindSurface(const Map& map, const Eigen::Vector3d& origin
   // The ray must meet the plane among the points, not far before or behind them.
   const auto away = [&points = points, &origin](int i) { return (points[i] - origin).norm(); };
   const auto [near, far] = std::ranges::minmax(fit->inliers, {}, away);
-  constexpr double kSlack = 1.3;
+  constexpr double kSlack = 1.3;  // of the nearest and the farthest point's distance
   if (!(distance * kSlack > away(near) && distance < kSlack * away(far))) return std::nullopt;
   std::vector<LandmarkId> seen;
   for (const int i : fit->inliers) seen.push_back(ids[i]);
@@ -187,7 +189,7 @@ Placement OnPoints(const Map& map, const AnchorRequest& request) {
     const Rigid3 world_from_anchor(StandUp(surface->normal, to_viewer), surface->point);
     std::optional<Anchor> anchor = CarriedBy(map, surface->keyframe, world_from_anchor);
     if (!anchor) continue;
-    constexpr double kSize = 0.12;  // of the distance
+    constexpr double kSize = 0.12;  // of the distance: 7 degrees of the view
     anchor->size = kSize * to_viewer.norm();
     return {anchor, ""};
   }

@@ -18,11 +18,14 @@
 namespace oaslam {
 namespace {
 
-// Share of a projection that must be inside the image for an object to be associated.
+// Share of a projection that must be inside the image for an object to be associated; of less, the
+// box shows too little to compare.
 constexpr double kMinVisibleShare = 0.3;
-// Share that must be inside the image for a missing detection to count.
+// Share that must be inside the image for a missing detection to count: detectors often miss cut
+// objects.
 constexpr double kWellInsideShare = 0.8;
-// Detector pixels; missing detections of smaller objects do not count.
+// Detector pixels; missing detections of smaller objects do not count, since detectors often miss
+// them.
 constexpr double kMinMissedSize = 14;
 // Seconds after which the errors of a detector are independent.
 constexpr double kIndependentInterval = 0.2;
@@ -39,8 +42,8 @@ struct Candidate {
   bool IsMapped() const { return object && object->state == ObjectState::kMapped; }
 };
 
-// Decides which objects an image may show: those whose sphere, three times as large as they, is
-// partly inside the cone about the image.
+// Decides which objects an image may show: those whose sphere, enlarged three times, is partly
+// inside the cone around the image.
 class ViewCone {
  public:
   ViewCone(const Rigid3& cam_from_world, const IdealImage& image, const Camera& camera)
@@ -51,7 +54,7 @@ class ViewCone {
         half_angle_ = std::max(half_angle_, AngleFromAxis(RayOf(camera, {x, y})));
   }
   bool MayShow(const ObjectPlace& place) const {
-    constexpr double kTimesAsLarge = 3;
+    constexpr double kTimesAsLarge = 3;  // the ellipsoid may be wrong; more cost time only
     const Eigen::Vector3d center = cam_from_world_ * place.center;
     const double distance = center.norm(), radius = kTimesAsLarge * place.radius;
     return distance <= radius ||
@@ -104,8 +107,8 @@ void SynchronizeWith(const Map& snapshot, const Frame& frame, const ViewCone& vi
   tracks.open = std::move(kept);
 }
 
-// A depth that hardly anything in view is nearer than, by the landmarks in view, or else by the
-// objects that have an ellipsoid; nothing where there are neither.
+// A lower bound on the depth of nearly everything in view, from the landmarks in view, or else from
+// the objects that have an ellipsoid; nothing where there are neither.
 std::optional<double> LeastDepth(const TrackedFrame& tracked, const Map& snapshot,
                                  const ObjectTracks& tracks) {
   std::vector<double> depths;
@@ -133,7 +136,7 @@ std::optional<MotionSinceBox> MotionSince(const ObjectTrack& track, const Tracke
   if (!reference_from_world) return std::nullopt;
   const Rigid3 then_from_world = track.cam_from_reference * *reference_from_world;
   const Rigid3 now_from_then = tracked.cam_from_world * then_from_world.Inverse();
-  // Nothing is nearer than the way between two images, either.
+  // Nor is anything nearer than the distance between the two cameras.
   return MotionSinceBox{now_from_then, std::max(*least_depth, now_from_then.translation.norm())};
 }
 
@@ -149,7 +152,7 @@ std::vector<Candidate> FindCandidates(const TrackedFrame& tracked, const Map& sn
     c.object = object;
     c.motion = MotionSince(track, tracked, snapshot, least_depth);
     const bool has_ellipsoid = c.object && c.object->state != ObjectState::kTentative;
-    // What is not mapped, and not tracked at present, is known by its landmarks alone.
+    // Unmapped objects that are not tracked at present are compared by their landmarks alone.
     if (has_ellipsoid && (c.IsMapped() || track.last_frame >= 0)) {
       c.projection = ProjectToBox(c.object->ellipsoid, tracked.cam_from_world, camera);
       if (c.projection) c.share_inside = image.ShareShown(*c.projection);
@@ -185,8 +188,8 @@ double OverlapWithLastBox(const ObjectDetection& detection, const Candidate& can
                           : IoU(track.last_box, detection.box);
 }
 
-// The overlap that is asked of boxes whose labels agree so well. The less the labels say, the more
-// the boxes must.
+// The overlap required of boxes whose labels agree to this degree: the less the labels agree, the
+// more the boxes must overlap.
 double LeastOverlap(double configured, double agreement) {
   return configured + (1 - configured) * (1 - agreement);
 }
@@ -285,13 +288,13 @@ class PlaceJudge {
   const Map& snapshot_;
   const std::vector<Candidate>& candidates_;
   std::vector<char> seen_;
-  // Boxes of objects whose depth is unknown, since they move or are not mapped yet: they may hide
-  // any object.
+  // Boxes of objects that move or are not mapped yet. Their depth is unknown, so they may hide any
+  // object.
   std::vector<Box> in_unknown_depth_;
 };
 
-// Sets what each sighting says of its object's place, and adds sightings of expected objects that
-// were not detected. The first sightings correspond to `track_of`.
+// Sets ObjectSighting::place, and adds sightings of expected objects that were not detected. The
+// first sightings correspond to `track_of`.
 void JudgePlaces(const TrackedFrame& tracked, const Map& snapshot, const ObjectsConfig& config,
                  const std::vector<Candidate>& candidates, const std::vector<int>& track_of,
                  std::vector<ObjectSighting>& sightings) {

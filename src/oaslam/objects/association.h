@@ -11,15 +11,15 @@
 
 namespace oaslam {
 
-// A detection of a frame and the object it shows; or the fact that an expected
-// object was not detected.
+// A detection in a frame with the object it shows, or the fact that an expected object was not
+// detected.
 struct ObjectSighting {
   ObjectId object;  // as the tracker knows it; the mapper resolves merged objects
   int category_id = 0;
   LabelShares shares{};
   bool is_new = false;  // first sighting: the mapper creates the object
-  // False: the object was expected well inside the image and not detected; there is no observation
-  // and no landmarks then.
+  // False: the object was expected well inside the image and not detected; the sighting has no
+  // observation and no landmarks then.
   bool detected = true;
   PlaceEvidence place = PlaceEvidence::kNone;  // whether a mapped object is in its place
   double timestamp = 0;                        // of the image
@@ -59,12 +59,12 @@ struct ObjectAssociation {
   std::vector<ObjectSighting> sightings;
 };
 
-// Decides which object each detection shows: the best one-to-one assignment, among those whose
-// labels agree (label_shares.h), by how well they do, times the
-// overlap with the object's last box, moved as the camera has moved since (box_motion.h; in the
-// paper as it was), or with its projection (paper, section "Box-based Object
-// Tracking") or by shared landmarks ("Point-based"). Unassigned detections open new tracks. Classes
-// that move (Map::classes) are left out. `snapshot` is the map in which the frame was tracked.
+// Decides which object each detection shows: the best one-to-one assignment. A pair scores by how
+// well the labels agree (label_shares.h), times the overlap of the box with the object's last box
+// or with its projection (paper, section "Box-based Object Tracking"), or by shared landmarks
+// ("Point-based"). Unlike in the paper, the last box is first moved as the camera has moved since
+// (box_motion.h). Unassigned detections open new tracks. Classes that move (Map::classes) are left
+// out. `snapshot` is the map in which the frame was tracked.
 ObjectAssociation AssociateObjects(const TrackedFrame& tracked, const Map& snapshot,
                                    ObjectTracks tracks, const ObjectsConfig& config);
 

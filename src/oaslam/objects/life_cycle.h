@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// What decides on the next state of an object.
+// The evidence for the next state of an object.
 struct ObjectEvidence {
   bool has_model = false;   // an ellipsoid could be fitted
   double observations = 0;  // total number, converted to a video of 30 Hz

@@ -18,18 +18,20 @@
 namespace oaslam {
 namespace {
 
-constexpr double kSameSize = 0.5;  // logarithm of the ratio of two sizes
-// Observations in another place needed to move an object, converted to a video of 30 Hz.
+// logarithm of the ratio of two sizes: a factor of 1.6, as sizes from few views are off
+constexpr double kSameSize = 0.5;
+// Observations in another place needed to move an object, converted to a video of 30 Hz; fewer than
+// for a new object, since its class and size are known.
 constexpr double kMinNewer = 12;
 constexpr int kNewestShares[] = {
-    2, 3};  // of its observations: first the newest half is tried, then the newest third
+    2, 3};  // first tries the newest half of its observations, then the newest third
 
 double LogSize(const Object& object) { return std::log(object.ellipsoid.half_axes.prod()) / 3; }
 
 // The sum of weights of the observations from `begin` on; 0 if they are too few
 // to determine a place.
 double WeightFrom(const Object& object, size_t begin) {
-  constexpr size_t kFew = 4;
+  constexpr size_t kFew = 4;  // images; fewer do not see it from two sides
   if (object.observations.size() < begin + kFew) return 0;
   double weight = 0;
   for (size_t i = begin; i < object.observations.size(); ++i)

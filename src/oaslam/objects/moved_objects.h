@@ -6,9 +6,9 @@
 
 namespace oaslam {
 
-// For an object whose observations contradict its model: if the newer ones agree among themselves,
-// the object has moved; the older ones are dropped and the model is fitted again. Returns false and
-// changes nothing where they do not agree.
+// For an object whose observations contradict its model. If the newer observations agree with each
+// other, the object has moved: drops the older ones and fits the model again. Returns false and
+// changes nothing otherwise.
 bool RefitFromNewer(ObjectId id, const ObjectsConfig& config, Map& map);
 
 // Handles objects that are proven absent from their places (presence.h). An object that was

@@ -24,11 +24,11 @@
 namespace oaslam {
 namespace {
 
-// An object whose detections do not agree is dropped after this many
-// times objects.min_observations.
+// An object whose detections do not agree is dropped after this many times
+// objects.min_observations: more views would hardly change that.
 constexpr int kNeverConsistent = 3;
-// If the overlap changes by more than this without new observations, the object's
-// keyframes have moved.
+// If the overlap changes by more than this without new observations, the object's keyframes have
+// moved. A fit costs time; a smaller change would not alter the object noticeably.
 constexpr double kMovedIoU = 0.02;
 
 // Updates the ratio of detections to views. The number of views is not stored: it is
@@ -39,7 +39,7 @@ void CountView(bool detected, Object& object) {
   object.misses = detected ? 0 : object.misses + 1;
 }
 
-// Its shares become the mean over all detections, of which `total_observations` were counted
+// Updates the mean label shares over all detections, of which `total_observations` were counted
 // before.
 void CountLabels(const ObjectSighting& sighting, Object& object) {
   object.shares = MeanShares(LabelsOf(object), object.total_observations, LabelsOf(sighting), 1);
@@ -136,7 +136,7 @@ void Refit(ObjectId id, std::span<const ObjectPlace> places, const ImageTime& no
 void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   for (const ObjectId id : map.objects.Ids()) {
     const Object& object = map.objects.At(id);
-    // Such an object is kept until it is found elsewhere (moved_objects.h).
+    // An absent object is kept until it is found elsewhere (moved_objects.h).
     const bool is_waiting = IsProvenAbsent(object.absence);
     if (object.state != ObjectState::kMapped && !is_waiting && !object.known_by_landmarks &&
         IsForgotten(UnseenSince(object, now), config))
@@ -144,8 +144,8 @@ void DropUnseen(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   }
 }
 
-// Objects whose ellipsoids no longer fit their boxes as before, since their keyframes have moved:
-// of those that `is_concerned` accepts.
+// Those of the objects that `is_concerned` accepts whose ellipsoids no longer fit their boxes as
+// before, since their keyframes have moved.
 template <typename Predicate>
 std::set<ObjectId> MovedObjects(const Map& map, std::span<const ObjectPlace> places,
                                 const ObjectsConfig& config, Predicate&& is_concerned) {
@@ -170,11 +170,11 @@ class Surroundings {
     }
     keyframes_ = WithNeighbors(map, std::vector(references.begin(), references.end()));
   }
-  // Those that images refer to, and their neighbours.
+  // The keyframes that the images refer to, and their neighbours.
   std::span<const KeyframeId> Keyframes() const { return keyframes_; }
-  // Where the depth of the scene is unknown everything belongs to them.
+  // True for every place while the depth of the scene is unknown.
   bool Contain(const ObjectPlace& place) const {
-    constexpr double kDepths = 10;
+    constexpr double kDepths = 10;  // median depths: beyond, boxes are too small to be detected
     return depth_ == 0 || std::ranges::any_of(centers_, [&](const Eigen::Vector3d& center) {
              return (place.center - center).norm() < kDepths * depth_ + place.radius;
            });
@@ -196,8 +196,8 @@ void BeginTime(const ImageTime& now, const ObjectsConfig& config, Map& map) {
   }
 }
 
-// Landmarks are also erased while their object is not in view. The objects about the camera are
-// reviewed, so that no more wait to be seen again than the landmarks there can tell apart.
+// Landmarks may be erased while their object is not in view, and then no longer identify it. So the
+// waiting objects around the camera are reviewed, also when they are not seen.
 void ReviewWaiting(std::span<const ObjectPlace> places, const Surroundings& surroundings,
                    const ObjectsConfig& config, Map& map) {
   for (const ObjectPlace& place : places)

@@ -16,12 +16,14 @@
 namespace oaslam {
 namespace {
 
-// With this many images that show both in separate boxes, they are two objects.
+// Two objects that this many images show in separate boxes are not the same; one or two such images
+// may be errors of the detector.
 constexpr int kSideBySide = 3;
-constexpr double kMinMergedIoU = 0.5;  // least mean overlap of the common model
+// least mean overlap of the common model; two objects side by side reach less
+constexpr double kMinMergedIoU = 0.5;
 
 int CountSharedLandmarks(const Object& a, const Object& b) {
-  constexpr int kMinVotes = 3;  // votes that chance does not explain
+  constexpr int kMinVotes = 3;  // votes that chance does not explain (as in own_landmarks.cc)
   int shared = 0;
   for (size_t i = 0, j = 0; i < a.landmarks.size() && j < b.landmarks.size();) {
     if (a.landmarks[i] == b.landmarks[j])
@@ -108,10 +110,10 @@ void Replace(Object joint, ObjectId kept, ObjectId gone, Map& map) {
   map.merged_objects.Insert(gone, kept);
 }
 
-// Whether two objects are near enough to be the same: the ellipsoid of one that is seen from few
-// sides may be off by several of its sizes.
+// Whether two objects are near enough to be the same. An ellipsoid that is seen from few sides may
+// be off by several of its sizes.
 bool AreNear(const ObjectPlace& a, const ObjectPlace& b) {
-  constexpr double kSizes = 10;
+  constexpr double kSizes = 10;  // wide: excludes pairs only to save time
   return (a.center - b.center).norm() <= kSizes * (a.radius + b.radius);
 }
 

@@ -9,7 +9,8 @@
 namespace oaslam {
 namespace {
 
-constexpr double kBadIoU = 0.5;  // below this overlap the fit starts again from a sphere
+// below this overlap the fit starts again from a sphere: the old shape may be a local minimum
+constexpr double kBadIoU = 0.5;
 
 EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {
   EllipsoidFitOptions options;
@@ -67,8 +68,8 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
 }
 
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations) {
-  // The angle that one frame of a 30 Hz video counts for when gaps are compared: observations of a
-  // camera that stands still have some value, too.
+  // Angle (rad) that one frame of a 30 Hz video counts for when gaps are compared, so that
+  // observations of a camera that stands still have some value, too.
   constexpr double kAnglePerFrame = 0.001;
   if (observations.size() <= kMaxObservations) return;
   std::vector<Eigen::Vector3d> directions;

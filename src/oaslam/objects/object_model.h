@@ -24,7 +24,7 @@ std::optional<ObjectModel> FitObjectModel(const Map& map, std::span<const BoxVie
                                           const Ellipsoid* current, const ObjectsConfig& config);
 
 // Keeps at most kMaxObservations, spread over the track: repeatedly drops the one that is nearest
-// to its neighbours in angle and time.
+// to its neighbours in angle and time. Bounds the time of a fit; more boxes have correlated errors.
 constexpr size_t kMaxObservations = 60;
 void ThinObservations(const Map& map, std::vector<ObjectObservation>& observations);
 

@@ -17,8 +17,8 @@ struct ObjectPlace {
   double radius = 0;                                 // largest half axis
 };
 
-// The places of a map's objects, ascending by id. Side by side in memory: where an object's
-// neighbours are looked for, the cost for each object of a large map is some nanoseconds.
+// The places of a map's objects, ascending by id. They are contiguous, so that a search for
+// neighbours costs some nanoseconds for each object of a large map.
 std::vector<ObjectPlace> PlacesOf(const Table<ObjectId, Object>& objects);
 
 // The same, kept up to date with the snapshots of a map.

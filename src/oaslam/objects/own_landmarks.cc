@@ -16,6 +16,7 @@ std::vector<Eigen::Vector3d> PositionsOf(const Map& map, std::span<const Landmar
 }  // namespace
 
 std::vector<LandmarkId> OwnLandmarks(const Object& object) {
+  // As in the header; with fewer votes, landmarks behind an object count, too.
   constexpr int kVoteDivisor = 3, kMinVotes = 3;
   std::vector<LandmarkId> own;
   if (object.landmark_votes.empty()) return own;
@@ -47,7 +48,7 @@ void RecognizeByLandmarks(const Map& map, const ObjectsConfig& config, Object& o
   object.known_by_landmarks = IsKnownByLandmarks(map, config, object);
   if (!object.known_by_landmarks || object.state != ObjectState::kTentative) return;
   std::vector<Eigen::Vector3d> positions = PositionsOf(map, OwnLandmarks(object));
-  // The median of each coordinate: some landmarks in its boxes are those of the wall behind it.
+  // The median of each coordinate, since some landmarks in its boxes are on the wall behind it.
   const auto middle = static_cast<std::ptrdiff_t>(positions.size() / 2);
   Eigen::Vector3d center, spread;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {

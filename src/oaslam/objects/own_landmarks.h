@@ -15,13 +15,13 @@ std::vector<LandmarkId> OwnLandmarks(const Object& object);
 // The number of landmarks that are in both; both are ascending.
 int CountShared(std::span<const LandmarkId> a, std::span<const LandmarkId> b);
 
-// Whether an object that is not mapped can be known by its landmarks when it is seen again: whether
-// objects.min_shared_points landmarks of the map are its own. The paper's model knows only objects
-// with an ellipsoid again.
+// Whether an unmapped object can be recognised by its landmarks when it is seen again: whether
+// objects.min_shared_points landmarks of the map are its own. The paper's model recognises only
+// objects with an ellipsoid.
 bool IsKnownByLandmarks(const Map& map, const ObjectsConfig& config, const Object& object);
 
-// Sets Object::known_by_landmarks. Of a tentative object its landmarks also tell where it is: its
-// ellipsoid is a sphere about them.
+// Sets Object::known_by_landmarks. The ellipsoid of a tentative object becomes a sphere around its
+// landmarks.
 void RecognizeByLandmarks(const Map& map, const ObjectsConfig& config, Object& object);
 
 }  // namespace oaslam

@@ -9,13 +9,16 @@
 namespace oaslam {
 namespace {
 
+// detectors miss an object for several images in a row (presence.h)
 constexpr double kSecondsPerView = 0.5;
-constexpr double kFalseRate = 0.05;  // rate of detections in the place of an object that is gone
+// rate of false detections in the place of an object that is gone
+constexpr double kFalseRate = 0.05;
 // Bounds on the detection rate; a higher measured rate may be chance.
 constexpr double kMinRate = 0.1, kMaxRate = 0.8;
 constexpr double kProven = 12;  // nats: on average e^12 views until the first false alarm
+// Viewing angle and ratio of distances within which a detector sees about the same image.
 constexpr double kSameSide = 25 * std::numbers::pi / 180, kSameDistance = 1.6;
-constexpr int kMinViewsFromHere = 3;
+constexpr int kMinViewsFromHere = 3;  // one or two detections may have been false
 
 // The detection rate while the object was there: without the last misses in a row, which its
 // absence may have caused.

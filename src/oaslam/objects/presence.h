@@ -28,9 +28,10 @@ bool IsProvenAbsent(double absence);
 // does not count elsewhere, since the detector may not recognise the object from there.
 bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_world);
 
-// The share of a box that others may hide, at most 1.
+// An upper bound on the share of a box that others hide, at most 1.
 double HiddenShare(const Box& box, std::span<const Box> nearer);
-// Largest hidden share at which an object is expected to be detected.
+// Largest hidden share at which an object is expected to be detected: detectors find most objects
+// of which two thirds are visible.
 constexpr double kMaxHiddenShare = 0.3;
 
 }  // namespace oaslam

@@ -11,19 +11,21 @@
 namespace oaslam {
 namespace {
 
-// In half axes of the ellipsoid: the middle, how far a landmark on the thing is from its centre at
-// most, and how far one behind it at least.
+// In half axes of the ellipsoid: the middle; the largest distance from the centre of a landmark on
+// the object; the least of one behind it. The gap between the last two covers errors of the
+// ellipsoid.
 constexpr double kMiddle = 0.5, kOnIt = 1.2, kBehind = 1.5;
 // Depths of landmarks are uncertain by a share of their distance from the camera.
 constexpr double kDepthMargin = 0.05;
-// Times the distance of the farthest detection: from beyond that little is seen of its place.
+// Times the distance of the farthest detection; from farther away its place is too small in the
+// image.
 constexpr double kFarther = 1.5;
-// Landmarks that two sets of keyframes have in common, as many as a loop needs.
+// Landmarks that two sets of keyframes must share, as many as a loop needs.
 constexpr int kMinCommon = 15;
-// The share of lines through the place of a thing that is gone: others may stand there.
+// The share of lines through the place of an object that is gone; the rest may end on others there.
 constexpr double kThroughWhereGone = 0.8;
-// The share through a thing that is there, before any was seen: one in twenty, which
-// counts as ten lines.
+// Prior on the share of lines through an object that is there: one in twenty, with the weight of
+// ten lines.
 constexpr double kPriorThrough = 0.5, kPriorLines = 10;
 
 enum class Line { kElsewhere, kThrough, kStopped };
@@ -72,7 +74,7 @@ double FarthestFrom(const Map& map, const Eigen::Vector3d& point,
 
 // Whether a point is in the image, or not far beside it.
 bool MaySee(const Map& map, const Keyframe& keyframe, const Eigen::Vector3d& point) {
-  constexpr double kMargin = 0.25;  // of the image
+  constexpr double kMargin = 0.25;  // of the image, for objects that reach into it
   const Eigen::Vector3d in_cam = keyframe.cam_from_world * point;
   if (in_cam.z() <= 0) return false;
   const Camera& camera = map.cameras.at(static_cast<size_t>(keyframe.camera));
@@ -97,7 +99,7 @@ int CountCommon(const Map& map, std::span<const KeyframeId> a, std::span<const K
 }  // namespace
 
 std::vector<KeyframeId> WithNeighbors(const Map& map, std::span<const KeyframeId> keyframes) {
-  constexpr int kNeighbors = 20;
+  constexpr int kNeighbors = 20;  // as mapping.covisible_neighbors
   std::set<KeyframeId> near(keyframes.begin(), keyframes.end());
   for (const KeyframeId id : keyframes)
     for (const KeyframeId neighbor : map.CovisibleKeyframes(id, kNeighbors)) near.insert(neighbor);

@@ -7,7 +7,7 @@
 
 namespace oaslam {
 
-// Keyframes and those each of them shares most landmarks with.
+// The keyframes, and for each of them those with which it shares most landmarks.
 std::vector<KeyframeId> WithNeighbors(const Map& map, std::span<const KeyframeId> keyframes);
 
 // What the sight lines from keyframes to their landmarks show of a thing that fills an ellipsoid.
@@ -16,16 +16,16 @@ struct SightLines {
   int stopped = 0;  // landmarks seen on it, where its middle is
 };
 
-// Counts landmarks, each once. Lines that pass the middle half of the ellipsoid are looked at only,
-// since its outline is uncertain.
+// Counts landmarks, each once, on lines through the middle half of the ellipsoid only, since its
+// outline is uncertain.
 SightLines CountSightLines(const Map& map, const Ellipsoid& ellipsoid,
                            std::span<const KeyframeId> keyframes);
 
-// The log-likelihood ratio that an object is gone, against it is there, of the sight lines from
-// those of the keyframes that are newer than its last detection; nats. How often one looks through
-// it while it is there (chairs, glasses) is known from the keyframes that detected it. 0 where less
-// than four fifths of the lines pass, since something is there then, and where the keyframes of
-// both times have too few landmarks in common to tell its place.
+// The log-likelihood ratio (nats) of "the object is gone" against "it is there", given the sight
+// lines from those of the keyframes that are newer than its last detection. The keyframes that
+// detected it tell how often lines pass through it while it is there (chairs, glasses). Returns 0
+// where less than four fifths of the lines pass, since something still stands there, and where the
+// older and the newer keyframes share too few landmarks for its place to be known.
 double SeenThroughEvidence(const Map& map, const Object& object,
                            std::span<const KeyframeId> keyframes);
 

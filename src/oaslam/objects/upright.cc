@@ -16,9 +16,12 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kNewView = 15 * kDegree;
 constexpr double kLeastRoll = 3 * kDegree;  // no hand keeps a camera more level over a few views
 constexpr double kMaxRoll = 20 * kDegree;   // a view with more roll is not held level
-constexpr double kMinLevelShare = 0.8;      // least share of views that must be held level
+// Least share of views held level; with fewer, the camera is not carried upright.
+constexpr double kMinLevelShare = 0.8;
+// A less certain vertical would exclude right poses in relocalization.
 constexpr double kMaxSigma = 6 * kDegree;
-// Least ratio of the variance of the axes by turning to that by rolling.
+// Least ratio of the variance of the axes by turning to that by rolling; below it the camera turned
+// too little for the plane of its axes to be determined.
 constexpr double kMinRatio = 8;
 // Angle covered by the level axes: a turn this wide is not made by the wrist.
 constexpr double kWideTurn = 150 * kDegree;
@@ -50,7 +53,7 @@ std::vector<Eigen::Vector3d> Hemisphere(int count) {
 
 // The direction to which most axes are orthogonal, coarsely.
 Eigen::Vector3d RoughNormal(std::span<const Eigen::Vector3d> axes) {
-  constexpr int kDirections = 600;  // some 6 degrees apart
+  constexpr int kDirections = 600;  // some 6 degrees apart, near enough for the fit to converge
   static const std::vector<Eigen::Vector3d> directions = Hemisphere(kDirections);
   double least = std::numeric_limits<double>::infinity();
   Eigen::Vector3d best = directions.front();
@@ -101,7 +104,7 @@ LevelFit FitLevel(std::span<const Eigen::Vector3d> axes) {
     fit.spread = solver.eigenvalues()[1];
     fit.ratio = solver.eigenvalues()[1] / std::max(solver.eigenvalues()[0], 1e-12);
   }
-  constexpr int kSectors = 24;
+  constexpr int kSectors = 24;  // of 15 degrees, as kNewView
   const Eigen::Vector3d east = fit.up.unitOrthogonal(), north = fit.up.cross(east);
   std::array<bool, kSectors> seen{};
   double level = 0, squares = 0;
@@ -174,16 +177,16 @@ LevelAxes FromLevelAxes(std::span<const Eigen::Matrix3d> cameras, int row) {
 }  // namespace
 
 std::optional<Upright> UprightOf(std::span<const Eigen::Matrix3d> cameras) {
-  constexpr size_t kMinCameras = 5;
+  constexpr size_t kMinCameras = 5;  // fewer do not tell a turn from a roll
   if (cameras.size() < kMinCameras) return std::nullopt;
   const LevelAxes x = FromLevelAxes(cameras, 0), y = FromLevelAxes(cameras, 1);
   return y.coverage > x.coverage ? y.upright : x.upright;
 }
 
 std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
-  constexpr size_t kMinViews = 3;
+  constexpr size_t kMinViews = 3;  // so that one shaken view is outvoted
   constexpr int kIterations = 10;
-  // Relative change of length that the motion of a hand adds to gravity.
+  // Standard deviation of the relative change of length that the motion of a hand adds to gravity.
   constexpr double kSteadyLength = 0.03;
   constexpr double kLeastSpread = 1 * kDegree;  // error of a good sensor and its mounting
   // A larger spread means that there is no common vertical.
@@ -218,8 +221,8 @@ std::optional<Upright> UprightFromGravity(std::span<const GravityView> views) {
 }
 
 void UpdateUp(Map& map) {
-  constexpr size_t kEnough = 200;  // keyframes used, evenly spaced
-  constexpr int kEnoughMeasured = 20;
+  constexpr size_t kEnough = 200;      // keyframes used, evenly spaced, which bounds the time
+  constexpr int kEnoughMeasured = 20;  // their mean is as good as the mounting of the sensor
   const auto stride = static_cast<uint32_t>(map.keyframes.size() / kEnough + 1);
   std::vector<Eigen::Matrix3d> cameras;
   std::vector<GravityView> measured;

@@ -12,16 +12,18 @@ namespace oaslam {
 namespace {
 
 // The farthest that key points may move between two images, as a share of the focal length: a
-// rotation of about eleven degrees.
+// rotation of about eleven degrees. A wider window finds more wrong matches.
 constexpr double kWindow = 0.2;
+// of descriptor distances; loose, since the two-view estimate rejects wrong matches
 constexpr double kRatio = 0.9;
-constexpr size_t kMaxReferences = 4;
+constexpr size_t kMaxReferences = 4;  // each costs one matching per image
 // A new reference begins once the newest one keeps less than this share of its first matches.
 constexpr double kLostShare = 0.7;
-constexpr size_t kMaxRecent = 150;  // frames of about 50 KB
+constexpr size_t kMaxRecent = 150;  // 5 s at 30 Hz; a frame takes about 50 KB
 // Seconds between two attempts with a reference, since parallax grows slowly.
 constexpr double kBetweenTries = 0.05;
-// Pixels of the lowest level; with less median motion the camera counts as still.
+// Pixels of the lowest level; with less median motion the camera counts as still, since such motion
+// is hardly above the error of key points.
 constexpr double kStillPixels = 3;
 
 }  // namespace
@@ -32,6 +34,7 @@ void Initializer::Reset() {
 }
 
 int Initializer::NeededMatches(const Frame& frame) const {
+  // An eighth of the key points: where corners are few, fewer matches can be asked.
   constexpr int kFewest = 40, kShare = 8;
   return std::clamp(frame.features->size() / kShare, std::min(kFewest, config_.min_init_matches),
                     config_.min_init_matches);

@@ -13,10 +13,9 @@
 
 namespace oaslam {
 
-// Finds two frames with enough parallax to make an initial map from. The key points of up to
-// four reference frames are tracked at a time; a new reference begins when the newest has lost
-// a share of its matches. A fast camera soon needs a new reference, a slow one an old
-// reference for its parallax.
+// Finds two frames with enough parallax for an initial map. It tracks the key points of up to four
+// reference frames, and adds a reference when the newest one has lost a share of its matches: a
+// fast camera soon needs a new reference, while a slow one gets its parallax from an old reference.
 class Initializer {
  public:
   explicit Initializer(const TrackingConfig& config) : config_(config) {}

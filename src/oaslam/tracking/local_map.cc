@@ -29,6 +29,7 @@ LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, in
   for (const Covisible& vote : votes) add(vote.keyframe);
   const size_t direct = local.keyframes.size();
   for (size_t i = 0; i < direct && static_cast<int>(local.keyframes.size()) < max_keyframes; ++i)
+    // Five each: the voting keyframes already have most of the landmarks in view.
     for (const KeyframeId neighbour : map.CovisibleKeyframes(local.keyframes[i], 5)) add(neighbour);
 
   IdSet<LandmarkId> listed;

@@ -17,8 +17,11 @@
 namespace oaslam {
 namespace {
 
+// A first pose needs few inliers, since TrackLocalMap finds more landmarks and decides.
 constexpr int kMinMatches = 20, kMinFirstInliers = 10;
-constexpr double kLocalRadius = 4;  // pixels of the lowest level
+// Pixels of the lowest level; small, since the first pose is refined already.
+constexpr double kLocalRadius = 4;
+// bounds the landmarks to project, and so the time for an image
 constexpr int kMaxLocalKeyframes = 40;
 
 double MedianDepth(const PoseReport& pose, const MatchedPoints& matched) {
@@ -74,7 +77,7 @@ TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial,
 }
 
 bool Meets(const TrackReport& report, const TrackDemands& demands) {
-  constexpr double kMostOfMatched = 0.5;
+  constexpr double kMostOfMatched = 0.5;  // TrackDemands::least_inliers
   if (report.inliers < demands.least_inliers || !(report.relative_sigma < demands.relative_sigma) ||
       report.spread < demands.spread)
     return false;
@@ -143,10 +146,10 @@ TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport&
 
 namespace {
 
-// Matches key points with the previous image. They are searched around where they would be if all
-// were at the depth `depth`.
+// Matches key points with the previous image, around where they would be if all were at `depth`.
 KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before,
                            const Rigid3& cam_from_before, double depth, double radius) {
+  // loose, since the robust kernel of the refinement outweighs wrong matches
   constexpr double kRatio = 0.9;
   const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(-1e6);
   std::vector<Eigen::Vector2d> expected;

@@ -46,7 +46,7 @@ void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
 }
 
 void Trajectory::RefinePosesBefore(const Map& map, int frame_index) {
-  constexpr int kMinInliers = 20;
+  constexpr int kMinInliers = 20;  // with fewer, the pose from tracking is more certain
   // The share of a frame's landmarks that must be inliers; with fewer, the landmarks themselves
   // have changed.
   constexpr double kMinShare = 0.7;

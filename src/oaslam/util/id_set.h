@@ -27,7 +27,7 @@ class IdSet {
   }
 
  private:
-  static constexpr size_t kPageSize = 4096;
+  static constexpr size_t kPageSize = 4096;  // ids; 512 bytes for a page of bits
   using Page = std::bitset<kPageSize>;
   std::vector<std::unique_ptr<Page>> pages_;
 };

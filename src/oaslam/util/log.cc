@@ -10,10 +10,10 @@
 namespace oaslam {
 namespace {
 
-// Any thread may log while another installs a sink: the one lock of the library that is not a
-// queue's. It is not held while a sink works.
+// Any thread may log while another installs a sink. The lock is not held while a sink works, so
+// that a sink may log or install another one.
 std::mutex sink_mutex;
-// Never destroyed: static objects of the application may use the library at the very end.
+// Never destroyed, since destructors of an application's static objects may still log.
 std::shared_ptr<const LogSink>& Sink() {
   static auto& sink = *new std::shared_ptr<const LogSink>(
       std::make_shared<const LogSink>([](LogLevel level, const std::string& message) {
