@@ -51,8 +51,6 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
     map.anchors.emplace(std::move(free_name), std::move(anchor));
   }
   map.loops_closed += other.loops_closed;
-  map.undone_loops.insert(map.undone_loops.end(), other.undone_loops.begin(),
-                          other.undone_loops.end());
   if (other.up && (!map.up || other.up_keyframes > map.up_keyframes)) {
     map.up = world_from_other.rotation * *other.up;
     map.up_keyframes = other.up_keyframes;

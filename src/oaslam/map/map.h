@@ -11,7 +11,6 @@
 #include "oaslam/camera.h"
 #include "oaslam/class_relations.h"
 #include "oaslam/features/features.h"
-#include "oaslam/geometry/similarity.h"
 #include "oaslam/map/anchor.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/label_shares.h"
@@ -107,16 +106,6 @@ struct Object {
   bool known_by_landmarks = false;
 };
 
-struct Map;
-
-// A loop that was closed and is still on trial.
-struct ClosedLoop {
-  KeyframeId current, old;
-  Similarity old_from_current;        // in `before`
-  int frame_index = 0;                // of `current`
-  std::shared_ptr<const Map> before;  // the map as it was before
-};
-
 // The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps
 // both sides of an observation consistent. The world frame is that of the first keyframe; the unit
 // is arbitrary (monocular) unless the map was scaled.
@@ -132,13 +121,8 @@ struct Map {
   // The number of keyframes whose measured gravity determined `up`; 0: it follows from how the
   // camera was held.
   int up_keyframes = 0;
-  uint64_t version = 0;  // of the snapshot
-  int loops_closed = 0;  // since the map was made or loaded
-  // A closed loop that later images refute: whoever tracks the camera replaces the map (UndoLoop in
-  // mapping). Not saved.
-  std::shared_ptr<const ClosedLoop> refuted_loop{};
-  // Keyframes that were taken for the ends of a loop and are not. Not saved.
-  std::vector<std::pair<KeyframeId, KeyframeId>> undone_loops{};
+  uint64_t version = 0;                   // of the snapshot
+  int loops_closed = 0;                   // since the map was made or loaded
   bool is_metric = false;                 // the unit is the metre; else arbitrary
   ClassRelations classes;                 // which classes move, and which are parts of which
   std::map<std::string, Anchor> anchors;  // by name

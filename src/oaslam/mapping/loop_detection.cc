@@ -26,8 +26,8 @@ KeyframePlace PlaceOf(KeyframeId id, const Keyframe& keyframe) {
           keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ()};
 }
 
-// Decides whether a keyframe may be the other end of a loop: it is old enough, not linked with the
-// current one by two steps in the covisibility graph, and no such loop was undone.
+// Decides whether a keyframe may be the other end of a loop: it is old enough and not linked with
+// the current one by two steps in the covisibility graph.
 class OtherEnds {
  public:
   OtherEnds(const Map& map, KeyframeId current) : current_(current) {
@@ -36,21 +36,14 @@ class OtherEnds {
       for (const Covisible& second : map.keyframes.At(c.keyframe).covisible)
         linked_.Insert(second.keyframe);
     }
-    for (const auto& [end, other_end] : map.undone_loops) {
-      const auto here = map.ResolveKeyframe(end), there = map.ResolveKeyframe(other_end);
-      if (!here || !there || (here->by != current && !linked_.Contains(here->by))) continue;
-      refuted_.Insert(there->by);
-      for (const Covisible& c : map.keyframes.At(there->by).covisible) refuted_.Insert(c.keyframe);
-    }
   }
   bool Contains(KeyframeId id) const {
-    return id.value + kMinKeyframesApart <= current_.value && !linked_.Contains(id) &&
-           !refuted_.Contains(id);
+    return id.value + kMinKeyframesApart <= current_.value && !linked_.Contains(id);
   }
 
  private:
   KeyframeId current_;
-  IdSet<KeyframeId> linked_, refuted_;
+  IdSet<KeyframeId> linked_;
 };
 
 // The keyframes near the current one among those that `is_candidate` accepts, nearest first.

@@ -9,7 +9,6 @@
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
-#include "oaslam/map/later_poses.h"
 
 namespace oaslam {
 namespace {
@@ -37,15 +36,14 @@ struct End {
   std::set<ObjectId> objects;  // mapped ones
 };
 
-// `is_of_end`: whether an observation, by a keyframe that carries it, is from that end.
-template <typename Predicate>
-End Look(const Map& map, Predicate&& is_of_end) {
+End LookAround(const Map& map, KeyframeId keyframe) {
+  const std::set<KeyframeId> group = Around(map, keyframe);
   End end;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (map.classes.IsMovable(object.category_id)) return;
     for (const ObjectObservation& o : object.observations) {
       const auto carried = map.ResolveKeyframe(o.reference);
-      if (!carried || !is_of_end(o, carried->by)) continue;
+      if (!carried || !group.contains(carried->by)) continue;
       Shot& shot = end.shots[o.frame_index];
       shot.reference = carried->by;
       shot.cam_from_world = o.cam_from_reference * *map.ResolvePose(o.reference);
@@ -104,23 +102,17 @@ Showing Judge(const Map& map, const Shot& shot, const LabelsRef& labels,
   return Showing::kNoObject;
 }
 
-// One end of a loop in a map of its own state.
-struct EndInMap {
-  const Map& map;
-  const End& end;
-};
-
 // Adds what the images of one end say of the objects of the other, taken there by `motion`.
-void Compare(const EndInMap& from, const Similarity& motion, const EndInMap& to,
+void Compare(const Map& map, const End& from, const Similarity& motion, const End& to,
              LoopObjects& result) {
   constexpr int kShots = 3;
-  for (const ObjectId id : from.end.objects) {
-    if (to.end.objects.contains(id)) continue;
-    const Object& object = from.map.objects.At(id);
+  for (const ObjectId id : from.objects) {
+    if (to.objects.contains(id)) continue;
+    const Object& object = map.objects.At(id);
     const Ellipsoid moved = Moved(object.ellipsoid, motion);
     int shown = 0, missing = 0;
-    for (const auto& [frame, shot] : to.end.shots) {
-      const Showing showing = Judge(to.map, shot, LabelsOf(object), moved);
+    for (const auto& [frame, shot] : to.shots) {
+      const Showing showing = Judge(map, shot, LabelsOf(object), moved);
       shown += showing == Showing::kObject;
       missing += showing == Showing::kNoObject;
     }
@@ -132,40 +124,10 @@ void Compare(const EndInMap& from, const Similarity& motion, const EndInMap& to,
 }  // namespace
 
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop) {
-  const auto look_about = [&](KeyframeId keyframe) {
-    const std::set<KeyframeId> group = Around(map, keyframe);
-    return Look(map, [&](const ObjectObservation&, KeyframeId by) { return group.contains(by); });
-  };
-  const End here = look_about(loop.current), there = look_about(loop.old);
+  const End here = LookAround(map, loop.current), there = LookAround(map, loop.old);
   LoopObjects result;
-  Compare({map, here}, loop.old_from_current, {map, there}, result);
-  Compare({map, there}, loop.old_from_current.Inverse(), {map, here}, result);
-  return result;
-}
-
-LoopObjects CompareObjectsSince(const Map& map, const ClosedLoop& loop) {
-  constexpr double kReach = 0.5;  // of the depth: there is no wall in between
-  const Map& before = *loop.before;
-  const std::set<KeyframeId> group = Around(before, loop.old);
-  const double reach = kReach * before.MedianDepth(loop.old);
-  const auto is_near = [&](const Eigen::Vector3d& center) {
-    return std::ranges::any_of(group, [&](KeyframeId id) {
-      return (before.keyframes.At(id).cam_from_world.OriginInSource() - center).norm() < reach;
-    });
-  };
-  const Similarity there_from_here =
-      loop.old_from_current * MotionToEarlier(map, before, loop.current);
-  const End there =
-      Look(before, [&](const ObjectObservation&, KeyframeId by) { return group.contains(by); });
-  const End here = Look(map, [&](const ObjectObservation& o, KeyframeId) {
-    return o.frame_index > loop.frame_index &&
-           is_near(there_from_here *
-                   (o.cam_from_reference * *map.ResolvePose(o.reference)).OriginInSource());
-  });
-  LoopObjects result;
-  Compare({before, there}, there_from_here.Inverse(), {map, here}, result);
-  Compare({map, here}, there_from_here, {before, there}, result);
-  for (const ObjectId id : here.objects) result.agreeing += there.objects.contains(id);
+  Compare(map, here, loop.old_from_current, there, result);
+  Compare(map, there, loop.old_from_current.Inverse(), here, result);
   return result;
 }
 

@@ -18,16 +18,8 @@ struct LoopObjects {
 // landmarks. Objects that were seen from both ends, or whose classes move, say nothing.
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop);
 
-// The same for a loop that was closed: what the images since tell of the objects about its old end,
-// and the images about that end of the objects seen since, where the loop takes them. `map`: as it
-// is now; how the loop has bent it does not matter. Only images from about the places of the old
-// end's cameras count, since a wall may be between others and the objects. An object that is
-// observed from both ends agrees.
-LoopObjects CompareObjectsSince(const Map& map, const ClosedLoop& loop);
-
-// Whether the objects refute the loop: several contradict, and more than twice as
-// many as agree. Corridors, windows
-// and posters look alike by their points; what stands about them does not.
+// Whether the objects refute the loop: several contradict, and more than twice as many as agree.
+// Corridors, windows and posters look alike by their points; what stands about them does not.
 bool AreObjectsAgainst(const LoopObjects& objects);
 
 }  // namespace oaslam

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
-
 #include "oaslam/geometry/ellipsoid.h"
 #include "object_film.h"
 #include "synthetic_world.h"
@@ -98,34 +96,6 @@ TEST(LoopObjects, AWallInFrontOfAThingExcusesThatItIsNotSeen) {
     }
   }
   EXPECT_FALSE(AreObjectsAgainst(CompareObjects(passes.map, passes.loop)));
-}
-
-// The second pass was seen after the loop was closed, which has bent the map or not.
-TEST(LoopObjects, LaterImagesAreComparedWhereTheLoopTakesThem) {
-  for (const bool are_same : {true, false})
-    for (const double bend : {0.0, 1.5}) {
-      TwoPasses passes;
-      const Keyframe old = passes.map.keyframes.At(passes.loop.old);
-      passes.map.AddObservation(
-          passes.map.AddLandmark(old.cam_from_world.Inverse() * Eigen::Vector3d(0, 0, 4),
-                                 passes.loop.old),
-          passes.loop.old, 0);
-      passes.Add(1, false);
-      const ClosedLoop loop{passes.loop.current, passes.loop.old, passes.loop.old_from_current,
-                            kHalf - 1, std::make_shared<const Map>(passes.map)};
-      passes.Add(are_same ? 1 : 20, true, are_same ? 0 : 0.3);
-      const Eigen::Vector3d shift(0, 0, bend);
-      for (uint32_t k = kHalf; k < 2 * kHalf; ++k) {
-        Rigid3& pose = passes.map.keyframes.MutableAt(KeyframeId(k)).cam_from_world;
-        pose.translation -= pose.rotation * shift;
-      }
-      for (const ObjectId id : passes.map.objects.Ids())
-        if (id.value >= 4) passes.map.objects.MutableAt(id).ellipsoid.center += shift;
-      const LoopObjects objects = CompareObjectsSince(passes.map, loop);
-      EXPECT_EQ(objects.agreeing, are_same ? 8 : 0) << bend;
-      EXPECT_EQ(AreObjectsAgainst(objects), !are_same) << bend;
-      EXPECT_EQ(objects.contradicting > 0, !are_same) << bend;
-    }
 }
 
 TEST(LoopObjects, WithoutObjectsNothingIsSaid) {

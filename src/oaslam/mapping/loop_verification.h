@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "oaslam/geometry/similarity.h"
 #include "oaslam/mapping/loop_closing.h"
 
 namespace oaslam {

@@ -7,7 +7,6 @@
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
-#include "oaslam/mapping/loop_objects.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
@@ -19,18 +18,9 @@ namespace oaslam {
 void Mapper::Apply(const MapCommand& command) {
   if (command.successor) {
     const uint64_t version = map_.version;
-    const bool is_undoing = map_.refuted_loop && !command.successor->refuted_loop;
     map_ = *command.successor;
     map_.version = version;
     unsettled_keyframes_ = map_.keyframes.Ids();
-    if (is_undoing) {
-      RefitMovedObjects(config_.objects, map_);
-      AdjustInBackground(command.frame_index);
-    } else {
-      // Its keyframes need not follow each other in time: what came after a loop is not known.
-      loops_on_trial_.clear();
-      map_.refuted_loop.reset();
-    }
   }
   map_.next_landmark = std::max(map_.next_landmark, command.first_landmark);
   if (command.classes) SetClassRelations(*command.classes, map_);
@@ -67,16 +57,10 @@ void Mapper::Apply(const MapCommand& command) {
 void Mapper::ScaleToMetres(double metres_per_unit, int frame_index) {
   map_.Scale(metres_per_unit);
   map_.is_metric = true;
-  // They know the map in the old unit.
-  loops_on_trial_.clear();
-  map_.refuted_loop.reset();
   if (background_bundle_ || !windows_.empty()) AdjustInBackground(frame_index);
 }
 
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
-  // Keyframes of the piece do not follow those of the map.
-  loops_on_trial_.clear();
-  map_.refuted_loop.reset();
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = map_.keyframes.Ids();
   // An adjustment that began before the piece came would leave it where it is.
@@ -97,51 +81,21 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   unsettled_keyframes_.push_back(keyframe.id);
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   CloseLoop(keyframe.id, keyframe.frame.frame.index);
-  ReviewLoops(keyframe.id);
   if (!background_bundle_) BeginNextWindow(keyframe.frame.frame.index);
 }
 
 void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   if (!config_.mapping.loop_closing) return;
   constexpr uint32_t kMinKeyframesBetween = 10;
-  if (map_.refuted_loop) return;
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
   if (!loop) return;
-  auto before = std::make_shared<const Map>(map_);
   if (!CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_)) return;
   Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}",
                                    loop->current.value, loop->old.value));
   last_loop_ = keyframe;
   ++map_.loops_closed;
-  loops_on_trial_.push_back(std::make_shared<const ClosedLoop>(ClosedLoop{
-      loop->current, loop->old, loop->old_from_current, frame_index, std::move(before)}));
   AdjustInBackground(frame_index);
-}
-
-// Compares closed loops with what is seen afterwards, as long as they are on trial; the newest
-// first, since a later wrong one bends the map about earlier ones, too. Nothing is judged before
-// the adjustment after the last loop has moved things to their places.
-void Mapper::ReviewLoops(KeyframeId newest) {
-  constexpr uint32_t kTrial = 30, kEvery = 5, kSettling = 10;  // keyframes
-  std::erase_if(loops_on_trial_,
-                [&](const auto& loop) { return loop->current.value + kTrial < newest.value; });
-  if (map_.refuted_loop || newest.value < last_loop_.value + kSettling) return;
-  for (size_t i = loops_on_trial_.size(); i-- > 0;) {
-    const ClosedLoop& loop = *loops_on_trial_[i];
-    const uint32_t age = newest.value - loop.current.value;
-    if (age % kEvery != 0) continue;
-    const LoopObjects objects = CompareObjectsSince(map_, loop);
-    Log(LogLevel::kDebug,
-        fmt::format("loop from keyframe {} to {}, {} keyframes later: {} objects agree, {} "
-                    "contradict",
-                    loop.current.value, loop.old.value, age, objects.agreeing,
-                    objects.contradicting));
-    if (!AreObjectsAgainst(objects)) continue;
-    map_.refuted_loop = loops_on_trial_[i];
-    loops_on_trial_.resize(i);
-    return;
-  }
 }
 
 void Mapper::AdjustInBackground(int frame_index) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/geometry/similarity.h"
 #include "oaslam/map/command.h"
 #include "oaslam/map/map.h"
 #include "oaslam/mapping/loop_closing.h"
@@ -34,8 +35,7 @@ struct MapCommand {
   // Replaces all anchors.
   std::optional<std::map<std::string, Anchor>> anchors;
   std::optional<InitialMap> initial;
-  // Replaces the map by this one, which was made from it. If the map had a refuted loop, that is
-  // undone in it.
+  // Replaces the map by this one, which was made from it.
   std::shared_ptr<const Map> successor;
   std::optional<JoiningMap> joining;
   // Makes the metre the unit of the map; the tracker, too, must change its unit.
@@ -69,7 +69,6 @@ class Mapper {
   void Join(const JoiningMap& joining, int frame_index);
   void MapKeyframe(const KeyframeInsertion& keyframe);
   void CloseLoop(KeyframeId keyframe, int frame_index);
-  void ReviewLoops(KeyframeId newest);
   void AdjustInBackground(int frame_index);
   bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }
   bool IsAdjustmentDue(const MapCommand& command) const;
@@ -84,10 +83,9 @@ class Mapper {
   std::vector<LandmarkId> recent_landmarks_;
   std::vector<KeyframeId> unsettled_keyframes_;  // PackSettledKeyframes
   LoopDetector loop_detector_;
-  KeyframeId last_loop_;  // keyframe that closed the last loop
-  std::vector<std::shared_ptr<const ClosedLoop>> loops_on_trial_;  // in the order of closing
-  std::unique_ptr<BackgroundBundle> background_bundle_;            // after a loop
-  std::vector<std::vector<KeyframeId>> windows_;  // still to be adjusted, the next one last
+  KeyframeId last_loop_;                                 // keyframe that closed the last loop
+  std::unique_ptr<BackgroundBundle> background_bundle_;  // after a loop
+  std::vector<std::vector<KeyframeId>> windows_;         // still to be adjusted, the next one last
   std::jthread ending_;  // waits for an adjustment that is no longer wanted
 };
 

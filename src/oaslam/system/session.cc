@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "oaslam/mapping/loop_undoing.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -18,7 +17,6 @@ Session::Session(const SlamConfig& config, Map map, const NextIds& ids, bool map
 
 Tracker::Outcome Session::Process(const Frame& frame) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
-  if (snapshot_->refuted_loop) UndoRefutedLoop(frame.index);
   Tracker::Outcome outcome = tracker_.Track(frame, *snapshot_);
   if (outcome.command)
     pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
@@ -26,30 +24,7 @@ Tracker::Outcome Session::Process(const Frame& frame) {
   return tracker_.AdoptInitialMap(frame, *Newest());
 }
 
-// With it, what was seen is complete: a loop may be undone.
-void Session::SubmitRest() {
-  MapCommand rest = tracker_.TakeRest();
-  const int frame_index = rest.frame_index;
-  SubmitAndWait(std::move(rest));
-  UndoRefutedLoop(frame_index);
-}
-
-// Between two frames, and when no command is under way, so that the map and the poses that the
-// tracker keeps change together.
-void Session::UndoRefutedLoop(int frame_index) {
-  const std::shared_ptr<const Map> bent = Newest();
-  if (!bent->refuted_loop || failure()) return;
-  Log(LogLevel::kInfo,
-      fmt::format("loop undone: keyframe {} is not at keyframe {}, since other "
-                  "things are there",
-                  bent->refuted_loop->current.value, bent->refuted_loop->old.value));
-  UndoneLoop undone = UndoLoop(bent, config_.mapping.min_shared_landmarks);
-  tracker_.Restore(undone.later, undone.landmarks);
-  MapCommand command;
-  command.frame_index = frame_index;
-  command.successor = std::make_shared<const Map>(std::move(undone.map));
-  SubmitAndWait(std::move(command));
-}
+void Session::SubmitRest() { SubmitAndWait(tracker_.TakeRest()); }
 
 void Session::SubmitAndWait(MapCommand command) {
   pipeline_.Submit(std::move(command), true);

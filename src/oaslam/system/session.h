@@ -68,7 +68,6 @@ class Session {
 
  private:
   void SubmitRest();
-  void UndoRefutedLoop(int frame_index);
   using Way = std::vector<const Frame*>;
   int FollowAlong(const Way& way, const Confirmation* is_confirmed);
   int Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence);

@@ -1,14 +1,12 @@
 #pragma once
 
 #include <deque>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "oaslam/config.h"
 #include "oaslam/map/frame_view.h"
-#include "oaslam/map/later_poses.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/objects/association.h"
@@ -86,8 +84,6 @@ class Tracker {
   // Continues with the state of another tracker, whose map was joined with this one's and scaled by
   // `scale`; the poses of its frames are added to this trajectory.
   void GoOnAs(Tracker other, double scale);
-  // Goes on in a map in which a loop was undone (UndoneLoop).
-  void Restore(const LaterPoses& later, const std::map<LandmarkId, LandmarkId>& landmarks);
   // Takes over the poses of a piece that was joined with the map and scaled by `scale`, for frames
   // that have no pose by points here.
   void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }

@@ -1,4 +1,4 @@
-// How the tracker goes on where its map was joined with another, or replaced.
+// How the tracker goes on where its map was joined with another, or scaled.
 #include <utility>
 
 #include "oaslam/system/tracker.h"
@@ -31,27 +31,6 @@ void Tracker::GoOnAs(Tracker other, double scale) {
     sightings_.push_back(std::move(sighting));
   }
   trajectory_.Join(std::move(other.trajectory_), scale);
-}
-
-void Tracker::Restore(const LaterPoses& later, const std::map<LandmarkId, LandmarkId>& landmarks) {
-  const double scale = later.carriers.back().scale;
-  if (motion_) motion_->cam_from_before.translation *= scale;
-  if (last_) {
-    later.Restore(last_->frame.index, last_->reference, last_->cam_from_reference);
-    for (LandmarkId& id : last_->landmarks)
-      if (const auto restored = landmarks.find(id); restored != landmarks.end())
-        id = restored->second;
-  }
-  EndBackfill();
-  for (ObjectTrack& track : object_tracks_.open)
-    later.Restore(track.last_frame, track.reference, track.cam_from_reference);
-  for (Undetected& undetected : undetected_)
-    later.Restore(undetected.tracked.frame.index, undetected.tracked.reference,
-                  undetected.tracked.cam_from_reference);
-  for (ObjectSighting& sighting : sightings_)
-    later.Restore(sighting.observation.frame_index, sighting.observation.reference,
-                  sighting.observation.cam_from_reference);
-  trajectory_.Restore(later);
 }
 
 void Tracker::Scale(double factor) {

@@ -85,11 +85,6 @@ void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {
   AdoptPoses(poses, scale, poses_);
 }
 
-void Trajectory::Restore(const LaterPoses& later) {
-  for (FramePose& pose : poses_)
-    later.Restore(pose.frame_index, pose.reference, pose.cam_from_reference);
-}
-
 void Trajectory::Scale(double factor) {
   for (FramePose& pose : poses_) pose.cam_from_reference.translation *= factor;
 }

@@ -3,7 +3,6 @@
 #include <deque>
 #include <vector>
 
-#include "oaslam/map/later_poses.h"
 #include "oaslam/map/piece.h"
 
 namespace oaslam {
@@ -26,8 +25,6 @@ class Trajectory {
   void Join(Trajectory other, double scale);
   // Adds the poses of a piece that was joined with this map (AdoptPoses).
   void Adopt(const std::vector<FramePose>& poses, double scale);
-  // Makes the poses of frames after a loop that was undone those in the restored map.
-  void Restore(const LaterPoses& later);
   // Multiplies all lengths, as those of the map were.
   void Scale(double factor);
   // Returns null where the frame has no pose.

@@ -85,7 +85,6 @@ void Scene::NoteState(const FrameRecord& record) {
 void Scene::NoteMap(const Map& map, int frame) {
   if (!map_) return;
   if (map.loops_closed > map_->loops_closed) AddEvent(frame, "loop", "closed");
-  if (map.undone_loops.size() > map_->undone_loops.size()) AddEvent(frame, "loop", "undone");
   map.objects.ForEachDifference(map_->objects, [&](ObjectId id, const Object* a, const Object* b) {
     const bool was = a && a->state == ObjectState::kMapped,
                is = b && b->state == ObjectState::kMapped;
