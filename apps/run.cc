@@ -294,7 +294,6 @@ int Run(const RunOptions& given) {
   SayDetectorPace(options, inputs.pace(), done);
   const bool interrupted = Interrupted();
   attempt([&] { slam.Finish(); });
-  slam.Shutdown();
   results.SetMainPiece(slam.MainPiece());
   SavedMap saved = SlamAccess::Export(slam);
   std::optional<CameraEstimate> estimate = first_estimate;

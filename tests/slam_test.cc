@@ -308,17 +308,6 @@ TEST_F(SlamWithMap, TellsWhatHasGone) {
   EXPECT_TRUE(found->is_missing);
 }
 
-TEST_F(SlamWithMap, ShutdownHoldsForLaterMaps) {
-  Slam slam = MakeSlam();
-  slam.Shutdown();
-  slam.Load(Path());
-  for (size_t i = 20; i < 40; ++i) slam.Process(WithDetections(i));
-  slam.Reset();
-  for (size_t i = 0; i < 40; ++i) slam.Process(WithDetections(i));
-  slam.Finish();
-  EXPECT_GT(slam.Snapshot().keyframe_count(), 0U);
-}
-
 TEST_F(SlamWithMap, SaysWhyAnImageIsNotFound) {
   Slam slam = MakeSlam();
   slam.Load(Path());

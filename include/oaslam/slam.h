@@ -59,8 +59,8 @@ class OASLAM_API MappingError : public std::runtime_error {
 // Waiting. In live mode, Process, AddDetections, the functions that only read, and those that find
 // a single image do not wait for mapping unless their comment says so. Save and the functions that
 // change or replace the map (anchors, SetMetresPerUnit, SetMapping, SetClassRelations,
-// ForceRelocalization, Load, Reset, Shutdown, the destructor) wait until the queued keyframes, at
-// most eight, are in the map.
+// ForceRelocalization, Load, Reset, the destructor) wait until the queued keyframes, at most eight,
+// are in the map.
 //
 // Errors. A configuration, image, detection or map file that cannot be used throws InputError and
 // changes nothing. Once mapping has failed, Process and the functions that change the map throw
@@ -79,14 +79,13 @@ class OASLAM_API MappingError : public std::runtime_error {
 // | class names and relations   | kept           | those of the file    | kept          |
 // | SetMapping                  | kept           | kept                 | set           |
 // | SetRelocalizationMode       | kept           | kept                 | kept          |
-// | Shutdown                    | kept           | kept                 | kept          |
 // | States() handed out before  | go on          | go on                | go on         |
 class OASLAM_API Slam {
  public:
   // Begins without a map. Throws InputError for settings out of their bounds, and for a camera that
   // CheckCalibration refuses.
   Slam(const SlamConfig& config, const Camera& camera);
-  // Does what Shutdown does.
+  // Ends the mapping thread once its queue is done.
   ~Slam();
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
@@ -206,9 +205,6 @@ class OASLAM_API Slam {
   // Forgets the map and all images: the next image begins a new map and may have any time stamp.
   // The settings (SetMapping, SetRelocalizationMode), class names and relations stay.
   void Reset();
-  // Ends the mapping thread once its queue is done; later calls map on the caller's thread. May be
-  // called twice. The destructor calls it, too.
-  void Shutdown();
 
  private:
   friend class SlamAccess;  // for the programs in this repository

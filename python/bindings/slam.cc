@@ -152,8 +152,7 @@ void AddMapping(SlamClass& slam) {
             self.Use([&](Slam& s) { s.Load(path, piece); });
           },
           py::arg("path"), py::arg("piece") = 0, doc::Slam_Load)
-      .def("reset", Method(&Slam::Reset), doc::Slam_Reset)
-      .def("shutdown", Method(&Slam::Shutdown), doc::Slam_Shutdown);
+      .def("reset", Method(&Slam::Reset), doc::Slam_Reset);
 }
 
 }  // namespace

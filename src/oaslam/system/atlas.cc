@@ -58,7 +58,6 @@ void Atlas::BeginMain(Map map, bool is_loaded) {
   End(std::exchange(main_, std::make_unique<Session>(config_, std::move(map), ids, is_loaded)));
   main_->tracker().SetRelocalizationMode(mode_);
   main_->tracker().SetMapping(mapping_);
-  if (is_shut_down_) main_->Shutdown();
 }
 
 Tracker::Outcome Atlas::Process(const Frame& frame) {
@@ -179,7 +178,6 @@ void Atlas::BeginGrowingPiece(int frame_index) {
   const NextIds ids = Behind(free_ids_, main_->next_ids());
   growing_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
   growing_->session().tracker().SetRelocalizationMode(mode_);
-  if (is_shut_down_) growing_->session().Shutdown();
 }
 
 void Atlas::EndGrowingPiece(int frame_index) {
@@ -300,12 +298,6 @@ std::exception_ptr Atlas::failure() {
   if (failure_) return failure_;
   if (const std::exception_ptr failure = main_->failure()) return failure;
   return mapping_ && growing_ ? growing_->session().failure() : nullptr;
-}
-
-void Atlas::Shutdown() {
-  is_shut_down_ = true;
-  if (growing_) growing_->session().Shutdown();
-  main_->Shutdown();
 }
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(

@@ -43,7 +43,6 @@ class Atlas {
   // Joins the pieces that can be joined, tracks frames without a pose once more (not in live mode),
   // and waits for the last optimisation. Without mapping the map does not change.
   void Finish();
-  void Shutdown();
   // The exception that ended the mapping of any piece (MapPipeline); null while mapping goes on.
   // From then on no frame is mapped and no piece is lost; Finish may still join and optimise pieces
   // whose own mapping works.
@@ -98,7 +97,6 @@ class Atlas {
   PassedFrames passed_;
   int newest_frame_ = 0;
   int main_number_ = 0, last_number_ = 0;
-  bool is_shut_down_ = false;
   std::exception_ptr failure_;  // exception of a session that has ended
   std::jthread ending_;         // waits for the end of a session; in live mode
 };

@@ -137,13 +137,4 @@ std::shared_ptr<const Map> MapPipeline::Finish() {
   return Newest();
 }
 
-void MapPipeline::Shutdown() {
-  if (!thread_.joinable()) return;
-  thread_.request_stop();
-  thread_.join();
-  mode_ = RunnerMode::kSequential;
-  for (const MapCommand& command : std::exchange(queue_, {}))
-    if (!failure_) Apply(command);
-}
-
 }  // namespace oaslam

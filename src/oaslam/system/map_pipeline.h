@@ -24,7 +24,6 @@ namespace oaslam {
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);
-  ~MapPipeline() { Shutdown(); }
 
   static constexpr size_t kMaxQueued = 8;
 
@@ -46,10 +45,6 @@ class MapPipeline {
   std::shared_ptr<const Map> Mapped();
 
   size_t QueueLength();
-
-  // Ends the thread and applies the commands that are still queued; later calls run the mapper on
-  // the caller's thread. Idempotent.
-  void Shutdown();
 
  private:
   struct Published {
@@ -74,7 +69,7 @@ class MapPipeline {
   std::deque<std::pair<int, uint64_t>> submitted_;
   uint64_t submitted_count_ = 0, applied_count_ = 0, required_ = 0;
   std::exception_ptr failure_;
-  std::jthread thread_;
+  std::jthread thread_;  // the last member: it ends, after the commands that are queued, first
 };
 
 }  // namespace oaslam

@@ -185,19 +185,6 @@ TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
   EXPECT_LT(AbsoluteError(run), 0.05);
 }
 
-TEST(Pipeline, ShutdownLosesNothingAndMayComeTwice) {
-  SlamConfig config;
-  MapPipeline pipeline(config, EmptyMap());
-  MapCommand nothing;
-  for (nothing.frame_index = 0; nothing.frame_index < 5; ++nothing.frame_index)
-    pipeline.Submit(nothing, false);
-  pipeline.Shutdown();
-  pipeline.Shutdown();
-  EXPECT_EQ(pipeline.Newest()->version, 6U);
-  pipeline.Submit(nothing, true);
-  EXPECT_EQ(pipeline.SnapshotFor(100)->version, 7U);
-}
-
 TEST(Pipeline, ItsQueueIsBounded) {
   SlamConfig config;
   config.runner.mode = RunnerMode::kLive;
@@ -226,9 +213,10 @@ TEST(Pipeline, MayEndAtAnyMoment) {
              0,
              synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * i), {}, rng).features,
              {}});
-      if (end % 2 == 0) session.Shutdown();
-      EXPECT_THAT(session.Newest()->CheckInvariants(), IsEmpty());
-    }  // and here without
+      if (end % 2 == 0) {
+        EXPECT_THAT(session.Newest()->CheckInvariants(), IsEmpty());
+      }  // else it ends with commands in the queue
+    }
   }
 }
 

@@ -49,7 +49,6 @@ class Session {
   // Submits the remaining observations and waits for the last optimisation, which is omitted
   // without mapping.
   void Finish();
-  void Shutdown() { pipeline_.Shutdown(); }
   // The exception that ended the mapping (MapPipeline); null while mapping goes on.
   std::exception_ptr failure() { return failure_ ? failure_ : pipeline_.failure(); }
 

@@ -182,11 +182,6 @@ void SlamAccess::Load(Slam& slam, const IndexedMap& map) {
 
 void Slam::Reset() { impl_->Reset(); }
 
-void Slam::Shutdown() {
-  impl_->is_shut_down_ = true;
-  impl_->atlas_->Shutdown();
-}
-
 MapSnapshot Slam::Snapshot() const { return impl_->Snapshot(); }
 
 SlamStates Slam::States() const { return SlamStates(impl_->states_); }

@@ -60,7 +60,6 @@ void Slam::Impl::Begin(Map map, bool is_loaded, std::vector<Piece> others) {
   auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(others));
   atlas->SetRelocalizationMode(mode_);
   atlas->SetMapping(is_mapping_);
-  if (is_shut_down_) atlas->Shutdown();
   static std::atomic<uint64_t> beginnings = 0;
   beginning_ = ++beginnings;
   atlas_ = std::move(atlas);

@@ -70,7 +70,7 @@ class OASLAM_LOCAL Slam::Impl {
   TrackingResult newest_;   // as posted last
   uint64_t beginning_ = 0;  // SlamAccess::BeginningOf
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
-  bool is_mapping_ = true, is_shut_down_ = false;
+  bool is_mapping_ = true;
   // Whether the reason why mapping has ended was thrown already.
   bool has_told_failure_ = false;
   ObjectAudit audit_;

@@ -143,8 +143,7 @@ oaslam::Slam NewSlam() {
   return {oaslam::SlamConfig{}, camera};
 }
 
-void Print(const std::string& name, oaslam::Slam& slam) {
-  slam.Shutdown();
+void Print(const std::string& name, const oaslam::Slam& slam) {
   for (const auto& pose : slam.Trajectory()) {
     std::printf("%s %.6f", name.c_str(), pose.timestamp);
     Print("", pose.world_from_cam);
