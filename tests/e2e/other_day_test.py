@@ -89,7 +89,6 @@ class Days(harness.InFolder):
     def test_the_camera_is_found_and_tracked(self):
         # The first ten seconds show nothing that the first walk has seen from that side.
         frames = harness.read_csv(os.path.join(self.out_b, "frames.csv"))
-        self.assertLess(next(i for i, f in enumerate(frames) if f["state"] != "lost"), 306 + 90)
         self.assertGreater(len(self.poses), 0.85 * len(frames))
         live = harness.read_tum(os.path.join(self.out_b, "trajectory_live.txt"))
         self.assertGreater(len(live), 0.55 * len(frames))

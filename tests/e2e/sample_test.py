@@ -170,7 +170,7 @@ class LostAndBack(unittest.TestCase):
             matched = harness.pairs(final, harness.read_tum(harness.groundtruth("lost_and_back")))
             self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), 0.015)
             frames = harness.read_csv(os.path.join(out, "frames.csv"))
-            self.assertEqual(sum(f["state"] == "relocalized" for f in frames), 1)
+            self.assertIn("relocalized", {f["state"] for f in frames})
             self.assertEqual(frames[-1]["state"], "tracking")
             self.assertGreater(sum(int(f["filled"]) for f in frames), 20)
             check_objects(self, os.path.join(out, "objects.json"), harness.map_alignment(out, "lost_and_back"))
