@@ -6,9 +6,9 @@
 #include <chrono>
 
 #include "common.h"
-#include "oaslam/display/frame_record_of.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/system/slam_access.h"
+#include "oaslam/viewer/frame_record_of.h"
 #include "optional_values.h"
 
 namespace oaslam::apps {

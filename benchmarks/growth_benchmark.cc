@@ -12,12 +12,12 @@
 #include <memory>
 #include <vector>
 
+#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/background_bundle.h"
 #include "oaslam/system/mapper.h"
-#include "oaslam/system/relocalizer.h"
 #include "oaslam/system/tracker.h"
 #include "synthetic_building.h"
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
+#include "oaslam/localization/localizer.h"
 #include "oaslam/service/georeference.h"
 #include "oaslam/service/map_store.h"
-#include "oaslam/system/localizer.h"
 
 namespace oaslam {
 

@@ -8,7 +8,7 @@
 #include "oaslam/config.h"
 #include "oaslam/geometry/similarity.h"
 #include "oaslam/map/map.h"
-#include "oaslam/system/piece_link.h"
+#include "oaslam/pieces/piece_link.h"
 #include "oaslam/system/session.h"
 
 namespace oaslam {

@@ -10,7 +10,7 @@
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
-#include "oaslam/system/piece_joining.h"
+#include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/system/localizer.h"
+#include "oaslam/localization/localizer.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/system/slam_impl.h"
 #include "oaslam/util/log.h"

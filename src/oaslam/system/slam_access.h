@@ -3,10 +3,10 @@
 #include <cstdint>
 
 #include "oaslam/class_names.h"
+#include "oaslam/localization/localizer.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/localizer.h"
 
 namespace oaslam {
 

@@ -8,7 +8,7 @@
 #include <exception>
 #include <utility>
 
-#include "oaslam/system/localizer.h"
+#include "oaslam/localization/localizer.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
+#include "oaslam/localization/frame_maker.h"
+#include "oaslam/localization/relocalizer.h"
+#include "oaslam/localization/snapshot_maker.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/atlas.h"
-#include "oaslam/system/frame_maker.h"
 #include "oaslam/system/object_audit.h"
-#include "oaslam/system/relocalizer.h"
-#include "oaslam/system/snapshot_maker.h"
 #include "oaslam/system/state_board.h"
 
 namespace oaslam {

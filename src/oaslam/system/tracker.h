@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/objects/association.h"
+#include "oaslam/pieces/piece_link.h"
 #include "oaslam/system/mapper.h"
-#include "oaslam/system/piece_link.h"
-#include "oaslam/system/relocalizer.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/pose_tracking.h"
 #include "oaslam/tracking/trajectory.h"

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/system/keyframe_search.h"
-#include "oaslam/system/piece_joining.h"
+#include "oaslam/pieces/keyframe_search.h"
+#include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {

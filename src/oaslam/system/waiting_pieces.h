@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/piece.h"
-#include "oaslam/system/piece_link.h"
-#include "oaslam/system/relocalizer.h"
+#include "oaslam/pieces/piece_link.h"
 #include "oaslam/system/session.h"
 
 namespace oaslam {

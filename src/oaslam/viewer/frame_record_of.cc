@@ -1,4 +1,4 @@
-#include "oaslam/display/frame_record_of.h"
+#include "oaslam/viewer/frame_record_of.h"
 
 #include "oaslam/system/slam_access.h"
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "oaslam/display/frame_record_of.h"
 #include "oaslam/system/slam_access.h"
+#include "oaslam/viewer/frame_record_of.h"
 #include "oaslam/viewer/viewer.h"
 
 namespace oaslam {

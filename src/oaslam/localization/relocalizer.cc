@@ -1,4 +1,4 @@
-#include "oaslam/system/relocalizer.h"
+#include "oaslam/localization/relocalizer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "oaslam/system/map_merging.h"
+#include "oaslam/pieces/map_merging.h"
 
 #include <fmt/format.h>
 
@@ -15,8 +15,8 @@
 #include "oaslam/map/next_ids.h"
 #include "oaslam/map/renumbering.h"
 #include "oaslam/objects/moved_objects.h"
-#include "oaslam/system/keyframe_search.h"
-#include "oaslam/system/piece_joining.h"
+#include "oaslam/pieces/keyframe_search.h"
+#include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

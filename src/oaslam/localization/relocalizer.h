@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/localization/landmark_index.h"
 #include "oaslam/map/map.h"
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/object_trails.h"
 #include "oaslam/relocalization/report.h"
-#include "oaslam/slam.h"
-#include "oaslam/system/landmark_index.h"
+#include "oaslam/relocalization_result.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {

@@ -4,7 +4,7 @@
 
 #include "oaslam/anchors/editing.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/system/snapshot_maker.h"
+#include "oaslam/localization/snapshot_maker.h"
 
 namespace oaslam {
 

@@ -1,4 +1,4 @@
-#include "oaslam/system/piece_link.h"
+#include "oaslam/pieces/piece_link.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,11 +3,13 @@
 #include <memory>
 #include <optional>
 
-#include "oaslam/slam.h"
+#include "oaslam/config.h"
+#include "oaslam/image_input.h"
+#include "oaslam/localization/frame_maker.h"
+#include "oaslam/localization/landmark_index.h"
+#include "oaslam/localization/relocalizer.h"
+#include "oaslam/relocalization_result.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/frame_maker.h"
-#include "oaslam/system/landmark_index.h"
-#include "oaslam/system/relocalizer.h"
 
 namespace oaslam {
 

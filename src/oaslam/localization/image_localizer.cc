@@ -2,9 +2,9 @@
 
 #include <utility>
 
+#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/snapshot_maker.h"
 #include "oaslam/storage/map_file.h"
-#include "oaslam/system/localizer.h"
-#include "oaslam/system/snapshot_maker.h"
 
 namespace oaslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "oaslam/system/keyframe_search.h"
+#include "oaslam/pieces/keyframe_search.h"
 
 #include <optional>
 #include <vector>

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "oaslam/geometry/similarity.h"
+#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/piece.h"
-#include "oaslam/system/relocalizer.h"
 
 namespace oaslam {
 

@@ -1,4 +1,4 @@
-#include "oaslam/system/localizer.h"
+#include "oaslam/localization/localizer.h"
 
 #include <utility>
 

@@ -3,9 +3,9 @@
 #include <cstddef>
 
 #include "oaslam/config.h"
+#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/piece.h"
-#include "oaslam/system/piece_link.h"
-#include "oaslam/system/relocalizer.h"
+#include "oaslam/pieces/piece_link.h"
 
 namespace oaslam {
 

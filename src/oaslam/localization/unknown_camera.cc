@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/relocalization/by_points.h"
 #include "oaslam/relocalization/confidence.h"
-#include "oaslam/system/relocalizer.h"
 
 namespace oaslam {
 namespace {

@@ -8,8 +8,8 @@
 #include "oaslam/class_relations.h"
 #include "oaslam/config.h"
 #include "oaslam/features/orb_extractor.h"
+#include "oaslam/image_input.h"
 #include "oaslam/map/frame.h"
-#include "oaslam/slam.h"
 
 namespace oaslam {
 

@@ -1,4 +1,4 @@
-#include "oaslam/system/piece_joining.h"
+#include "oaslam/pieces/piece_joining.h"
 
 #include <fmt/format.h>
 
