@@ -2,22 +2,12 @@
 
 #include <utility>
 
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/system/slam_access.h"
 
 namespace oaslam::apps {
 namespace {
-
-// The camera for an image resized by `scale`.
-Camera Resized(Camera camera, const cv::Size& size, double scale) {
-  camera.width = size.width;
-  camera.height = size.height;
-  camera.fx *= scale;
-  camera.fy *= scale;
-  camera.cx = (camera.cx + 0.5) * scale - 0.5;
-  camera.cy = (camera.cy + 0.5) * scale - 0.5;
-  return camera;
-}
 
 std::optional<Rigid3> InverseOf(const std::optional<Rigid3>& pose) {
   return pose ? std::optional(pose->Inverse()) : std::nullopt;
@@ -48,7 +38,7 @@ void Recording::Begin(const Slam& slam, const Camera& camera) {
 void Recording::Add(const FrameInput& frame, ArFrame shown) {
   const cv::Mat image = InColor(frame.input.image, frame.path, frame.orientation);
   cv::Mat picture = pictures_.Make(camera_, image);
-  shown.camera = Resized(camera_, picture.size(), pictures_.ScaleOf(camera_));
+  shown.camera = Scaled(camera_, picture.cols, picture.rows);
   DrawArPicture(shown, *models_, names_, picture);
   video_->Add(picture, frame.input.timestamp);
 }

@@ -86,15 +86,6 @@ void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
                      slam.AddDetections(found.frame, found.detections));
 }
 
-// One more than the largest frame index of the map and its pieces.
-int FirstFreeFrame(const SavedMap& saved) {
-  int last = -1;
-  for (const FramePose& pose : saved.trajectory) last = std::max(last, pose.frame_index);
-  for (const Piece& piece : saved.pieces)
-    for (const FramePose& pose : piece.trajectory) last = std::max(last, pose.frame_index);
-  return last + 1;
-}
-
 // The final poses of images from `first_frame` on: earlier frames belong to the map that the run
 // began with.
 std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& frames,
@@ -246,7 +237,7 @@ int Run(const RunOptions& given) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
-  first_frame = FirstFreeFrame(SlamAccess::Export(slam));
+  first_frame = FramesOf(SlamAccess::Export(slam));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));

@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "oaslam/bundle/self_calibration.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/images/focal_metadata.h"
+#include "oaslam/localization/frame_maker.h"
 #include "oaslam/slam.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/util/log.h"
@@ -32,32 +34,6 @@ constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
 // Prior standard deviation of the readout time of a rolling shutter: phones take 10 to 30 ms, from
 // the top or the bottom row.
 constexpr double kReadoutSigmaS = 0.02;
-
-cv::Mat Grey(const cv::Mat& image) {
-  cv::Mat grey;
-  if (image.type() == CV_8UC1) return image;
-  if (image.type() == CV_8UC3)
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  else if (image.type() == CV_8UC4)
-    cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
-  else
-    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
-  return grey;
-}
-
-// The camera of the same images scaled to another size. Pixel centres are at integers.
-Camera Scaled(const Camera& camera, const cv::Size& size) {
-  const double sx = static_cast<double>(size.width) / camera.width,
-               sy = static_cast<double>(size.height) / camera.height;
-  Camera scaled = camera;
-  scaled.width = size.width;
-  scaled.height = size.height;
-  scaled.fx *= sx;
-  scaled.fy *= sy;
-  scaled.cx = (camera.cx + 0.5) * sx - 0.5;
-  scaled.cy = (camera.cy + 0.5) * sy - 0.5;
-  return scaled;
-}
 
 Camera WithFocalLength(const cv::Size& size, double focal) {
   Camera camera{.width = size.width, .height = size.height, .fx = focal, .fy = focal};
@@ -98,7 +74,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       throw InputError(fmt::format("time stamp {:.6f} is not after the one before, {:.6f}",
                                    timestamp, times_.back()));
     if (IsFull() || (!times_.empty() && timestamp - times_.back() < 1 / kMaxRateHz)) return;
-    cv::Mat small = Grey(image);
+    cv::Mat small = ToGrey(image);
     if (size_ != original_) cv::resize(small, small, size_, 0, 0, cv::INTER_AREA);
     images_.push_back(small.data == image.data ? small.clone() : small);
     times_.push_back(timestamp);
@@ -140,12 +116,14 @@ class OASLAM_LOCAL CameraEstimator::Impl {
 
   // The lens that is expected, but for its focal length.
   Camera Expected() const {
-    return options_.start ? Scaled(*options_.start, size_)
+    return options_.start ? Scaled(*options_.start, size_.width, size_.height)
                           : Guess(FocalLengthOf(original_, kUsualFov[0]));
   }
 
   // Pixels are square in the original images.
-  Camera Guess(double focal) const { return Scaled(WithFocalLength(original_, focal), size_); }
+  Camera Guess(double focal) const {
+    return Scaled(WithFocalLength(original_, focal), size_.width, size_.height);
+  }
 
   std::vector<Camera> Starts() const {
     std::vector<Camera> starts;
@@ -245,7 +223,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       estimate.focal_sigma_px = found.focal_sigma_px * original_.width / size_.width;
       estimate.readout_s = found.SureReadout();
     }
-    estimate.camera = Scaled(camera, original_);
+    estimate.camera = Scaled(camera, original_.width, original_.height);
     estimate.camera.is_guess = !found.success;
     estimate.camera.name =
         options_.start && !options_.start->name.empty() ? options_.start->name : "estimated";

@@ -162,4 +162,17 @@ unsigned char TruncatedEdges(const Camera& camera, const Box& box) {
   return edges;
 }
 
+Camera Scaled(const Camera& camera, int width, int height) {
+  const double sx = static_cast<double>(width) / camera.width,
+               sy = static_cast<double>(height) / camera.height;
+  Camera scaled = camera;
+  scaled.width = width;
+  scaled.height = height;
+  scaled.fx *= sx;
+  scaled.fy *= sy;
+  scaled.cx = (camera.cx + 0.5) * sx - 0.5;
+  scaled.cy = (camera.cy + 0.5) * sy - 0.5;
+  return scaled;
+}
+
 }  // namespace oaslam

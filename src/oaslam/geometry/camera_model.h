@@ -34,6 +34,9 @@ Box UndistortBox(const Camera& camera, const Box& box);
 // The bounding box of all pixels of the camera in the ideal image.
 Box IdealImageBounds(const Camera& camera);
 
+// The camera of the same images scaled to another size. Pixel centres are at integers.
+Camera Scaled(const Camera& camera, int width, int height);
+
 // The size of a detector pixel in px of the camera's image. Detectors scale images so that the
 // longer side has a fixed length, and the errors of their boxes scale with it: they are given in
 // detector pixels, those of an image of 640 px.

@@ -16,12 +16,8 @@
 #include "oaslam/objects/presence.h"
 
 namespace oaslam {
-namespace {
 
-cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
-  if (image.cols != camera.width || image.rows != camera.height)
-    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
-                                 image.cols, image.rows, camera.width, camera.height));
+cv::Mat ToGrey(const cv::Mat& image) {
   if (image.type() == CV_8UC1) return image;
   cv::Mat grey;
   if (image.type() == CV_8UC3)
@@ -32,8 +28,6 @@ cv::Mat ToGrey(const cv::Mat& image, const Camera& camera) {
     throw InputError("image is neither 8-bit grey nor 8-bit BGR");
   return grey;
 }
-
-}  // namespace
 
 void CheckConfig(const SlamConfig& config) {
   const std::vector<std::string> problems = config.Validate();
@@ -74,7 +68,11 @@ std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
 
 Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
                        const ClassRelations& classes) {
-  const cv::Mat grey = ToGrey(input.image, camera_);
+  if (input.image.cols != camera_.width || input.image.rows != camera_.height)
+    throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
+                                 input.image.cols, input.image.rows, camera_.width,
+                                 camera_.height));
+  const cv::Mat grey = ToGrey(input.image);
   CheckGravity(input.gravity_in_cam);
   Frame frame{index,
               input.timestamp,

@@ -13,6 +13,9 @@
 
 namespace oaslam {
 
+// A grey image as it is; one in BGR or BGRA converted. Throws InputError for any other type.
+cv::Mat ToGrey(const cv::Mat& image);
+
 // Checks of what an application gives to Slam; they throw InputError, which says what is wrong.
 void CheckConfig(const SlamConfig& config);
 void CheckCamera(const Camera& camera);

@@ -18,14 +18,7 @@ std::optional<Camera> ForSize(const Camera& camera, int width, int height) {
   constexpr double kSameShape = 0.01;
   const double scale = static_cast<double>(width) / camera.width;
   if (std::abs(scale * camera.height / height - 1) > kSameShape) return std::nullopt;
-  Camera scaled = camera;
-  scaled.width = width;
-  scaled.height = height;
-  scaled.fx *= scale;
-  scaled.fy *= scale;
-  scaled.cx = (camera.cx + 0.5) * scale - 0.5;
-  scaled.cy = (camera.cy + 0.5) * scale - 0.5;
-  return scaled;
+  return Scaled(camera, width, height);
 }
 
 // The cameras of the keyframes, newest first, scaled to the size of the image.
