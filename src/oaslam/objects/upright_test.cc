@@ -9,6 +9,8 @@
 #include <numbers>
 #include <vector>
 
+#include "object_table.h"
+
 namespace oaslam {
 namespace {
 
@@ -225,6 +227,23 @@ TEST(Gravity, ThatALoadedMapKnowsStaysUntilAsMuchIsMeasuredAnew) {
 TEST(Upright, FewViewsTellNothing) {
   EXPECT_FALSE(UprightOf({}));
   EXPECT_FALSE(UprightOf(Film(1, [](double t) { return Held{60 * t, 17, 0}; })));
+}
+
+TEST(Upright, IsTheAxisAboutWhichTheCamerasTurn) {
+  Map map;
+  const auto film = object_table::Film({}, 100, {}, 6);
+  for (size_t i = 0; i < film.size(); ++i) {
+    Keyframe keyframe;
+    keyframe.cam_from_world = film[i].cam_from_world;
+    map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(i)), keyframe);
+    if (i == 8) {
+      UpdateUp(map);
+      EXPECT_FALSE(map.up);  // the camera turned too little
+    }
+  }
+  UpdateUp(map);
+  ASSERT_TRUE(map.up);
+  EXPECT_GT(map.up->dot(object_table::kUp), std::cos(0.03));
 }
 
 }  // namespace
