@@ -33,7 +33,7 @@ std::string NameOf(const MapPart& part) {
 // Which parts are to be read.
 using Choice = std::function<bool(const MapPart&)>;
 
-int64_t CheckKind(Database& database) {
+void CheckKind(Database& database) {
   int64_t application = 0;
   try {
     application = database.QueryInteger("PRAGMA application_id");
@@ -42,14 +42,10 @@ int64_t CheckKind(Database& database) {
   }
   if (application != kMapApplicationId) database.Refuse("is no map file of oaslam");
   const int64_t version = database.QueryInteger("PRAGMA user_version");
-  if (version > kMapFormatVersion)
-    database.Refuse(
-        fmt::format("is a map of format {}, this program reads up to {}: use a newer oaslam",
-                    version, kMapFormatVersion));
-  if (version < 1)
-    database.Refuse(
-        fmt::format("is a map of format {}, expected 1 to {}", version, kMapFormatVersion));
-  return version;
+  if (version != kMapFormatVersion)
+    database.Refuse(fmt::format("is a map of format {}, this program reads format {} only{}",
+                                version, kMapFormatVersion,
+                                version > kMapFormatVersion ? ": use a newer oaslam" : ""));
 }
 
 // No two pieces may share an id, so that they can be joined.
@@ -93,31 +89,6 @@ void ReadPieces(Database& database, Checksum& checksum, IdRange numbers, SavedMa
   }
 }
 
-// Formats 1 to 5: one checksum over everything.
-SavedMap ReadAsOne(Database& database, int64_t version) {
-  std::string answer = database.QueryText("PRAGMA quick_check(1)");
-  std::ranges::replace(answer, '\n', ' ');
-  if (answer != "ok") database.Refuse("is damaged: " + answer);
-  SavedMap saved;
-  Checksum checksum;
-  ReadMeta(database, checksum, saved.map);
-  ReadCameras(database, checksum, saved.map);
-  ReadKeyframes(database, checksum, {}, saved.map);
-  ReadRetiredKeyframes(database, checksum, saved.map);
-  ReadFeatures(database, checksum, {}, saved.map);
-  ReadCovisibility(database, checksum, {}, saved.map);
-  ReadLandmarks(database, checksum, {}, saved.map);
-  ReadObservations(database, checksum, {}, saved.map);
-  ReadObjects(database, checksum, version, saved.map);
-  ReadTrajectory(database, checksum, saved);
-  ReadClassNames(database, checksum, saved);
-  if (version >= 3) ReadAnchors(database, checksum, saved.map);
-  if (version >= 5) ReadPieces(database, checksum, {}, saved);
-  if (database.QueryText("SELECT value FROM meta WHERE key = 'checksum'") != checksum.Hex())
-    database.Refuse("is damaged: the checksum does not match");
-  return saved;
-}
-
 // A fuzzer would not get past a checksum: its builds accept any (tests/fuzz/map_fuzz.cc).
 void CheckSum([[maybe_unused]] const Database& database, [[maybe_unused]] const Checksum& checksum,
               [[maybe_unused]] const std::string& stored) {
@@ -145,8 +116,7 @@ std::vector<MapPart> ReadHead(Database& database, Map& map) {
   return parts;
 }
 
-// `version`: of the file's format.
-void ReadPart(Database& database, const MapPart& part, int64_t version, SavedMap& saved) {
+void ReadPart(Database& database, const MapPart& part, SavedMap& saved) {
   Checksum checksum;
   if (part.name == "cameras") {
     ReadCameras(database, checksum, saved.map);
@@ -160,7 +130,7 @@ void ReadPart(Database& database, const MapPart& part, int64_t version, SavedMap
     ReadLandmarks(database, checksum, part.ids, saved.map);
     ReadObservations(database, checksum, part.ids, saved.map);
   } else if (part.name == "objects") {
-    ReadObjects(database, checksum, version, saved.map);
+    ReadObjects(database, checksum, saved.map);
   } else if (part.name == "trajectory") {
     ReadTrajectory(database, checksum, saved);
   } else if (part.name == "class_names") {
@@ -213,7 +183,7 @@ void ForEachIndex(std::span<Database> connections, size_t count,
 }
 
 // Reads the parts on several threads. Damaged parts are all named in one message.
-SavedMap ReadParts(std::span<Database> connections, int64_t version, const Choice& is_wanted) {
+SavedMap ReadParts(std::span<Database> connections, const Choice& is_wanted) {
   SavedMap saved;
   std::vector<MapPart> parts;
   try {
@@ -230,7 +200,7 @@ SavedMap ReadParts(std::span<Database> connections, int64_t version, const Choic
     const MapPart& part = parts[i];
     SavedMap content;
     try {
-      if (is_wanted(part)) ReadPart(connection, part, version, content);
+      if (is_wanted(part)) ReadPart(connection, part, content);
     } catch (const DatabaseError& error) {
       problems[i] = fmt::format("{}: {}", NameOf(part), error.problem);
       return;
@@ -256,11 +226,9 @@ SavedMap ReadParts(std::span<Database> connections, int64_t version, const Choic
 
 // The connections are to one database.
 SavedMap ReadContent(std::span<Database> connections, const Choice& is_wanted) {
-  constexpr int64_t kFirstWithParts = 6;
   Database& database = connections.front();
-  const int64_t version = CheckKind(database);
-  SavedMap saved = version < kFirstWithParts ? ReadAsOne(database, version)
-                                             : ReadParts(connections, version, is_wanted);
+  CheckKind(database);
+  SavedMap saved = ReadParts(connections, is_wanted);
   LinkKeyframes(database, saved.map);
   CheckPieces(database, saved);
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())

@@ -235,7 +235,7 @@ void LinkKeyframes(const Database& database, Map& map) {
   });
 }
 
-void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& map) {
+void ReadObjects(Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "objects", "id");
   while (rows.Next()) {
     const auto id = rows.RequiredId<ObjectId>();
@@ -253,7 +253,7 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     object.total_observations = rows.Int(0);
     object.evidence = object.total_observations;
     object.last_seen_frame = rows.Int(INT32_MIN, kMaxFrame);
-    if (version >= 2) object.name = rows.Text();
+    object.name = rows.Text();
     InsertNew(id, std::move(object), rows, map.objects);
   }
   const auto object_of = [&](RowReader& row) -> Object& {
@@ -261,21 +261,19 @@ void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& m
     if (!object) row.Refuse("no such object");
     return *object;
   };
-  if (version >= 6) {
-    RowReader labels(database, checksum, "object_labels", "object, category_id");
-    while (labels.Next()) {
-      Object& object = object_of(labels);
-      const int category = labels.Int(0, kMaxCategory);
-      const double share = labels.Real();
-      if (!(share >= 0 && share <= 1)) labels.Refuse("a share is from 0 to 1");
-      object.shares.push_back({category, share});
-    }
-    map.objects.ForEach([&](ObjectId id, const Object& object) {
-      if (!AreConsistent(LabelsOf(object)))
-        database.Refuse(fmt::format(
-            "object_labels: those of object {} do not sum to 1, or lack its category", id.value));
-    });
+  RowReader labels(database, checksum, "object_labels", "object, category_id");
+  while (labels.Next()) {
+    Object& object = object_of(labels);
+    const int category = labels.Int(0, kMaxCategory);
+    const double share = labels.Real();
+    if (!(share >= 0 && share <= 1)) labels.Refuse("a share is from 0 to 1");
+    object.shares.push_back({category, share});
   }
+  map.objects.ForEach([&](ObjectId id, const Object& object) {
+    if (!AreConsistent(LabelsOf(object)))
+      database.Refuse(fmt::format(
+          "object_labels: those of object {} do not sum to 1, or lack its category", id.value));
+  });
   RowReader observations(database, checksum, "object_observations", "object, rank");
   while (observations.Next()) {
     Object& object = object_of(observations);

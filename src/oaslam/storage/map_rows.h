@@ -19,8 +19,7 @@ void ReadCovisibility(Database& database, Checksum& checksum, IdRange range, Map
 void ReadLandmarks(Database& database, Checksum& checksum, IdRange range, Map& map);
 // Of landmarks that are in the map. The keyframes get to know their landmarks by LinkKeyframes.
 void ReadObservations(Database& database, Checksum& checksum, IdRange range, Map& map);
-// `version`: of the file's format.
-void ReadObjects(Database& database, Checksum& checksum, int64_t version, Map& map);
+void ReadObjects(Database& database, Checksum& checksum, Map& map);
 void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved);
 void ReadClassNames(Database& database, Checksum& checksum, SavedMap& saved);
 void ReadAnchors(Database& database, Checksum& checksum, Map& map);

@@ -5,9 +5,7 @@
 namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
-// PRAGMA user_version. Version 1 had no names of objects, 2 no anchors, 3 no up_keyframes, 4 no
-// pieces, 5 no labels of objects; 1 to 5 had one checksum over everything instead of one for each
-// part.
+// PRAGMA user_version. No other format is read: no release has written one.
 constexpr int32_t kMapFormatVersion = 6;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
