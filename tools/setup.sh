@@ -19,7 +19,7 @@ packages=(
   g++ cmake ninja-build                                                     # build
   libeigen3-dev libceres-dev libhwy-dev                                     # linear algebra, least squares, SIMD
   libopencv-{core,imgproc,imgcodecs,videoio,dnn}-dev                        # images, videos, networks; libopencv-dev brings VTK, Qt and GDAL
-  libsqlite3-dev nlohmann-json3-dev libyaml-cpp-dev                         # map file, detections, configuration
+  libsqlitecpp-dev nlohmann-json3-dev libyaml-cpp-dev                       # map file, detections, configuration
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content

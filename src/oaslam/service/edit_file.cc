@@ -1,11 +1,14 @@
 #include "oaslam/service/edit_file.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <chrono>
 #include <thread>
 
+#include "oaslam/error.h"
 #include "oaslam/service/anchor_edit.h"
+#include "oaslam/storage/sqlite.h"
 
 namespace oaslam {
 namespace {
@@ -25,25 +28,6 @@ CREATE INDEX anchors_by_version ON anchors(map, version);
 CREATE TABLE georeferences(map TEXT PRIMARY KEY, document TEXT) WITHOUT ROWID;
 )sql";
 constexpr int kAnchorColumns = 18;
-
-// Ends with a rollback unless it was committed.
-class Transaction {
- public:
-  Transaction(Database& database, const std::string& kind) : database_(database) {
-    database_.Execute("BEGIN " + kind);
-  }
-  ~Transaction() {
-    if (!committed_) sqlite3_exec(database_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
-  }
-  void Commit() {
-    database_.Execute("COMMIT");
-    committed_ = true;
-  }
-
- private:
-  Database& database_;
-  bool committed_ = false;
-};
 
 // A condition on the map. Its name needs no quoting (CheckMapName).
 std::string IsMap(const std::string& map) {
@@ -68,15 +52,13 @@ bool IsPassing(int error) {
 
 // Two processes that do this at the same time do not wait for each other: one is told that the file
 // is busy, whatever its timeout is.
-void UseWriteAheadLog(Database& database) {
+void UseWriteAheadLog(SQLite::Database& database) {
   for (int attempt = 0;; ++attempt) {
-    try {
-      return database.Execute("PRAGMA journal_mode = WAL");
-    } catch (const DatabaseError& error) {
-      if ((sqlite3_errcode(database.handle()) & 0xff) != SQLITE_BUSY) throw;
-      if (attempt == 100) throw StoreUnavailable(error.what());
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
+    const int result = database.tryExec("PRAGMA journal_mode = WAL");
+    if ((result & 0xff) != SQLITE_BUSY) return database.check(result);
+    if (attempt == 100)
+      throw StoreUnavailable(database.getFilename() + ": " + database.getErrorMsg());
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
 }
 
@@ -86,49 +68,56 @@ template <typename Act>
 auto EditFile::Try(Act act) {
   try {
     return act();
-  } catch (const DatabaseError& error) {
-    if (IsPassing(sqlite3_errcode(database_.handle()))) throw StoreUnavailable(error.what());
-    throw;
+  } catch (const SQLite::Exception& error) {
+    const std::string problem = database_.getFilename() + ": " + error.what();
+    if (IsPassing(error.getErrorCode())) throw StoreUnavailable(problem);
+    throw InputError(problem);
   }
 }
 
-EditFile::EditFile(const std::string& path) : database_(path, Database::Access::kCreate) {
-  sqlite3_busy_timeout(database_.handle(), 5000);
+EditFile::EditFile(const std::string& path) try
+    : database_(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOMUTEX, 5000) {
   UseWriteAheadLog(database_);
   Try([&] { Prepare(); });
+} catch (const SQLite::Exception& error) {
+  throw InputError(path + ": " + error.what());
 }
 
 void EditFile::Prepare() {
-  Transaction transaction(database_, "IMMEDIATE");
-  const int64_t version = database_.QueryInteger("PRAGMA user_version");
-  const int64_t tables = database_.QueryInteger("SELECT count(*) FROM sqlite_master");
+  SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
+  const int64_t version = database_.execAndGet("PRAGMA user_version").getInt64();
+  const int64_t tables = database_.execAndGet("SELECT count(*) FROM sqlite_master").getInt64();
   if (version == 0 && tables == 0) {
-    database_.Execute(kSchema);
-    database_.Execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
-                                  kApplicationId, kFormatVersion));
-  } else if (database_.QueryInteger("PRAGMA application_id") != kApplicationId) {
-    database_.Refuse("is no file of anchors and georeferences");
+    database_.exec(kSchema);
+    database_.exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
+                               kApplicationId, kFormatVersion));
+  } else if (database_.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
+    throw SQLite::Exception("is no file of anchors and georeferences");
   } else if (version > kFormatVersion) {
-    database_.Refuse(fmt::format("was written by a newer version (format {}, this one reads {})",
-                                 version, kFormatVersion));
+    throw SQLite::Exception(fmt::format(
+        "was written by a newer version (format {}, this one reads {})", version, kFormatVersion));
   }
-  if (const std::string found = database_.QueryText("PRAGMA quick_check"); found != "ok")
-    database_.Refuse("is damaged: " + found);
-  transaction.Commit();
+  if (const std::string found = database_.execAndGet("PRAGMA quick_check").getString();
+      found != "ok")
+    throw SQLite::Exception("is damaged: " + found);
+  transaction.commit();
 }
 
 int64_t EditFile::NextVersion(const std::string& map) {
   IsMap(map);
-  return database_.QueryInteger("INSERT INTO versions VALUES ('" + map +
-                                "', 1) ON CONFLICT (map) DO UPDATE SET version = version + 1 "
-                                "RETURNING version");
+  return database_
+      .execAndGet("INSERT INTO versions VALUES ('" + map +
+                  "', 1) ON CONFLICT (map) DO UPDATE SET version = version + 1 RETURNING version")
+      .getInt64();
 }
 
 AnchorEdits EditFile::AnchorsSince(const std::string& map, int64_t version) {
   return Try([&] {
-    Transaction transaction(database_, "DEFERRED");
+    SQLite::Transaction transaction(database_);
     AnchorEdits edits;
-    edits.version = database_.QueryInteger("SELECT version FROM versions WHERE " + IsMap(map));
+    // max(): NULL, which is read as 0, for a map that has no edits.
+    edits.version =
+        database_.execAndGet("SELECT max(version) FROM versions WHERE " + IsMap(map)).getInt64();
     Checksum unused;
     RowReader rows(database_, unused, "anchors", "version",
                    fmt::format("{} AND version > {}", IsMap(map), version));
@@ -155,20 +144,16 @@ std::optional<int64_t> EditFile::EditAnchor(const std::string& map, const std::s
   CheckMapName(map);
   CheckAnchorEdit(name, anchor);
   return Try([&]() -> std::optional<int64_t> {
-    Transaction transaction(database_, "IMMEDIATE");
-    const auto bind_name = [&](Statement& statement) {
-      sqlite3_bind_text(statement.handle(), 1, name.data(), static_cast<int>(name.size()),
-                        SQLITE_TRANSIENT);
-    };
+    SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
     if (must_be_new) {
-      Statement existing(database_, "SELECT 1 FROM anchors WHERE " + IsMap(map) +
-                                        " AND name = ? AND is_removed = 0");
-      bind_name(existing);
-      if (existing.Step()) return std::nullopt;
+      SQLite::Statement existing(database_, "SELECT 1 FROM anchors WHERE " + IsMap(map) +
+                                                " AND name = ? AND is_removed = 0");
+      existing.bind(1, name);
+      if (existing.executeStep()) return std::nullopt;
     }
-    Statement old(database_, "DELETE FROM anchors WHERE " + IsMap(map) + " AND name = ?");
-    bind_name(old);
-    old.Step();
+    SQLite::Statement old(database_, "DELETE FROM anchors WHERE " + IsMap(map) + " AND name = ?");
+    old.bind(1, name);
+    old.exec();
     const int64_t version = NextVersion(map);
     const Anchor a = anchor.value_or(Anchor());
     Checksum unused;
@@ -176,7 +161,7 @@ std::optional<int64_t> EditFile::EditAnchor(const std::string& map, const std::s
         .Write(std::string_view(map), version, std::string_view(name), anchor ? 0 : 1,
                std::string_view(a.model), a.size, a.keyframe, a.cam_from_anchor, a.object,
                a.offset);
-    transaction.Commit();
+    transaction.commit();
     return version;
   });
 }
@@ -193,24 +178,24 @@ std::optional<std::string> EditFile::Georeference(const std::string& map) {
 
 void EditFile::SetGeoreference(const std::string& map, const std::optional<std::string>& text) {
   Try([&] {
-    Transaction transaction(database_, "IMMEDIATE");
-    database_.Execute("DELETE FROM georeferences WHERE " + IsMap(map));
+    SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
+    database_.exec("DELETE FROM georeferences WHERE " + IsMap(map));
     Checksum unused;
     if (text)
       RowWriter(database_, unused, "georeferences", 2)
           .Write(std::string_view(map), std::string_view(*text));
     NextVersion(map);
-    transaction.Commit();
+    transaction.commit();
   });
 }
 
 void EditFile::RemoveMap(const std::string& map) {
   Try([&] {
-    Transaction transaction(database_, "IMMEDIATE");
+    SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
     for (const char* table : {"anchors", "georeferences"})
-      database_.Execute(fmt::format("DELETE FROM {} WHERE {}", table, IsMap(map)));
+      database_.exec(fmt::format("DELETE FROM {} WHERE {}", table, IsMap(map)));
     NextVersion(map);
-    transaction.Commit();
+    transaction.commit();
   });
 }
 
@@ -228,7 +213,7 @@ std::map<std::string, int64_t> EditFile::Versions() {
 }
 
 int64_t EditFile::ChangesByOthers() {
-  return Try([&] { return database_.QueryInteger("PRAGMA data_version"); });
+  return Try([&] { return database_.execAndGet("PRAGMA data_version").getInt64(); });
 }
 
 }  // namespace oaslam

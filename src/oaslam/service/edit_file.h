@@ -1,11 +1,12 @@
 #pragma once
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
 #include <map>
 #include <optional>
 #include <string>
 
 #include "oaslam/service/map_store.h"
-#include "oaslam/storage/sqlite.h"
 
 namespace oaslam {
 
@@ -39,7 +40,7 @@ class EditFile {
   void Prepare();
   int64_t NextVersion(const std::string& map);
 
-  Database database_;
+  SQLite::Database database_;
 };
 
 }  // namespace oaslam

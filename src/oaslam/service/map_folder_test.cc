@@ -1,5 +1,6 @@
 #include "oaslam/service/map_folder.h"
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -16,7 +17,6 @@
 #include <thread>
 
 #include "expect_input_error.h"
-#include "oaslam/storage/sqlite.h"
 #include "temp_folder.h"
 
 namespace oaslam {
@@ -174,7 +174,7 @@ std::string ProblemOfEdits(const std::string& sql, const std::string& content = 
     for (int i = 0; i < 100; ++i) store->EditAnchor("desk", std::to_string(i), Flag(), false);
   }
   const std::string path = folder / "service.sqlite";
-  if (!sql.empty()) Database(path, Database::Access::kCreate).Execute(sql);
+  if (!sql.empty()) SQLite::Database(path, SQLite::OPEN_READWRITE).exec(sql);
   if (!content.empty()) {
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
     for (int at : {0, 4096 + 8, 2 * 4096 + 1, 3 * 4096 + 1}) {
@@ -224,11 +224,11 @@ TEST(MapFolder, ReadsTheEditsOfVersion1) {
 TEST(MapFolder, WaitsForOthersThatEdit) {
   const TempFolder folder;
   const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
-  Database other(folder / "service.sqlite", Database::Access::kCreate);
-  other.Execute("BEGIN IMMEDIATE");
+  SQLite::Database other(folder / "service.sqlite", SQLite::OPEN_READWRITE);
+  other.exec("BEGIN IMMEDIATE");
   std::thread ends_soon([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    other.Execute("COMMIT");
+    other.exec("COMMIT");
   });
   EXPECT_EQ(store->EditAnchor("desk", "a", Flag(), true), 1);
   ends_soon.join();

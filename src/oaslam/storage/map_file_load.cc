@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -33,19 +35,19 @@ std::string NameOf(const MapPart& part) {
 // Which parts are to be read.
 using Choice = std::function<bool(const MapPart&)>;
 
-void CheckKind(Database& database) {
+void CheckKind(SQLite::Database& database) {
   int64_t application = 0;
   try {
-    application = database.QueryInteger("PRAGMA application_id");
-  } catch (const DatabaseError&) {
-    if (sqlite3_errcode(database.handle()) != SQLITE_NOTADB) throw;
+    application = database.execAndGet("PRAGMA application_id").getInt64();
+  } catch (const SQLite::Exception& error) {
+    if (error.getErrorCode() != SQLITE_NOTADB) throw;
   }
-  if (application != kMapApplicationId) database.Refuse("is no map file of oaslam");
-  const int64_t version = database.QueryInteger("PRAGMA user_version");
+  if (application != kMapApplicationId) throw SQLite::Exception("is no map file of oaslam");
+  const int64_t version = database.execAndGet("PRAGMA user_version").getInt64();
   if (version != kMapFormatVersion)
-    database.Refuse(fmt::format("is a map of format {}, this program reads format {} only{}",
-                                version, kMapFormatVersion,
-                                version > kMapFormatVersion ? ": use a newer oaslam" : ""));
+    throw SQLite::Exception(
+        fmt::format("is a map of format {}, this program reads format {} only{}", version,
+                    kMapFormatVersion, version > kMapFormatVersion ? ": use a newer oaslam" : ""));
 }
 
 // No two pieces may share an id, so that they can be joined.
@@ -63,42 +65,57 @@ bool Overlap(const Map& a, const Map& b) {
          Overlap(a.merged_objects, b.merged_objects);
 }
 
-void CheckPieces(const Database& database, const SavedMap& saved) {
+void CheckPieces(const SavedMap& saved) {
   for (size_t i = 0; i < saved.pieces.size(); ++i) {
     const Map& piece = saved.pieces[i].map;
     if (piece.cameras != saved.map.cameras && !piece.keyframes.empty())
-      database.Refuse(fmt::format("is damaged: piece {} has other cameras than the map", i + 1));
+      throw SQLite::Exception(
+          fmt::format("is damaged: piece {} has other cameras than the map", i + 1));
     bool overlaps = Overlap(saved.map, piece);
     for (size_t k = 0; k < i; ++k) overlaps = overlaps || Overlap(saved.pieces[k].map, piece);
     if (overlaps)
-      database.Refuse(fmt::format("is damaged: piece {} shares ids with another piece", i + 1));
+      throw SQLite::Exception(
+          fmt::format("is damaged: piece {} shares ids with another piece", i + 1));
   }
 }
 
-SavedMap ReadContent(std::span<Database> connections, const Choice& is_wanted);
+// A database in memory with the content of a file.
+SQLite::Database InMemory(std::span<const std::byte> content) {
+  SQLite::Database database(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX);
+  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(content.size()));
+  if (!copy) throw SQLite::Exception("is too large for the memory");
+  std::memcpy(copy, content.data(), content.size());
+  const auto size = static_cast<sqlite3_int64>(content.size());
+  const unsigned flags = SQLITE_DESERIALIZE_FREEONCLOSE |
+                         SQLITE_DESERIALIZE_READONLY;  // SQLite frees the copy, also if it fails
+  database.check(sqlite3_deserialize(database.getHandle(), "main", copy, size, size, flags));
+  return database;
+}
 
-void ReadPieces(Database& database, Checksum& checksum, IdRange numbers, SavedMap& saved) {
+SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_wanted);
+
+void ReadPieces(SQLite::Database& database, Checksum& checksum, IdRange numbers, SavedMap& saved) {
   RowReader rows(database, checksum, "pieces", "number",
                  fmt::format("number BETWEEN {} AND {}", numbers.first, numbers.last));
   while (rows.Next()) {
     const int number = rows.Int(1);
-    Database content(fmt::format("{}, piece {}", database.path(), number), rows.BlobOfAnySize());
+    SQLite::Database content = InMemory(rows.BlobOfAnySize());
     SavedMap piece = ReadContent({&content, 1}, [](const MapPart&) { return true; });
-    if (!piece.pieces.empty()) content.Refuse("is damaged: has pieces itself");
+    if (!piece.pieces.empty()) throw SQLite::Exception("is damaged: has pieces itself");
     saved.pieces.push_back({std::move(piece.map), std::move(piece.trajectory)});
   }
 }
 
 // A fuzzer would not get past a checksum: its builds accept any (tests/fuzz/map_fuzz.cc).
-void CheckSum([[maybe_unused]] const Database& database, [[maybe_unused]] const Checksum& checksum,
+void CheckSum([[maybe_unused]] const Checksum& checksum,
               [[maybe_unused]] const std::string& stored) {
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-  if (checksum.Hex() != stored) database.Refuse("the checksum does not match");
+  if (checksum.Hex() != stored) throw SQLite::Exception("the checksum does not match");
 #endif
 }
 
 // Reads the settings of the map and the list of its parts.
-std::vector<MapPart> ReadHead(Database& database, Map& map) {
+std::vector<MapPart> ReadHead(SQLite::Database& database, Map& map) {
   Checksum checksum;
   ReadMeta(database, checksum, map);
   std::vector<MapPart> parts;
@@ -112,11 +129,13 @@ std::vector<MapPart> ReadHead(Database& database, Map& map) {
       rows.Refuse("overlaps the part before");
     parts.push_back(std::move(part));
   }
-  CheckSum(database, checksum, database.QueryText("SELECT value FROM meta WHERE key = 'checksum'"));
+  // max(): NULL where there is no such row.
+  CheckSum(checksum,
+           database.execAndGet("SELECT max(value) FROM meta WHERE key = 'checksum'").getString());
   return parts;
 }
 
-void ReadPart(Database& database, const MapPart& part, SavedMap& saved) {
+void ReadPart(SQLite::Database& database, const MapPart& part, SavedMap& saved) {
   Checksum checksum;
   if (part.name == "cameras") {
     ReadCameras(database, checksum, saved.map);
@@ -140,9 +159,9 @@ void ReadPart(Database& database, const MapPart& part, SavedMap& saved) {
   } else if (part.name == "pieces") {
     ReadPieces(database, checksum, part.ids, saved);
   } else {
-    database.Refuse("is not known");
+    throw SQLite::Exception("is not known");
   }
-  CheckSum(database, checksum, part.checksum);
+  CheckSum(checksum, part.checksum);
 }
 
 // Moves what a part holds to the rest of the map, except for pieces.
@@ -159,12 +178,12 @@ void Add(SavedMap&& part, SavedMap& saved) {
 }
 
 // Calls visit(connection, index) for all indices below `count`, on a thread for each connection.
-void ForEachIndex(std::span<Database> connections, size_t count,
-                  const std::function<void(Database&, size_t)>& visit) {
+void ForEachIndex(std::span<SQLite::Database> connections, size_t count,
+                  const std::function<void(SQLite::Database&, size_t)>& visit) {
   std::atomic<size_t> next = 0;
   std::exception_ptr failure;
   std::mutex mutex;
-  const auto work = [&](Database& connection) {
+  const auto work = [&](SQLite::Database& connection) {
     try {
       for (size_t i = next++; i < count; i = next++) visit(connection, i);
     } catch (...) {
@@ -175,7 +194,7 @@ void ForEachIndex(std::span<Database> connections, size_t count,
   };
   {
     std::vector<std::jthread> threads;
-    for (Database& connection : connections.subspan(1))
+    for (SQLite::Database& connection : connections.subspan(1))
       threads.emplace_back([&] { work(connection); });
     work(connections.front());
   }
@@ -183,26 +202,26 @@ void ForEachIndex(std::span<Database> connections, size_t count,
 }
 
 // Reads the parts on several threads. Damaged parts are all named in one message.
-SavedMap ReadParts(std::span<Database> connections, const Choice& is_wanted) {
+SavedMap ReadParts(std::span<SQLite::Database> connections, const Choice& is_wanted) {
   SavedMap saved;
   std::vector<MapPart> parts;
   try {
     parts = ReadHead(connections.front(), saved.map);
-  } catch (const DatabaseError& error) {
-    connections.front().Refuse("is damaged: the list of its parts: " + error.problem);
+  } catch (const SQLite::Exception& error) {
+    throw SQLite::Exception(std::string("is damaged: the list of its parts: ") + error.what());
   }
   std::erase_if(parts,
                 [&](const MapPart& part) { return !is_wanted(part) && part.name != "pieces"; });
   std::vector<std::string> problems(parts.size());
   std::map<uint32_t, Piece> pieces;  // empty where not wanted
   std::mutex mutex;
-  ForEachIndex(connections, parts.size(), [&](Database& connection, size_t i) {
+  ForEachIndex(connections, parts.size(), [&](SQLite::Database& connection, size_t i) {
     const MapPart& part = parts[i];
     SavedMap content;
     try {
       if (is_wanted(part)) ReadPart(connection, part, content);
-    } catch (const DatabaseError& error) {
-      problems[i] = fmt::format("{}: {}", NameOf(part), error.problem);
+    } catch (const SQLite::Exception& error) {
+      problems[i] = fmt::format("{}: {}", NameOf(part), error.what());
       return;
     }
     const std::scoped_lock lock(mutex);
@@ -218,21 +237,21 @@ SavedMap ReadParts(std::span<Database> connections, const Choice& is_wanted) {
     problems.push_back(fmt::format("and {} more", damaged - kTold));
   }
   if (damaged > 0)
-    connections.front().Refuse(fmt::format("is damaged in {} of its {} parts: {}", damaged,
-                                           parts.size(), fmt::join(problems, "; ")));
+    throw SQLite::Exception(fmt::format("is damaged in {} of its {} parts: {}", damaged,
+                                        parts.size(), fmt::join(problems, "; ")));
   for (auto& [number, piece] : pieces) saved.pieces.push_back(std::move(piece));
   return saved;
 }
 
 // The connections are to one database.
-SavedMap ReadContent(std::span<Database> connections, const Choice& is_wanted) {
-  Database& database = connections.front();
+SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_wanted) {
+  SQLite::Database& database = connections.front();
   CheckKind(database);
   SavedMap saved = ReadParts(connections, is_wanted);
-  LinkKeyframes(database, saved.map);
-  CheckPieces(database, saved);
+  LinkKeyframes(saved.map);
+  CheckPieces(saved);
   if (const auto problems = saved.map.CheckInvariants(); !problems.empty())
-    database.Refuse("is damaged: " + problems.front());
+    throw SQLite::Exception("is damaged: " + problems.front());
   return saved;
 }
 
@@ -244,10 +263,14 @@ SavedMap Load(const std::string& path, const Choice& is_wanted) {
     throw InputError(fmt::format("{}: is not a file", path));
   constexpr unsigned kMostThreads = 8;
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
-  std::vector<Database> connections;
-  for (unsigned i = 0; i < threads; ++i)
-    connections.emplace_back(path, Database::Access::kReadOnly);
-  return ReadContent(connections, is_wanted);
+  try {
+    std::vector<SQLite::Database> connections;
+    for (unsigned i = 0; i < threads; ++i)
+      connections.emplace_back(path, SQLite::OPEN_READONLY | SQLite::OPEN_NOMUTEX);
+    return ReadContent(connections, is_wanted);
+  } catch (const SQLite::Exception& problem) {
+    throw InputError(fmt::format("{}: {}", path, problem.what()));
+  }
 }
 
 }  // namespace

@@ -1,12 +1,14 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <bit>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <tuple>
 
@@ -28,7 +30,7 @@ std::span<const std::byte> BytesOf(const T* data, size_t count) {
   return std::as_bytes(std::span(data, count));
 }
 
-void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
+void WriteMeta(SQLite::Database& database, Checksum& checksum, const Map& map) {
   RowWriter meta(database, checksum, "meta", 2);
   // In the order of the keys, in which they are read.
   meta.Write("map_version", static_cast<int64_t>(map.version));
@@ -48,7 +50,7 @@ void WriteMeta(Database& database, Checksum& checksum, const Map& map) {
   }
 }
 
-void WriteCameras(Database& database, Checksum& checksum, const Map& map) {
+void WriteCameras(SQLite::Database& database, Checksum& checksum, const Map& map) {
   RowWriter rows(database, checksum, "cameras", 15);
   for (size_t i = 0; i < map.cameras.size(); ++i) {
     const Camera& c = map.cameras[i];
@@ -58,7 +60,7 @@ void WriteCameras(Database& database, Checksum& checksum, const Map& map) {
   }
 }
 
-void WriteKeyframes(Database& database, Checksum& checksum, std::span<const KeyframeId> ids,
+void WriteKeyframes(SQLite::Database& database, Checksum& checksum, std::span<const KeyframeId> ids,
                     const Map& map) {
   RowWriter keyframes(database, checksum, "keyframes", 11);
   for (const KeyframeId id : ids) {
@@ -85,14 +87,14 @@ void WriteKeyframes(Database& database, Checksum& checksum, std::span<const Keyf
   }
 }
 
-void WriteRetiredKeyframes(Database& database, Checksum& checksum, const Map& map) {
+void WriteRetiredKeyframes(SQLite::Database& database, Checksum& checksum, const Map& map) {
   RowWriter retired(database, checksum, "retired_keyframes", 9);
   map.retired.ForEach([&](KeyframeId id, const RetiredKeyframe& r) {
     retired.Write(id, r.parent, r.cam_from_parent);
   });
 }
 
-void WriteLandmarks(Database& database, Checksum& checksum, std::span<const LandmarkId> ids,
+void WriteLandmarks(SQLite::Database& database, Checksum& checksum, std::span<const LandmarkId> ids,
                     const Map& map) {
   RowWriter landmarks(database, checksum, "landmarks", 13);
   for (const LandmarkId id : ids) {
@@ -107,7 +109,7 @@ void WriteLandmarks(Database& database, Checksum& checksum, std::span<const Land
       observations.Write(id, o.keyframe, o.keypoint);
 }
 
-void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
+void WriteObjects(SQLite::Database& database, Checksum& checksum, const Map& map) {
   RowWriter objects(database, checksum, "objects", 19);
   map.objects.ForEach([&](ObjectId id, const Object& o) {
     objects.Write(id, o.category_id, ToString(o.state), o.ellipsoid.center, o.ellipsoid.half_axes,
@@ -136,14 +138,14 @@ void WriteObjects(Database& database, Checksum& checksum, const Map& map) {
   map.merged_objects.ForEach([&](ObjectId id, const ObjectId& into) { merged.Write(id, into); });
 }
 
-void WriteAnchors(Database& database, Checksum& checksum, const Map& map) {
+void WriteAnchors(SQLite::Database& database, Checksum& checksum, const Map& map) {
   RowWriter rows(database, checksum, "anchors", 15);
   for (const auto& [name, a] : map.anchors)
     rows.Write(std::string_view(name), std::string_view(a.model), a.size, a.keyframe,
                a.cam_from_anchor, a.object, a.offset);
 }
 
-void WriteTrajectory(Database& database, Checksum& checksum,
+void WriteTrajectory(SQLite::Database& database, Checksum& checksum,
                      const std::vector<FramePose>& trajectory) {
   RowWriter rows(database, checksum, "trajectory", 12);
   int rank = 0;
@@ -152,24 +154,28 @@ void WriteTrajectory(Database& database, Checksum& checksum,
                ToString(p.state));
 }
 
-void WriteClassNames(Database& database, Checksum& checksum, const ClassNames& names) {
+void WriteClassNames(SQLite::Database& database, Checksum& checksum, const ClassNames& names) {
   RowWriter rows(database, checksum, "class_names", 2);
   for (const auto& [id, name] : names) rows.Write(id, name);
 }
 
-void WriteContent(const SavedMap& saved, Database& database);
+void WriteContent(const SavedMap& saved, SQLite::Database& database);
 
 // A piece is stored as a map file of its own.
-void WritePiece(Database& database, Checksum& checksum, uint32_t number, const Piece& piece) {
-  Database in_memory("a piece of map");
+void WritePiece(SQLite::Database& database, Checksum& checksum, uint32_t number,
+                const Piece& piece) {
+  SQLite::Database in_memory(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX);
   WriteContent({piece.map, piece.trajectory, {}}, in_memory);
-  const std::vector<std::byte> content = in_memory.Content();
+  sqlite3_int64 size = 0;
+  const std::unique_ptr<unsigned char, decltype(&sqlite3_free)> content(
+      sqlite3_serialize(in_memory.getHandle(), "main", &size, 0), &sqlite3_free);
+  if (!content) throw SQLite::Exception("a piece is too large for the memory");
   RowWriter rows(database, checksum, "pieces", 2);
-  rows.Write(number, std::span<const std::byte>(content));
+  rows.Write(number, BytesOf(content.get(), static_cast<size_t>(size)));
 }
 
 // Writes the parts of a map, and returns the list of them.
-std::vector<MapPart> WriteParts(const SavedMap& saved, Database& database) {
+std::vector<MapPart> WriteParts(const SavedMap& saved, SQLite::Database& database) {
   const Map& map = saved.map;
   std::vector<MapPart> parts;
   // Calls write(checksum), which writes the rows of a part.
@@ -211,7 +217,7 @@ std::vector<MapPart> WriteParts(const SavedMap& saved, Database& database) {
 }
 
 // Writes the settings and the list of parts, with the checksum of both.
-void WriteHead(Database& database, const Map& map, std::vector<MapPart> parts) {
+void WriteHead(SQLite::Database& database, const Map& map, std::vector<MapPart> parts) {
   Checksum checksum;
   WriteMeta(database, checksum, map);
   // In the order in which they are read.
@@ -220,19 +226,19 @@ void WriteHead(Database& database, const Map& map, std::vector<MapPart> parts) {
   for (const MapPart& part : parts)
     rows.Write(std::string_view(part.name), part.ids.first, part.ids.last,
                std::string_view(part.checksum));
-  database.Execute(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
+  database.exec(fmt::format("INSERT INTO meta VALUES('checksum', '{}')", checksum.Hex()));
 }
 
-void WriteContent(const SavedMap& saved, Database& database) {
+void WriteContent(const SavedMap& saved, SQLite::Database& database) {
   // The file is synced and renamed when complete, so that it needs no journal.
-  database.Execute(
+  database.exec(
       fmt::format("PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA application_id={}; "
                   "PRAGMA user_version={};",
                   kMapApplicationId, kMapFormatVersion));
-  database.Execute("BEGIN");
-  database.Execute(kMapSchema);
+  database.exec("BEGIN");
+  database.exec(kMapSchema);
   WriteHead(database, saved.map, WriteParts(saved, database));
-  database.Execute("COMMIT");
+  database.exec("COMMIT");
 }
 
 void SyncToDisk(const std::string& path) {
@@ -285,12 +291,16 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
   fs::remove(temporary, error);
   try {
     {
-      Database database(temporary, Database::Access::kCreate);
+      SQLite::Database database(
+          temporary, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOMUTEX);
       WriteContent(saved, database);
     }
     SyncToDisk(temporary);
     fs::rename(temporary, path, error);
     if (error) throw InputError(fmt::format("{}: cannot be written: {}", path, error.message()));
+  } catch (const SQLite::Exception& problem) {
+    fs::remove(temporary, error);
+    throw InputError(fmt::format("{}: {}", path, problem.what()));
   } catch (...) {
     fs::remove(temporary, error);
     throw;

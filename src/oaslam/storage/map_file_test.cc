@@ -1,5 +1,6 @@
 #include "oaslam/storage/map_file.h"
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +13,6 @@
 
 #include "expect_input_error.h"
 #include "oaslam/storage/map_schema.h"
-#include "oaslam/storage/sqlite.h"
 #include "oaslam/util/log.h"
 #include "random_map.h"
 #include "temp_folder.h"
@@ -93,8 +93,8 @@ TEST(MapFile, KeepsPieces) {
   EXPECT_THAT(InputErrorOf([&] { LoadPiece(folder / "a.map", 3); }),
               AllOf(HasSubstr("a.map"), HasSubstr("no piece 3"), HasSubstr("0 to 2")));
 
-  Database(folder / "a.map", Database::Access::kCreate)
-      .Execute("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
+  SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
+      .exec("UPDATE pieces SET map = zeroblob(100) WHERE number = 2");
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("piece 2"));
 }
 
@@ -131,7 +131,7 @@ TEST(MapFile, KeepsAnchors) {
   saved.map.anchors["a flag"].keyframe = KeyframeId(12345);
   EXPECT_THAT(saved.map.CheckInvariants(),
               testing::Contains(HasSubstr("anchor \"a flag\": keyframe 12345 leads nowhere")));
-  Database(folder / "a.map", Database::Access::kCreate).Execute("UPDATE anchors SET size = 0.1");
+  SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE).exec("UPDATE anchors SET size = 0.1");
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }), HasSubstr("damaged"));
 }
 
@@ -253,15 +253,15 @@ TEST(MapFile, RefusesTruncatedForeignAndOtherFormats) {
                         "bytes at least ........"),
               HasSubstr("bad.map: is no map file"));
   {
-    Database other(folder / "other.db", Database::Access::kCreate);
-    other.Execute("CREATE TABLE t(a); INSERT INTO t VALUES (1)");
+    SQLite::Database other(folder / "other.db", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    other.exec("CREATE TABLE t(a); INSERT INTO t VALUES (1)");
   }
   EXPECT_THAT(LoadError(folder, folder.Read("other.db")), HasSubstr("is no map file"));
   EXPECT_THAT(LoadError(folder, ""), HasSubstr("is no map file"));
   for (const auto& [format, advice] :
        {std::pair(kMapFormatVersion - 1, ""), {kMapFormatVersion + 1, ": use a newer oaslam"}}) {
-    Database(folder / "a.map", Database::Access::kCreate)
-        .Execute(fmt::format("PRAGMA user_version={}", format));
+    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
+        .exec(fmt::format("PRAGMA user_version={}", format));
     EXPECT_THAT(LoadError(folder, folder.Read("a.map")),
                 EndsWith(fmt::format("bad.map: is a map of format {}, this program reads format {} "
                                      "only{}",
@@ -281,7 +281,7 @@ TEST(MapFile, RefusesChangedContent) {
         "UPDATE objects SET state = 'gone'", "UPDATE object_labels SET share = 1.5",
         "UPDATE object_labels SET share = 0", "UPDATE objects SET category_id = 7 WHERE id = 1"}) {
     SaveMap(folder / "a.map", MakeMap());
-    Database(folder / "a.map", Database::Access::kCreate).Execute(change);
+    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE).exec(change);
     const std::string error = InputErrorOf([&] { LoadMap(folder / "a.map"); });
     EXPECT_THAT(error, HasSubstr("a.map")) << change;
   }

@@ -1,3 +1,4 @@
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +11,6 @@
 #include "oaslam/map/renumbering.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_schema.h"
-#include "oaslam/storage/sqlite.h"
 #include "random_map.h"
 #include "temp_folder.h"
 
@@ -163,7 +163,7 @@ TEST_F(MapPartsTest, TheListOfPartsIsComplete) {
         "DELETE FROM landmarks WHERE id = 7", "DELETE FROM features WHERE keyframe = 0",
         "INSERT INTO covisibility VALUES(0, 1000, 2, 3)"}) {
     folder_.Write("a.map", content_);
-    Database(Path(), Database::Access::kCreate).Execute(change);
+    SQLite::Database(Path(), SQLite::OPEN_READWRITE).exec(change);
     EXPECT_THAT(InputErrorOf([&] { LoadMap(Path()); }), HasSubstr("is damaged")) << change;
   }
 }

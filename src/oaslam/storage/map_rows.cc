@@ -108,7 +108,7 @@ std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
 
 }  // namespace
 
-void ReadMeta(Database& database, Checksum& checksum, Map& map) {
+void ReadMeta(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "meta", "key", "key <> 'checksum'");
   while (rows.Next()) {
     const std::string key = rows.Text();
@@ -134,7 +134,7 @@ void ReadMeta(Database& database, Checksum& checksum, Map& map) {
   }
 }
 
-void ReadCameras(Database& database, Checksum& checksum, Map& map) {
+void ReadCameras(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "cameras", "id");
   while (rows.Next()) {
     rows.Int(static_cast<int>(map.cameras.size()), static_cast<int>(map.cameras.size()));
@@ -150,7 +150,7 @@ void ReadCameras(Database& database, Checksum& checksum, Map& map) {
   }
 }
 
-void ReadKeyframes(Database& database, Checksum& checksum, IdRange range, Map& map) {
+void ReadKeyframes(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map) {
   RowReader rows(database, checksum, "keyframes", "id", IsIn("id", range));
   while (rows.Next()) {
     const auto id = rows.RequiredId<KeyframeId>();
@@ -163,7 +163,7 @@ void ReadKeyframes(Database& database, Checksum& checksum, IdRange range, Map& m
   }
 }
 
-void ReadRetiredKeyframes(Database& database, Checksum& checksum, Map& map) {
+void ReadRetiredKeyframes(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "retired_keyframes", "id");
   while (rows.Next()) {
     const auto id = rows.RequiredId<KeyframeId>();
@@ -172,7 +172,7 @@ void ReadRetiredKeyframes(Database& database, Checksum& checksum, Map& map) {
   }
 }
 
-void ReadFeatures(Database& database, Checksum& checksum, IdRange range, Map& map) {
+void ReadFeatures(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map) {
   RowReader rows(database, checksum, "features", "keyframe", IsIn("keyframe", range));
   while (rows.Next()) {
     Keyframe* keyframe = map.keyframes.Mutable(rows.RequiredId<KeyframeId>());
@@ -182,7 +182,7 @@ void ReadFeatures(Database& database, Checksum& checksum, IdRange range, Map& ma
   }
 }
 
-void ReadCovisibility(Database& database, Checksum& checksum, IdRange range, Map& map) {
+void ReadCovisibility(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map) {
   RowReader rows(database, checksum, "covisibility", "keyframe, rank", IsIn("keyframe", range));
   while (rows.Next()) {
     Keyframe* keyframe = map.keyframes.Mutable(rows.RequiredId<KeyframeId>());
@@ -193,7 +193,7 @@ void ReadCovisibility(Database& database, Checksum& checksum, IdRange range, Map
   }
 }
 
-void ReadLandmarks(Database& database, Checksum& checksum, IdRange range, Map& map) {
+void ReadLandmarks(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map) {
   RowReader rows(database, checksum, "landmarks", "id", IsIn("id", range));
   while (rows.Next()) {
     const auto id = rows.RequiredId<LandmarkId>();
@@ -211,7 +211,7 @@ void ReadLandmarks(Database& database, Checksum& checksum, IdRange range, Map& m
   }
 }
 
-void ReadObservations(Database& database, Checksum& checksum, IdRange range, Map& map) {
+void ReadObservations(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map) {
   RowReader rows(database, checksum, "observations", "landmark, keyframe", IsIn("landmark", range));
   while (rows.Next()) {
     Landmark* landmark = map.landmarks.Mutable(rows.RequiredId<LandmarkId>());
@@ -221,12 +221,12 @@ void ReadObservations(Database& database, Checksum& checksum, IdRange range, Map
   }
 }
 
-void LinkKeyframes(const Database& database, Map& map) {
+void LinkKeyframes(Map& map) {
   map.landmarks.ForEach([&](LandmarkId id, const Landmark& landmark) {
     for (const Observation& o : landmark.observations) {
       Keyframe* keyframe = map.keyframes.Mutable(o.keyframe);
       if (!keyframe || o.keypoint >= keyframe->landmarks.size())
-        database.Refuse(
+        throw SQLite::Exception(
             fmt::format("is damaged: landmark {} is seen by keyframe {}, key point {}, which does "
                         "not exist",
                         id.value, o.keyframe.value, o.keypoint));
@@ -235,7 +235,7 @@ void LinkKeyframes(const Database& database, Map& map) {
   });
 }
 
-void ReadObjects(Database& database, Checksum& checksum, Map& map) {
+void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "objects", "id");
   while (rows.Next()) {
     const auto id = rows.RequiredId<ObjectId>();
@@ -271,7 +271,7 @@ void ReadObjects(Database& database, Checksum& checksum, Map& map) {
   }
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     if (!AreConsistent(LabelsOf(object)))
-      database.Refuse(fmt::format(
+      throw SQLite::Exception(fmt::format(
           "object_labels: those of object {} do not sum to 1, or lack its category", id.value));
   });
   RowReader observations(database, checksum, "object_observations", "object, rank");
@@ -301,7 +301,7 @@ void ReadObjects(Database& database, Checksum& checksum, Map& map) {
   }
 }
 
-void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
+void ReadAnchors(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "anchors", "name");
   while (rows.Next()) {
     std::string name = rows.Text();
@@ -316,7 +316,7 @@ void ReadAnchors(Database& database, Checksum& checksum, Map& map) {
   }
 }
 
-void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
+void ReadTrajectory(SQLite::Database& database, Checksum& checksum, SavedMap& saved) {
   RowReader rows(database, checksum, "trajectory", "rank");
   while (rows.Next()) {
     rows.Int();
@@ -330,7 +330,7 @@ void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved) {
   }
 }
 
-void ReadClassNames(Database& database, Checksum& checksum, SavedMap& saved) {
+void ReadClassNames(SQLite::Database& database, Checksum& checksum, SavedMap& saved) {
   RowReader names(database, checksum, "class_names", "category_id");
   while (names.Next()) {
     const int id = names.Int();

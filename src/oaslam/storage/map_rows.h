@@ -8,24 +8,23 @@
 namespace oaslam {
 
 // Each function reads tables of a map file, or the rows of a range of ids, adds them to the
-// checksum and to the map, and throws DatabaseError where a row is not what it should be.
-void ReadMeta(Database& database, Checksum& checksum, Map& map);
-void ReadCameras(Database& database, Checksum& checksum, Map& map);
-void ReadKeyframes(Database& database, Checksum& checksum, IdRange range, Map& map);
-void ReadRetiredKeyframes(Database& database, Checksum& checksum, Map& map);
+// checksum and to the map, and throws SQLite::Exception where a row is not what it should be.
+void ReadMeta(SQLite::Database& database, Checksum& checksum, Map& map);
+void ReadCameras(SQLite::Database& database, Checksum& checksum, Map& map);
+void ReadKeyframes(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
+void ReadRetiredKeyframes(SQLite::Database& database, Checksum& checksum, Map& map);
 // Of keyframes that are in the map.
-void ReadFeatures(Database& database, Checksum& checksum, IdRange range, Map& map);
-void ReadCovisibility(Database& database, Checksum& checksum, IdRange range, Map& map);
-void ReadLandmarks(Database& database, Checksum& checksum, IdRange range, Map& map);
+void ReadFeatures(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
+void ReadCovisibility(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
+void ReadLandmarks(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
 // Of landmarks that are in the map. The keyframes get to know their landmarks by LinkKeyframes.
-void ReadObservations(Database& database, Checksum& checksum, IdRange range, Map& map);
-void ReadObjects(Database& database, Checksum& checksum, Map& map);
-void ReadTrajectory(Database& database, Checksum& checksum, SavedMap& saved);
-void ReadClassNames(Database& database, Checksum& checksum, SavedMap& saved);
-void ReadAnchors(Database& database, Checksum& checksum, Map& map);
+void ReadObservations(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
+void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map);
+void ReadTrajectory(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
+void ReadClassNames(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
+void ReadAnchors(SQLite::Database& database, Checksum& checksum, Map& map);
 
-// Tells the keyframes of a map which landmarks they see. The name of the database is used in
-// messages.
-void LinkKeyframes(const Database& database, Map& map);
+// Tells the keyframes of a map which landmarks they see.
+void LinkKeyframes(Map& map);
 
 }  // namespace oaslam

@@ -1,17 +1,13 @@
 #pragma once
 
-#include <sqlite3.h>
+#include <SQLiteCpp/SQLiteCpp.h>
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
-#include "oaslam/error.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 #include "oaslam/util/ids.h"
@@ -34,62 +30,14 @@ class Checksum {
   uint64_t state_ = 0xcbf29ce484222325ULL;
 };
 
-// What is wrong with a database: the message is "path: problem".
-class DatabaseError : public InputError {
- public:
-  DatabaseError(const std::string& path, std::string what_is_wrong)
-      : InputError(path + ": " + what_is_wrong), problem(std::move(what_is_wrong)) {}
-  std::string problem;
-};
-
-// An open SQLite database, for one thread at a time; errors of SQLite become a DatabaseError.
-class Database {
- public:
-  enum class Access { kReadOnly, kCreate };
-  Database(std::string path, Access access);
-  // A database in memory, empty or with the content of a file. `name` is used as
-  // the path in messages.
-  explicit Database(std::string name);
-  Database(std::string name, std::span<const std::byte> content);
-
-  // The bytes that a file would contain.
-  std::vector<std::byte> Content() const;
-  void Execute(const std::string& sql);
-  int64_t QueryInteger(const std::string& sql);
-  std::string QueryText(const std::string& sql);
-  sqlite3* handle() const { return handle_.get(); }
-  const std::string& path() const { return path_; }
-  [[noreturn]] void Refuse(const std::string& problem) const;
-
- private:
-  struct Closer {
-    void operator()(sqlite3* handle) const { sqlite3_close(handle); }
-  };
-  std::string path_;
-  std::unique_ptr<sqlite3, Closer> handle_;
-};
-
-class Statement {
- public:
-  Statement(Database& database, const std::string& sql);
-  // True when there is a row.
-  bool Step();
-  sqlite3_stmt* handle() const { return handle_.get(); }
-  Database& database() const { return *database_; }
-
- private:
-  struct Finalizer {
-    void operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
-  };
-  Database* database_;
-  std::unique_ptr<sqlite3_stmt, Finalizer> handle_;
-};
+// Errors of the database, and of what is in it, are a SQLite::Exception without the path: whoever
+// opens a file turns it into an InputError that names the path.
 
 // Inserts rows into a table, its columns in order, and adds them to the checksum. A Rigid3 is seven
 // columns (qx qy qz qw tx ty tz).
 class RowWriter {
  public:
-  RowWriter(Database& database, Checksum& checksum, const std::string& table, int columns);
+  RowWriter(SQLite::Database& database, Checksum& checksum, const std::string& table, int columns);
 
   template <typename... Values>
   void Write(const Values&... values) {
@@ -116,17 +64,17 @@ class RowWriter {
   void Insert();
 
   Checksum& checksum_;
-  Statement statement_;
+  SQLite::Statement statement_;
   int column_ = 0, columns_;
 };
 
 // Reads the rows of a table in order, column by column, and adds them to the checksum. A value of a
-// wrong type or out of range is a DatabaseError that names table and column.
+// wrong type or out of range is a SQLite::Exception that names table and column.
 class RowReader {
  public:
   static constexpr uint32_t kMaxId = 100'000'000;  // so that a wrong id cannot ask for all memory
 
-  RowReader(Database& database, Checksum& checksum, const std::string& table,
+  RowReader(SQLite::Database& database, Checksum& checksum, const std::string& table,
             const std::string& order, const std::string& where = "1");
 
   bool Next();
@@ -152,11 +100,11 @@ class RowReader {
   [[noreturn]] void Refuse(const std::string& problem) const;
 
  private:
-  int NextColumn(int type);
+  SQLite::Column NextColumn(int type);
 
   Checksum& checksum_;
   std::string table_;
-  Statement statement_;
+  SQLite::Statement statement_;
   int column_ = 0;
 };
 
