@@ -11,6 +11,7 @@
 
 #include "oaslam/estimation/plane_fit.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/util/median.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -137,9 +138,7 @@ PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vecto
   if (best.inliers.empty()) return best;
   std::vector<double> heights;
   for (const int i : best.inliers) heights.push_back(all[i]);
-  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-  std::ranges::nth_element(heights, middle);
-  best.plane = {up, -*middle};
+  best.plane = {up, -Median(std::move(heights))};
   return best;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/bundle/huber.h"
 #include "oaslam/bundle/schur_minimization.h"
 #include "oaslam/geometry/pose_step.h"
 
@@ -26,16 +27,6 @@ constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
 constexpr double kHeld = 1e12;  // information that fixes a parameter
 // As a share of a block's largest diagonal element, since the unit of length is arbitrary.
 constexpr double kRidge = 1e-10;
-
-struct Loss {
-  double cost, weight;
-};
-
-Loss LossOf(double chi2, double huber_chi2) {
-  if (huber_chi2 <= 0 || chi2 <= huber_chi2) return {chi2, 1};
-  const double root = std::sqrt(huber_chi2 * chi2);
-  return {2 * root - huber_chi2, root / chi2};
-}
 
 SharedStep PriorInformation(const IntrinsicsPrior& prior) {
   SharedStep information;

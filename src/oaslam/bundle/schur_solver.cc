@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/bundle/huber.h"
 #include "oaslam/bundle/schur_minimization.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/check.h"
@@ -22,16 +23,6 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 // At or behind the camera there is no projection; a large constant error ensures that no step gains
 // by going there.
 constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
-
-struct Loss {
-  double cost, weight;
-};
-
-Loss LossOf(double chi2, double huber_chi2) {
-  if (huber_chi2 <= 0 || chi2 <= huber_chi2) return {chi2, 1};
-  const double root = std::sqrt(huber_chi2 * chi2);
-  return {2 * root - huber_chi2, root / chi2};
-}
 
 struct Cam {
   Eigen::Matrix3d rotation;

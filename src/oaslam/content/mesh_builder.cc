@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "oaslam/content/srgb.h"
+#include "oaslam/util/srgb.h"
 
 namespace oaslam {
 namespace {

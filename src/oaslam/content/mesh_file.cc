@@ -14,11 +14,11 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "oaslam/content/srgb.h"
 #include "oaslam/content/uri.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/util/srgb.h"
 
 namespace oaslam {
 namespace {
@@ -28,7 +28,9 @@ namespace fs = std::filesystem;
 constexpr size_t kMaxTriangles = 2'000'000;
 
 Eigen::Vector3f ToEigen(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-Eigen::Vector3f ToLinear(const Eigen::Vector3f& srgb) { return srgb.unaryExpr(&LinearFromSrgb); }
+Eigen::Vector3f ToLinear(const Eigen::Vector3f& srgb) {
+  return srgb.unaryExpr(&LinearFromSrgb<float>);
+}
 
 // The texel index in [0, size) of a coordinate of a repeating texture.
 int TexelOf(float coordinate, int size) {

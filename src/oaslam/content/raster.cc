@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/content/srgb.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/util/srgb.h"
 
 namespace oaslam {
 namespace {

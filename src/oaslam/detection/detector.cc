@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
-#include <filesystem>
-#include <fstream>
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -18,6 +15,7 @@
 #include "oaslam/detection/yolo_output.h"
 #include "oaslam/error.h"
 #include "oaslam/util/check.h"
+#include "oaslam/util/read_file.h"
 
 namespace oaslam {
 namespace {
@@ -25,24 +23,6 @@ namespace {
 constexpr int kDefaultInputSize = 640;
 constexpr int kMaxInputSize = 4096;
 constexpr size_t kMaxOnnxFile = size_t{1} << 31;  // the largest message of Protocol Buffers
-
-std::string ReadFile(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error))
-    throw InputError(path + ": is a folder, expected an ONNX file");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path + ": cannot read the detector's file");
-  std::string bytes;
-  std::array<char, 1 << 16> part{};
-  while (file.read(part.data(), part.size()) || file.gcount() > 0) {
-    bytes.append(part.data(), static_cast<size_t>(file.gcount()));
-    if (bytes.size() > kMaxOnnxFile)
-      throw InputError(path + ": is larger than 2 GiB, not an ONNX file");
-  }
-  if (file.bad() || bytes.empty())
-    throw InputError(path + ": empty or unreadable, not an ONNX file");
-  return bytes;
-}
 
 cv::Size InputSize(const std::string& path, const OnnxInfo& info, const DetectorOptions& options) {
   const std::vector<int64_t>& shape = info.input_shape;
@@ -135,7 +115,7 @@ struct Detector::Impl {
 
 std::unique_ptr<Detector> Detector::Load(const std::string& model, const DetectorOptions& options) {
   const std::string path = model == "default" ? DefaultDetectorModel() : model;
-  const std::string bytes = ReadFile(path);
+  const std::string bytes = ReadFile(path, kMaxOnnxFile);
   const std::optional<OnnxInfo> info = ParseOnnxInfo(bytes);
   if (!info) throw InputError(path + ": not an ONNX file, or a damaged one");
   auto impl = std::make_unique<Impl>();

@@ -77,7 +77,7 @@ class DetectorBy : public ::testing::TestWithParam<NetworkBackend> {
 
 TEST(Detector, RefusesFilesThatAreNoDetector) {
   EXPECT_THAT(ErrorOf("/nowhere/model.onnx"),
-              ::testing::HasSubstr("/nowhere/model.onnx: cannot read"));
+              ::testing::HasSubstr("/nowhere/model.onnx: there is no such file"));
   const std::filesystem::path text =
       std::filesystem::temp_directory_path() / "oaslam_no_detector.onnx";
   std::ofstream(text) << "a text file";

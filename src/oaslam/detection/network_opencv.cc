@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <opencv2/core/utility.hpp>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 
 #include "oaslam/detection/network_backends.h"
+#include "oaslam/geometry/quiet_opencv.h"
 
 namespace oaslam {
 namespace {
@@ -12,16 +12,6 @@ namespace {
 NetworkError ErrorOf(const cv::Exception& error) {
   return NetworkError(fmt::format("{} cannot run this network: {}", OpenCvName(), error.err));
 }
-
-// Errors come as exceptions; the importer would write them to stderr, too.
-class QuietOpenCv {
- public:
-  ~QuietOpenCv() { cv::utils::logging::setLogLevel(before_); }
-
- private:
-  cv::utils::logging::LogLevel before_ =
-      cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-};
 
 class OpenCvNetwork : public Network {
  public:

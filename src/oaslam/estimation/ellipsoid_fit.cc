@@ -10,6 +10,7 @@
 #include "oaslam/estimation/ellipsoid_residuals.h"
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -21,9 +22,7 @@ constexpr double kMinAxisPerDepth = 0.005, kMaxAxisPerDepth = 1.1;
 double MedianDepth(std::span<const BoxView> views, const Eigen::Vector3d& center) {
   std::vector<double> depths;
   for (const BoxView& view : views) depths.push_back(std::abs((view.cam_from_world * center).z()));
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::ranges::nth_element(depths, middle);
-  return *middle;
+  return Median(std::move(depths));
 }
 
 void ClampAxes(Ellipsoid& ellipsoid, double depth) {

@@ -29,18 +29,6 @@ Loss LossOf(EllipsoidResidual residual, double squared) {
   return residual == EllipsoidResidual::kEdges ? HuberLoss(squared) : Loss{squared, 1};
 }
 
-Ellipse EllipseOf(const EllipsoidView& view, const Camera& camera) {
-  const OutlineConic& c = view.outline;
-  const double x = c.xz / c.zz, y = c.yz / c.zz;
-  Ellipse ellipse;
-  ellipse.mean = {camera.fx * x + camera.cx, camera.fy * y + camera.cy};
-  ellipse.covariance(0, 0) = camera.fx * camera.fx * (x * x - c.xx / c.zz);
-  ellipse.covariance(1, 1) = camera.fy * camera.fy * (y * y - c.yy / c.zz);
-  ellipse.covariance(0, 1) = ellipse.covariance(1, 0) =
-      camera.fx * camera.fy * (x * y - c.xy / c.zz);
-  return ellipse;
-}
-
 Eigen::Matrix<double, 4, 3> PriorRows(const EllipsoidFitOptions& options) {
   return options.residual == EllipsoidResidual::kEdges
              ? ShapePriorRows(kPriorWeightPx, options.up.has_value())
@@ -74,7 +62,7 @@ void Accumulate(const BoxView& view, const EllipsoidView& seen, EllipsoidResidua
         [&](int row) { return !(view.truncated & (1 << row)) || residual[row] != 0; });
   } else {
     const WassersteinResidual w =
-        ComputeWasserstein(InscribedEllipse(view.box), EllipseOf(seen, *view.camera));
+        ComputeWasserstein(InscribedEllipse(view.box), OutlineEllipse(seen.outline, *view.camera));
     const Eigen::Matrix<double, 6, kShapeParameters> jacobian =
         w.by_moments * DifferentiateEllipse(seen, *view.camera);
     add(w.value, jacobian, [](int) { return true; });
@@ -162,8 +150,8 @@ double EvaluateCost(std::span<const BoxView> views, const Ellipsoid& ellipsoid,
                 EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated)
                     .squaredNorm();
     else if (seen)
-      squared = ScaleOf(view) *
-                SquaredWasserstein(InscribedEllipse(view.box), EllipseOf(*seen, *view.camera));
+      squared = ScaleOf(view) * SquaredWasserstein(InscribedEllipse(view.box),
+                                                   OutlineEllipse(seen->outline, *view.camera));
     cost += view.weight * LossOf(options.residual, squared).cost;
   }
   return cost;

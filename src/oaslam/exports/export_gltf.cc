@@ -6,6 +6,7 @@
 #include "oaslam/exports/map_export.h"
 #include "oaslam/exports/map_scene.h"
 #include "oaslam/exports/top_view.h"
+#include "oaslam/util/srgb.h"
 
 namespace oaslam {
 namespace {
@@ -17,10 +18,7 @@ enum PrimitiveMode { kPoints = 0, kLines = 1, kTriangles = 4 };
 Json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Json Numbers(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
-double LinearFromSrgb(unsigned char value) {  // IEC 61966-2-1
-  const double s = value / 255.0;
-  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-}
+double Linear(unsigned char srgb) { return LinearFromSrgb(srgb / 255.0); }
 
 // All nodes are children of the node "map", which rotates the frame of the map to y up, so that
 // their numbers are those of the map.
@@ -52,8 +50,7 @@ class Document {
 };
 
 size_t Document::AddMaterial(const std::string& name, const Rgb& color, bool is_surface) {
-  const Json rgba = {LinearFromSrgb(color[0]), LinearFromSrgb(color[1]), LinearFromSrgb(color[2]),
-                     is_surface ? 0.6 : 1.0};
+  const Json rgba = {Linear(color[0]), Linear(color[1]), Linear(color[2]), is_surface ? 0.6 : 1.0};
   Json material = {{"name", name},
                    {"pbrMetallicRoughness",
                     {{"baseColorFactor", rgba}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}}}};

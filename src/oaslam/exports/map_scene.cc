@@ -9,6 +9,7 @@
 #include "oaslam/exports/top_view.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/check.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -26,13 +27,6 @@ TopAxes AxesOf(const Map& map) {
   map.keyframes.ForEach(
       [&](KeyframeId, const Keyframe& k) { poses.push_back(k.cam_from_world.Inverse()); });
   return FindTopAxes(poses, map.up);
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 }  // namespace
@@ -125,8 +119,8 @@ double FrustumDepth(const Map& map) {
     if (!first) first = center;
     distances.push_back((center - *first).norm());
   });
-  if (!depths.empty()) return 0.05 * Median(depths);
-  const double way = Median(distances);
+  if (!depths.empty()) return 0.05 * Median(std::move(depths));
+  const double way = distances.empty() ? 0 : Median(std::move(distances));
   return way > 0 ? 0.05 * way : 0.05;
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -12,18 +11,13 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
+#include "oaslam/util/lower.h"
 
 namespace oaslam {
 namespace {
 
 constexpr double kAny = 1e12;
 constexpr int kMaxSide = 1'000'000;
-
-std::string Lower(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // A mapping of a calibration file, and its path for messages.
 struct Reader {

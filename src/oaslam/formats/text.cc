@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -12,32 +10,18 @@
 #include <numeric>
 
 #include "oaslam/error.h"
+#include "oaslam/util/lower.h"
+#include "oaslam/util/read_file.h"
 
 namespace oaslam {
 namespace {
 
-// A device may have no end. Detections of ten hours are smaller.
+// Detections of ten hours are smaller.
 constexpr size_t kMaxTextFile = size_t{1} << 30;
 
 }  // namespace
 
-std::string ReadTextFile(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error))
-    throw InputError(fmt::format("{}: there is no such file", path));
-  if (std::filesystem::is_directory(path, error))
-    throw InputError(fmt::format("{}: is a folder, expected a file", path));
-  std::ifstream file(path, std::ios::binary);
-  std::string content;
-  std::array<char, 1 << 16> part{};
-  while (file.read(part.data(), part.size()) || file.gcount() > 0) {
-    content.append(part.data(), static_cast<size_t>(file.gcount()));
-    if (content.size() > kMaxTextFile)
-      throw InputError(fmt::format("{}: is larger than {} MiB", path, kMaxTextFile >> 20));
-  }
-  if (!file.is_open() || file.bad()) throw InputError(fmt::format("{}: cannot be read", path));
-  return content;
-}
+std::string ReadTextFile(const std::string& path) { return ReadFile(path, kMaxTextFile); }
 
 void WriteTextFile(const std::string& path, const std::string& content) {
   namespace fs = std::filesystem;
@@ -104,10 +88,7 @@ std::string BaseName(const std::string& path) {
 }
 
 std::string LowerExtension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return Lower(std::filesystem::path(path).extension().string());
 }
 
 std::string WithoutExtension(const std::string& name) {

@@ -35,11 +35,7 @@ Box OutlineBox(const OutlineConic& c, const Camera& camera) {
   return {u - half_width, v - half_height, u + half_width, v + half_height};
 }
 
-std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,
-                                        const Camera& camera) {
-  const InCamera view = View(ellipsoid, cam_from_world);
-  const OutlineConic& c = view.outline;
-  if (!IsInFront(view.center.z(), c)) return std::nullopt;
+Ellipse OutlineEllipse(const OutlineConic& c, const Camera& camera) {
   const double x = c.xz / c.zz, y = c.yz / c.zz;
   Ellipse ellipse;
   ellipse.mean = {camera.fx * x + camera.cx, camera.fy * y + camera.cy};
@@ -48,6 +44,13 @@ std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3
   ellipse.covariance(0, 1) = ellipse.covariance(1, 0) =
       camera.fx * camera.fy * (x * y - c.xy / c.zz);
   return ellipse;
+}
+
+std::optional<Ellipse> ProjectToEllipse(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,
+                                        const Camera& camera) {
+  const InCamera view = View(ellipsoid, cam_from_world);
+  if (!IsInFront(view.center.z(), view.outline)) return std::nullopt;
+  return OutlineEllipse(view.outline, camera);
 }
 
 std::optional<Box> ProjectToBox(const Ellipsoid& ellipsoid, const Rigid3& cam_from_world,

@@ -33,7 +33,8 @@ inline bool IsInFront(double center_z, const OutlineConic& c) {
   return center_z > 0 && c.zz < -1e-9 * center_z * center_z;
 }
 
-// The box around the outline (ideal image, box convention), for an outline that IsInFront.
+// The outline, and the box around it (ideal image, box convention), where it IsInFront.
+Ellipse OutlineEllipse(const OutlineConic& c, const Camera& camera);
 Box OutlineBox(const OutlineConic& c, const Camera& camera);
 
 // Nothing unless the ellipsoid is completely in front of the camera.

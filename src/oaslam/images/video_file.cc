@@ -7,14 +7,15 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
 #include <utility>
 
 #include "oaslam/error.h"
+#include "oaslam/geometry/quiet_opencv.h"
 #include "oaslam/util/check.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -22,18 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kFirst = 16;  // pictures that determine the rate
-
-// Silences OpenCV's messages on a missing encoder, since another one is tried then.
-class QuietOpenCv {
- public:
-  QuietOpenCv() : level_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
-  ~QuietOpenCv() { cv::utils::logging::setLogLevel(level_); }
-  QuietOpenCv(const QuietOpenCv&) = delete;
-  QuietOpenCv& operator=(const QuietOpenCv&) = delete;
-
- private:
-  cv::utils::logging::LogLevel level_;
-};
 
 // Encoders halve the resolution of colours and need even sides; the last row or column is repeated.
 cv::Mat WithEvenSides(const cv::Mat& picture) {
@@ -57,11 +46,10 @@ double FrameRateOf(const std::vector<double>& timestamps) {
   for (size_t i = 1; i < timestamps.size(); ++i)
     intervals.push_back(timestamps[i] - timestamps[i - 1]);
   if (intervals.empty()) return kUnknown;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::ranges::nth_element(intervals, middle);
-  if (!(*middle > 0)) return kUnknown;
+  const double interval = Median(std::move(intervals));
+  if (!(interval > 0)) return kUnknown;
   // Some encoders accept only two decimals.
-  return std::round(100 * std::clamp(1 / *middle, kLowest, kHighest)) / 100;
+  return std::round(100 * std::clamp(1 / interval, kLowest, kHighest)) / 100;
 }
 
 VideoFile::VideoFile(const std::string& path)

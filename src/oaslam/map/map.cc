@@ -7,6 +7,7 @@
 #include <map>
 
 #include "oaslam/map/repair.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 
@@ -248,10 +249,7 @@ double Map::MedianDepth(KeyframeId id) const {
   for (const LandmarkId landmark : keyframe.landmarks)
     if (landmark.IsValid())
       depths.push_back((keyframe.cam_from_world * landmarks.At(landmark).position).z());
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::ranges::nth_element(depths, middle);
-  return *middle;
+  return depths.empty() ? 0 : Median(std::move(depths));
 }
 
 void Map::Scale(double factor) {

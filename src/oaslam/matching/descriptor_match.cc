@@ -7,6 +7,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/skew.h"
 #include "oaslam/matching/orientation_check.h"
+#include "oaslam/matching/two_nearest.h"
 
 namespace oaslam {
 namespace {
@@ -50,20 +51,12 @@ LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, con
   for (int i = 0; i < from.size(); ++i) {
     if (!seen[i].IsValid() || !map.landmarks.Contains(seen[i])) continue;
     const Descriptor& descriptor = from.descriptors[i];
-    int best = 256, second = 256, best_keypoint = -1;
-    for (int k = 0; k < features.size(); ++k) {
-      const int distance = HammingDistance(descriptor, features.descriptors[k]);
-      if (distance < best) {
-        second = best;
-        best = distance;
-        best_keypoint = k;
-      } else if (distance < second) {
-        second = distance;
-      }
-    }
-    if (best > kTightHamming || best >= ratio * second) continue;
-    pairs.emplace_back(i, best_keypoint);
-    distances.push_back(best);
+    TwoNearest near;
+    for (int k = 0; k < features.size(); ++k)
+      near.Add(HammingDistance(descriptor, features.descriptors[k]), 0, k);
+    if (near.best > kTightHamming || near.best >= ratio * near.next) continue;
+    pairs.emplace_back(i, near.keypoint);
+    distances.push_back(near.best);
   }
   LandmarkMatches matches{std::vector<LandmarkId>(features.keypoints.size()), 0};
   for (const auto& [a, b] : Filter(pairs, distances, from, features)) {
@@ -85,26 +78,18 @@ KeypointPairs MatchWithinWindow(const Features& first, const Features& second,
   std::vector<int> distances;
   for (int i = 0; i < first.size(); ++i) {
     const int level = first.keypoints[i].octave;
-    int best = 256, next = 256, best_level = -1, next_level = -1, best_keypoint = -1;
+    TwoNearest near;
     second.VisitNear(expected[i], window_px, [&](int k) {
       const int other_level = second.keypoints[k].octave;
       if (std::abs(other_level - level) > 1) return;
-      const int distance = HammingDistance(first.descriptors[i], second.descriptors[k]);
-      if (distance < best) {
-        next = best;
-        next_level = best_level;
-        best = distance;
-        best_level = other_level;
-        best_keypoint = k;
-      } else if (distance < next) {
-        next = distance;
-        next_level = other_level;
-      }
+      near.Add(HammingDistance(first.descriptors[i], second.descriptors[k]), other_level, k);
     });
     // A second-best match on another level is mostly the same corner.
-    if (best > kTightHamming || (best_level == next_level && best >= ratio * next)) continue;
-    pairs.emplace_back(i, best_keypoint);
-    distances.push_back(best);
+    if (near.best > kTightHamming ||
+        (near.best_level == near.next_level && near.best >= ratio * near.next))
+      continue;
+    pairs.emplace_back(i, near.keypoint);
+    distances.push_back(near.best);
   }
   return Filter(pairs, distances, first, second);
 }

@@ -5,6 +5,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/matching/orientation_check.h"
+#include "oaslam/matching/two_nearest.h"
 
 namespace oaslam {
 namespace {
@@ -71,25 +72,15 @@ LandmarkMatches SearchByProjection(const Features& features, const Map& map,
     const Descriptor& descriptor = map.landmarks.At(p.id).descriptor;
     const double narrow = options.radius_by_view && p.view_cos > 0.998 ? 2.5 / 4 : 1;
     const double radius = options.radius_px * narrow * features.pyramid.scale[p.level];
-    int best = 256, second = 256, best_level = -1, second_level = -1, best_keypoint = -1;
+    TwoNearest near;
     features.VisitNear(p.px, radius, [&](int k) {
       const int level = features.keypoints[k].octave;
       if (level < p.level - 1 || level > p.level + 1 || claims.IsTaken(k)) return;
-      const int distance = HammingDistance(descriptor, features.descriptors[k]);
-      if (distance < best) {
-        second = best;
-        second_level = best_level;
-        best = distance;
-        best_level = level;
-        best_keypoint = k;
-      } else if (distance < second) {
-        second = distance;
-        second_level = level;
-      }
+      near.Add(HammingDistance(descriptor, features.descriptors[k]), level, k);
     });
-    if (best > options.max_hamming) continue;
-    if (best_level == second_level && best > options.ratio * second) continue;
-    claims.Claim(best_keypoint, p.id, best);
+    if (near.best > options.max_hamming) continue;
+    if (near.best_level == near.next_level && near.best > options.ratio * near.next) continue;
+    claims.Claim(near.keypoint, p.id, near.best);
   }
   return std::move(claims).Finish();
 }

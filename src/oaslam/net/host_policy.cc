@@ -2,17 +2,11 @@
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
-#include <cctype>
+
+#include "oaslam/util/lower.h"
 
 namespace oaslam {
 namespace {
-
-std::string Lower(std::string_view text) {
-  std::string lower(text);
-  std::ranges::transform(lower, lower.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
 
 // The host without the port; for "[::1]:80" the part inside the brackets. Empty for malformed text.
 std::string NameOfHost(std::string_view host) {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "oaslam/util/median.h"
+
 namespace oaslam {
 namespace {
 
@@ -68,12 +70,6 @@ Eigen::Vector3d RoughNormal(std::span<const Eigen::Vector3d> axes) {
     best = d;
   }
   return best;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 // Robust standard deviation of the rolls (median absolute deviation).

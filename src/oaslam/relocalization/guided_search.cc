@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/matching/point_observation.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -44,22 +46,6 @@ double ChanceInliers(const Features& features, const Map& map,
   return sum / std::size(kShifts);
 }
 
-struct Selected {
-  std::vector<PointObservation> observations;
-  std::vector<int> keypoints;
-};
-
-Selected Select(const Features& features, const Map& map,
-                const std::vector<LandmarkId>& landmarks) {
-  Selected s;
-  for (int k = 0; k < static_cast<int>(landmarks.size()); ++k) {
-    if (!landmarks[k].IsValid()) continue;
-    s.observations.push_back(ObservationOf(features, k, map.landmarks.At(landmarks[k])));
-    s.keypoints.push_back(k);
-  }
-  return s;
-}
-
 }  // namespace
 
 std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map,
@@ -85,7 +71,7 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map,
     const auto matches = SearchByProjection(
         features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
         {round.radius_px, round.max_hamming, round.ratio, false});
-    const Selected selected = Select(features, map, matches.landmarks);
+    const MatchedPoints selected = ObserveMatches(features, map, matches.landmarks);
     const PoseReport pose =
         RefinePose(map.cameras[frame.camera], report.cam_from_world, selected.observations);
     report.inliers = 0;
@@ -127,12 +113,11 @@ void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationRe
   for (const LandmarkId id : report.landmarks)
     if (id.IsValid())
       distances.push_back((report.cam_from_world * map.landmarks.At(id).position).norm());
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
+  const double distance = Median(std::move(distances));
   const double correlated_sigma = report.sigma_position * std::sqrt(report.inliers);
-  if (!(correlated_sigma < max_relative_sigma * *middle)) {
+  if (!(correlated_sigma < max_relative_sigma * distance)) {
     report.why_not = fmt::format("position uncertain by {:.0f} % of the distance",
-                                 100 * correlated_sigma / *middle);
+                                 100 * correlated_sigma / distance);
     return;
   }
   report.success = true;

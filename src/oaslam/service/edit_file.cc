@@ -8,7 +8,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/service/anchor_edit.h"
-#include "oaslam/storage/sqlite.h"
+#include "oaslam/storage/map_rows.h"
 
 namespace oaslam {
 namespace {
@@ -126,14 +126,7 @@ AnchorEdits EditFile::AnchorsSince(const std::string& map, int64_t version) {
       AnchorEntry& entry = edits.entries.emplace_back();
       entry.version = rows.Integer(1, INT64_MAX);
       entry.name = rows.Text();
-      if (rows.Int(0, 1) == 1) continue;
-      Anchor& anchor = entry.anchor.emplace();
-      anchor.model = rows.Text();
-      anchor.size = rows.Real();
-      anchor.keyframe = rows.RequiredId<KeyframeId>();
-      anchor.cam_from_anchor = rows.Pose();
-      anchor.object = rows.OptionalId<ObjectId>();
-      anchor.offset = rows.Vector();
+      if (rows.Int(0, 1) == 0) entry.anchor = ReadAnchor(rows);
     }
     return edits;
   });

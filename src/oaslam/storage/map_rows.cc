@@ -301,18 +301,22 @@ void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map) {
   }
 }
 
+Anchor ReadAnchor(RowReader& row) {
+  Anchor anchor;
+  anchor.model = row.Text();
+  anchor.size = row.Real();
+  anchor.keyframe = row.RequiredId<KeyframeId>();
+  anchor.cam_from_anchor = row.Pose();
+  anchor.object = row.OptionalId<ObjectId>();
+  anchor.offset = row.Vector();
+  return anchor;
+}
+
 void ReadAnchors(SQLite::Database& database, Checksum& checksum, Map& map) {
   RowReader rows(database, checksum, "anchors", "name");
   while (rows.Next()) {
     std::string name = rows.Text();
-    Anchor anchor;
-    anchor.model = rows.Text();
-    anchor.size = rows.Real();
-    anchor.keyframe = rows.RequiredId<KeyframeId>();
-    anchor.cam_from_anchor = rows.Pose();
-    anchor.object = rows.OptionalId<ObjectId>();
-    anchor.offset = rows.Vector();
-    map.anchors.emplace(std::move(name), std::move(anchor));
+    map.anchors.emplace(std::move(name), ReadAnchor(rows));
   }
 }
 

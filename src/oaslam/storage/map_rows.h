@@ -23,6 +23,8 @@ void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map);
 void ReadTrajectory(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
 void ReadClassNames(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
 void ReadAnchors(SQLite::Database& database, Checksum& checksum, Map& map);
+// The columns of an anchor that follow its name.
+Anchor ReadAnchor(RowReader& row);
 
 // Tells the keyframes of a map which landmarks they see.
 void LinkKeyframes(Map& map);
