@@ -9,8 +9,8 @@
 namespace oaslam {
 namespace {
 
-// The error of an object that is not in front of the camera: as large as that of a very wrong box,
-// so that no step gains by going there.
+// The error of each edge of an object that is not in front of the camera, in units of kHuberPx: 150
+// detector pixels, as of a very wrong box, so that no step gains by going there.
 constexpr double kBehindError = 15;
 
 using Matrix47 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;

@@ -15,6 +15,7 @@ constexpr size_t kMaxFixedKeyframes = 40;
 // Maps with more keyframes are adjusted in windows of this many, each with as many fixed ones at
 // most as one in four.
 constexpr size_t kLargeMap = 500, kWindow = 250, kMaxFixedOfWindow = kWindow / 4;
+// A local adjustment is soon followed by the next one, which goes on where it ended.
 constexpr double kLocalTolerance = 1e-3, kGlobalTolerance = 1e-4;
 
 std::vector<KeyframeId> StrongestObservers(const Map& map, const std::vector<LandmarkId>& landmarks,

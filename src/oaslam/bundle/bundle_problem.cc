@@ -64,7 +64,7 @@ class BundleProblem {
     for (auto& shape : shapes_) options.linear_solver_ordering->AddElementToGroup(shape.data(), 2);
     options.max_num_iterations = max_iterations;
     options.num_threads = 1;
-    // As fast, and on one thread, whereas CHOLMOD starts threads of OpenMP.
+    // CHOLMOD starts threads of OpenMP; Eigen stays on this one, and is as fast.
     options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     options.function_tolerance = effort.tolerance;
     StopCallback stop(effort.stop);
@@ -100,7 +100,7 @@ class BundleProblem {
     double sum = 0;
     for (const double chi2 : Chi2OfAll()) {
       double rho[3];
-      huber_.Evaluate(std::min(chi2, 1e6), rho);
+      huber_.Evaluate(std::min(chi2, 1e6), rho);  // it is infinite behind the camera
       sum += rho[0] / 2;
     }
     return sum;
@@ -137,6 +137,8 @@ class BundleProblem {
     bool is_active = true;
   };
 
+  // The dense system has 360 rows there; it grows with the cube of the poses, of which few share
+  // landmarks in a larger map.
   static constexpr size_t kMaxDensePoses = 60;
 
   static bool IsOutlier(double chi2) { return !(chi2 <= kChi2TwoDof); }
@@ -313,8 +315,8 @@ BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection,
   const double initial_cost = problem.RobustCost();
   const int first_stage = (effort.iterations + 1) / 2;
   if (!problem.Solve(first_stage, effort)) return {};
-  // A few outliers hardly affect the result, thanks to the kernel, and they are erased, so that the
-  // next adjustment is without them.
+  // For fewer outliers the second stage is not worth its time: the kernel bounds their influence,
+  // and the next adjustment is without them.
   constexpr double kNegligibleOutliers = 0.01;
   if (problem.DropOutliers() > kNegligibleOutliers &&
       !problem.Solve(std::max(1, effort.iterations - first_stage), effort))

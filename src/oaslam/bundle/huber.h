@@ -4,6 +4,10 @@
 
 namespace oaslam {
 
+// At or behind the camera there is no projection: the error is a constant of 141 sigmas instead, so
+// that no step gains by going there. The depth only prevents a division by zero.
+inline constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
+
 struct Loss {
   double cost, weight;
 };

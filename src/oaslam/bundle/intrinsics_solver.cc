@@ -23,9 +23,9 @@ using MatrixShared = Eigen::Matrix<double, kShared, kShared>;
 using MatrixPixelShared = Eigen::Matrix<double, 2, kShared>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
-constexpr double kHeld = 1e12;  // information that fixes a parameter
-// As a share of a block's largest diagonal element, since the unit of length is arbitrary.
+constexpr double kHeld = 1e12;  // information that fixes a parameter: far above that of any image
+// Keeps blocks invertible. A share of their largest diagonal element, since the unit of length is
+// arbitrary; far below what images determine.
 constexpr double kRidge = 1e-10;
 
 SharedStep PriorInformation(const IntrinsicsPrior& prior) {
@@ -99,7 +99,7 @@ class Solver {
     const Eigen::VectorXd step = factor.solve(right);
     if (!step.allFinite()) return false;
     const SharedStep of_camera = step.tail<kShared>();
-    // A change of the focal length by nearly a factor of three is beyond the linear model.
+    // A change of the focal length by a factor of e is beyond the linear model.
     if (std::abs(of_camera[0]) > 1) return false;
     for (size_t point = 0; point < points_.size(); ++point) {
       const PointBlock& b = points_[point];

@@ -75,9 +75,9 @@ std::optional<std::vector<Similarity>> OptimizePoseGraph(const std::vector<Simil
                              nullptr, blocks[edge.from].data(), blocks[edge.to].data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  // One thread, whereas CHOLMOD starts threads of OpenMP.
+  // CHOLMOD would start threads of OpenMP.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  options.max_num_iterations = 50;
+  options.max_num_iterations = 50;  // bounds the time where it does not converge
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

@@ -14,8 +14,8 @@ using Matrix27 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
 using Matrix76 = Eigen::Matrix<double, 7, 6, Eigen::RowMajor>;
 using Matrix67 = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
-// At or behind the camera there is no projection; a large constant error ensures that no step gains
-// by going there.
+// At or behind the camera there is no projection: both residuals are a constant of 100 sigmas
+// instead (kBehindChi2 in huber.h), so that no step gains by going there.
 constexpr double kMinDepth = 1e-6, kBehindError = 100;
 
 Eigen::Quaterniond Exp(const Eigen::Vector3d& w) {

@@ -36,6 +36,7 @@ Features AtOneInstant(const Map& map, KeyframeId id, const Features& rolled,
 
 Map WithoutReadout(const Map& map, std::span<const FramePose> trajectory, double readout_s,
                    const BundleConfig& config, int min_shared_landmarks) {
+  // Rounds, since key points and map depend on each other.
   constexpr int kRounds = 3, kIterations = 20;
   Map still = map;
   if (map.keyframes.size() < 3) return still;

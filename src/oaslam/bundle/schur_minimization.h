@@ -12,7 +12,7 @@ namespace oaslam {
 // Linearize(state), and Step(damping, state), which moves a state and says whether it could.
 template <typename Solver, typename State>
 SchurReport MinimizeBySchur(Solver& solver, const SchurOptions& options, State& state) {
-  constexpr double kMaxDamping = 1e6;
+  constexpr double kMaxDamping = 1e6;  // relative to the diagonal: steps of nothing
   SchurReport report;
   double cost = solver.Cost(state), damping = 1e-4;
   bool is_new = true, was_solved = false;

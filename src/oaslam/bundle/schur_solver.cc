@@ -20,10 +20,6 @@ using Matrix63 = Eigen::Matrix<double, 6, 3>;
 using Matrix66 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// At or behind the camera there is no projection; a large constant error ensures that no step gains
-// by going there.
-constexpr double kMinDepth = 1e-6, kBehindChi2 = 2e4;
-
 struct Cam {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d translation;

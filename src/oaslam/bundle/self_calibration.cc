@@ -22,6 +22,7 @@ namespace {
 // More keyframes hardly add information on one lens, and the cost of the dense system grows with
 // their square.
 constexpr size_t kMaxKeyframes = 120;
+// With fewer of either, the five parameters would follow the noise.
 constexpr int kMinKeyframes = 5, kMinPoints = 30;
 // With a larger uncertainty a guess from the usual fields of view is hardly worse.
 constexpr double kMaxRelativeSigma = 0.02;
@@ -29,9 +30,9 @@ constexpr double kMaxRelativeSigma = 0.02;
 constexpr double kMinParallaxRad = 0.5 * std::numbers::pi / 180, kMinParallaxShare = 0.1;
 // Without rotation, focal length and depth cannot be distinguished.
 constexpr double kMinTurnRad = 5 * std::numbers::pi / 180;
-// Bounds of the focal length; outside of them there is no solution, or the
-// lens needs a calibration.
-constexpr double kMinFocal = 0.15, kMaxFocal = 6;  // relative to the longer side of the image
+// Bounds of the focal length, relative to the longer side of the image: fields of view of 147
+// and 9.5 degrees. Outside of them there is no solution, or the lens needs a calibration.
+constexpr double kMinFocal = 0.15, kMaxFocal = 6;
 
 struct Problem {
   std::vector<RollingMeasurement> measurements;  // ordered by point
@@ -136,7 +137,8 @@ struct Noise {
 };
 
 Noise NoiseOf(const IntrinsicsState& state, std::span<const RollingMeasurement> measurements) {
-  constexpr int kCells = 8;  // along the longer side
+  constexpr int kCells =
+      8;  // along the longer side: large against patches, small against the image
   const double cell =
       std::max(state.camera.width, state.camera.height) / static_cast<double>(kCells);
   std::map<std::array<int, 3>, std::pair<Eigen::Vector2d, double>> cells;
@@ -212,6 +214,7 @@ std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state,
 }
 
 bool Solve(Problem& problem, const CalibrationPrior& prior) {
+  // The focal length is weakly determined: it still changes where the cost hardly does.
   constexpr int kIterations = 40;
   constexpr double kTolerance = 1e-5;
   IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
@@ -270,6 +273,8 @@ double StatisticalSigma(const IntrinsicsState& state, std::span<const RollingMea
 // own standard deviations explain (Birge 1932); at least 1. It reveals errors that are constant
 // within a part, such as the effect of a rolling shutter on its motion.
 double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
+  // More parts tell their spread better, but each of them needs keyframes for a focal length of its
+  // own (one more than kMinKeyframes).
   constexpr int kParts = 4, kMinKeyframesOfPart = 6;
   const int count = static_cast<int>(whole.keyframes.size()),
             parts = std::min(kParts, count / kMinKeyframesOfPart);
@@ -355,7 +360,7 @@ SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const Calibrati
 
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
                  const BundleConfig& config, int min_shared_landmarks) {
-  constexpr int kIterations = 20;
+  constexpr int kIterations = 20;  // from the solution for part of the keyframes
   Map changed = WithCamera(map, camera, calibration.camera);
   for (const auto& [id, pose] : calibration.poses)
     changed.keyframes.MutableAt(id).cam_from_world = pose;
@@ -368,6 +373,8 @@ Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,
 }
 
 double SelfCalibration::SureReadout() const {
+  // A shorter readout moves key points by less than a pixel where the image moves by 300 px/s. Four
+  // sigmas: a global shutter must not be taken for a rolling one.
   constexpr double kSigmas = 4, kMinReadoutS = 0.003;
   const double least = std::max(kMinReadoutS, kSigmas * readout_sigma_s);
   return success && std::abs(readout_s) >= least ? readout_s : 0;

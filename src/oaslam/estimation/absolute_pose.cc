@@ -71,8 +71,8 @@ AbsolutePoseReport EstimateAbsolutePose(const Camera& camera,
   bool found = false;
   int needed = options.max_iterations;
   for (int iteration = 0; iteration < needed; ++iteration) {
-    // Samples are drawn from the front fifth at first, and from all points after
-    // half of the iterations.
+    // Samples are drawn from the front fifth (of at least 12 points) at first, and from all points
+    // after half of the iterations.
     const int front = std::min(n, std::max(12, n / 5) + 2 * n * iteration / options.max_iterations);
     std::array<int, 3> s{rng.Index(front), rng.Index(front), rng.Index(front)};
     if (s[0] == s[1] || s[0] == s[2] || s[1] == s[2]) continue;
@@ -89,8 +89,8 @@ AbsolutePoseReport EstimateAbsolutePose(const Camera& camera,
       improved = found = true;
     }
     if (!improved) continue;
-    // The first refinement uses a wide bound: a pose from three noisy points is near
-    // to few of its inliers.
+    // The first refinement takes twice the distance as its bound: the pose of three noisy points is
+    // near to few of its inliers.
     const Rigid3 rough =
         RefinedOnInliers(camera, report.cam_from_world, observations, 4 * options.max_chi2);
     const Rigid3 refined = RefinedOnInliers(camera, rough, observations, options.max_chi2);

@@ -12,10 +12,11 @@
 namespace oaslam {
 
 struct AbsolutePoseOptions {
-  int max_iterations = 1000;
-  // Bound for inliers; wider than the final one, since the pose of three noisy points is rough.
+  int max_iterations = 1000;  // enough for a share of inliers of a fifth (IterationsFor)
+  // Bound for inliers: three sigmas. The final bound is 5.991; the pose of three noisy points is
+  // rough.
   double max_chi2 = 9;
-  int min_inliers = 10;
+  int min_inliers = 10;  // three points always fit: seven others must agree
 };
 
 struct AbsolutePoseReport {

@@ -154,6 +154,7 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
     ShapeVector step = ShapeVector::Zero();
     step.head(parameters) = -damped.ldlt().solve(normal.gradient.head(parameters));
     if (!step.allFinite()) break;
+    // The projection is not linear in a half axis that changes by more than a factor of e.
     step.segment<3>(3) = step.segment<3>(3).cwiseMax(-1.0).cwiseMin(1.0);
     Ellipsoid moved = Moved(fit.ellipsoid, step);
     ClampAxes(moved, depth);
@@ -167,7 +168,7 @@ EllipsoidFit FitEllipsoid(std::span<const BoxView> views, const Ellipsoid& start
     fit.ellipsoid = moved;
     damping = std::max(damping / 6, 1e-7);
     normal = Linearize(views, fit.ellipsoid, options);
-    if (decrease < 1e-4 * cost) break;
+    if (decrease < 1e-4 * cost) break;  // far below the noise of the boxes
   }
   fit.cost = normal.cost;
   fit.success = normal.in_front > 0 && fit.ellipsoid.center.allFinite() &&
@@ -186,8 +187,9 @@ EllipsoidFit FitFromSphere(std::span<const BoxView> views, const Ellipsoid& sphe
 }
 
 ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const BoxView> views) {
-  // Box errors of 4 detector pixels (1 sigma) are the same in about 6 neighbouring views of a video
-  // of 30 Hz: with these the errors of boxes from other sides are about as large as predicted.
+  // The errors of boxes are 4 detector pixels (1 sigma), and about 6 neighbouring views of a video
+  // of 30 Hz have the same error. With these values, boxes from other sides are as far off as
+  // predicted. The noise of 10 is that of kPriorWeightPx.
   constexpr double kEdgeVariance = 16, kCorrelatedViews = 6, kNoisePx = 10;
   ShapeCovariance information = ShapeCovariance::Zero();
   for (const BoxView& view : views) {
@@ -197,7 +199,7 @@ ShapeCovariance EstimateCovariance(const Ellipsoid& ellipsoid, std::span<const B
         EdgeResidual(OutlineBox(seen->outline, *view.camera), view.box, view.truncated);
     const double unit = DetectorPixel(*view.camera);
     if (view.score * residual.squaredNorm() > 4 * kHuberPx * kHuberPx * unit * unit)
-      continue;  // a box of another object, or a wrong one
+      continue;  // 20 detector pixels off: a box of another object, or a wrong one
     const EdgesByShape jacobian = DifferentiateByShape(*seen, *view.camera);
     for (int row = 0; row < 4; ++row) {
       if (view.truncated & (1 << row)) continue;

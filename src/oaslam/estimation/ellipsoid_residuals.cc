@@ -9,10 +9,11 @@
 namespace oaslam {
 namespace {
 
-// Keeps unobserved axes from vanishing; the paper has no such prior.
+// Keeps unobserved axes from vanishing; the paper has no such prior. A sixth of that of the edges:
+// it should not show in what the boxes determine.
 constexpr double kWassersteinPriorWeightPx = 5;
-// The cost of a view that has the object behind it: that of a box that is wrong by this many
-// detector pixels.
+// The cost of a view that has the object behind it is that of a box that is wrong by this many
+// detector pixels: half the image, more than any box of an object in view.
 constexpr double kBehindPx = 300;
 
 struct Loss {

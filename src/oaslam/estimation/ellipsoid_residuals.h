@@ -43,6 +43,6 @@ Eigen::Matrix<double, 4, 3> ShapePriorRows(double weight_px, bool horizontal_pai
 
 // In detector pixels (DetectorPixel), in which residuals of boxes are weighed.
 constexpr double kPriorWeightPx = 30;  // sigma of a log axis about 1/3 at the noise of 10
-constexpr double kHuberPx = 10;
+constexpr double kHuberPx = 10;  // 2.5 sigma of a box's edge (4): beyond it an edge is an outlier
 
 }  // namespace oaslam

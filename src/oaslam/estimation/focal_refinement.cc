@@ -12,8 +12,8 @@ namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 
-constexpr double kMinDepth = 1e-6;
-constexpr int kMinInliers = 8;
+constexpr double kMinDepth = 1e-6;  // only prevents a division by zero
+constexpr int kMinInliers = 8;      // twice the four points that determine seven parameters
 
 struct State {
   Camera camera;
@@ -34,7 +34,7 @@ NormalEquations<7> Linearize(const State& state, std::span<const PointObservatio
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = state.pose * o.point;
     if (p.z() < kMinDepth) {
-      // A step that hides points behind the camera must not pay.
+      // No step may lower the cost by moving points behind the camera.
       n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;
       continue;
     }
@@ -60,7 +60,8 @@ NormalEquations<7> Linearize(const State& state, std::span<const PointObservatio
   return n;
 }
 
-// Nothing where the step changes the focal length by more than is linear.
+// Nothing where a step changes the focal length by more than a factor of 1.65: the model is linear
+// only below that.
 std::optional<State> MovedState(const State& state, const Vector7& step) {
   constexpr double kMaxFocalStep = 0.5;  // of its logarithm
   if (std::abs(step[6]) > kMaxFocalStep) return std::nullopt;
@@ -73,7 +74,7 @@ std::optional<State> MovedState(const State& state, const Vector7& step) {
 
 FocalReport RefinePoseAndFocal(const Camera& camera, const Rigid3& initial_cam_from_world,
                                std::span<const PointObservation> observations) {
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 4;  // as in RefinePose
   FocalReport report;
   State state{camera, initial_cam_from_world};
   report.inlier.assign(observations.size(), 1);

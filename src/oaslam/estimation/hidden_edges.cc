@@ -9,11 +9,12 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMostOfIt = 0.7;  // share of an edge that must be hidden
-// A hiding box must reach beyond the edge by this share of the box and 3 detector pixels, since
-// where one object hides another their outlines touch.
-constexpr double kMargin = 0.1;
-constexpr double kMarginPixels = 3;  // detector pixels
+// Share of an edge that must be hidden. Less: an edge whose visible part tells its place is lost;
+// more: a detector closes its box at the hiding object, and the edge pulls the ellipsoid there.
+constexpr double kMostOfIt = 0.7;
+// A hiding box must reach beyond the edge by this share of the hidden box and these detector pixels
+// (the precision of boxes), since where one object hides another their outlines touch.
+constexpr double kMargin = 0.1, kMarginPixels = 3;
 
 // Collects the hidden parts of an edge from `begin` to `end`.
 class Cover {

@@ -30,6 +30,8 @@ struct LevenbergMarquardtOptions {
 template <int N, typename State, typename Linearize, typename Move>
 NormalEquations<N> MinimizeLevenbergMarquardt(const LevenbergMarquardtOptions& options,
                                               State& state, Linearize&& linearize, Move&& moved) {
+  // Damping by a million times the diagonal is a step of nothing: there is no better state nearby.
+  // The floor is for parameters without any derivative.
   constexpr double kShrink = 0.1, kMaxDamping = 1e6, kFloor = 1e-12;
   NormalEquations<N> here = linearize(state);
   double damping = options.damping;
@@ -58,7 +60,7 @@ NormalEquations<N> MinimizeLevenbergMarquardt(const LevenbergMarquardtOptions& o
 // problem does not determine all of them.
 template <int N>
 std::optional<Eigen::Matrix<double, N, N>> CovarianceOf(const NormalEquations<N>& equations) {
-  constexpr double kLeastPivot = 1e-12;  // relative to the largest
+  constexpr double kLeastPivot = 1e-12;  // relative to the largest: above the errors of rounding
   const Eigen::LDLT<Eigen::Matrix<double, N, N>> factor(equations.hessian);
   if (factor.info() != Eigen::Success ||
       !(factor.vectorD().minCoeff() > kLeastPivot * factor.vectorD().maxCoeff()))

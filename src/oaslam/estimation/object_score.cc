@@ -9,9 +9,15 @@
 namespace oaslam {
 namespace {
 
-// In detector pixels (DetectorPixel).
-constexpr double kPixelNoise = 2, kSizeNoise = 0.06, kMaxDeviation = 6, kTypicalSize = 250;
-// Upper bound, in detector pixels, beyond which the linear model of the variance is meaningless.
+// The error of a box's edge: 2 detector pixels (DetectorPixel) and 6 % of its size, so that edges
+// of large objects, which have no sharp outline, weigh less.
+constexpr double kPixelNoise = 2, kSizeNoise = 0.06;
+// A deviation beyond six sigma counts as six: one wrong edge must not outweigh the three others.
+constexpr double kMaxDeviation = 6;
+// Detector pixels over which the sizes of boxes are spread where nothing is known of the object.
+constexpr double kTypicalSize = 250;
+// Detector pixels, about half the image, beyond which the linear model of the variance is
+// meaningless.
 constexpr double kMaxEdgeSigma = 300;
 
 }  // namespace

@@ -14,7 +14,7 @@ Plane Towards(const Eigen::Vector3d& viewpoint, Plane plane) {
 }
 
 bool IsGrazing(const Plane& plane, const Eigen::Vector3d& viewpoint, const Eigen::Vector3d& point) {
-  constexpr double kMinSine = 0.1;  // 6 degrees
+  constexpr double kMinSine = 0.1;  // 6 degrees: depths would be ten times as wrong as heights
   return std::abs(plane.normal().dot((point - viewpoint).normalized())) < kMinSine;
 }
 
@@ -41,9 +41,9 @@ Plane LeastSquares(std::span<const Eigen::Vector3d> points, const std::vector<in
 
 std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points,
                                  const Eigen::Vector3d& viewpoint, double tolerance, Rng& rng) {
-  constexpr int kIterations = 300;
-  constexpr int kMinInliers = 3;
-  constexpr double kMinSpread = 1e-3;  // sine of the angle between the sides of a triple
+  constexpr int kIterations = 300;     // find a plane of a fourth of the points in 99 of 100 cases
+  constexpr int kMinInliers = 3;       // what determines a plane
+  constexpr double kMinSpread = 1e-3;  // sine of the angle between the sides of a triple: no line
   if (points.size() < kMinInliers) return std::nullopt;
   const int n = static_cast<int>(points.size());
   PlaneFit best;

@@ -82,6 +82,7 @@ PoseReport RefinePoseByMatches(const Camera& camera, const Rigid3& initial,
                                std::span<const PointObservation> landmarks,
                                const Rigid3& before_from_world,
                                std::span<const EpipolarMatch> matches) {
+  // RefinePose has a fourth round, without kernel; the kernel of matches stays.
   constexpr int kRounds = 3, kIterations = 8, kMinInliers = 6;
   const Rigid3 world_from_before = before_from_world.Inverse();
   PoseReport report;

@@ -11,7 +11,7 @@ namespace {
 
 // Only prevents a division by zero: the unit of the world is arbitrary.
 constexpr double kMinDepth = 1e-6;
-constexpr int kMinInliers = 6;
+constexpr int kMinInliers = 6;  // twice the three points that determine a pose
 
 // Linearises at a pose, by the step of geometry/pose_step.h.
 NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
@@ -25,7 +25,7 @@ NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
     const PointObservation& o = observations[i];
     const Eigen::Vector3d p = r * o.point + pose.translation;
     if (p.z() < kMinDepth) {
-      // A step that hides points behind the camera must not pay.
+      // No step may lower the cost by moving points behind the camera.
       n.cost += robust ? kChi2TwoDof * 4 : kChi2TwoDof;
       continue;
     }
@@ -34,7 +34,7 @@ NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
                  ey = camera.fy * y + camera.cy - o.px.y();
     const double chi2 = (ex * ex + ey * ey) * o.inverse_variance;
     double weight = o.inverse_variance;
-    if (robust && chi2 > kChi2TwoDof) {  // Huber with threshold sqrt(5.991)
+    if (robust && chi2 > kChi2TwoDof) {  // Huber's kernel
       const double chi = std::sqrt(chi2), threshold = std::sqrt(kChi2TwoDof);
       weight *= threshold / chi;
       n.cost += 2 * threshold * chi - kChi2TwoDof;
@@ -55,6 +55,8 @@ NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
 
 PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world,
                       std::span<const PointObservation> observations) {
+  // The last round is without kernel. More rounds and steps would cost time in each frame, and the
+  // start is mostly a prediction that is near.
   constexpr int kRounds = 4, kIterations = 8;
   PoseReport report;
   report.cam_from_world = initial_cam_from_world;

@@ -28,8 +28,9 @@ struct PoseReport {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-// chi^2 with two degrees of freedom at 95 %: a larger reprojection error is an outlier.
-inline constexpr double kChi2TwoDof = 5.991;
+// The 95 % quantiles of chi^2, by degrees of freedom: a larger squared error, in units of its
+// variance, is that of an outlier. One: a distance from a line; two: a reprojection error.
+inline constexpr double kChi2OneDof = 3.841, kChi2TwoDof = 5.991;
 
 // Refines a pose from points by robust nonlinear least squares. It is called for each frame and
 // must be fast. Rounds of Levenberg-Marquardt with Huber's kernel alternate with a new

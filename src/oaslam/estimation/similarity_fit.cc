@@ -12,9 +12,10 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMaxSigmas = 3;
-constexpr double kMaxAngle = 6 * std::numbers::pi / 180;
+constexpr double kMaxSigmas = 3;  // of a position that is an inlier
+// Assumed for poses by points and by objects alike; the bound of an inlier is four of it.
 constexpr double kRotationSigma = 1.5 * std::numbers::pi / 180;
+constexpr double kMaxAngle = 6 * std::numbers::pi / 180;
 
 Eigen::Quaterniond RotationOf(const PosePair& pair) {
   return pair.cam_from_b.rotation.conjugate() * pair.cam_from_a.rotation;
@@ -30,8 +31,8 @@ bool IsInlier(const PosePair& pair, const Similarity& b_from_a) {
 std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second) {
   const Eigen::Vector3d a = second.cam_from_a.OriginInSource() - first.cam_from_a.OriginInSource();
   const Eigen::Vector3d b = second.cam_from_b.OriginInSource() - first.cam_from_b.OriginInSource();
-  // Two cameras that are closer together than the error of their positions do
-  // not determine the scale.
+  // Two cameras that are closer together than twice the errors of their positions do not determine
+  // the scale.
   if (a.norm() <= 0 || b.norm() < 2 * (first.sigma + second.sigma)) return std::nullopt;
   const Eigen::Quaterniond rotation = RotationOf(first).slerp(0.5, RotationOf(second));
   const double scale = b.norm() / a.norm();
@@ -43,7 +44,7 @@ std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second)
 }
 
 Similarity BestOfTwo(std::span<const PosePair> pairs) {
-  constexpr size_t kMost = 40;  // poses that are combined to pairs
+  constexpr size_t kMost = 40;  // poses that are combined: their 780 pairs bound the time
   const size_t stride = (pairs.size() + kMost - 1) / kMost;
   Similarity best;
   int most = -1;
@@ -112,7 +113,7 @@ Similarity Apply(const Vector7& change, const Eigen::Vector3d& middle, const Sim
 }  // namespace
 
 SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
-  constexpr int kIterations = 15;
+  constexpr int kIterations = 15;  // at most: it ends where a step is nothing
   SimilarityFit fit;
   if (pairs.size() < 3) return fit;
   fit.b_from_a = BestOfTwo(pairs);

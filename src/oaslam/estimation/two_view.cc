@@ -21,7 +21,12 @@ constexpr double kMinPointParallaxDeg = 0.3;
 // The scene counts as planar when the homography's share of the scores, S_H / (S_H + S_E), is
 // larger (Mur-Artal et al. 2015, IV).
 constexpr double kPlanarShare = 0.45;
-constexpr double kMaxBehindShare = 0.15;  // largest share of inliers that may lie behind a camera
+// Largest share of inliers that may lie behind a camera. Noise puts some of the farthest points
+// there, a wrong motion many points.
+constexpr double kMaxBehindShare = 0.15;
+// Candidates with a rough score below this share of the best are not refined: it spares time, and
+// may miss one that refinement would make the best.
+constexpr double kWorthRefining = 0.3;
 
 // The points that a motion gives for the matches.
 struct Structure {
@@ -40,9 +45,10 @@ Structure Explain(const RayMatches& m, const Rigid3& motion, double loose) {
   s.points.resize(m.size());
   const double min_cos = std::cos(kMinPointParallaxDeg * std::numbers::pi / 180);
   for (int i = 0; i < m.size(); ++i) {
+    // The bound on a triangulated point's error in each image: two sigmas.
     const double variance = std::pow(loose * m.sigma[i], 2), max_error2 = 4 * variance;
     const double chi2 = SquaredSampson(m, essential, i) / variance;
-    if (!(chi2 < 3.841)) continue;
+    if (!(chi2 < kChi2OneDof)) continue;
     ++s.inliers;
     const double cos_rays =
         (motion.rotation * m.first[i]).normalized().dot(m.second[i].normalized());
@@ -76,6 +82,7 @@ struct Candidate {
   Structure structure;
 };
 
+// The direction of translation is less certain than the rotation (max_direction_sigma_deg).
 bool SameMotion(const Rigid3& a, const Rigid3& b) {
   constexpr double kDegree = std::numbers::pi / 180;
   return a.rotation.angularDistance(b.rotation) < kDegree &&
@@ -89,7 +96,7 @@ std::vector<Candidate> RankMotions(const RayMatches& matches, const std::vector<
   const double best = rough.empty() ? 0 : *std::ranges::max_element(rough);
   std::vector<Candidate> ranked;
   for (size_t i = 0; i < motions.size(); ++i) {
-    if (!(rough[i] > 0.3 * best)) continue;
+    if (!(rough[i] > kWorthRefining * best)) continue;
     const RefinedMotion refined = RefineMotion(matches, motions[i]);
     ranked.push_back({refined, Explain(matches, refined.second_from_first, 1)});
   }

@@ -13,10 +13,10 @@
 namespace oaslam {
 
 struct TwoViewOptions {
-  int essential_iterations = 300;   // RANSAC, samples of 8
-  int homography_iterations = 150;  // RANSAC, samples of 4
-  int min_points = 50;              // triangulated
-  double min_inlier_share = 0.5;    // of the matches
+  // Samples of 8 and of 4. They find a model in 95 % of cases where 56 % and 38 % are inliers.
+  int essential_iterations = 300, homography_iterations = 150;
+  int min_points = 50;            // triangulated: fewer are soon out of view, and tracking is lost
+  double min_inlier_share = 0.5;  // of the matches
   // The result is rejected when another motion explains more than this share of what
   // the best one explains.
   double max_rival = 0.5;

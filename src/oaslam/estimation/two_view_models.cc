@@ -15,8 +15,6 @@ using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Rows8x9 = Eigen::Matrix<double, 8, 9>;
 
-constexpr double kChi2OneDof = 3.841;
-
 Eigen::Matrix3d FromRowMajor(const Vector9d& v) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v.data());
 }
@@ -102,6 +100,7 @@ TwoViewModel Ransac(const RayMatches& matches, int iterations, Rng& rng, SampleR
         repair(FromRowMajor(NullVector(sample_rows(Sample<kSample>(matches.size(), rng)))));
     if (const double s = score(model); s > best.score) best = {model, s};
   }
+  // It ends before the fourth time where the score does not rise.
   for (int polish = 0; polish < 4 && best.score > 0; ++polish) {
     const auto score_of = make_score(best.matrix);
     Matrix9d normal = Matrix9d::Zero();

@@ -77,7 +77,8 @@ Eigen::Matrix3d ZUpFromWorld(const Map& map) {
 }
 
 TriangleMesh UnitSphere() {
-  constexpr uint32_t kMeridians = 24, kParallels = 11;  // parallels without the poles
+  // Parallels without the poles: faces of 15 degrees look round, and make 528 triangles an object.
+  constexpr uint32_t kMeridians = 24, kParallels = 11;
   TriangleMesh mesh;
   mesh.vertices.push_back(Eigen::Vector3d::UnitZ());
   for (uint32_t i = 1; i <= kParallels; ++i)
@@ -119,9 +120,10 @@ double FrustumDepth(const Map& map) {
     if (!first) first = center;
     distances.push_back((center - *first).norm());
   });
-  if (!depths.empty()) return 0.05 * Median(std::move(depths));
+  constexpr double kShare = 0.05;  // frusta are small against what the cameras see
+  if (!depths.empty()) return kShare * Median(std::move(depths));
   const double way = distances.empty() ? 0 : Median(std::move(distances));
-  return way > 0 ? 0.05 * way : 0.05;
+  return way > 0 ? kShare * way : kShare;
 }
 
 }  // namespace oaslam

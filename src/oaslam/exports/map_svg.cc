@@ -15,6 +15,7 @@
 namespace oaslam {
 namespace {
 
+// The layout, in pixels: it fits a page of a document and a screen of 1080 lines.
 constexpr double kWidth = 1080, kMargin = 24, kTop = 52, kLegendWidth = 190, kMaxHeight = 780;
 constexpr double kLabelSize = 12;
 constexpr size_t kMaxDots = 20000;  // gives a file of about 300 kB
@@ -69,7 +70,8 @@ std::vector<Rigid3> CameraPoses(const MapPlot& plot) {
 }
 
 // The extent always includes the cameras; objects, localized poses and points only if they are not
-// far away.
+// far away, since one wrong point would make the map a dot. The bounds are by eye, as shares of the
+// side.
 Extent ShownExtent(const Points2& cameras, const Points2& localized, const Points2& landmarks,
                    const std::vector<TopEllipse>& objects) {
   Extent path;
@@ -89,7 +91,9 @@ Extent ShownExtent(const Points2& cameras, const Points2& localized, const Point
   return shown.Grown(0.04 * shown.Side());
 }
 
-// Places labels one after another, each where it covers least.
+// Places labels one after another, each where it covers least: in its ellipse or on five rings of
+// twelve places about it. To cover another label, or to leave the picture, is worse than to cover
+// part of an ellipse, and that is worse than to be one ring (40 square pixels) farther out.
 class LabelPlacer {
  public:
   explicit LabelPlacer(const PlaneView& view) : view_(view) {}

@@ -96,6 +96,7 @@ std::vector<std::vector<StampedPose>> SplitAtGaps(const std::vector<StampedPose>
   for (size_t i = 1; i < poses.size(); ++i)
     gaps.push_back(poses[i].timestamp - poses[i - 1].timestamp);
   std::ranges::sort(gaps);
+  // Ten usual intervals, and half a second at least: less is missing images.
   const double longest = gaps.empty() ? 0 : std::max(10 * gaps[gaps.size() / 2], 0.5);
   std::vector<std::vector<StampedPose>> lines(1);
   for (size_t i = 0; i < poses.size(); ++i) {

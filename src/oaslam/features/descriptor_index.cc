@@ -15,12 +15,14 @@ namespace {
 
 constexpr int kDescriptorBits = 256;
 constexpr uint32_t kMeanBucket = 4;  // larger buckets find more neighbours but take longer
-constexpr int kMaxBits = 24;         // of a key: a million landmarks need 20
+// Of a key: a million landmarks with four views each need 20. Each bit more doubles the tables.
+constexpr int kMaxBits = 24;
+constexpr size_t kSampled = 4096;  // descriptors: they tell the share of a bit within 1 %
 
 // Bit positions, sorted by how evenly they split the descriptors: even splits make small buckets.
 std::vector<uint8_t> BitsByBalance(const std::vector<Descriptor>& descriptors) {
   std::array<int64_t, kDescriptorBits> ones{};
-  const size_t step = 1 + descriptors.size() / 4096;
+  const size_t step = 1 + descriptors.size() / kSampled;
   int64_t sampled = 0;
   for (size_t i = 0; i < descriptors.size(); i += step, ++sampled)
     for (int b = 0; b < kDescriptorBits; ++b)

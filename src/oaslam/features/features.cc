@@ -55,6 +55,8 @@ Features Features::Selected(std::span<const uint32_t> kept) const {
 
 void Features::BuildGrid() {
   OASLAM_CHECK(size() <= kMaxKeypoints);
+  // Settled keyframes keep few key points (PackSettledKeyframes): most cells of a fine grid would
+  // be empty, and a large map has thousands of such grids.
   constexpr int kMany = 512;
   columns_ = size() > kMany ? 64 : 32;
   rows_ = size() > kMany ? 48 : 24;

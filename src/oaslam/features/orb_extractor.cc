@@ -13,7 +13,9 @@ namespace {
 
 constexpr int kBorder = kPatternReach;
 constexpr int kFastBorder = kBorder - kFastRing;  // margin around FAST's own border
-constexpr int kCellSize = 32;                     // cells in which a threshold is chosen
+// Side of the cells in which a threshold is chosen: smaller ones follow the contrast more closely,
+// but take noise for corners in each that has no texture.
+constexpr int kCellSize = 32;
 
 GreyImage View(const cv::Mat& image) {
   return {image.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(image.step), image.cols, image.rows};
@@ -28,8 +30,10 @@ float AngleOf(const Moments& moments) {
 }  // namespace
 
 cv::Size WorkingSize(const Camera& camera, int resolution) {
-  // The number of pixels decides, whatever the image's shape. A small change of size is not worth
-  // the blur.
+  // The number of pixels decides, whatever the image's shape. Scaling blurs, so that the size is
+  // kept where it would change by less than a fifth. An image of less than half the size is
+  // enlarged, so that FAST's circle of 7 pixels fits its details; by 2 at most, since details
+  // beyond are invented.
   constexpr double kWorthwhile = 1.2, kSmall = 0.5, kMaxEnlargement = 2;
   const double area = static_cast<double>(camera.width) * camera.height;
   double shrink = std::sqrt(area / (0.75 * resolution * resolution));

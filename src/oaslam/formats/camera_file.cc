@@ -46,6 +46,7 @@ void CheckRange(const std::string& path, const char* key, double value, double m
 
 void CheckCalibration(const Camera& camera, const std::string& path) {
   const double longest = std::max(camera.width, camera.height);
+  // From a thumbnail to the largest panorama.
   CheckRange(path, "image width", camera.width, 16, 100000);
   CheckRange(path, "image height", camera.height, 16, 100000);
   // Focal lengths for fields of view from 170 degrees down to about half a degree.
@@ -53,6 +54,7 @@ void CheckCalibration(const Camera& camera, const std::string& path) {
   CheckRange(path, "focal length fy", camera.fy, 0.04 * longest, 100 * longest);
   CheckRange(path, "principal point cx", camera.cx, 0, camera.width);
   CheckRange(path, "principal point cy", camera.cy, 0, camera.height);
+  // Those of narrow lenses are large, since they are of high powers of small radii.
   for (const double k : camera.distortion) CheckRange(path, "distortion coefficient", k, -100, 100);
 }
 

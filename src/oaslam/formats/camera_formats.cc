@@ -16,8 +16,8 @@
 namespace oaslam {
 namespace {
 
-constexpr double kAny = 1e12;
-constexpr int kMaxSide = 1'000'000;
+constexpr double kAny = 1e12;        // CheckCalibration has the bounds
+constexpr int kMaxSide = 1'000'000;  // pixels, likewise
 
 // A mapping of a calibration file, and its path for messages.
 struct Reader {

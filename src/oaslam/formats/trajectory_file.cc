@@ -46,7 +46,7 @@ std::vector<NumberedRow> ReadRows(const std::string& path, size_t count) {
 StampedPose PoseOf(const NumberedRow& row, const std::string& path) {
   const auto& v = row.values;
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
-  if (std::abs(rotation.norm() - 1) > 0.1)
+  if (std::abs(rotation.norm() - 1) > 0.1)  // files of other tools may be rounded
     throw InputError(fmt::format("{}:{}: quaternion of length {:.3g}, expected 1", path, row.line,
                                  rotation.norm()));
   return {v[0], Rigid3(rotation.normalized(), Eigen::Vector3d(v[1], v[2], v[3]))};

@@ -99,8 +99,9 @@ Eigen::Vector2d Undistort(const Camera& camera, double max_lens_angle,
 }
 
 double MaxLensAngle(const Camera& camera) {
-  // A ray at 90 degrees or more does not meet a pinhole image: the angle is kept just below.
+  // A ray at 90 degrees (1.5708 rad) or more does not meet a pinhole image.
   constexpr double kMaxTheta = 1.55;
+  // Steps of 0.01 rad find where the model folds; 40 halvings of one reach a double's precision.
   constexpr int kSteps = 155, kHalvings = 40;
   if (!camera.HasDistortion()) return kMaxTheta;
   const auto slope = [&](double theta) {
@@ -138,7 +139,7 @@ Box UndistortBox(const Camera& camera, const Box& box) {
 
 Box IdealImageBounds(const Camera& camera) {
   Box bounds{1e9, 1e9, -1e9, -1e9};
-  constexpr int kSteps = 32;
+  constexpr int kSteps = 32;  // points of each side; distortion is smooth between them
   for (int i = 0; i <= kSteps; ++i) {
     const double x = (camera.width - 1.0) * i / kSteps, y = (camera.height - 1.0) * i / kSteps;
     for (const Eigen::Vector2d& border :
@@ -153,7 +154,7 @@ Box IdealImageBounds(const Camera& camera) {
 }
 
 unsigned char TruncatedEdges(const Camera& camera, const Box& box) {
-  const double margin_px = 3 * DetectorPixel(camera);
+  const double margin_px = 3 * DetectorPixel(camera);  // about the error of a box's edge
   unsigned char edges = 0;
   if (box.x1 <= margin_px) edges |= kLeft;
   if (box.y1 <= margin_px) edges |= kTop;

@@ -9,6 +9,7 @@
 
 namespace oaslam {
 
+// More than any data set has classes; a larger number is a mistake, such as an id of an image.
 constexpr int kMaxCategory = 1'000'000;
 
 // Checks of detections, from files and from applications. Each describes the problem of one part of

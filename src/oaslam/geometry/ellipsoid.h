@@ -26,9 +26,9 @@ inline OutlineConic OutlineOf(const Eigen::Vector3d& p, const Eigen::Matrix3d& b
           b.row(1).dot(b.row(2)) - p.y() * p.z(), b.row(2).dot(b.row(2)) - p.z() * p.z()};
 }
 
-// Only an ellipsoid that is completely in front of the camera's principal plane has an
-// ellipse as outline: z > 0 and C*_33 < 0. (An ellipsoid behind the camera would yield a
-// plausible ellipse, too.)
+// The outline is an ellipse only if the whole ellipsoid is in front of the camera's principal
+// plane: z > 0 and C*_33 < 0 (by more than rounding errors). Behind the camera C*_33 is below 0,
+// too.
 inline bool IsInFront(double center_z, const OutlineConic& c) {
   return center_z > 0 && c.zz < -1e-9 * center_z * center_z;
 }

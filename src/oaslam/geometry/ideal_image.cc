@@ -43,7 +43,7 @@ bool IdealImage::Shows(const Eigen::Vector2d& ideal) const {
 double IdealImage::ShareShown(const Box& box) const {
   if (IsExact(camera_)) return ShareInside(box, bounds_);
   if (!(box.Area() > 0)) return 0;
-  constexpr int kSteps = 8;
+  constexpr int kSteps = 8;  // 64 points: the share is compared with thresholds in tenths
   int shown = 0;
   for (int row = 0; row < kSteps; ++row)
     for (int column = 0; column < kSteps; ++column)

@@ -8,9 +8,9 @@
 
 namespace oaslam {
 
-// The part of the ideal image that a camera shows; with distortion that is no rectangle. Points
-// beyond the angle up to which the lens model is one to one (MaxLensAngle) do not belong to it:
-// some pixels have no ideal point, and points outside of the view could seem to be inside.
+// The part of the ideal image that a camera shows; with distortion it is no rectangle. It ends at
+// the angle up to which the lens model is one to one (MaxLensAngle): beyond it some pixels have no
+// ideal point, and the model maps points outside of the view into the image.
 class IdealImage {
  public:
   explicit IdealImage(const Camera& camera);

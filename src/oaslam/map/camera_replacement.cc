@@ -8,8 +8,8 @@
 namespace oaslam {
 namespace {
 
-// The inverse of UndistortBox. An edge depends on the others only through their midpoint, so that a
-// few iterations suffice.
+// The inverse of UndistortBox. An edge depends on the others only through their midpoint, so that
+// few rounds suffice.
 Box DistortBox(const Camera& camera, const Box& ideal) {
   constexpr int kRounds = 5;
   Box raw = ideal;

@@ -36,7 +36,7 @@ LabelShares SharesOf(const Detection& detection) {
 }
 
 bool AreConsistent(const LabelsRef& labels) {
-  constexpr double kRounding = 1e-6;
+  constexpr double kRounding = 1e-6;  // of sums over thousands of observations, in doubles
   double sum = 0;
   ForEachLabel(labels, [&](int, double share) { sum += share; });
   return std::abs(sum - 1) < kRounding && ShareOf(labels, labels.category_id) > 0;

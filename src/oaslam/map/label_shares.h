@@ -52,7 +52,8 @@ double LabelNorm(const LabelsRef& labels);
 // that two things of these labels are the same.
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
 
-// Things whose labels agree less than this are not the same.
+// Things whose labels agree less than this are not the same. Small, since it only excludes: a
+// second label with a share of 5 % is enough to be compared, and the place decides.
 constexpr double kLeastAgreement = 0.05;
 
 inline bool MayBeTheSame(const LabelsRef& a, const LabelsRef& b) {

@@ -165,8 +165,8 @@ void Map::UpdateLandmarkGeometry(LandmarkId id) {
 void Map::UpdateLandmark(LandmarkId id) {
   UpdateLandmarkGeometry(id);
   Landmark& landmark = landmarks.MutableAt(id);
-  // The latest observations suffice, and limiting their number keeps the cost linear in the size of
-  // the map.
+  // All pairs are compared: this bounds them to 144, whatever the number of observations is. The
+  // latest are those that look most like the next.
   constexpr size_t kMaxCompared = 12;
   std::vector<const Descriptor*> all;
   const size_t n = landmark.observations.size();

@@ -6,7 +6,8 @@ namespace oaslam {
 namespace {
 
 // The whole's ellipsoid is enlarged by this factor, since a part may lie in a corner of the box
-// around it, outside of the ellipsoid (by a factor of sqrt(3) at most).
+// around it, outside of the ellipsoid: by a factor of sqrt(3) = 1.73 at most, but the part has its
+// centre inside of the corner.
 constexpr double kReach = 1.5;
 
 bool LiesIn(const Ellipsoid& part, Ellipsoid whole) {

@@ -19,6 +19,8 @@ namespace oaslam {
 // std::vector; in addition, copies of one table may be used in different threads.
 template <typename Id, typename T>
 class Table {
+  // Larger pages cost more to copy for each change; smaller ones mean more pointers in each
+  // snapshot.
   static constexpr uint32_t kPageSize = 64;
 
   // The values of 64 ids. Most ids of a real map are of landmarks that were erased soon, so that

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/features/band_search.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/skew.h"
@@ -110,14 +111,13 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
 
   const Features& a = *first.features;
   const Features& b = *second.features;
-  constexpr double kChi2OneDof = 3.84;
   std::vector<int> free_second;
   BandPoints place;
   for (int k = 0; k < b.size(); ++k) {
     if (second.landmarks[k].IsValid()) continue;
     const Keypoint& keypoint = b.keypoints[k];
     const float sigma = b.pyramid.scale[keypoint.octave];
-    // Near the epipole the depth cannot be determined.
+    // Within ten pixels of the epipole the depth cannot be determined.
     if (epipole_in_front && (keypoint.px.cast<double>() - epipole).squaredNorm() <
                                 100 * sigma * b.pyramid.working_pixel())
       continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/matching/projection_search.h"
 
 namespace oaslam {
@@ -29,7 +30,8 @@ std::vector<FusionCandidate> FindFusionCandidates(const Map& map, KeyframeId key
           if (keypoint.octave < projected->level - 1 || keypoint.octave > projected->level + 1)
             return;
           const double sigma = features.pyramid.scale[keypoint.octave];
-          if ((keypoint.px.cast<double>() - projected->px).squaredNorm() > 5.991 * sigma * sigma)
+          if ((keypoint.px.cast<double>() - projected->px).squaredNorm() >
+              kChi2TwoDof * sigma * sigma)
             return;
           const int distance = HammingDistance(landmark->descriptor, features.descriptors[k]);
           if (distance < best) {

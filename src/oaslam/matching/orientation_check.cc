@@ -8,6 +8,7 @@
 namespace oaslam {
 
 std::vector<char> ConsistentOrientations(const std::vector<float>& angle_differences_rad) {
+  // Of 12 degrees, the steps of orientation of ORB's descriptor (Rublee et al. 2011).
   constexpr int kBins = 30;
   std::array<int, kBins> histogram{};
   std::vector<int> bin_of(angle_differences_rad.size());

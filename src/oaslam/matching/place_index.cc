@@ -9,11 +9,18 @@ namespace {
 // The most descriptors indexed for one landmark: it looks different from different sides. In a
 // large map, memory matters more than the last landmark found.
 constexpr size_t kViewsOfALandmark = 4, kViewsInALargeMap = 2;
-constexpr size_t kLargeMap = 200000;  // landmarks
+constexpr size_t kLargeMap = 200000;  // landmarks: with four views each, 25 MB of descriptors
+// A quarter of the bits. Views from other sides differ by more than kTightHamming; what is wrong
+// among the hits is found by geometry later.
 constexpr int kMaxHamming = 64;
+// A texture that repeats has more than a few similar landmarks, and tells no place.
 constexpr size_t kMaxHits = 8;
-constexpr size_t kRanked = 1000;  // keyframes with most votes among which the places are chosen
-constexpr int kNeighbours = 5;    // covisible keyframes that belong to a place besides its first
+// Keyframes with most votes among which the places are chosen: far more than the places asked for.
+constexpr size_t kRanked = 1000;
+// Covisible keyframes that belong to a place besides its first: a pose needs landmarks all around.
+constexpr int kNeighbours = 5;
+// The weight of their votes: they support a place, but those of the first keyframe decide.
+constexpr double kNeighbourVote = 0.2;
 
 DescriptorIndex MakeIndex(const Map& map) {
   std::vector<Descriptor> descriptors;
@@ -68,8 +75,7 @@ std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hi
     Place place{{id}, votes_of(id)};
     for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
       place.keyframes.push_back(neighbour);
-      // Neighbours support a place, but the votes of its own keyframe decide.
-      place.votes += 0.2 * votes_of(neighbour);
+      place.votes += kNeighbourVote * votes_of(neighbour);
     }
     places.push_back(std::move(place));
   }

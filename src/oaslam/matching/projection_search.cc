@@ -10,7 +10,15 @@
 namespace oaslam {
 namespace {
 
+// 60 degrees: a patch is foreshortened to half there, and its descriptor no longer matches.
 constexpr double kMinViewCos = 0.5;
+// About 3.6 degrees: the level and the descriptor are as predicted, so that a narrow search
+// suffices.
+constexpr double kSameViewCos = 0.998;
+// A landmark is predicted on a level of the pyramid with an error of one: a factor of 1.2 in
+// distance.
+constexpr double kNearer = 0.8, kFarther = 1.2;
+constexpr double kMinDepth = 1e-6;  // only prevents a division by zero
 
 bool Inside(const Box& bounds, const Eigen::Vector2d& px) {
   return px.x() >= bounds.x1 && px.x() <= bounds.x2 && px.y() >= bounds.y1 && px.y() <= bounds.y2;
@@ -51,11 +59,11 @@ std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& 
                                                  const Camera& camera, const Rigid3& cam_from_world,
                                                  const Features& features) {
   const Eigen::Vector3d x_in_cam = cam_from_world * landmark.position;
-  if (x_in_cam.z() <= 1e-6) return std::nullopt;
+  if (x_in_cam.z() <= kMinDepth) return std::nullopt;
   const Eigen::Vector2d px = ProjectIdeal(camera, x_in_cam);
   if (!Inside(features.bounds, px)) return std::nullopt;
   const double distance = x_in_cam.norm();
-  if (distance < 0.8 * landmark.min_distance || distance > 1.2 * landmark.max_distance)
+  if (distance < kNearer * landmark.min_distance || distance > kFarther * landmark.max_distance)
     return std::nullopt;
   const double view_cos = x_in_cam.dot(cam_from_world.rotation * landmark.normal) / distance;
   if (view_cos < kMinViewCos) return std::nullopt;
@@ -70,7 +78,7 @@ LandmarkMatches SearchByProjection(const Features& features, const Map& map,
   Claims claims(std::move(taken));
   for (const ProjectedLandmark& p : projected) {
     const Descriptor& descriptor = map.landmarks.At(p.id).descriptor;
-    const double narrow = options.radius_by_view && p.view_cos > 0.998 ? 2.5 / 4 : 1;
+    const double narrow = options.radius_by_view && p.view_cos > kSameViewCos ? 2.5 / 4 : 1;
     const double radius = options.radius_px * narrow * features.pyramid.scale[p.level];
     TwoNearest near;
     features.VisitNear(p.px, radius, [&](int k) {
@@ -96,7 +104,7 @@ LandmarkMatches SearchFromLastFrame(const Features& features, const Camera& came
         last_landmarks[i].IsValid() ? map.landmarks.Find(last_landmarks[i]) : nullptr;
     if (!landmark) continue;
     const Eigen::Vector3d x_in_cam = cam_from_world * landmark->position;
-    if (x_in_cam.z() <= 1e-6) continue;
+    if (x_in_cam.z() <= kMinDepth) continue;
     const Eigen::Vector2d px = ProjectIdeal(camera, x_in_cam);
     if (!Inside(features.bounds, px)) continue;
     const int last_level = last_features.keypoints[i].octave;

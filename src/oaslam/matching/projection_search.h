@@ -9,7 +9,9 @@
 
 namespace oaslam {
 
-// Largest Hamming distances at which two descriptors may show the same point.
+// Largest Hamming distances at which two descriptors may show the same point; those of unrelated
+// points differ by 128 on average. Loose: where a pose tells where to look; tight: where many key
+// points are candidates.
 constexpr int kLooseHamming = 100;
 constexpr int kTightHamming = 50;
 

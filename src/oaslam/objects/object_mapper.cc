@@ -168,7 +168,7 @@ class Surroundings {
       centers_.push_back(map.keyframes.At(id).cam_from_world.OriginInSource());
       depth_ = std::max(depth_, map.MedianDepth(id));
     }
-    keyframes_ = WithNeighbors(map, std::vector(references.begin(), references.end()));
+    keyframes_ = WithNeighbours(map, std::vector(references.begin(), references.end()));
   }
   // The keyframes that the images refer to, and their neighbours.
   std::span<const KeyframeId> Keyframes() const { return keyframes_; }

@@ -98,11 +98,12 @@ int CountCommon(const Map& map, std::span<const KeyframeId> a, std::span<const K
 
 }  // namespace
 
-std::vector<KeyframeId> WithNeighbors(const Map& map, std::span<const KeyframeId> keyframes) {
-  constexpr int kNeighbors = 20;  // as mapping.covisible_neighbors
+std::vector<KeyframeId> WithNeighbours(const Map& map, std::span<const KeyframeId> keyframes) {
+  constexpr int kNeighbours = 20;  // as mapping.covisible_neighbors
   std::set<KeyframeId> near(keyframes.begin(), keyframes.end());
   for (const KeyframeId id : keyframes)
-    for (const KeyframeId neighbor : map.CovisibleKeyframes(id, kNeighbors)) near.insert(neighbor);
+    for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours))
+      near.insert(neighbour);
   return {near.begin(), near.end()};
 }
 
@@ -142,7 +143,7 @@ double SeenThroughEvidence(const Map& map, const Object& object,
   // there.
   const bool is_clear =
       lines.through > 0 && lines.through >= kThroughWhereGone * (lines.through + lines.stopped);
-  if (!is_clear || CountCommon(map, WithNeighbors(map, since), detecting) < kMinCommon) return 0;
+  if (!is_clear || CountCommon(map, WithNeighbours(map, since), detecting) < kMinCommon) return 0;
   const SightLines before = CountSightLines(map, object.ellipsoid, detecting);
   const double share =
       (before.through + kPriorThrough) / (before.through + before.stopped + kPriorLines);

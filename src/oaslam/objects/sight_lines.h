@@ -8,7 +8,7 @@
 namespace oaslam {
 
 // The keyframes, and for each of them those with which it shares most landmarks.
-std::vector<KeyframeId> WithNeighbors(const Map& map, std::span<const KeyframeId> keyframes);
+std::vector<KeyframeId> WithNeighbours(const Map& map, std::span<const KeyframeId> keyframes);
 
 // What the sight lines from keyframes to their landmarks show of a thing that fills an ellipsoid.
 struct SightLines {

@@ -9,7 +9,7 @@
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/geometry/p3p.h"
 #include "oaslam/geometry/up2p.h"
-#include "oaslam/relocalization/object_neighborhoods.h"
+#include "oaslam/relocalization/object_neighbourhoods.h"
 
 namespace oaslam {
 namespace {
@@ -57,15 +57,15 @@ class GroupGuesser {
   explicit GroupGuesser(const ObjectScene& scene) : scene_(scene), ups_(UpDirections(scene)) {}
 
   std::vector<PoseGuess> Run(Rng& rng) {
-    const Neighborhoods neighborhoods(scene_);
-    const std::vector<Start> starts = neighborhoods.FindStarts();
+    const Neighbourhoods neighbourhoods(scene_);
+    const std::vector<Start> starts = neighbourhoods.FindStarts();
     const size_t most_triplets =
-        neighborhoods.IsLargeMap()
+        neighbourhoods.IsLargeMap()
             ? std::min(kMaxTriplets, kTripletBudget / std::max<size_t>(starts.size(), 1))
             : kMaxTriplets;
     for (const Start& start : starts) {
-      scope_ = neighborhoods.ScopeOf(start.origin);
-      for (const Node& other : start.neighbors) AddPair(start.origin, other);
+      scope_ = neighbourhoods.ScopeOf(start.origin);
+      for (const Node& other : start.neighbours) AddPair(start.origin, other);
       if (!scene_.up_in_cam) AddTriplets(start, most_triplets, rng);
     }
     return std::move(guesses_);
@@ -83,13 +83,13 @@ class GroupGuesser {
     }
   }
 
-  // Pairs of neighbors that are compatible: of all, or of as many drawn at random.
-  void FindTriplets(const std::vector<Node>& neighbors, Rng& rng) {
+  // Pairs of neighbours that are compatible: of all, or of as many drawn at random.
+  void FindTriplets(const std::vector<Node>& neighbours, Rng& rng) {
     constexpr size_t kMostPairs = 20'000;
     triplets_.clear();
-    const size_t count = neighbors.size();
+    const size_t count = neighbours.size();
     const auto try_pair = [&](size_t i, size_t j) {
-      if (AreCompatible(scene_, neighbors[i], neighbors[j])) triplets_.emplace_back(i, j);
+      if (AreCompatible(scene_, neighbours[i], neighbours[j])) triplets_.emplace_back(i, j);
     };
     if (count > 0 && count * (count - 1) / 2 > kMostPairs) {
       const auto draw = [&] { return static_cast<size_t>(rng.Index(static_cast<int>(count))); };
@@ -104,13 +104,13 @@ class GroupGuesser {
   }
 
   void AddTriplets(const Start& start, size_t most, Rng& rng) {
-    const std::vector<Node>& neighbors = start.neighbors;
-    FindTriplets(neighbors, rng);
+    const std::vector<Node>& neighbours = start.neighbours;
+    FindTriplets(neighbours, rng);
     for (size_t k = 0; k < triplets_.size() && k < most; ++k) {
       if (triplets_.size() > most)
         std::swap(triplets_[k], triplets_[k + rng.Index(static_cast<int>(triplets_.size() - k))]);
-      const std::array group = {start.origin, neighbors[triplets_[k].first],
-                                neighbors[triplets_[k].second]};
+      const std::array group = {start.origin, neighbours[triplets_[k].first],
+                                neighbours[triplets_[k].second]};
       std::array<Eigen::Vector3d, 3> rays, points;
       for (int n = 0; n < 3; ++n) {
         rays[n] = scene_.detections[group[n].detection].ray.normalized();
@@ -151,11 +151,11 @@ std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   std::vector<PoseGuess> guesses;
   const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
-  const Neighborhoods neighborhoods(scene);
-  for (const Start& start : neighborhoods.FindStarts()) {
+  const Neighbourhoods neighbourhoods(scene);
+  for (const Start& start : neighbourhoods.FindStarts()) {
     const Node& node = start.origin;
     const SceneDetection& detection = scene.detections[node.detection];
-    const std::vector<int> scope = neighborhoods.ScopeOf(node);
+    const std::vector<int> scope = neighbourhoods.ScopeOf(node);
     const Eigen::Vector3d& center = scene.objects[node.object].ellipsoid.center;
     for (const Eigen::Vector3d& up : ups) {
       const Eigen::Quaterniond tilt = Eigen::Quaterniond::FromTwoVectors(*scene.up, up);

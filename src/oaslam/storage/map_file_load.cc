@@ -22,7 +22,7 @@
 namespace oaslam {
 namespace {
 
-// As in messages.
+// The name of a part in messages.
 std::string NameOf(const MapPart& part) {
   if (part.name == "pieces") return fmt::format("piece {}", part.ids.first);
   std::string name = part.name;
@@ -32,7 +32,7 @@ std::string NameOf(const MapPart& part) {
              : name;
 }
 
-// Which parts are to be read.
+// Tells whether a part is to be read.
 using Choice = std::function<bool(const MapPart&)>;
 
 void CheckKind(SQLite::Database& database) {
@@ -230,7 +230,7 @@ SavedMap ReadParts(std::span<SQLite::Database> connections, const Choice& is_wan
     Add(std::move(content), saved);
   });
   std::erase(problems, std::string());
-  constexpr size_t kTold = 5;
+  constexpr size_t kTold = 5;  // parts that fit into one line of a message
   const size_t damaged = problems.size();
   if (damaged > kTold) {
     problems.resize(kTold);
@@ -261,7 +261,7 @@ SavedMap Load(const std::string& path, const Choice& is_wanted) {
     throw InputError(fmt::format("{}: there is no such file", path));
   if (!std::filesystem::is_regular_file(path, error))
     throw InputError(fmt::format("{}: is not a file", path));
-  constexpr unsigned kMostThreads = 8;
+  constexpr unsigned kMostThreads = 8;  // each has a connection with a page cache of its own
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
   try {
     std::vector<SQLite::Database> connections;

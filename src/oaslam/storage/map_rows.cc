@@ -18,6 +18,7 @@
 namespace oaslam {
 namespace {
 
+// A year of 30 images a second. The sum of two fits an int (runs are numbered one after another).
 constexpr int kMaxFrame = 1 << 30;
 
 template <typename T>
@@ -188,8 +189,8 @@ void ReadCovisibility(SQLite::Database& database, Checksum& checksum, IdRange ra
     Keyframe* keyframe = map.keyframes.Mutable(rows.RequiredId<KeyframeId>());
     if (!keyframe) rows.Refuse("no such keyframe");
     rows.Int();
-    const auto neighbor = rows.RequiredId<KeyframeId>();
-    keyframe->covisible.push_back({neighbor, rows.Int(0)});
+    const auto neighbour = rows.RequiredId<KeyframeId>();
+    keyframe->covisible.push_back({neighbour, rows.Int(0)});
   }
 }
 

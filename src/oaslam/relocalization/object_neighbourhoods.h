@@ -27,16 +27,16 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b);
 struct Start {
   Node origin;
   std::span<const int> done;  // detections that earlier starts came from
-  std::vector<Node> neighbors{};
-  int support = 0;       // number of distinct detections among the neighbors
+  std::vector<Node> neighbours{};
+  int support = 0;       // number of distinct detections among the neighbours
   double agreement = 0;  // sum over these detections
 };
 
 // Finds the starts of hypotheses, and the objects about them.
-class Neighborhoods {
+class Neighbourhoods {
  public:
   // `scene` must outlive it.
-  explicit Neighborhoods(const ObjectScene& scene);
+  explicit Neighbourhoods(const ObjectScene& scene);
 
   bool IsLargeMap() const;
   // The objects that a pose from this node is scored by.

@@ -1,4 +1,4 @@
-#include "oaslam/relocalization/object_neighborhoods.h"
+#include "oaslam/relocalization/object_neighbourhoods.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,15 +78,15 @@ bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   return between >= nearest;
 }
 
-Neighborhoods::Neighborhoods(const ObjectScene& scene)
+Neighbourhoods::Neighbourhoods(const ObjectScene& scene)
     : scene_(scene),
       detections_(DetectionsToStartFrom(scene)),
       depths_(DepthsOf(scene)),
       grid_(Centers(scene), UsualReach(depths_)) {}
 
-bool Neighborhoods::IsLargeMap() const { return scene_.objects.size() > kSmallMap; }
+bool Neighbourhoods::IsLargeMap() const { return scene_.objects.size() > kSmallMap; }
 
-std::vector<int> Neighborhoods::ScopeOf(const Node& origin) const {
+std::vector<int> Neighbourhoods::ScopeOf(const Node& origin) const {
   std::vector<int> scope;
   if (IsLargeMap()) {
     grid_.FindNear(scene_.objects[origin.object].ellipsoid.center, kScopeDepths * origin.max_depth,
@@ -99,7 +99,7 @@ std::vector<int> Neighborhoods::ScopeOf(const Node& origin) const {
 }
 
 // The depths at which any object of its class can be, for each detection.
-std::vector<Neighborhoods::Depths> Neighborhoods::DepthsOf(const ObjectScene& scene) {
+std::vector<Neighbourhoods::Depths> Neighbourhoods::DepthsOf(const ObjectScene& scene) {
   std::vector<Depths> depths(scene.detections.size());
   for (int d = 0; d < static_cast<int>(depths.size()); ++d)
     for (const int o : scene.detections[d].objects) {
@@ -112,14 +112,14 @@ std::vector<Neighborhoods::Depths> Neighborhoods::DepthsOf(const ObjectScene& sc
 
 // About the distance within which neighbours are looked for, and some more: few large cells are
 // faster than many small ones.
-double Neighborhoods::UsualReach(const std::vector<Depths>& depths) {
+double Neighbourhoods::UsualReach(const std::vector<Depths>& depths) {
   double reach = 1e-9;
   for (const Depths& d : depths) reach = std::max(reach, d.max);
   return 4 * reach;
 }
 
 // How far from the origin's object any object of another detection can be.
-double Neighborhoods::ReachOf(const Node& origin) const {
+double Neighbourhoods::ReachOf(const Node& origin) const {
   const Eigen::Vector3d& p = scene_.detections[origin.detection].ray;
   double squared = 0;
   for (size_t d = 0; d < depths_.size(); ++d)
@@ -132,8 +132,8 @@ double Neighborhoods::ReachOf(const Node& origin) const {
 // Calls visit(node) for the nodes of other detections that are compatible with the start.
 // `near` is scratch memory.
 template <typename Visitor>
-void Neighborhoods::VisitCompatible(const Start& start, std::vector<int>& near,
-                                    Visitor&& visit) const {
+void Neighbourhoods::VisitCompatible(const Start& start, std::vector<int>& near,
+                                     Visitor&& visit) const {
   const Node& origin = start.origin;
   grid_.FindNear(scene_.objects[origin.object].ellipsoid.center, ReachOf(origin), near);
   for (const int o : near)
@@ -146,7 +146,7 @@ void Neighborhoods::VisitCompatible(const Start& start, std::vector<int>& near,
 
 // By how much the distance of two objects differs from the one that their sizes suggest: the
 // square of the ratio of the larger to the smaller.
-double Neighborhoods::SquaredRatio(const Node& a, const Node& b) const {
+double Neighbourhoods::SquaredRatio(const Node& a, const Node& b) const {
   const double between =
       (scene_.objects[a.object].ellipsoid.center - scene_.objects[b.object].ellipsoid.center)
           .squaredNorm();
@@ -156,7 +156,7 @@ double Neighborhoods::SquaredRatio(const Node& a, const Node& b) const {
   return between > expected ? between / expected : expected / between;
 }
 
-void Neighborhoods::KeepBest(std::vector<Start>& starts) const {
+void Neighbourhoods::KeepBest(std::vector<Start>& starts) const {
   constexpr double kNone = std::numeric_limits<double>::max();
   int most = 0;
   std::vector<double> least_ratios(scene_.detections.size());
@@ -179,7 +179,7 @@ void Neighborhoods::KeepBest(std::vector<Start>& starts) const {
   starts.resize(std::min(starts.size(), kMostStarts));
 }
 
-std::vector<Start> Neighborhoods::FindStarts() const {
+std::vector<Start> Neighbourhoods::FindStarts() const {
   std::vector<Start> starts;
   // Detections that were used as starts already are left out.
   for (size_t i = 0; i < detections_.size(); ++i)
@@ -188,8 +188,8 @@ std::vector<Start> Neighborhoods::FindStarts() const {
   std::vector<int> near;
   if (IsLargeMap()) KeepBest(starts);
   for (Start& start : starts) {
-    VisitCompatible(start, near, [&](const Node& node) { start.neighbors.push_back(node); });
-    std::ranges::stable_sort(start.neighbors, {}, &Node::detection);
+    VisitCompatible(start, near, [&](const Node& node) { start.neighbours.push_back(node); });
+    std::ranges::stable_sort(start.neighbours, {}, &Node::detection);
   }
   return starts;
 }
