@@ -7,21 +7,20 @@
 
 namespace oaslam {
 
-// A camera that keeps its velocity for lack of other knowledge: a Kalman filter of pose and
-// velocity. The velocity is that of a motion applied after the pose, so that a camera that circles
-// around what it looks at has a constant one.
+// Predicts a camera's pose: a Kalman filter of pose and velocity, which assumes that the velocity
+// stays as it is. The velocity is that of a motion applied after the pose, so that it is constant
+// while a camera circles around what it looks at.
 class MotionFilter {
  public:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-  // A camera whose velocity is not known. `covariance`: of a small motion (translation, rotation
+  // The velocity is unknown at first. `covariance`: of a small motion (translation, rotation
   // [rad]) applied after the pose. `depth`: of what it looks at, map units; usual speeds are
   // relative to it.
   MotionFilter(const Rigid3& cam_from_world, const Matrix6& covariance, double depth);
 
   void Predict(double seconds);
-  // Replaces the predicted pose by one that was estimated from it and from what is seen.
-  // `covariance`: that of this estimate.
+  // Replaces the predicted pose by an estimate that started from it; `covariance`: of the estimate.
   void Correct(const Rigid3& cam_from_world, const Matrix6& covariance);
 
   const Rigid3& cam_from_world() const { return cam_from_world_; }

@@ -89,7 +89,8 @@ Box CheckedBox(const Box& box, const Place& place) {
   return box;
 }
 
-// [[category_id, score], ...], best first; the first of those with the same score.
+// Reads [[category_id, score], ...]; returns the best first, and equal ones in the order of the
+// file.
 std::vector<Label> ReadLabels(const Json& entry, const Place& place) {
   const Json& list = entry["labels"];
   if (!list.is_array() || list.empty())
@@ -108,7 +109,8 @@ std::vector<Label> ReadLabels(const Json& entry, const Place& place) {
   return labels;
 }
 
-// The labels, where they are given, say how the score of the detection is distributed.
+// Where there are labels, the best gives class and score; a "detection_score" beside them scales
+// all.
 void ReadClassAndScore(const Json& entry, const Place& place, Detection& detection) {
   if (!place.Has(entry, "labels")) {
     detection.category_id = ReadCategory(entry, place);

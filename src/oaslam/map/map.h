@@ -61,8 +61,8 @@ struct Landmark {
   std::vector<Observation> observations;  // ascending by keyframe
 };
 
-// Tentative: boxes only. Initialized: has an ellipsoid, not yet accepted. Mapped: accepted.
-// Dropped: erased from the map.
+// Tentative: it has boxes only. Initialized: it has an ellipsoid, which is not accepted yet.
+// Mapped: the ellipsoid is accepted.
 enum class ObjectState { kTentative, kInitialized, kMapped };
 
 // "tentative", "initialized" or "mapped", as in files.
@@ -84,7 +84,8 @@ struct Object {
   LabelShares shares;   // of its labels
   std::string name;     // given by the user; empty: the name of its class is used
   ObjectState state = ObjectState::kTentative;
-  // World. While tentative: where its own landmarks are, if it is known by these, else meaningless.
+  // World. Of a tentative object that is known_by_landmarks: where these are; of other tentative
+  // ones without meaning.
   Ellipsoid ellipsoid;
   // Center, log half axes, yaw about up.
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
@@ -102,7 +103,7 @@ struct Object {
   std::vector<ObjectObservation> observations;  // ascending by frame; thinned
   std::vector<LandmarkId> landmarks;     // ascending; landmarks of key points inside its boxes
   std::vector<uint16_t> landmark_votes;  // parallel: how often each was inside
-  // Not mapped, but with landmarks enough to know it by when it is seen again. Not saved.
+  // It is not mapped, but has enough landmarks to be recognized by them. Not saved.
   bool known_by_landmarks = false;
 };
 
@@ -129,8 +130,8 @@ struct Map {
 
   uint32_t next_landmark = 0;
 
-  // The present keyframe through which the pose of a keyframe that is, or was, in the map is
-  // resolved; nothing if the keyframe is unknown.
+  // The keyframe of the map that a pose is relative to: the given one while it is in the map, and
+  // the one that carries it since it was retired. Nothing if the keyframe was never in the map.
   struct Carried {
     KeyframeId by;
     Rigid3 cam_from_carrier;

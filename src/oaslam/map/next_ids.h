@@ -6,17 +6,17 @@
 
 namespace oaslam {
 
-// For each kind, the first id of those that no piece of map uses: it and all larger ids are free.
+// For each kind, the first free id: no piece of map uses it or a larger one.
 struct NextIds {
   uint32_t keyframe = 0, landmark = 0, object = 0;
 };
 
-// The id of an object behind those that are, or were, in the map.
+// The first id of an object that was never in the map.
 uint32_t NextObjectOf(const Map& map);
-// The ids behind those that are, or were, in the map.
+// The first ids that were never in the map.
 NextIds NextIdsOf(const Map& map);
 
-// The ids behind those of both.
+// The larger of both, for each kind.
 NextIds Behind(const NextIds& a, const NextIds& b);
 
 }  // namespace oaslam

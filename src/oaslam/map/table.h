@@ -140,7 +140,7 @@ class Table {
     return true;
   }
 
-  // Moves all values of another table, none of whose ids is in this one, into this one.
+  // Moves all values of another table into this one; no id may be in both.
   void Take(Table&& other) {
     if (other.pages_.size() > pages_.size()) pages_.resize(other.pages_.size());
     size_t left = other.size_;
@@ -185,9 +185,9 @@ class Table {
     }
   }
 
-  // Calls visit(id, before, now) for the ids whose values may differ from those of
-  // `earlier`, another copy of the same table: null where there is none. In ascending order;
-  // shared pages are skipped.
+  // Calls visit(id, before, now), in ascending order, for the ids whose value may have changed
+  // since `earlier`, a copy of this table; a null pointer stands for no value. Pages that both
+  // share are skipped, so that this takes time for changes only.
   template <typename Visitor>
   void ForEachDifference(const Table& earlier, Visitor&& visit) const {
     const size_t count = std::max(pages_.size(), earlier.pages_.size());

@@ -13,11 +13,10 @@ void ReadMeta(SQLite::Database& database, Checksum& checksum, Map& map);
 void ReadCameras(SQLite::Database& database, Checksum& checksum, Map& map);
 void ReadKeyframes(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
 void ReadRetiredKeyframes(SQLite::Database& database, Checksum& checksum, Map& map);
-// Of keyframes that are in the map.
+// The keyframes must be in the map already, and so must the landmarks of observations.
 void ReadFeatures(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
 void ReadCovisibility(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
 void ReadLandmarks(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
-// Of landmarks that are in the map. The keyframes get to know their landmarks by LinkKeyframes.
 void ReadObservations(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map);
 void ReadObjects(SQLite::Database& database, Checksum& checksum, Map& map);
 void ReadTrajectory(SQLite::Database& database, Checksum& checksum, SavedMap& saved);
@@ -26,7 +25,7 @@ void ReadAnchors(SQLite::Database& database, Checksum& checksum, Map& map);
 // The columns of an anchor that follow its name.
 Anchor ReadAnchor(RowReader& row);
 
-// Tells the keyframes of a map which landmarks they see.
+// Fills Keyframe::landmarks from the observations of the landmarks.
 void LinkKeyframes(Map& map);
 
 }  // namespace oaslam
