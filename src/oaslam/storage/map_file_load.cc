@@ -98,7 +98,7 @@ void ReadPieces(SQLite::Database& database, Checksum& checksum, IdRange numbers,
   RowReader rows(database, checksum, "pieces", "number",
                  fmt::format("number BETWEEN {} AND {}", numbers.first, numbers.last));
   while (rows.Next()) {
-    const int number = rows.Int(1);
+    rows.Int(1);  // the number
     SQLite::Database content = InMemory(rows.BlobOfAnySize());
     SavedMap piece = ReadContent({&content, 1}, [](const MapPart&) { return true; });
     if (!piece.pieces.empty()) throw SQLite::Exception("is damaged: has pieces itself");
