@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "model_offer.h"
 #include "oaslam/error.h"
 
 namespace oaslam::apps {
@@ -14,10 +15,11 @@ namespace fs = std::filesystem;
 void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images) {
   auto* path = app.add_option(
       "path", form.images,
-      "the images, as for --images; unless told otherwise, the default detector is used, and "
-      "results are written beside the images");
+      "the images, as for --images; unless told otherwise, the default detector is used if it is "
+      "here, and results are written beside the images");
   path->excludes(images);
-  app.add_flag("--force", form.force, "overwrite the results that are there")->needs(path);
+  app.add_flag("--force", form.force,
+               "overwrite the results that are there, as --images always does");
 }
 
 std::string FolderBeside(const std::string& images, const std::string& suffix) {
@@ -43,8 +45,6 @@ void Complete(const PlainForm& form, const std::string& suffix, const PlainChoic
   if (!form.images.starts_with("webcam:") && !fs::exists(form.images, error))
     throw InputError(fmt::format("{}: there is no such file or folder", form.images));
   choices.images = form.images;
-  if (choices.detector.model.empty() && choices.detections.empty())
-    choices.detector.model = "default";
   if (choices.out.empty()) choices.out = FolderBeside(form.images, suffix);
   // What run and localize write at their end.
   const auto has = [&](const char* name) {
@@ -54,6 +54,8 @@ void Complete(const PlainForm& form, const std::string& suffix, const PlainChoic
     throw InputError(fmt::format(
         "{}: there are results already; --force overwrites them, --out DIR writes elsewhere",
         choices.out));
+  if (choices.detector.model.empty() && choices.detections.empty())
+    choices.detector.model = DefaultDetectorIfHere(true);
 }
 
 }  // namespace oaslam::apps

@@ -8,8 +8,9 @@
 namespace oaslam::apps {
 
 // The form of run and localize for people: `oaslam run walk.mp4`. Unless told otherwise, the
-// default detector is used, and results are written beside the images. With --images instead, the
-// form for scripts, there is a detector only where one is given, and --out must be.
+// default detector is used if it is here, and results are written beside the images. With --images
+// instead, the form for scripts, there is a detector only where one is given, --out must be, and
+// results that are there are overwritten.
 struct PlainForm {
   std::string images;  // positional argument; empty: the other form
   bool force = false;  // write into a folder that has results already

@@ -18,5 +18,6 @@ void AddMergeCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddServeCommand(CLI::App& app);
+void AddModelsCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

@@ -4,6 +4,8 @@
 #include <iostream>
 #include <mutex>
 
+#include "oaslam/detection/model_folders.h"
+
 namespace oaslam::apps {
 namespace fs = std::filesystem;
 namespace {
@@ -43,10 +45,11 @@ CLI::Option* AddDetectorOptions(CLI::App& app, DetectorSettings& settings) {
       ->check(CLI::IsMember({"auto", "onnxruntime", "opencv"}))
       ->capture_default_str();
   return app
-      .add_option("--detector", settings.model,
-                  "Object detector: an ONNX file of the YOLO family, default (YOLOX-nano, the 80 "
-                  "classes of COCO), or none")
-      ->type_name("ONNX");
+      .add_option(
+          "--detector", settings.model,
+          "Object detector: an ONNX file of the YOLO family, the name of one (`oaslam models` "
+          "lists them), default (yolox_nano), or none")
+      ->type_name("DETECTOR");
 }
 
 void AddDetectEveryOption(CLI::App& app, DetectorSettings& settings) {
@@ -69,8 +72,7 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings) {
 }
 
 std::string NameOfDetector(const DetectorSettings& settings) {
-  return settings.model == "default" ? "YOLOX-nano (COCO)"
-                                     : fs::path(settings.model).filename().string();
+  return settings.model == "default" ? kDefaultModel : fs::path(settings.model).filename().string();
 }
 
 Classes ClassesFor(const CommonOptions& common, const Detector* detector) {

@@ -11,7 +11,7 @@ namespace oaslam::apps {
 
 // Options of commands that can run an object detector.
 struct DetectorSettings {
-  std::string model;  // a file, "default", or "none"; empty: none
+  std::string model;  // a file, a name, "default", or "none"; empty: none
   std::string layout = "auto";
   std::string backend = "auto";
   int size = 0;  // side of the network's square input; 0: that of the file
@@ -30,7 +30,7 @@ void AddDetectEveryOption(CLI::App& app, DetectorSettings& settings);
 // Nothing where no model was given. Throws InputError.
 std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);
 
-// "YOLOX-nano (COCO)" for the default detector, else the name of the file.
+// The name of a detector or of its file.
 std::string NameOfDetector(const DetectorSettings& settings);
 
 // The classes of --classes, else those named in the detector's file (the detector may be null or

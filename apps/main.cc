@@ -44,6 +44,7 @@ Go on in the map another day:     oaslam run later.mp4 --map-in walk.oaslam/map.
 Join two maps made apart:         oaslam merge a.map b.map --out both.map
 Export to Blender, COLMAP, ...:   oaslam export --map FILE --format gltf --out desk.glb
 Map objects from known poses:     oaslam map-objects --help
+Get a detector of objects:        oaslam models get yolox_nano
 Find objects in images:           oaslam detect walk.mp4 --out detections.json
 Compare with ground truth:        oaslam evaluate --help
 What is in a map, and edit it:    oaslam info FILE, oaslam objects FILE, oaslam anchors FILE
@@ -73,6 +74,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddExportCommand(app);
   oaslam::apps::AddViewCommand(app);
   oaslam::apps::AddServeCommand(app);
+  oaslam::apps::AddModelsCommand(app);
   if (argc < 2) {
     fmt::print("{}", kOverview);
     // A script that forgot the command gets an error.

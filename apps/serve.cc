@@ -13,6 +13,7 @@
 #include "common.h"
 #include "content_options.h"
 #include "detector_options.h"
+#include "model_offer.h"
 #include "oaslam/error.h"
 #include "oaslam/service/localization_service.h"
 #include "optional_values.h"
@@ -91,7 +92,6 @@ void AddServeCommand(CLI::App& app) {
       "serve", "Answer where cameras are in saved maps, over HTTP and WebSocket");
   const auto options = std::make_shared<ServeOptions>();
   options->server.port = kViewerPort;
-  options->detector.model = "default";
   command
       ->add_option("--maps", options->maps,
                    "folder of map files, or postgresql://USER:PASSWORD@HOST/DATABASE")
@@ -117,7 +117,10 @@ void AddServeCommand(CLI::App& app) {
   AddConfigOptions(*command, options->common);
   AddClassesOption(*command, options->common);
   AddQuietOption(*command, options->common);
-  command->callback([options] { Serve(*options); });
+  command->callback([options] {
+    if (options->detector.model.empty()) options->detector.model = DefaultDetectorIfHere(false);
+    Serve(*options);
+  });
 }
 
 }  // namespace oaslam::apps

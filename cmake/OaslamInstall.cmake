@@ -12,8 +12,6 @@ install(TARGETS ${libraries} EXPORT oaslam
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h")
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/models DESTINATION ${CMAKE_INSTALL_DATADIR}/oaslam COMPONENT command)
-
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/oaslam)
 install(EXPORT oaslam NAMESPACE oaslam:: FILE oaslamTargets.cmake DESTINATION ${config_dir} COMPONENT development)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/oaslamConfig.cmake.in ${PROJECT_BINARY_DIR}/oaslamConfig.cmake

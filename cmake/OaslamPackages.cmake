@@ -38,13 +38,14 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(what "OA-SLAM makes a map of points and of everyday objects from one camera, and\nfinds the camera again in it, also from where points alone fail.\n\nThis package contains")
 oaslam_package(library liboaslam0 libs "${what} the shared library.")
 oaslam_package(development liboaslam-dev libdevel "${what} the headers, a CMake package and a pkg-config file.")
-oaslam_package(command oaslam science "${what} the command, the localization service and the\ndefault detector.")
+oaslam_package(command oaslam science "${what} the command and the localization service.")
 oaslam_package(python python3-oaslam python "${what} the Python module.")
 
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
-# The default detector is with the command.
+# The command fetches detectors (oaslam models), and libcurl checks the server by these certificates.
+set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS ca-certificates)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS oaslam)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "liboaslam0 (= ${version}), libeigen3-dev, libopencv-core-dev")
 if(OASLAM_BUILD_PYTHON)

@@ -24,6 +24,7 @@ packages=(
   pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content
   libssl-dev libpq-dev libgeographiclib-dev                                 # the service: digests, maps in PostgreSQL, geographic coordinates
+  libcurl4-openssl-dev                                                      # oaslam models get
 )
 if [[ $mode =~ ^--(python|tests|packages)$ ]]; then
   packages+=(python3-dev pybind11-dev python3-numpy)                        # the Python module

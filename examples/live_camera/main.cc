@@ -2,7 +2,8 @@
 // SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or
 // fov:DEGREES. Tracking and mapping, a detector, a display and a viewer run side by side; the
 // display gets the newest state without a lock, the viewer is a page for browsers. What was drawn
-// last is written to PICTURE.
+// last is written to PICTURE. Without a detector (`oaslam models get yolox_nano` fetches one) there
+// are no objects.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -42,6 +43,15 @@ cv::Mat Picture(const cv::Mat& image, const std::vector<oaslam::TrackedPoint>& p
   return picture;
 }
 
+std::unique_ptr<oaslam::Detector> DetectorIfHere() {
+  try {
+    return oaslam::Detector::Load("default");
+  } catch (const oaslam::InputError& error) {
+    std::fprintf(stderr, "live_camera: points alone: %s\n", error.what());
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -55,8 +65,10 @@ int main(int argc, char** argv) {
     oaslam::SlamConfig config;
     config.runner.mode = oaslam::RunnerMode::kLive;
     oaslam::Slam slam(config, oaslam::LoadCamera(argv[2], image->image.size()));
-    const auto detector = oaslam::Detector::Load("default");
-    oaslam::BackgroundDetector boxes([&](const cv::Mat& i) { return detector->Detect(i); });
+    const std::unique_ptr<oaslam::Detector> detector = DetectorIfHere();
+    oaslam::BackgroundDetector boxes([&](const cv::Mat& i) {
+      return detector ? detector->Detect(i) : std::vector<oaslam::Detection>{};
+    });
     const std::jthread display(
         [states = slam.States()](const std::stop_token& stop) { Show(states, stop); });
 

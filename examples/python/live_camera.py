@@ -2,10 +2,12 @@
 
 SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and mapping, a detector, a display and a viewer run
 side by side; the display gets the newest state without a lock, the viewer is a page for browsers. What was drawn last is written to PICTURE.
+Without a detector (`oaslam models get yolox_nano` fetches one) there are no objects.
 """
 import sys
 import threading
 import time
+from collections.abc import Callable
 
 import cv2
 import numpy
@@ -34,6 +36,14 @@ def picture_of(image: Image, points: numpy.typing.NDArray[numpy.void]) -> Image:
     return picture
 
 
+def detect_if_here() -> Callable[[Image], list[oaslam.Detection]]:
+    try:
+        return oaslam.Detector.load("default").detect
+    except oaslam.InputError as error:
+        print(f"live_camera.py: points alone: {error}", file=sys.stderr)
+        return lambda image: []
+
+
 def main() -> None:
     if len(sys.argv) < 4:
         sys.exit(__doc__)
@@ -46,7 +56,7 @@ def main() -> None:
     config = oaslam.SlamConfig()
     config.runner.mode = oaslam.RunnerMode.LIVE
     slam = oaslam.Slam(config, oaslam.load_camera(sys.argv[2], (width, height)))
-    boxes = oaslam.BackgroundDetector(oaslam.Detector.load("default").detect)
+    boxes = oaslam.BackgroundDetector(detect_if_here())
     stop = threading.Event()
     display = threading.Thread(target=show, args=(slam.states(), stop))
     display.start()

@@ -56,7 +56,7 @@ struct DetectorOptions {
 // thread-safe.
 class OASLAM_API Detector {
  public:
-  // `model`: the path of an ONNX file, or "default" (DefaultDetectorModel).
+  // `model`: the path of an ONNX file, or the name of a detector (FindDetectorModel).
   // Throws InputError where the file is missing, is no ONNX file, or its network is no detector,
   // does not have the requested layout, or cannot be run by the requested library.
   static std::unique_ptr<Detector> Load(const std::string& model,
@@ -81,9 +81,13 @@ class OASLAM_API Detector {
   std::unique_ptr<Impl> impl_;
 };
 
-// The path of the detector that comes with OA-SLAM (YOLOX-nano, the 80 classes of COCO): in the
-// folder that the environment names in OASLAM_MODELS, else where it was installed or built. Throws
-// InputError, which names the places, where it is not there.
-OASLAM_API std::string DefaultDetectorModel();
+// The ONNX file of a detector. `model` is the path of a file, which is returned as it is, or a
+// name: "yolox_nano", say, or "default", which is that one (YOLOX-nano, the 80 classes of COCO). No
+// detector comes with OA-SLAM: `oaslam models get NAME` fetches one (docs/models.md). NAME.onnx is
+// looked for in the folders that the environment names in OASLAM_MODELS (separated by colons), in
+// the user's folder ($XDG_DATA_HOME/oaslam/models, by default ~/.local/share/oaslam/models), in
+// PREFIX/share/oaslam/models where OA-SLAM is installed, and in /usr/share/oaslam/models.
+// Throws InputError, which names the folders, where no folder has the file.
+OASLAM_API std::string FindDetectorModel(const std::string& model = "default");
 
 }  // namespace oaslam

@@ -120,7 +120,9 @@ void AddDetectors(py::module_& m) {
         doc::DetectorLayoutFromString);
   m.def("network_backend_from_string", &NetworkBackendFromString, py::arg("name"),
         doc::NetworkBackendFromString);
-  m.def("default_detector_model", &DefaultDetectorModel, doc::DefaultDetectorModel);
+  m.def(
+      "find_detector_model", [](const PathText& model) { return FindDetectorModel(model); },
+      py::arg("model") = "default", doc::FindDetectorModel);
   AddDetector(m);
   AddBackgroundDetector(m);
 }

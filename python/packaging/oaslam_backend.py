@@ -1,6 +1,6 @@
 """Builds wheels and source archives of the Python module (PEP 517), by CMake, with Python's standard library alone.
 
-A wheel has the module, the library beside it (found by $ORIGIN), and the default detector. Settings (pip's --config-settings KEY=VALUE):
+A wheel has the module and the library beside it (found by $ORIGIN). Settings (pip's --config-settings KEY=VALUE):
   build-dir   a build folder with OASLAM_BUILD_PYTHON, which is used as it is; by default build/python is made
   cmake-args  more arguments for CMake, as in a shell
 """
@@ -76,7 +76,6 @@ def collect(folder, build):
             shutil.copy(library, folder / "oaslam")
     if not (folder / "oaslam" / f"_oaslam{sysconfig.get_config_var('EXT_SUFFIX')}").exists():
         sys.exit(f"{build} was built for another Python than {sys.executable}: {module.name}")
-    shutil.copytree(ROOT / "data" / "models", folder / "oaslam" / "share" / "oaslam" / "models")
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

@@ -10,6 +10,10 @@ import oaslam
 SOURCE = pathlib.Path(os.environ["OASLAM_SOURCE_DIR"])
 CLIP = SOURCE / "data" / "sample" / "map_front"
 FRAMES = 100
+# The detector of the tests: none is found in the folders of the user.
+MODELS = pathlib.Path(os.environ.get("OASLAM_DATA", "/nonexistent")) / "models"
+os.environ.update(OASLAM_MODELS=str(MODELS), XDG_DATA_HOME="/nonexistent")
+needs_detector = pytest.mark.skipif(not (MODELS / "yolox_nano.onnx").exists(), reason="needs models/yolox_nano.onnx under OASLAM_DATA")
 
 
 def run(slam, images, detections):

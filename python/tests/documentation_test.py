@@ -10,7 +10,7 @@ import sys
 import pytest
 
 import oaslam
-from conftest import CLIP, SOURCE
+from conftest import CLIP, SOURCE, needs_detector
 
 EXAMPLES = SOURCE / "examples" / "python"
 
@@ -88,6 +88,7 @@ def test_localize_many(desk_map):
     assert done.returncode == 1 and "no.map" in done.stderr and "Traceback" not in done.stderr
 
 
+@needs_detector
 def test_map_and_plot(tmp_path):
     pytest.importorskip("matplotlib")
     out = example("map_and_plot", CLIP / "video.mp4", CLIP / "camera.yaml", tmp_path, "--no-viewer", env={"MPLBACKEND": "Agg", "MPLCONFIGDIR": str(tmp_path)})
@@ -97,6 +98,7 @@ def test_map_and_plot(tmp_path):
     assert info.returncode == 0, info.stderr
 
 
+@needs_detector
 def test_the_page(tmp_path):
     """The twenty lines of docs/python.md run as they are printed."""
     page = (SOURCE / "docs" / "python.md").read_text()

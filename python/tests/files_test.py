@@ -6,7 +6,7 @@ import numpy
 import pytest
 
 import oaslam
-from conftest import CLIP
+from conftest import CLIP, MODELS, needs_detector
 
 
 def test_images_are_not_copied_on_their_way_out():
@@ -73,7 +73,9 @@ def test_names_that_are_not_utf8(tmp_path):
         oaslam.save_trajectory("a\0b", [])
 
 
+@needs_detector
 def test_detector():
+    assert oaslam.find_detector_model() == oaslam.find_detector_model("yolox_nano") == str(MODELS / "yolox_nano.onnx")
     detector = oaslam.Detector.load(min_score=0.3)
     image = oaslam.open_images(CLIP / "video.mp4", color=True, from_=60, to=61).next().image
     found = detector.detect(image)
@@ -82,6 +84,12 @@ def test_detector():
     assert oaslam.detector_layout_from_string("yolox") == detector.layout and oaslam.network_backend_from_string("?") is None
     with pytest.raises(oaslam.InputError):
         oaslam.Detector.load(layout=oaslam.DetectorLayout.YOLOV8)
+
+
+def test_a_detector_that_is_not_there():
+    with pytest.raises(oaslam.InputError, match="no detector museum: museum.onnx is in none of .*, /nonexistent/oaslam/models, "):
+        oaslam.Detector.load("museum")
+    assert oaslam.find_detector_model("./museum.onnx") == "./museum.onnx"
 
 
 def test_detections(tmp_path):

@@ -13,6 +13,12 @@ EXTRACT = os.environ.get("OASLAM_EXTRACT_FRAMES", "")
 REARRANGE = os.environ.get("OASLAM_REARRANGE_MAP", "")
 SAMPLE = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "data", "sample")
 
+# The detector of the tests: no test finds, or leaves, one in the folders of the user.
+MODELS = os.path.join(os.environ.get("OASLAM_DATA", "/nonexistent"), "models")
+MODEL = os.path.join(MODELS, "yolox_nano.onnx")
+os.environ.update(OASLAM_MODELS=MODELS, XDG_DATA_HOME="/nonexistent", XDG_STATE_HOME="/nonexistent")
+needs_detector = unittest.skipUnless(os.path.exists(MODEL), "needs models/yolox_nano.onnx under OASLAM_DATA")
+
 
 class Outcome:
     def __init__(self, code, out, err):

@@ -47,11 +47,10 @@ class Components(harness.InFolder):
         cmake = [f"cmake/oaslam/oaslam{file}.cmake" for file in ("Config", "ConfigVersion", "Targets", f"Targets-{build_type}")] + ["cmake/oaslam/FindOpenCV.cmake"]
         self.assertEqual(self.files["development"], sorted(headers + self.lib("liboaslam.so", "pkgconfig/oaslam.pc", *cmake)))
 
-    def test_the_command_has_its_detector_and_its_manual(self):
+    def test_the_command_has_its_manual(self):
         zsh = "vendor-completions" if self.cache["CMAKE_INSTALL_PREFIX"] == "/usr" else "site-functions"
         self.assertEqual(self.files["command"], sorted([
-            "bin/oaslam", "share/bash-completion/completions/oaslam", f"share/zsh/{zsh}/_oaslam", "share/man/man1/oaslam.1.gz",
-            "share/oaslam/models/README.md", "share/oaslam/models/yolox_nano.onnx"]))
+            "bin/oaslam", "share/bash-completion/completions/oaslam", f"share/zsh/{zsh}/_oaslam", "share/man/man1/oaslam.1.gz"]))
 
     def test_the_python_module_has_its_types(self):
         if "python" not in self.files:

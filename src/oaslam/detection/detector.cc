@@ -114,7 +114,7 @@ struct Detector::Impl {
 };
 
 std::unique_ptr<Detector> Detector::Load(const std::string& model, const DetectorOptions& options) {
-  const std::string path = model == "default" ? DefaultDetectorModel() : model;
+  const std::string path = FindDetectorModel(model);
   const std::string bytes = ReadFile(path, kMaxOnnxFile);
   const std::optional<OnnxInfo> info = ParseOnnxInfo(bytes);
   if (!info) throw InputError(path + ": not an ONNX file, or a damaged one");

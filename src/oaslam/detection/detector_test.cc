@@ -20,7 +20,10 @@
 namespace oaslam {
 namespace {
 
-constexpr char kModel[] = OASLAM_SOURCE_DIR "/data/models/yolox_nano.onnx";
+// YOLOX-nano, under OASLAM_DATA.
+constexpr char kModel[] = "models/yolox_nano.onnx";
+
+std::string ModelPath() { return testing::FindData(kModel)->string(); }
 
 double Iou(const Box& a, const Box& b) {
   const Box both{std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2),
@@ -87,7 +90,8 @@ TEST(Detector, RefusesFilesThatAreNoDetector) {
 }
 
 TEST(Detector, TakesImagesOfEightBitsAndNoOthers) {
-  const auto detector = Detector::Load(kModel);
+  OASLAM_SKIP_WITHOUT_DATA(kModel);
+  const auto detector = Detector::Load(ModelPath());
   for (const cv::Mat& image : {cv::Mat(), cv::Mat(48, 64, CV_16UC1), cv::Mat(48, 64, CV_8UC2)})
     EXPECT_THAT(InputErrorOf([&] { detector->Detect(image); }), ::testing::HasSubstr("8-bit"));
   for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4})
@@ -98,7 +102,8 @@ TEST(Detector, TakesImagesOfEightBitsAndNoOthers) {
 // we must find the same.
 TEST_P(DetectorBy, FindsWhatTheModelFoundBefore) {
   OASLAM_SKIP_WITHOUT_DATA("redkitchen/rgb");
-  const auto detector = Detector::Load(kModel, {.backend = GetParam()});
+  OASLAM_SKIP_WITHOUT_DATA(kModel);
+  const auto detector = Detector::Load(ModelPath(), {.backend = GetParam()});
   EXPECT_EQ(detector->layout(), DetectorLayout::kYolox);
   EXPECT_EQ(detector->input_size(), cv::Size(416, 416));
   EXPECT_EQ(detector->class_count(), 80);
@@ -125,7 +130,8 @@ TEST_P(DetectorBy, FindsWhatTheModelFoundBefore) {
 }
 
 TEST_P(DetectorBy, AnOverrideThatDoesNotFitIsRefused) {
-  const std::string path = kModel;
+  OASLAM_SKIP_WITHOUT_DATA(kModel);
+  const std::string path = ModelPath();
   EXPECT_THAT(ErrorOf(path, {.layout = DetectorLayout::kYolov8, .backend = GetParam()}),
               ::testing::HasSubstr("not a detector of layout 'yolov8'"));
   EXPECT_THAT(ErrorOf(path, {.input_size = {640, 640}, .backend = GetParam()}),
@@ -149,8 +155,9 @@ INSTANTIATE_TEST_SUITE_P(, DetectorBy,
 
 TEST(Detector, ALibraryThatIsNotBuiltInIsRefused) {
   if (IsBuiltIn(NetworkBackend::kOnnxRuntime)) GTEST_SKIP() << "all are built in";
-  EXPECT_THAT(ErrorOf(kModel, {.backend = NetworkBackend::kOnnxRuntime}),
-              ::testing::AllOf(::testing::StartsWith(kModel),
+  OASLAM_SKIP_WITHOUT_DATA(kModel);
+  EXPECT_THAT(ErrorOf(ModelPath(), {.backend = NetworkBackend::kOnnxRuntime}),
+              ::testing::AllOf(::testing::StartsWith(ModelPath()),
                                ::testing::HasSubstr("onnxruntime is not built in, only OpenCV")));
 }
 
@@ -176,9 +183,10 @@ TEST(Detector, OnnxRuntimeRunsANetworkWithOpenShapes) {
 // Both compute with floats of 32 bits, in an order of their own.
 TEST(Detector, BothLibrariesFindTheSame) {
   if (!IsBuiltIn(NetworkBackend::kOnnxRuntime)) GTEST_SKIP() << "ONNX Runtime is not built in";
+  OASLAM_SKIP_WITHOUT_DATA(kModel);
   constexpr double kPixels = 0.1, kScore = 0.001;
-  const auto first = Detector::Load(kModel, {.backend = NetworkBackend::kOnnxRuntime});
-  const auto second = Detector::Load(kModel, {.backend = NetworkBackend::kOpenCv});
+  const auto first = Detector::Load(ModelPath(), {.backend = NetworkBackend::kOnnxRuntime});
+  const auto second = Detector::Load(ModelPath(), {.backend = NetworkBackend::kOpenCv});
   size_t compared = 0;
   for (const char* const clip : {"map_front", "loop", "query_around"}) {
     cv::VideoCapture video(std::string(OASLAM_SOURCE_DIR "/data/sample/") + clip + "/video.mp4");
@@ -202,7 +210,8 @@ TEST(Detector, BothLibrariesFindTheSame) {
 }
 
 TEST(Detector, ATruncatedModelIsRefused) {
-  std::ifstream whole(kModel, std::ios::binary);
+  OASLAM_SKIP_WITHOUT_DATA(kModel);
+  std::ifstream whole(ModelPath(), std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(whole), {}};
   const std::filesystem::path half = std::filesystem::temp_directory_path() / "oaslam_half.onnx";
   std::ofstream(half, std::ios::binary) << bytes.substr(0, bytes.size() / 2);

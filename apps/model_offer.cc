@@ -1,0 +1,127 @@
+#include "model_offer.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+
+#include "common.h"
+#include "oaslam/detection/model_folders.h"
+#include "oaslam/error.h"
+#include "oaslam/models/model_store.h"
+#include "oaslam/util/user_folders.h"
+
+namespace oaslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Progress of a download: one line on a terminal, a line every tenth otherwise.
+class DownloadProgress {
+ public:
+  DownloadProgress(std::string name, int64_t bytes, bool quiet)
+      : name_(std::move(name)), bytes_(bytes), quiet_(quiet) {}
+  ~DownloadProgress() {
+    if (is_drawn_) fmt::print(stderr, "\n");
+  }
+  DownloadProgress(const DownloadProgress&) = delete;
+  DownloadProgress& operator=(const DownloadProgress&) = delete;
+
+  void Update(int64_t done) {
+    const int64_t tenth = done * 10 / bytes_;
+    if (quiet_ || done == done_ || (!is_terminal_ && tenth == tenth_)) return;
+    done_ = done;
+    tenth_ = tenth;
+    const std::string line = fmt::format("{}: {:3} %, {:.1f} of {}", name_, done * 100 / bytes_,
+                                         static_cast<double>(done) / 1e6, SizeText(bytes_));
+    if (is_terminal_)
+      fmt::print(stderr, "\r{}", line);
+    else
+      fmt::print(stderr, "{}\n", line);
+    std::fflush(stderr);
+    is_drawn_ = is_terminal_;
+  }
+
+ private:
+  std::string name_;
+  int64_t bytes_, done_ = 0, tenth_ = 0;
+  bool quiet_, is_terminal_ = isatty(STDERR_FILENO) == 1, is_drawn_ = false;
+};
+
+// Whether somebody sits there and sees the question. A process in the background would be stopped
+// when it reads from the terminal.
+bool IsAtTerminal() {
+  return isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1 && isatty(STDERR_FILENO) == 1 &&
+         tcgetpgrp(STDIN_FILENO) == getpgrp();
+}
+
+// Notes that the user is asked. Returns false if that was noted before, or cannot be.
+bool NoteQuestion() {
+  const auto state = UserFolder("XDG_STATE_HOME", ".local/state");
+  if (!state) return false;
+  std::error_code error;
+  fs::create_directories(*state / "oaslam", error);
+  const fs::path note = *state / "oaslam" / "asked_for_detector";
+  const int file = open(note.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0644);
+  if (file < 0) return false;
+  close(file);
+  return true;
+}
+
+bool AskToFetch(const PublishedModel& model) {
+  fmt::print(stderr,
+             "Objects are found by a detector, and there is none here yet. Fetch {} ({}, {}, from "
+             "{})? [y/N] ",
+             model.name, SizeText(model.bytes), model.licence, WithoutPassword(model.url));
+  std::fflush(stderr);
+  std::string answer;
+  return std::getline(std::cin, answer) && (answer.starts_with('y') || answer.starts_with('Y'));
+}
+
+// Returns whether the default detector was fetched.
+bool FetchIfWanted(const PublishedModel& model) {
+  if (!IsAtTerminal() || !UserModelFolder() || !NoteQuestion() || !AskToFetch(model)) return false;
+  try {
+    if (FetchForUser(model, false, DownloadOptions{}.timeout_s, false)) return true;
+  } catch (const InputError& error) {
+    spdlog::warn(error.what());
+    return false;
+  }
+  throw CLI::RuntimeError(130);
+}
+
+}  // namespace
+
+std::optional<fs::path> FetchForUser(const PublishedModel& model, bool replace, int timeout_s,
+                                     bool quiet) {
+  InstallInterruptHandler();
+  DownloadProgress progress(model.name, model.bytes, quiet);
+  return FetchModel(model, FolderForModels(), replace,
+                    {.timeout_s = timeout_s, .progress = [&](int64_t done) {
+                       progress.Update(done);
+                       return !Interrupted();
+                     }});
+}
+
+fs::path FolderForModels() {
+  if (const auto folder = UserModelFolder()) return *folder;
+  throw InputError("neither XDG_DATA_HOME nor HOME tells where models are kept");
+}
+
+std::string DefaultDetectorIfHere(bool may_ask) {
+  if (FindModel(kDefaultModel)) return "default";
+  const std::vector<PublishedModel> catalogue = ModelCatalogue();
+  const PublishedModel* model = FindPublished(catalogue, kDefaultModel);
+  if (may_ask && model != nullptr && FetchIfWanted(*model)) return "default";
+  spdlog::info(
+      "points alone, no objects: no detector is here. `oaslam models get {}` fetches one{}, "
+      "--detector FILE uses another",
+      kDefaultModel, model != nullptr ? fmt::format(" ({})", SizeText(model->bytes)) : "");
+  return "none";
+}
+
+}  // namespace oaslam::apps

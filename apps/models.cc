@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "model_offer.h"
+#include "oaslam/detection/model_folders.h"
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/models/digest.h"
+#include "oaslam/models/model_store.h"
+
+namespace oaslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ModelsOptions {
+  std::string name;  // what to fetch, or the name of what is added
+  std::string file;
+  bool force = false, quiet = false;
+  int timeout_s = DownloadOptions{}.timeout_s;
+};
+
+// Where a published model is. A file of its name that is another one is used, but said.
+std::string PlaceOf(const PublishedModel& model) {
+  const auto path = FindModel(model.name);
+  if (!path) return fmt::format("not here: oaslam models get {}", model.name);
+  std::string problem;
+  try {
+    if (Sha256(ReadTextFile(path->string())) != model.sha256)
+      problem = ", which is not the published file";
+  } catch (const InputError&) {
+    problem = ", which cannot be read";
+  }
+  return fmt::format("here: {}{}", path->string(), problem);
+}
+
+void PrintOthers(const std::vector<PublishedModel>& catalogue) {
+  std::set<std::string> shown;
+  std::error_code error;
+  for (const fs::path& folder : ModelFolders()) {
+    std::set<std::string> names;
+    for (const auto& file : fs::directory_iterator(folder, error)) {
+      const std::string name = file.path().stem().string();
+      if (file.path().filename() == FileOfModel(name) && IsModelName(name)) names.insert(name);
+    }
+    for (const std::string& name : names)
+      if (FindPublished(catalogue, name) == nullptr && shown.insert(name).second)
+        fmt::print("{}\n  here: {}\n", name, (folder / FileOfModel(name)).string());
+  }
+}
+
+void ListModels() {
+  const std::vector<PublishedModel> catalogue = ModelCatalogue();
+  for (const PublishedModel& model : catalogue)
+    fmt::print("{}{}: {}, {}, {} ({})\n  published at {}\n  {}\n", model.name,
+               model.name == kDefaultModel ? " (default)" : "", model.finds, SizeText(model.bytes),
+               model.licence, model.author, WithoutPassword(model.url), PlaceOf(model));
+  PrintOthers(catalogue);
+  std::vector<std::string> folders;
+  for (const fs::path& folder : ModelFolders()) folders.push_back(folder.string());
+  fmt::print("\nlooked for in {}\n", fmt::join(folders, ", "));
+}
+
+int GetModel(const ModelsOptions& options) {
+  const std::vector<PublishedModel> catalogue = ModelCatalogue();
+  const std::string name = options.name == "default" ? kDefaultModel : options.name;
+  const PublishedModel* model = FindPublished(catalogue, name);
+  if (model == nullptr) {
+    std::vector<std::string> names;
+    for (const PublishedModel& known : catalogue) names.push_back(known.name);
+    throw InputError(fmt::format("models get {}: not in the catalogue, which has {}", name,
+                                 fmt::join(names, ", ")));
+  }
+  const auto path = FetchForUser(*model, options.force, options.timeout_s, options.quiet);
+  if (!path) {
+    spdlog::info("interrupted: the same command goes on with what is here");
+    return 130;
+  }
+  fmt::print("{} is in {}\n", name, path->string());
+  return 0;
+}
+
+void AddOneModel(const ModelsOptions& options) {
+  const fs::path path =
+      AddModel(options.file, options.name, FolderForModels(), options.force, ModelCatalogue());
+  fmt::print("{} is in {}\n", path.stem().string(), path.string());
+}
+
+}  // namespace
+
+void AddModelsCommand(CLI::App& app) {
+  auto* command = app.add_subcommand("models", "List the detectors, fetch or add one");
+  command->require_subcommand(0, 1);
+  const auto options = std::make_shared<ModelsOptions>();
+  auto* get = command->add_subcommand("get", "Fetch a detector of the catalogue");
+  get->add_option("name", options->name, "its name, as `oaslam models` lists it")->required();
+  get->add_option("--timeout", options->timeout_s,
+                  "seconds to wait for a connection, and for the next bytes")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  get->add_flag("--quiet", options->quiet, "no progress");
+  auto* add = command->add_subcommand("add", "Take a detector from a file");
+  add->add_option("file", options->file, "an ONNX file; it is copied")->required();
+  add->add_option("--name", options->name,
+                  "its name; by default that of the catalogue if it is published there, or else "
+                  "the file's own")
+      ->type_name("NAME");
+  for (CLI::App* with_force : {get, add})
+    with_force->add_flag("--force", options->force, "replace another file that has this name");
+  get->callback([options] {
+    if (const int code = GetModel(*options)) throw CLI::RuntimeError(code);
+  });
+  add->callback([options] { AddOneModel(*options); });
+  command->callback([command] {
+    if (command->get_subcommands().empty()) ListModels();
+  });
+}
+
+}  // namespace oaslam::apps

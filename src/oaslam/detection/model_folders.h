@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace oaslam {
+
+// The detector that "default" names: the smallest of the catalogue, which keeps up with a camera on
+// a processor of two cores.
+inline constexpr const char* kDefaultModel = "yolox_nano";
+
+// The file of the detector `name` in any folder is NAME.onnx.
+std::string FileOfModel(const std::string& name);
+// Whether `text` can be the name of a detector: letters, digits and ".-_", beginning with a letter
+// or a digit; not a name with ".onnx", which is a file, and neither "default" nor "none".
+bool IsModelName(const std::string& text);
+
+// The user's folder of models, where the command puts them; nothing where the environment tells no
+// folder of the user.
+std::optional<std::filesystem::path> UserModelFolder();
+// Where models are looked for, in this order: see FindDetectorModel (oaslam/detector.h). They need
+// not exist.
+std::vector<std::filesystem::path> ModelFolders();
+// The file of a detector, in the first folder that has it; nothing where none has.
+std::optional<std::filesystem::path> FindModel(const std::string& name);
+
+}  // namespace oaslam

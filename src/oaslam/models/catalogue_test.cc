@@ -1,0 +1,89 @@
+#include "oaslam/models/catalogue.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <map>
+#include <string>
+
+#include "expect_input_error.h"
+#include "oaslam/detection/model_folders.h"
+#include "oaslam/models/digest.h"
+#include "oaslam/models/download.h"
+
+namespace oaslam {
+namespace {
+
+// A catalogue of one entry, with another value of one key.
+std::string Entry(const std::string& key, const std::string& value) {
+  std::map<std::string, std::string> entry{{"name", R"("a")"},
+                                           {"finds", R"("cups")"},
+                                           {"bytes", "3"},
+                                           {"sha256", '"' + std::string(64, '0') + '"'},
+                                           {"licence", R"("MIT")"},
+                                           {"author", R"("b")"},
+                                           {"url", R"("https://a.example/v1/a.onnx")"}};
+  entry[key] = value;
+  std::string text;
+  for (const auto& [k, v] : entry)
+    text += fmt::format("{}\"{}\": {}", text.empty() ? "" : ", ", k, v);
+  return fmt::format("{{\"models\": [{{{}}}]}}", text);
+}
+
+TEST(Catalogue, ThatOfTheProgramIsComplete) {
+  unsetenv("OASLAM_MODELS_CATALOGUE");
+  unsetenv("OASLAM_MODELS_URL");
+  const std::vector<PublishedModel> catalogue = ModelCatalogue();
+  const PublishedModel* nano = FindPublished(catalogue, kDefaultModel);
+  ASSERT_NE(nano, nullptr);
+  EXPECT_EQ(nano->bytes, 3659407);
+  EXPECT_EQ(nano->url,
+            "https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/"
+            "yolox_nano.onnx");
+  for (const PublishedModel& model : catalogue) EXPECT_EQ(model.licence, "Apache-2.0");
+  EXPECT_EQ(FindPublished(catalogue, "yolo"), nullptr);
+}
+
+TEST(Catalogue, AMirrorReplacesTheFolders) {
+  setenv("OASLAM_MODELS_URL", "http://10.0.0.1/models//", 1);
+  EXPECT_EQ(ModelCatalogue().front().url, "http://10.0.0.1/models/yolox_nano.onnx");
+  setenv("OASLAM_MODELS_URL", "file:///models", 1);
+  EXPECT_THAT(InputErrorOf([] { ModelCatalogue(); }), ::testing::HasSubstr("file:///models"));
+  unsetenv("OASLAM_MODELS_URL");
+}
+
+TEST(Catalogue, MistakesAreNamed) {
+  const auto error_of = [](const std::string& text) {
+    return InputErrorOf([&] { ParseModelCatalogue(text, "c.json"); });
+  };
+  EXPECT_EQ(ParseModelCatalogue(Entry("finds", "\"cups\""), "c.json").front().finds, "cups");
+  for (const auto& [key, value] : std::map<std::string, std::string>{{"name", "\"../a\""},
+                                                                     {"finds", "\"\""},
+                                                                     {"bytes", "0"},
+                                                                     {"licence", "1"},
+                                                                     {"author", "null"},
+                                                                     {"sha256", "\"00\""},
+                                                                     {"url", "\"ftp://a/b\""}})
+    EXPECT_THAT(error_of(Entry(key, value)),
+                ::testing::StartsWith("c.json: models[0]." + key + ": expected "));
+  EXPECT_THAT(error_of(Entry("bytes", "1e9")), ::testing::HasSubstr(".bytes: expected"));
+  for (const char* text : {"", "[]", "{}", R"({"models": 1})"})
+    EXPECT_THAT(error_of(text), ::testing::HasSubstr("c.json: expected JSON"));
+  EXPECT_THAT(error_of(R"({"models": [1]})"),
+              ::testing::HasSubstr("models[0]: expected an object"));
+}
+
+TEST(Digest, IsThatOfTheStandard) {  // FIPS 180-4, its example "abc"
+  EXPECT_EQ(Sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Url, IsShownWithoutPassword) {
+  EXPECT_EQ(WithoutPassword("http://u:p@a/b@c"), "http://a/b@c");
+  EXPECT_EQ(WithoutPassword("http://u:p@a"), "http://a");
+  EXPECT_EQ(WithoutPassword("https://a/b@c"), "https://a/b@c");
+}
+
+}  // namespace
+}  // namespace oaslam

@@ -1,0 +1,449 @@
+"""`oaslam models` against servers on this machine: what is listed, fetched, added and refused, and what a run does without a model."""
+import contextlib
+import hashlib
+import http.server
+import json
+import os
+import pty
+import re
+import resource
+import shutil
+import signal
+import socket
+import subprocess
+import threading
+import time
+import unittest
+import unittest.mock
+
+import harness
+from harness import oaslam
+
+CONTENT = b"".join(hashlib.sha256(str(i).encode()).digest() for i in range(20000))  # 640,000 bytes
+SIZE, HALF = len(CONTENT), len(CONTENT) // 2
+# The smallest file that passes for ONNX: a model (field 7: its graph) with an input (field 11) that has a name.
+ONNX = b"\x3a\x0a\x5a\x08\x0a\x06images"
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):
+        server = self.server
+        asked = self.headers.get("Range")
+        server.requests.append((self.path, asked))
+        self.close_connection = True
+        if server.location:
+            return self.answer(302, b"moved", Location=server.location.format(path=self.path))
+        if server.status != 200:
+            return self.answer(server.status, b"a page that is no model")
+        body, begin = server.content, int(re.fullmatch(r"bytes=(\d+)-", asked)[1]) if asked and server.has_ranges else 0
+        if begin >= len(body):
+            return self.answer(416, b"")
+        headers = {"Content-Range": f"bytes {begin}-{len(body) - 1}/{len(body)}"} if begin else {}
+        self.answer(206 if begin else 200, body[begin:], **headers)
+
+    def answer(self, status, body, **headers):
+        server = self.server
+        self.send_response(status)
+        if not (server.hides_size and status == 200):
+            self.send_header("Content-Length", str(len(body)))
+        self.send_header("Connection", "close")
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.end_headers()
+        if server.breaks > 0 and status < 300:
+            server.breaks -= 1
+            body = body[:server.most]
+        with contextlib.suppress(ConnectionError):
+            self.wfile.write(body)
+            self.wfile.flush()
+            if server.most and len(body) == server.most:
+                server.stall.wait(60)
+
+    def log_message(self, *args):
+        pass
+
+
+class Server(http.server.ThreadingHTTPServer):
+    """Sends `content`. The next `breaks` answers end after `most` bytes, and are held open until `stall` is set."""
+    daemon_threads = True
+
+    def __init__(self, content=CONTENT):
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.content, self.requests, self.has_ranges, self.hides_size, self.status, self.location = content, [], True, False, 200, None
+        self.breaks, self.most, self.stall = 0, 0, threading.Event()
+        self.stall.set()
+        self.url = f"http://127.0.0.1:{self.server_address[1]}"
+        self.thread = threading.Thread(target=self.serve_forever)
+        self.thread.start()
+
+    def close(self):
+        self.stall.set()
+        self.shutdown()
+        self.thread.join()
+        self.server_close()
+
+
+class WithServer(harness.InFolder):
+    def setUp(self):
+        self.server = Server()
+        self.addCleanup(self.server.close)
+        self.home = self.path(self._testMethodName)
+        self.models = os.path.join(self.home, "data", "oaslam", "models")
+        self.file, self.part = (os.path.join(self.models, name) for name in ("tiny.onnx", "tiny.onnx.part"))
+        os.makedirs(self.home)
+        entries = [{"name": name, "finds": "nothing", "bytes": SIZE, "sha256": hashlib.sha256(CONTENT).hexdigest(), "licence": "CC0-1.0", "author": "us",
+                    "url": f"{self.server.url}/files/{name}.onnx"} for name in ("yolox_nano", "tiny")]
+        catalogue = os.path.join(self.home, "catalogue.json")
+        with open(catalogue, "w") as f:
+            json.dump({"models": entries}, f)
+        patch = unittest.mock.patch.dict(os.environ, OASLAM_MODELS="", OASLAM_MODELS_CATALOGUE=catalogue, no_proxy="127.0.0.1",
+                                         XDG_DATA_HOME=os.path.join(self.home, "data"), XDG_STATE_HOME=os.path.join(self.home, "state"))
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def leave_part(self, content):
+        os.makedirs(self.models, exist_ok=True)
+        with open(self.part, "wb") as f:
+            f.write(content)
+
+    def assert_fetched(self, done):
+        self.assertEqual(done.code, 0, done)
+        self.assertEqual(done.out, f"tiny is in {self.file}\n")
+        self.assertEqual(harness.read_bytes(self.file), CONTENT)
+        self.assertEqual(os.listdir(self.models), ["tiny.onnx"])
+
+    def assert_refused(self, done, *words, kept=None):
+        """`kept`: how much of the file is left as the part of a later attempt."""
+        self.assertEqual(done.code, 1, done)
+        for word in words:
+            self.assertIn(word, done.err)
+        self.assertEqual(len(done.err.strip().splitlines()), done.err.count(" %, ") + 1, done)  # one message, and progress
+        files = os.listdir(self.models) if os.path.isdir(self.models) else []
+        self.assertEqual(files, ["tiny.onnx.part"] if kept else [])
+        if kept:
+            self.assertEqual(harness.read_bytes(self.part), CONTENT[:kept])
+
+
+class Get(WithServer):
+    def test_whole(self):
+        self.assertIn("not here: oaslam models get tiny", oaslam("models").out)
+        done = oaslam("models", "get", "tiny")
+        self.assert_fetched(done)
+        self.assertIn("100 %, 0.6 of 0.6 MB", done.err)
+        self.assertEqual(self.server.requests, [("/files/tiny.onnx", None)])
+        again = oaslam("models", "get", "tiny", "--quiet")
+        self.assert_fetched(again)
+        self.assertEqual((again.err, len(self.server.requests)), ("", 1))
+        self.assertIn(f"\ntiny: nothing, 0.6 MB, CC0-1.0 (us)\n  published at {self.server.url}/files/tiny.onnx\n  here: {self.file}\n", oaslam("models").out)
+
+    def test_goes_on_by_itself_after_a_break(self):
+        self.server.breaks, self.server.most = 2, HALF // 2
+        self.assert_fetched(oaslam("models", "get", "tiny"))
+        self.assertEqual([asked for _, asked in self.server.requests], [None, f"bytes={HALF // 2}-", f"bytes={HALF}-"])
+
+    def test_broken_off_and_resumed(self):
+        self.server.breaks, self.server.most = 99, HALF
+        with unittest.mock.patch.object(self.server, "has_ranges", False):
+            self.assert_refused(oaslam("models", "get", "tiny"), f"{HALF} of {SIZE} bytes are here", "goes on from there", kept=HALF)
+        self.server.breaks, self.server.requests = 0, []
+        self.assert_fetched(oaslam("models", "get", "tiny"))
+        self.assertEqual([asked for _, asked in self.server.requests], [f"bytes={HALF}-"])
+
+    def test_a_server_without_ranges_begins_anew(self):
+        self.leave_part(CONTENT[:HALF])
+        self.server.has_ranges = False
+        self.assert_fetched(oaslam("models", "get", "tiny"))
+
+    def test_wrong_digest(self):
+        for hides_size in (False, True):
+            self.server.content, self.server.hides_size = CONTENT[::-1], hides_size
+            self.assert_refused(oaslam("models", "get", "tiny"), hashlib.sha256(CONTENT).hexdigest(), hashlib.sha256(CONTENT[::-1]).hexdigest())
+
+    def test_a_part_of_another_file_is_dropped(self):
+        for content in (CONTENT[HALF:], CONTENT[::-1], CONTENT + b"more"):
+            self.leave_part(content)
+            self.assert_fetched(oaslam("models", "get", "tiny"))
+            os.remove(self.file)
+
+    def test_a_whole_part_needs_no_server(self):
+        self.leave_part(CONTENT)
+        self.assert_fetched(oaslam("models", "get", "tiny"))
+        self.assertEqual(self.server.requests, [])
+
+    def test_the_file_of_the_server_has_another_size(self):
+        self.leave_part(CONTENT[:HALF])
+        for content in (CONTENT + b"more", CONTENT[:-1]):
+            self.server.content = content
+            self.assert_refused(oaslam("models", "get", "tiny"), f"{len(content)} bytes, the published one has {SIZE}", kept=HALF)
+        self.server.content, self.server.hides_size, self.server.has_ranges = CONTENT + b"more", True, False
+        self.assert_refused(oaslam("models", "get", "tiny"), f"more than the {SIZE} bytes")
+
+    def test_statuses(self):
+        for status in (404, 403, 503, 416):
+            self.server.status = status
+            self.assert_refused(oaslam("models", "get", "tiny"), f"{self.server.url}/files/tiny.onnx: the server answers with status {status}")
+
+    def test_redirects(self):
+        other = Server()
+        self.addCleanup(other.close)
+        self.server.location = other.url + "/elsewhere{path}"
+        self.leave_part(CONTENT[:HALF])
+        self.assert_fetched(oaslam("models", "get", "tiny"))
+        self.assertEqual(other.requests, [("/elsewhere/files/tiny.onnx", f"bytes={HALF}-")])
+        os.remove(self.file)
+        secret = os.path.join(self.home, "secret")
+        with open(secret, "wb") as f:
+            f.write(CONTENT)
+        for location in (f"file://{secret}", self.server.url + "{path}"):
+            self.server.location = location
+            self.assert_refused(oaslam("models", "get", "tiny"), self.server.url)
+
+    def test_a_mirror(self):
+        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL="http://user:password@" + self.server.url[len("http://"):] + "/mirror/"):
+            self.server.status = 404
+            done = oaslam("models", "get", "tiny")
+            self.assert_refused(done, self.server.url + "/mirror/tiny.onnx")
+            self.assertNotIn("password", done.err + oaslam("models").out)
+            self.server.status = 200
+            self.assert_fetched(oaslam("models", "get", "tiny"))
+        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL="file:///mirror"):
+            self.assertIn("OASLAM_MODELS_URL: file:///mirror: expected https://", oaslam("models").err)
+
+    def test_no_network(self):
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        for base in (f"http://127.0.0.1:{port}", "http://nowhere.invalid"):
+            with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL=base):
+                self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 5, timeout=60), base, "nothing was fetched; `oaslam models add FILE`")
+
+    def test_a_server_that_stalls(self):
+        self.server.breaks, self.server.most = 99, HALF
+        self.server.stall.clear()
+        self.server.has_ranges = False
+        begin = time.time()
+        self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 1), f"{HALF} of {SIZE} bytes are here", kept=HALF)
+        self.assertLess(time.time() - begin, 20)
+
+    def start(self, *args):
+        process = subprocess.Popen([harness.BINARY, "models", "get", "tiny", *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        return process
+
+    def wait_for_half(self):
+        deadline = time.time() + 30
+        while not (os.path.exists(self.part) and os.path.getsize(self.part) == HALF):
+            self.assertLess(time.time(), deadline)
+            time.sleep(0.02)
+
+    def test_interrupted(self):
+        self.server.breaks, self.server.most = 1, HALF
+        self.server.stall.clear()
+        process = self.start()
+        self.wait_for_half()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 130, err)
+        self.assertIn("interrupted: the same command goes on", err)
+        self.assertEqual(harness.read_bytes(self.part), CONTENT[:HALF])
+        self.assert_fetched(oaslam("models", "get", "tiny"))
+        self.assertEqual(self.server.requests[-1][1], f"bytes={HALF}-")
+
+    def test_two_at_once(self):
+        self.server.breaks, self.server.most = 1, HALF
+        self.server.stall.clear()
+        first = self.start()
+        self.wait_for_half()
+        second, third = self.start(), self.start()
+        time.sleep(0.5)
+        third.send_signal(signal.SIGINT)  # one that waits can be interrupted, too
+        self.assertEqual(third.wait(30), 130)
+        self.server.stall.set()
+        for process in (first, second):
+            out, err = process.communicate(timeout=60)
+            self.assertEqual((process.returncode, out), (0, f"tiny is in {self.file}\n"), err)
+        self.assertEqual([asked for _, asked in self.server.requests], [None, f"bytes={HALF}-"])
+        self.assertEqual(os.listdir(self.models), ["tiny.onnx"])
+        self.assertEqual(harness.read_bytes(self.file), CONTENT)
+
+    def test_a_full_disk(self):
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (HALF, HALF))
+        done = subprocess.run([harness.BINARY, "models", "get", "tiny"], capture_output=True, text=True, preexec_fn=limit, restore_signals=False)
+        self.assert_refused(harness.Outcome(done.returncode, done.stdout, done.stderr), "tiny.onnx.part: cannot be written: File too large")
+
+        disk = os.path.join(self.home, "data")
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "none", disk], capture_output=True).returncode != 0:
+            self.skipTest("a small disk cannot be mounted here")
+        self.addCleanup(subprocess.run, ["umount", disk], check=True)
+        self.assert_refused(oaslam("models", "get", "tiny"), "tiny.onnx.part: cannot be written: No space left on device")
+
+    def test_folders_that_cannot_be_written(self):
+        with open(os.path.join(self.home, "data"), "w"):
+            pass
+        self.assert_refused(oaslam("models", "get", "tiny"), f"{self.models}: cannot be created: Not a directory")
+        env = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_DATA_HOME")}
+        with unittest.mock.patch.dict(os.environ, env, clear=True):
+            self.assert_refused(oaslam("models", "get", "tiny"), "neither XDG_DATA_HOME nor HOME")
+
+    def test_another_file_of_that_name(self):
+        os.makedirs(self.models)
+        with open(self.file, "wb") as f:
+            f.write(ONNX)
+        self.assertIn(f"here: {self.file}, which is not the published file", oaslam("models").out)
+        done = oaslam("models", "get", "tiny")
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("--force replaces it", done.err)
+        self.assertEqual(harness.read_bytes(self.file), ONNX)
+        self.assert_fetched(oaslam("models", "get", "tiny", "--force"))
+
+    def test_what_is_not_in_the_catalogue(self):
+        done = oaslam("models", "get", "yolo")
+        self.assert_refused(done, "models get yolo: not in the catalogue, which has yolox_nano, tiny")
+        catalogue = os.environ["OASLAM_MODELS_CATALOGUE"]
+        with open(catalogue, "w") as f:
+            f.write('{"models": [{"name": "a"}]}')
+        self.assert_refused(oaslam("models"), f"{catalogue}: models[0].finds: expected a text")
+
+
+class Add(WithServer):
+    def own(self, name, content=ONNX):
+        path = os.path.join(self.home, name)
+        with open(path, "wb") as f:
+            f.write(content)
+        return path
+
+    def test_a_file_of_ones_own(self):
+        path = self.own("museum.onnx")
+        done = oaslam("models", "add", path)
+        self.assertEqual((done.code, done.out), (0, f"museum is in {self.models}/museum.onnx\n"), done)
+        self.assertEqual(oaslam("models", "add", path).code, 0)  # it is there
+        self.assertIn(f"museum\n  here: {self.models}/museum.onnx\n", oaslam("models").out)
+        done = oaslam("models", "add", self.own("museum.onnx", ONNX + b"\x32\x01x"))
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("museum.onnx: another file is there", done.err)
+        self.assertEqual(oaslam("models", "add", path, "--force").code, 0)
+        self.assertEqual(harness.read_bytes(f"{self.models}/museum.onnx"), ONNX + b"\x32\x01x")
+
+    def test_a_published_file_is_known_by_its_digest(self):
+        catalogue = os.environ["OASLAM_MODELS_CATALOGUE"]
+        entries = harness.read_json(catalogue)["models"]
+        entries[1].update(sha256=hashlib.sha256(ONNX).hexdigest(), bytes=len(ONNX))
+        with open(catalogue, "w") as f:
+            json.dump({"models": entries}, f)
+        self.assertEqual(oaslam("models", "add", self.own("download(1).onnx")).out, f"tiny is in {self.file}\n")
+        self.assertIn(f"here: {self.file}\n", oaslam("models").out)
+
+    def test_what_is_refused(self):
+        for path, words in ((self.own("noise.onnx", b"noise"), "noise.onnx: not an ONNX file"), (self.own("my net.onnx"), "--name"), (self.own("none.onnx"), "--name"),
+                            (self.own("tiny.onnx"), "not the published tiny"), (self.path("no.onnx"), "there is no such file"), (self.home, "is a folder")):
+            done = oaslam("models", "add", path)
+            self.assertEqual(done.code, 1, done)
+            self.assertIn(words, done.err)
+        self.assertFalse(os.path.exists(self.models))
+        for name in ("../x", "default", ".x", "-x"):
+            self.assertNotEqual(oaslam("models", "add", self.own("a.onnx"), "--name=" + name).code, 0, name)
+        self.assertEqual(oaslam("models", "add", self.own("tiny.onnx"), "--name", "my-net").code, 0)
+
+    def test_names_are_looked_for_in_order(self):
+        def used(name):
+            done = oaslam("detect", "--detector", name, os.path.join(harness.SAMPLE, "map_front", "video.mp4"), "--out", os.path.join(self.home, "x.json"))
+            self.assertEqual(done.code, 1, done)
+            return done.err
+        first, second = (os.path.join(self.home, name) for name in ("first", "second"))
+        self.assertIn(f"no detector museum: museum.onnx is in none of {self.models}, ", used("museum"))
+        self.assertIn("`oaslam models get yolox_nano` fetches it", used("default"))
+        oaslam("models", "add", self.own("museum.onnx"))
+        self.assertIn(f"error: {self.models}/museum.onnx: ", used("museum"))
+        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS=f"{first}:{second}"):
+            os.makedirs(second)
+            shutil.copy(f"{self.models}/museum.onnx", second)
+            self.assertIn(f"error: {second}/museum.onnx: ", used("museum"))
+        self.assertIn("museum.onnx: ", used(os.path.join(self.home, "museum.onnx")))
+
+    @harness.needs_detector
+    def test_a_detector_by_its_name(self):
+        self.assertEqual(oaslam("models", "add", harness.MODEL, "--name", "nano").code, 0)
+        out = os.path.join(self.home, "x.json")
+        done = oaslam("detect", "--detector", "nano", os.path.join(harness.SAMPLE, "map_front", "video.mp4"), "--to", 2, "--out", out)
+        self.assertEqual(done.code, 0, done)
+        self.assertIn("nano: layout yolox", done.err)
+        self.assertEqual(len(harness.read_json(out)), 2)
+
+
+class WithoutModel(WithServer):
+    def setUp(self):
+        super().setUp()
+        self.images = os.path.join(self.home, "images")
+        subprocess.run([harness.EXTRACT, os.path.join(harness.SAMPLE, "map_front", "video.mp4"), self.images, "0", "3"], check=True)
+        self.command = ["run", self.images, "--camera", "fov:60", "--force"]
+
+    def at_terminal(self, keys):
+        """Runs the command at a terminal where `keys` are typed: its exit status and what the terminal shows."""
+        process, terminal = pty.fork()
+        if process == 0:
+            os.execv(harness.BINARY, [harness.BINARY, *self.command])
+        with os.fdopen(terminal, "r+b", buffering=0) as screen:
+            shown, typed = b"", False
+            with contextlib.suppress(OSError):  # the end of the process ends the terminal
+                while part := screen.read(4096):
+                    shown += part
+                    if b"[y/N]" in shown and not typed:
+                        typed = True
+                        screen.write(keys)
+        return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), shown.decode()
+
+    def test_points_alone_and_a_hint(self):
+        done = oaslam(*self.command)
+        self.assertEqual(done.code, 0, done)
+        self.assertEqual(done.err.count("oaslam models get yolox_nano"), 1)
+        self.assertNotIn("[y/N]", done.err)
+        self.assertNotIn("oaslam models get", oaslam(*self.command, "--detector", "none").err)
+        self.assertEqual(self.server.requests, [])
+        self.assertFalse(os.path.exists(os.path.join(self.home, "state")))
+
+    def test_asked_once(self):
+        code, shown = self.at_terminal(b"n\n")
+        self.assertEqual(code, 0, shown)
+        self.assertIn("Fetch yolox_nano (0.6 MB, CC0-1.0, from " + self.server.url, shown)
+        self.assertIn("points alone", shown)
+        code, shown = self.at_terminal(b"y\n")
+        self.assertEqual(code, 0, shown)
+        self.assertNotIn("[y/N]", shown)
+        self.assertEqual(self.server.requests, [])
+
+    def test_fetched_where_it_is_wanted(self):
+        code, shown = self.at_terminal(b"y\n")
+        self.assertEqual(harness.read_bytes(os.path.join(self.models, "yolox_nano.onnx")), CONTENT)
+        self.assertEqual(code, 1, shown)  # it is used, and the noise that this server sends is no network
+        self.assertIn("yolox_nano.onnx: not an ONNX file", shown)
+
+    def test_points_alone_where_it_cannot_be_fetched(self):
+        self.server.status = 404
+        code, shown = self.at_terminal(b"y\n")
+        self.assertEqual(code, 0, shown)
+        self.assertIn("status 404", shown)
+        self.assertIn("points alone", shown)
+
+    def test_never_asked_where_the_answer_cannot_be_kept(self):
+        with open(os.path.join(self.home, "state"), "w"):
+            pass
+        code, shown = self.at_terminal(b"y\n")
+        self.assertEqual(code, 0, shown)
+        self.assertNotIn("[y/N]", shown)
+
+
+class BuiltIn(unittest.TestCase):
+    def test_the_catalogue(self):
+        listed = oaslam("models")
+        self.assertEqual(listed.code, 0, listed)
+        for name, size in (("yolox_nano (default)", "3.7"), ("yolox_tiny", "20.2"), ("yolox_s", "35.9")):
+            self.assertIn(f"{name}: the 80 classes of COCO, {size} MB, Apache-2.0 (Megvii)\n  published at "
+                          f"https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/{name.split()[0]}.onnx\n", listed.out)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
