@@ -26,7 +26,7 @@ void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images);
 // InputError for "/".
 std::string FolderBeside(const std::string& images, const std::string& suffix);
 
-// What a command is told, and what is chosen where it is not.
+// The options that Complete fills in where the command line leaves them out.
 struct PlainChoices {
   std::string& images;
   const std::string& detections;

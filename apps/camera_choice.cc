@@ -19,8 +19,9 @@
 namespace oaslam::apps {
 namespace {
 
-// The number of parts of a recorded source to try; the seconds used of a live one.
+// How many parts of a recorded source are tried: each costs as much as to map it.
 constexpr int kMaxParts = 3;
+// How much of a live source is used: nothing is mapped before, so that it must be short.
 constexpr double kLiveSeconds = 10;
 
 // Skips missing images and repeated time stamps, as FrameInputs does, which warns about them later.
@@ -54,7 +55,7 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
 // Converts the pieces besides the map to the camera of the map, and undoes the rolling shutter in
 // them, too.
 void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap& saved) {
-  constexpr int kIterations = 20;
+  constexpr int kIterations = 20;  // at most: it begins near the optimum
   for (Piece& piece : saved.pieces) {
     piece.map = WithCamera(piece.map, camera, saved.map.cameras[static_cast<size_t>(camera)]);
     if (readout_s != 0)
@@ -68,7 +69,7 @@ void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap
 
 // Refines the camera by the whole map, and converts the map to it.
 void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMap& saved) {
-  constexpr double kMaxRelativeSigma = 0.02;
+  constexpr double kMaxRelativeSigma = 0.02;  // the bound of SelfCalibrate
   SelfCalibration found = SelfCalibrate(saved.map, index);
   camera.why_not = found.why_not;
   if (!found.success) return;

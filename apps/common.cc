@@ -125,7 +125,7 @@ ImageSourceOptions FrameRange(const CommonOptions& options) {
 OutputFolder::OutputFolder(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
-  // The dot stands for the folder itself in "out/", too.
+  // With the dot, "out" and "out/" have the same parent: the folder itself.
   std::vector<fs::path> missing;
   for (fs::path p = (fs::absolute(path) / ".").lexically_normal().parent_path();
        !fs::exists(p, error); p = p.parent_path())

@@ -74,6 +74,7 @@ void FrameInputs::StartDetector(const Sources& sources) {
         [this](const cv::Mat& image) { return side_.detector->Detect(image); });
     return;
   }
+  // Each has a copy of the network. Few images are chosen, so that four keep ahead of the tracker.
   constexpr unsigned kMostThreads = 4;
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
   std::vector<DetectorPool::Detect> detectors;

@@ -76,8 +76,7 @@ class FrameInputs {
   // The next image. While the camera is lost, objects are looked for even where the view has hardly
   // changed.
   std::optional<FrameInput> Next();
-  // Tells whether the camera has a pose by points in the last image; else objects may tell where it
-  // is.
+  // The state after the last image. The camera counts as lost unless points gave its pose.
   void SetState(TrackingState state) {
     is_lost_ = state == TrackingState::kLost || state == TrackingState::kObjects;
   }

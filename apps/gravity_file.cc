@@ -12,7 +12,9 @@
 namespace oaslam::apps {
 namespace {
 
-constexpr double kWidestGap = 3, kFarthest = 1.5;  // in sample intervals
+// In sample intervals: two samples may be missing, and the nearest is at most that far from an
+// image in the middle of such a gap.
+constexpr double kWidestGap = 3, kFarthest = 1.5;
 
 }  // namespace
 
@@ -42,15 +44,15 @@ GravityTrack GravityTrack::Load(const std::string& path) {
     if (const double gap = track.samples_[i].timestamp - track.samples_[i - 1].timestamp; gap > 0)
       gaps.push_back(gap);
   // A single sample has no rate: it is used for its own time.
-  constexpr double kIntervalOfOne = 0.02;
+  constexpr double kIntervalOfOne = 0.02;  // seconds: phones give 50 or 100 samples a second
   std::ranges::sort(gaps);
   track.interval_ = gaps.empty() ? kIntervalOfOne : gaps[gaps.size() / 2];
   return track;
 }
 
 std::optional<Eigen::Vector3d> GravityTrack::Smoothed(double timestamp) const {
-  constexpr double kReach = 0.1;  // seconds
-  constexpr int kEnough = 4;
+  constexpr double kReach = 0.1;  // seconds: a hand trembles faster, and turns more slowly
+  constexpr int kEnough = 4;      // samples: a line through fewer follows the noise
   const auto begin = std::ranges::lower_bound(samples_, timestamp - kReach, {}, &Sample::timestamp);
   const auto end = std::ranges::upper_bound(samples_, timestamp + kReach, {}, &Sample::timestamp);
   if (end - begin < kEnough || begin->timestamp > timestamp || (end - 1)->timestamp < timestamp)

@@ -169,6 +169,7 @@ SideInputs SideInputsOf(const LocalizeOptions& options) {
 // The camera of a source with one camera: among the first images found in the map, that of the one
 // with the most points.
 std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
+  // Images found, of which the best is taken; images looked at, seven seconds of a video.
   constexpr int kEnough = 5, kMaxImages = 200;
   FrameInputs inputs(SourcesOf(options, std::nullopt), SideInputsOf(options), options.common);
   Slam slam(config, inputs.camera());
@@ -279,7 +280,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   results.SetPresence(slam.Presence());
 }
 
-// Chooses what is not said.
+// Fills in what the command line leaves out.
 LocalizeOptions Complete(LocalizeOptions options) {
   Complete(options.plain, ".localized",
            {options.images, options.detections, options.detector, options.out});

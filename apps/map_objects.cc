@@ -32,7 +32,8 @@ struct Options {
   std::string trajectory, camera, detections, out, map_out;
 };
 
-constexpr double kMaxTimeDifference = 0.020;  // seconds between a detection's image and its pose
+// Seconds between a detection's image and its pose; that of the TUM benchmark's own tools.
+constexpr double kMaxTimeDifference = 0.020;
 
 const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double timestamp) {
   const auto after = std::ranges::lower_bound(poses, timestamp, {}, &StampedPose::timestamp);

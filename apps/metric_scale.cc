@@ -51,7 +51,7 @@ double ExtentAlong(const Ellipsoid& e, const Eigen::Vector3d& direction) {
 
 Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double timestamp,
                            const std::string& option) {
-  constexpr double kMaxGap = 0.1;  // seconds
+  constexpr double kMaxGap = 0.1;  // seconds: times are read off a video by hand
   const auto nearest = std::ranges::min_element(
       trajectory, {}, [&](const StampedPose& p) { return std::abs(p.timestamp - timestamp); });
   if (nearest == trajectory.end() || std::abs(nearest->timestamp - timestamp) > kMaxGap)

@@ -29,18 +29,27 @@ struct ModelsOptions {
   int timeout_s = DownloadOptions{}.timeout_s;
 };
 
+// Whether a file is the published one; false where it cannot be read.
+bool IsPublished(const fs::path& path, const PublishedModel& model) {
+  try {
+    return Sha256(ReadTextFile(path.string())) == model.sha256;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 // Where a published model is. A file of its name that is another one is used, but said.
 std::string PlaceOf(const PublishedModel& model) {
   const auto path = FindModel(model.name);
   if (!path) return fmt::format("not here: oaslam models get {}", model.name);
-  std::string problem;
-  try {
-    if (Sha256(ReadTextFile(path->string())) != model.sha256)
-      problem = ", which is not the published file";
-  } catch (const InputError&) {
-    problem = ", which cannot be read";
-  }
-  return fmt::format("here: {}{}", path->string(), problem);
+  return fmt::format("here: {}{}", path->string(),
+                     IsPublished(*path, model) ? "" : ", which is not the published file");
+}
+
+void PrintPlace(const std::string& name, const fs::path& path) {
+  fmt::print("{} is in {}\n", name, path.string());
+  if (const auto used = FindModel(name); used && *used != path)
+    spdlog::warn("{} is found first, and used instead", used->string());
 }
 
 void PrintOthers(const std::vector<PublishedModel>& catalogue) {
@@ -80,19 +89,21 @@ int GetModel(const ModelsOptions& options) {
     throw InputError(fmt::format("models get {}: not in the catalogue, which has {}", name,
                                  fmt::join(names, ", ")));
   }
-  const auto path = FetchForUser(*model, options.force, options.timeout_s, options.quiet);
+  auto path = FindModel(name);
+  if (!path || !IsPublished(*path, *model))
+    path = FetchForUser(*model, options.force, options.timeout_s, options.quiet);
   if (!path) {
     spdlog::info("interrupted: the same command goes on with what is here");
     return 130;
   }
-  fmt::print("{} is in {}\n", name, path->string());
+  PrintPlace(name, *path);
   return 0;
 }
 
 void AddOneModel(const ModelsOptions& options) {
   const fs::path path =
       AddModel(options.file, options.name, FolderForModels(), options.force, ModelCatalogue());
-  fmt::print("{} is in {}\n", path.stem().string(), path.string());
+  PrintPlace(path.stem().string(), path);
 }
 
 }  // namespace

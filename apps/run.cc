@@ -167,7 +167,7 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
   return estimate;
 }
 
-// Chooses what is not said.
+// Fills in what the command line leaves out.
 RunOptions Complete(RunOptions options) {
   Complete(options.plain, ".oaslam",
            {options.images, options.detections, options.detector, options.out});

@@ -75,7 +75,7 @@ void Serve(ServeOptions options) {
   while (!io.stopped()) {
     try {
       io.run();
-    } catch (const std::exception& error) {  // of one connection, as a lack of memory
+    } catch (const std::exception& error) {  // it ended one connection; the others go on
       spdlog::warn("service: {}", error.what());
     }
   }

@@ -300,6 +300,20 @@ class Get(WithServer):
         self.assertEqual(harness.read_bytes(self.file), ONNX)
         self.assert_fetched(oaslam("models", "get", "tiny", "--force"))
 
+    def test_a_model_of_another_folder(self):
+        first = os.path.join(self.home, "first")
+        os.makedirs(first)
+        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS=first):
+            with open(os.path.join(first, "tiny.onnx"), "wb") as f:
+                f.write(ONNX)
+            done = oaslam("models", "get", "tiny")
+            self.assert_fetched(done)
+            self.assertIn(f"warning: {first}/tiny.onnx is found first, and used instead", done.err)
+            os.replace(self.file, os.path.join(first, "tiny.onnx"))
+            done = oaslam("models", "get", "tiny")
+            self.assertEqual((done.code, done.out), (0, f"tiny is in {first}/tiny.onnx\n"), done)
+            self.assertEqual((len(self.server.requests), os.listdir(self.models)), (1, []))
+
     def test_what_is_not_in_the_catalogue(self):
         done = oaslam("models", "get", "yolo")
         self.assert_refused(done, "models get yolo: not in the catalogue, which has yolox_nano, tiny")
