@@ -55,7 +55,7 @@ void Complete(const PlainForm& form, const std::string& suffix, const PlainChoic
         "{}: there are results already; --force overwrites them, --out DIR writes elsewhere",
         choices.out));
   if (choices.detector.model.empty() && choices.detections.empty())
-    choices.detector.model = DefaultDetectorIfHere(true);
+    choices.detector.model = DefaultDetectorOrOffer();
 }
 
 }  // namespace oaslam::apps

@@ -112,16 +112,22 @@ fs::path FolderForModels() {
   throw InputError("neither XDG_DATA_HOME nor HOME tells where models are kept");
 }
 
-std::string DefaultDetectorIfHere(bool may_ask) {
+std::string DefaultDetectorIfHere() { return FindModel(kDefaultModel) ? "default" : "none"; }
+
+std::string DefaultDetectorOrOffer() {
   if (FindModel(kDefaultModel)) return "default";
   const std::vector<PublishedModel> catalogue = ModelCatalogue();
   const PublishedModel* model = FindPublished(catalogue, kDefaultModel);
-  if (may_ask && model != nullptr && FetchIfWanted(*model)) return "default";
-  spdlog::info(
-      "points alone, no objects: no detector is here. `oaslam models get {}` fetches one{}, "
-      "--detector FILE uses another",
-      kDefaultModel, model != nullptr ? fmt::format(" ({})", SizeText(model->bytes)) : "");
+  if (model != nullptr && FetchIfWanted(*model)) return "default";
+  SayHowToGetDetector();
   return "none";
+}
+
+void SayHowToGetDetector() {
+  spdlog::info(
+      "points alone, no objects: no detector is here. `oaslam models get {}` fetches one, "
+      "--detector FILE uses another",
+      kDefaultModel);
 }
 
 }  // namespace oaslam::apps

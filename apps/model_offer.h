@@ -16,9 +16,12 @@ std::optional<std::filesystem::path> FetchForUser(const PublishedModel& model, b
 // The user's folder of models. Throws InputError where the environment tells none.
 std::filesystem::path FolderForModels();
 
-// What a command uses that was given no detector: "default" where that is here, else "none", and
-// one line says how to get it. `may_ask`: a user at a terminal is asked whether to fetch it, once
-// for all times. Throws CLI::RuntimeError after Ctrl-C.
-std::string DefaultDetectorIfHere(bool may_ask);
+// What a command uses that was given no detector: "default" where that is here, else "none".
+std::string DefaultDetectorIfHere();
+// The same, but a user at a terminal is asked, once for all times, whether to fetch it where it is
+// not here, and one line says how to get it. Throws CLI::RuntimeError after Ctrl-C.
+std::string DefaultDetectorOrOffer();
+// One line that says how to get the default detector.
+void SayHowToGetDetector();
 
 }  // namespace oaslam::apps

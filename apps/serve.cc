@@ -57,12 +57,15 @@ ServiceOptions ServiceOf(const ServeOptions& options) {
 void Serve(ServeOptions options) {
   options.server.what = "the service";
   CheckSafety(options.server);
+  const bool has_choice = !options.detector.model.empty();
+  if (!has_choice) options.detector.model = DefaultDetectorIfHere();
   cv::setNumThreads(1);  // each image has one worker
   boost::asio::io_context io(1);
   const auto service = std::make_shared<LocalizationService>(ServiceOf(options), io.get_executor());
   HttpServer server(io, options.server, service);
   if (options.server.token_file.empty())
     spdlog::warn("without --token-file everybody who reaches the service may read and write");
+  if (!has_choice && !options.detector.IsGiven()) SayHowToGetDetector();
   boost::asio::signal_set ends(io, SIGINT, SIGTERM);
   ends.async_wait([&](boost::system::error_code error, int) {
     if (error) return;
@@ -117,10 +120,7 @@ void AddServeCommand(CLI::App& app) {
   AddConfigOptions(*command, options->common);
   AddClassesOption(*command, options->common);
   AddQuietOption(*command, options->common);
-  command->callback([options] {
-    if (options->detector.model.empty()) options->detector.model = DefaultDetectorIfHere(false);
-    Serve(*options);
-  });
+  command->callback([options] { Serve(*options); });
 }
 
 }  // namespace oaslam::apps
