@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -49,6 +50,8 @@ class Attempt {
     Set(CURLOPT_LOW_SPEED_LIMIT, 1L);
     Set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.timeout_s));
     Set(CURLOPT_ERRORBUFFER, error_.data());
+    // As OpenSSL's own programs do; the library alone knows only the system's authorities.
+    if (const char* authorities = std::getenv("SSL_CERT_FILE")) Set(CURLOPT_CAINFO, authorities);
     if (begin_ > 0) {
       range_ = fmt::format("{}-", begin_);
       Set(CURLOPT_RANGE, range_.c_str());
