@@ -19,11 +19,11 @@ packages=(
   g++ cmake ninja-build                                                     # build
   libeigen3-dev libceres-dev libhwy-dev                                     # linear algebra, least squares, SIMD
   libopencv-{core,imgproc,imgcodecs,videoio,dnn}-dev                        # images, videos, networks; libopencv-dev brings VTK, Qt and GDAL
-  libsqlitecpp-dev nlohmann-json3-dev libyaml-cpp-dev                       # map file, detections, configuration
+  libsqlitecpp-dev nlohmann-json3-dev libyaml-cpp-dev libprotozero-dev      # map file, detections, configuration, ONNX files
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
   pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content
-  libssl-dev libpq-dev libgeographiclib-dev                                 # the service: digests, maps in PostgreSQL, geographic coordinates
+  libssl-dev libpq-dev libgeographiclib-dev prometheus-cpp-dev              # the service: digests, maps in PostgreSQL, geographic coordinates, metrics
   libcurl4-openssl-dev                                                      # oaslam models get
 )
 if [[ $mode =~ ^--(python|tests|packages)$ ]]; then
@@ -49,7 +49,7 @@ if [ "$mode" = --arm64 ]; then
   for i in "${!packages[@]}"; do
     case "${packages[i]}" in
       libeigen3-dev | libcli11-dev) ;;                                      # headers for every processor
-      lib*) packages[i]+=:arm64 ;;
+      lib* | prometheus-cpp-dev) packages[i]+=:arm64 ;;
       g++) packages[i]=g++-aarch64-linux-gnu ;;
     esac
   done

@@ -159,8 +159,8 @@ class Haproxy:
 
 
 class Answer:
-    def __init__(self, status, body, kind):
-        self.status, self.body, self.type = status, body, kind
+    def __init__(self, status, body, headers):
+        self.status, self.body, self.headers, self.type = status, body, headers, headers["Content-Type"]
 
     def json(self):
         return json.loads(self.body)
@@ -179,7 +179,7 @@ class Client:
         try:
             self.connection.request(method, path, body, {"Authorization": "Bearer " + WRITE, **(headers or {})})
             response = self.connection.getresponse()
-            return Answer(response.status, response.read(), response.headers["Content-Type"])
+            return Answer(response.status, response.read(), response.headers)
         except (OSError, http.client.HTTPException):
             self.connection.close()
             raise

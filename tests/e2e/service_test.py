@@ -1,7 +1,7 @@
 """`oaslam serve`: localization, maps, anchors and streams over HTTP and WebSocket, tokens, and input that is not meant well."""
 import base64
 import copy
-import glob
+import gzip
 import http.client
 import json
 import os
@@ -183,6 +183,15 @@ class Service(cluster.MapFolder):
         digest = recorder.next("saved")["digest"]
         self.assertEqual(self.json(200, "GET", "/v1/maps/new")["digest"], digest)
         self.json(200, "DELETE", "/v1/maps/new")
+
+    def test_pages_are_sent_compressed(self):
+        for path in ("/camera", "/openapi.json"):
+            plain, packed = self.ask("GET", path), self.ask("GET", path, Accept_Encoding="br, gzip;q=0.5")
+            self.assertEqual((plain.headers.get("Content-Encoding"), packed.headers["Content-Encoding"]), (None, "gzip"))
+            self.assertEqual((plain.headers["Vary"], packed.headers["Vary"]), ("Accept-Encoding", "Accept-Encoding"))
+            self.assertEqual(gzip.decompress(packed.body), plain.body)
+            self.assertLess(3 * len(packed.body), len(plain.body))
+            self.assertEqual(self.ask("HEAD", path, Accept_Encoding="gzip").headers["Content-Length"], str(len(packed.body)))
 
     def test_tokens(self):
         self.assertEqual(self.ask("GET", "/healthz", token="").status, 200)

@@ -39,6 +39,7 @@ class Anchor(AnchorBase, total=False):
 
 class Anchors(TypedDict):
     version: int
+    complete: bool  # these are all the anchors: others that were known before are gone
     anchors: List[Anchor]
     removed: List[str]
 

@@ -14,10 +14,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "oaslam/content/uri.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/util/percent.h"
 #include "oaslam/util/srgb.h"
 
 namespace oaslam {
@@ -175,7 +175,8 @@ cv::Mat Loader::ReadTexture(const std::string& name) const {
   if (!embedded) {
     const fs::path folder = fs::path(path_).parent_path();
     const cv::Mat image = ReadImage((folder / name).string(), true);
-    return image.empty() ? ReadImage((folder / DecodeUri(name)).string(), true) : image;
+    return image.empty() ? ReadImage((folder / DecodePercent(name).value_or(name)).string(), true)
+                         : image;
   }
   if (embedded->mHeight > 0) {  // uncompressed texels
     const cv::Mat bgra(static_cast<int>(embedded->mHeight), static_cast<int>(embedded->mWidth),

@@ -8,9 +8,9 @@
 
 #include "oaslam/content/builtin_models.h"
 #include "oaslam/content/mesh_file.h"
-#include "oaslam/content/uri.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/percent.h"
 
 namespace oaslam {
 namespace {
@@ -53,7 +53,7 @@ std::vector<std::string> ReferencesOf(const std::string& file) {
       if (!uri->is_string()) throw InputError(fmt::format("{}: {}: uri: not a text", file, key));
       const auto& text = uri->get_ref<const std::string&>();
       if (text.starts_with("data:")) continue;
-      const std::string path = DecodeUri(text);
+      const std::string path = DecodePercent(text).value_or(text);
       if (const std::string objection = Objection(path); !objection.empty())
         throw InputError(fmt::format("{}: {}: uri {}: {}", file, key, text, objection));
       std::error_code error;
@@ -104,7 +104,8 @@ void ModelLibrary::AddFile(const std::string& file) {
 std::string ModelLibrary::entry(const std::string& name) const { return entries_.at(name); }
 
 std::optional<ModelLibrary::File> ModelLibrary::Find(std::string_view path) const {
-  for (const std::string& key : {std::string(path), DecodeUri(path)}) {
+  for (const std::string& key :
+       {std::string(path), DecodePercent(path).value_or(std::string(path))}) {
     if (const auto glb = glbs_.find(key); glb != glbs_.end())
       return File{ContentType(key), glb->second, ""};
     if (const auto file = user_files_.find(key); file != user_files_.end())

@@ -44,11 +44,15 @@ TEST(OnnxInfo, EveryTruncationIsSafe) {
 }
 
 TEST(OnnxInfo, ReadsNames) {
-  EXPECT_EQ(ParseNamesMetadata(R"({0: 'person', 12: "baby's bed", 3: 'it\'s'})"),
-            (std::map<int, std::string>{{0, "person"}, {12, "baby's bed"}, {3, "it's"}}));
-  EXPECT_TRUE(ParseNamesMetadata("['person']").empty());
-  EXPECT_TRUE(ParseNamesMetadata("{0: 'person").empty());
-  EXPECT_TRUE(ParseNamesMetadata("").empty());
+  EXPECT_EQ(ParseNamesMetadata(
+                R"({0: 'person', 12: "baby's bed", 3: '19" rack, it\'s "new"', 4: 'añb: c'})"),
+            (std::map<int, std::string>{
+                {0, "person"}, {12, "baby's bed"}, {3, "19\" rack, it's \"new\""}, {4, "añb: c"}}));
+  for (const std::string& text :
+       {std::string(), std::string("['person']"), std::string("{0: 'person"), std::string("person"),
+        std::string("{'a': 'person'}"), std::string("{-1: 'person'}"), std::string("{0: ['a']}"),
+        std::string("{99999999999: 'a'}"), std::string("{0: *a}"), std::string(100'000, '{')})
+    EXPECT_TRUE(ParseNamesMetadata(text).empty()) << text.substr(0, 100);
 }
 
 }  // namespace

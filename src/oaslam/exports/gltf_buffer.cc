@@ -6,6 +6,7 @@
 
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/base64.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -17,21 +18,6 @@ constexpr uint32_t kGlbMagic = 0x46546C67, kGlbVersion = 2, kJsonChunk = 0x4E4F5
                    kBinChunk = 0x004E4942;
 
 static_assert(std::endian::native == std::endian::little);
-
-std::string Base64(const std::string& bytes) {  // RFC 4648
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t bits = 0;
-    for (size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * k) & 63];
-  }
-  return text;
-}
 
 void AppendWord(std::string& bytes, size_t value) {
   OASLAM_CHECK(value <= std::numeric_limits<uint32_t>::max());
@@ -52,7 +38,7 @@ void AddBuffer(GltfBuffer::Json& document, const GltfBuffer& buffer, bool inline
   document["buffers"] = {{{"byteLength", buffer.bytes().size()}}};
   if (inlined)
     document["buffers"][0]["uri"] =
-        "data:application/octet-stream;base64," + Base64(buffer.bytes());
+        "data:application/octet-stream;base64," + EncodeBase64(buffer.bytes());
   document["bufferViews"] = buffer.views();
   document["accessors"] = buffer.accessors();
 }

@@ -1,41 +1,24 @@
 #include "oaslam/net/request_check.h"
 
+#include <algorithm>
 #include <boost/beast/http/rfc7230.hpp>
 #include <string_view>
 #include <utility>
 
 #include "oaslam/net/host_policy.h"
+#include "oaslam/util/percent.h"
 
 namespace oaslam {
 namespace {
 
 namespace http = boost::beast::http;
 
-int HexDigit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
-// Percent-decoding (RFC 3986, 2.1); in a query, + is a blank. Nothing where it is malformed, or has
-// a zero byte.
-std::optional<std::string> Decode(std::string_view text, bool is_query) {
-  std::string decoded;
-  for (size_t i = 0; i < text.size(); ++i) {
-    char c = text[i];
-    if (c == '+' && is_query) {
-      c = ' ';
-    } else if (c == '%') {
-      const int high = i + 2 < text.size() ? HexDigit(text[i + 1]) : -1;
-      const int low = i + 2 < text.size() ? HexDigit(text[i + 2]) : -1;
-      if (high < 0 || low < 0) return std::nullopt;
-      c = static_cast<char>(high * 16 + low);
-      i += 2;
-    }
-    if (c == '\0') return std::nullopt;
-    decoded += c;
-  }
+// Decodes a part of a target; in a query, + is a blank. Nothing where it is malformed, or has a
+// zero byte.
+std::optional<std::string> Decode(std::string text, bool is_query) {
+  if (is_query) std::ranges::replace(text, '+', ' ');
+  std::optional<std::string> decoded = DecodePercent(text);
+  if (decoded && decoded->find('\0') != std::string::npos) return std::nullopt;
   return decoded;
 }
 
@@ -45,9 +28,9 @@ bool ReadQuery(std::string_view text, std::map<std::string, std::string>& query)
     text.remove_prefix(std::min(pair.size() + 1, text.size()));
     if (pair.empty()) continue;
     const size_t equals = pair.find('=');
-    const auto key = Decode(pair.substr(0, equals), true);
-    const auto value = Decode(
-        equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1), true);
+    const auto key = Decode(std::string(pair.substr(0, equals)), true);
+    const auto value =
+        Decode(equals == std::string_view::npos ? "" : std::string(pair.substr(equals + 1)), true);
     if (!key || !value) return false;
     query[*key] = *value;
   }
@@ -72,7 +55,7 @@ std::optional<HttpRequest> RequestOf(const RequestHead& head, const std::string&
                                      bool is_local) {
   const std::string target(head.target());
   const size_t question = target.find('?');
-  const auto path = Decode(std::string_view(target).substr(0, question), false);
+  const auto path = Decode(target.substr(0, question), false);
   HttpRequest request;
   if (!path || !path->starts_with('/')) return std::nullopt;
   if (question != std::string::npos &&

@@ -2,6 +2,7 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -67,6 +68,11 @@ class WebSocket : public WebSocketConnection,
     socket_.async_close(boost::beast::websocket::close_reason(
                             static_cast<boost::beast::websocket::close_code>(status)),
                         [self = Self()](boost::beast::error_code) {});
+    // Where the client does not read, the close waits behind a message that is being written.
+    closing_.expires_after(kMostForClose);
+    closing_.async_wait([weak = this->weak_from_this()](boost::beast::error_code stopped) {
+      if (const auto self = weak.lock(); self && !stopped) self->EndNow();
+    });
   }
 
   void EndSoon() override {
@@ -76,6 +82,10 @@ class WebSocket : public WebSocketConnection,
   void EndNow() override { boost::beast::get_lowest_layer(socket_).close(); }
 
  private:
+  // For what is being written and the answer of the client: more than a slow network takes, and
+  // not so much that it delays the end of the server.
+  static constexpr std::chrono::seconds kMostForClose{2};
+
   std::shared_ptr<WebSocket> Self() { return this->shared_from_this(); }
 
   static bool OffersOurProtocol(const RequestHead& head) {
@@ -103,6 +113,7 @@ class WebSocket : public WebSocketConnection,
   boost::beast::flat_buffer buffer_;
   std::string outgoing_;
   bool is_open_ = false, is_writing_ = false, is_closing_ = false;
+  boost::asio::steady_timer closing_{socket_.get_executor()};
 };
 
 template <typename Stream>

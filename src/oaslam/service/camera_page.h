@@ -4,8 +4,8 @@
 
 namespace oaslam {
 
-// The page for phones, one self-contained HTML document: web/dist/camera.html, made part of the
-// program by the build.
+// The page for phones, one self-contained HTML document: web/dist/camera.html, compressed by
+// gzip -n and made part of the program by the build.
 std::string_view CameraPage();
 
 }  // namespace oaslam

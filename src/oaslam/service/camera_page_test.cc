@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "oaslam/net/gzipped.h"
+
 namespace oaslam {
 namespace {
 
@@ -11,7 +13,7 @@ using testing::Not;
 using testing::StartsWith;
 
 TEST(CameraPage, IsOneWholeDocumentWithoutReferences) {
-  const std::string page{CameraPage()};
+  const std::string page = Gunzip(CameraPage());
   EXPECT_THAT(page, StartsWith("<!doctype html>"));
   EXPECT_THAT(page, EndsWith("</html>\n"));
   EXPECT_THAT(page, HasSubstr("getUserMedia"));

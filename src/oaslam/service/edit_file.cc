@@ -17,7 +17,8 @@ constexpr int32_t kApplicationId = 0x4F415345;  // "OASE"
 constexpr int32_t kFormatVersion = 1;
 
 // The columns of an anchor are those of the map file (storage/map_schema.h). A removed anchor has
-// a row, so that AnchorsSince can tell of it, with the columns of a default Anchor.
+// a row, so that AnchorsSince can tell of it, with the columns of a default Anchor. The row with an
+// empty name has the version at which the map was removed or replaced last.
 constexpr const char* kSchema = R"sql(
 CREATE TABLE versions(map TEXT PRIMARY KEY, version INTEGER) WITHOUT ROWID;
 CREATE TABLE anchors(map TEXT, version INTEGER, name TEXT, is_removed INTEGER, model TEXT, size REAL, keyframe INTEGER,
@@ -123,17 +124,34 @@ AnchorEdits EditFile::AnchorsSince(const std::string& map, int64_t version) {
                    fmt::format("{} AND version > {}", IsMap(map), version));
     while (rows.Next()) {
       rows.Text();  // the map
-      AnchorEntry& entry = edits.entries.emplace_back();
-      entry.version = rows.Integer(1, INT64_MAX);
-      entry.name = rows.Text();
+      const int64_t edited = rows.Integer(1, INT64_MAX);
+      const std::string name = rows.Text();
+      if (name.empty()) {
+        edits.map_version = edited;
+        continue;
+      }
+      AnchorEntry& entry = edits.entries.emplace_back(AnchorEntry{name, edited, {}});
       if (rows.Int(0, 1) == 0) entry.anchor = ReadAnchor(rows);
     }
     return edits;
   });
 }
 
+void EditFile::WriteAnchor(const std::string& map, int64_t version, const std::string& name,
+                           const std::optional<Anchor>& anchor) {
+  SQLite::Statement old(database_, "DELETE FROM anchors WHERE " + IsMap(map) + " AND name = ?");
+  old.bind(1, name);
+  old.exec();
+  const Anchor a = anchor.value_or(Anchor());
+  Checksum unused;
+  RowWriter(database_, unused, "anchors", kAnchorColumns)
+      .Write(std::string_view(map), version, std::string_view(name), anchor ? 0 : 1,
+             std::string_view(a.model), a.size, a.keyframe, a.cam_from_anchor, a.object, a.offset);
+}
+
 std::optional<int64_t> EditFile::EditAnchor(const std::string& map, const std::string& name,
-                                            const std::optional<Anchor>& anchor, bool must_be_new) {
+                                            const std::optional<Anchor>& anchor, bool must_be_new,
+                                            const std::string& replaces) {
   CheckMapName(map);
   CheckAnchorEdit(name, anchor);
   return Try([&]() -> std::optional<int64_t> {
@@ -144,16 +162,9 @@ std::optional<int64_t> EditFile::EditAnchor(const std::string& map, const std::s
       existing.bind(1, name);
       if (existing.executeStep()) return std::nullopt;
     }
-    SQLite::Statement old(database_, "DELETE FROM anchors WHERE " + IsMap(map) + " AND name = ?");
-    old.bind(1, name);
-    old.exec();
     const int64_t version = NextVersion(map);
-    const Anchor a = anchor.value_or(Anchor());
-    Checksum unused;
-    RowWriter(database_, unused, "anchors", kAnchorColumns)
-        .Write(std::string_view(map), version, std::string_view(name), anchor ? 0 : 1,
-               std::string_view(a.model), a.size, a.keyframe, a.cam_from_anchor, a.object,
-               a.offset);
+    WriteAnchor(map, version, name, anchor);
+    if (!replaces.empty()) WriteAnchor(map, version, replaces, std::nullopt);
     transaction.commit();
     return version;
   });
@@ -187,7 +198,15 @@ void EditFile::RemoveMap(const std::string& map) {
     SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
     for (const char* table : {"anchors", "georeferences"})
       database_.exec(fmt::format("DELETE FROM {} WHERE {}", table, IsMap(map)));
-    NextVersion(map);
+    WriteAnchor(map, NextVersion(map), "", std::nullopt);
+    transaction.commit();
+  });
+}
+
+void EditFile::NoteReplacedMap(const std::string& map) {
+  Try([&] {
+    SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
+    WriteAnchor(map, NextVersion(map), "", std::nullopt);
     transaction.commit();
   });
 }

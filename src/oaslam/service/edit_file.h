@@ -22,12 +22,15 @@ class EditFile {
   // As those of MapStore.
   AnchorEdits AnchorsSince(const std::string& map, int64_t version);
   std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
-                                    const std::optional<Anchor>& anchor, bool must_be_new);
+                                    const std::optional<Anchor>& anchor, bool must_be_new,
+                                    const std::string& replaces);
   std::optional<std::string> Georeference(const std::string& map);
   void SetGeoreference(const std::string& map, const std::optional<std::string>& text);
 
   // Removes what the file has of a map. The version of its anchors ascends all the same.
   void RemoveMap(const std::string& map);
+  // Notes that the anchors of the map's file are others (AnchorEdits::map_version).
+  void NoteReplacedMap(const std::string& map);
 
   // A number for each map that ascends with each edit.
   std::map<std::string, int64_t> Versions();
@@ -39,6 +42,8 @@ class EditFile {
   auto Try(Act act);
   void Prepare();
   int64_t NextVersion(const std::string& map);
+  void WriteAnchor(const std::string& map, int64_t version, const std::string& name,
+                   const std::optional<Anchor>& anchor);
 
   SQLite::Database database_;
 };

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "oaslam/formats/json_text.h"
-#include "oaslam/service/base64.h"
+#include "oaslam/util/base64.h"
 
 namespace oaslam {
 namespace {

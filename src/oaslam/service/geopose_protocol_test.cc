@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "expect_input_error.h"
-#include "oaslam/service/base64.h"
+#include "oaslam/util/base64.h"
 
 namespace oaslam {
 namespace {

@@ -15,39 +15,46 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMostImages = 4;  // of a request
-constexpr size_t kMostMaps = 8;    // that are asked
+// A request takes at most as long as this many images in one map, so that it does not keep a worker
+// from others for long.
+constexpr size_t kMostGeoPoseImages = 4, kMostGeoPoseMaps = 8;
 
 struct PlacedMap {
   std::shared_ptr<const ServedMap> map;
   Georeference georeference;
 };
 
-// The maps with a georeference, nearest to the device first. A map that cannot be used now, or
-// whose georeference does not fit it, is left out.
-std::vector<PlacedMap> MapsNear(ServiceState& state, const GeoPoseRequest& request) {
-  constexpr double kNear_m = 2000;
-  std::vector<PlacedMap> maps;
+// The names of the maps with a georeference near the device, nearest first. None is loaded.
+std::vector<std::string> MapsNear(ServiceState& state, const GeoPoseRequest& request) {
+  constexpr double kNear_m = 2000;  // further than a map reaches
+  std::vector<std::pair<double, std::string>> near;
   for (const StoredMap& stored : state.shelf.store().Maps()) {
     try {
       const auto edits = state.shelf.Edits(stored.name);
       if (!edits->georeference) continue;
-      const auto map = state.shelf.Get(stored.name);
-      if (!map) continue;
-      const auto georeference = GeoreferenceOf(map->saved().map, *edits);
       const double distance_m =
-          request.location ? Distance_m(*request.location, georeference->origin) : 0;
+          request.location ? Distance_m(*request.location, ReadOrigin(*edits->georeference)) : 0;
       if (distance_m < kNear_m + request.accuracy_m.value_or(0))
-        maps.push_back({map, *georeference});
-    } catch (const InputError&) {
+        near.emplace_back(distance_m, stored.name);
+    } catch (const InputError&) {  // the document cannot be read
     }
   }
-  if (request.location)
-    std::ranges::stable_sort(maps, {}, [&](const PlacedMap& placed) {
-      return Distance_m(*request.location, placed.georeference.origin);
-    });
-  if (maps.size() > kMostMaps) maps.resize(kMostMaps);
-  return maps;
+  std::ranges::sort(near);
+  std::vector<std::string> names;
+  for (auto& [distance_m, name] : near) names.push_back(std::move(name));
+  return names;
+}
+
+// Nothing where the map cannot be used now, or its georeference does not fit it.
+std::optional<PlacedMap> Placed(ServiceState& state, const std::string& name) {
+  try {
+    const auto map = state.shelf.Get(name);
+    if (!map) return std::nullopt;
+    const auto georeference = GeoreferenceOf(map->saved().map, *state.shelf.Edits(name));
+    return georeference ? std::optional<PlacedMap>({map, *georeference}) : std::nullopt;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 // As a file, which is how images come everywhere else.
@@ -83,28 +90,32 @@ double DepthAt(const Map& map, const Eigen::Vector3d& place) {
 }  // namespace
 
 GeoPoseReply AnswerGeoPose(ServiceState& state, const std::string& body) {
-  const GeoPoseRequest request = ReadGeoPoseRequest(body, kMostImages);
-  const std::vector<PlacedMap> maps = MapsNear(state, request);
+  const GeoPoseRequest request = ReadGeoPoseRequest(body, kMostGeoPoseImages);
   std::string why_not = "no map with a georeference is near";
-  for (const PlacedMap& placed : maps)
+  size_t asked_maps = 0;
+  for (const std::string& name : MapsNear(state, request)) {
+    const std::optional<PlacedMap> placed = Placed(state, name);
+    if (!placed) continue;
+    if (++asked_maps > kMostGeoPoseMaps) break;
     for (const GeoPoseImage& image : request.images) {
       ImageRequest asked;
       asked.bytes = FileOf(image);
       asked.camera.is_auto = !image.camera;
       if (image.camera) asked.camera.camera = *image.camera;
       const RelocalizationResult found =
-          Localize(state, *placed.map, asked, RelocalizationMode::kPointsAndObjects).result;
+          Localize(state, *placed->map, asked, RelocalizationMode::kPointsAndObjects).result;
       if (!found.world_from_cam) {
         why_not = found.why_not;
         continue;
       }
-      const double depth = DepthAt(placed.map->saved().map, found.world_from_cam->translation);
+      const double depth = DepthAt(placed->map->saved().map, found.world_from_cam->translation);
       return {200, WriteGeoPoseAnswer(
                        {request.id, image.time_ms,
-                        GeoPoseOfCamera(placed.georeference, *found.world_from_cam),
-                        found.sigma_position * placed.georeference.enu_from_map.scale,
+                        GeoPoseOfCamera(placed->georeference, *found.world_from_cam),
+                        found.sigma_position * placed->georeference.enu_from_map.scale,
                         std::atan2(found.sigma_position, depth) * 180 / std::numbers::pi})};
     }
+  }
   return {404, JsonText(JsonOfError(why_not))};
 }
 

@@ -73,6 +73,7 @@ Georeference ReadPoints(const JsonInput& document) {
     in_map.col(i) = items[i]["map"].Vector();
     in_enu.col(i) = InPlane(plane, ReadPosition(items[i])).translation;
   }
+  // Below, an error of a centimetre over a metre turns the map about the line by half a turn.
   constexpr double kMinFlatness = 0.01;
   for (const auto& [points, which] :
        {std::pair(&in_map, "in the map"), std::pair(&in_enu, "on the earth")})
@@ -160,6 +161,13 @@ Georeference ReadGeoreference(const std::string& document, const GeoreferencedMa
   const nlohmann::json json = ParseJson(document, "georeference");
   const JsonInput input(json, "georeference");
   return input.Find("points") ? ReadPoints(input) : ReadHeading(input, map);
+}
+
+GeoPosition ReadOrigin(const std::string& document) {
+  const nlohmann::json json = ParseJson(document, "georeference");
+  const JsonInput input(json, "georeference");
+  const auto points = input.Find("points");
+  return ReadPosition(points ? points->Items(1).front() : input);
 }
 
 GeoPose GeoPoseOfCamera(const Georeference& georeference, const Rigid3& world_from_cam) {

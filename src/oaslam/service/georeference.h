@@ -60,6 +60,9 @@ struct GeoreferencedMap {
 // InputError.
 Georeference ReadGeoreference(const std::string& document, const GeoreferencedMap& map);
 
+// The origin of the georeference of a document, which is read without the map. Throws InputError.
+GeoPosition ReadOrigin(const std::string& document);
+
 // The pose of a camera of the map, and back.
 GeoPose GeoPoseOfCamera(const Georeference& georeference, const Rigid3& world_from_cam);
 Rigid3 CameraOfGeoPose(const Georeference& georeference, const GeoPose& pose);

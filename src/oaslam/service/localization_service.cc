@@ -10,6 +10,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/net/gzipped.h"
 #include "oaslam/service/camera_page.h"
 #include "oaslam/service/localize.h"
 #include "oaslam/service/openapi.h"
@@ -117,7 +118,7 @@ class LocalizationService::Impl {
   void Finish() { state_->workers.Finish(); }
 
  private:
-  HttpAnswer AnswerAtOnce(const Target& target);
+  HttpAnswer AnswerAtOnce(const Target& target, const HttpRequest& request);
   HttpAnswer Work(const Target& target, HttpRequest& request);
   HttpAnswer Do(const Target& target, HttpRequest& request);
   std::shared_ptr<const ServedMap> MapOf(const Target& target);
@@ -142,7 +143,8 @@ LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequ
 }
 
 // What needs neither the store nor a worker.
-HttpAnswer LocalizationService::Impl::AnswerAtOnce(const Target& target) {
+HttpAnswer LocalizationService::Impl::AnswerAtOnce(const Target& target,
+                                                   const HttpRequest& request) {
   HttpAnswer answer;
   switch (target.route) {
     case Route::kHealth:
@@ -158,12 +160,9 @@ HttpAnswer LocalizationService::Impl::AnswerAtOnce(const Target& target) {
            {"oaslam_workers", static_cast<double>(state_->workers.size())}});
       return answer;
     case Route::kOpenApi:
-      answer.body = OpenApi();
-      return answer;
+      return GzippedAnswer(request, OpenApi(), answer.content_type);
     case Route::kCamera:
-      answer.content_type = "text/html; charset=utf-8";
-      answer.body = CameraPage();
-      return answer;
+      return GzippedAnswer(request, CameraPage(), "text/html; charset=utf-8");
     case Route::kModel:
       return AnswerModel(target.rest);
     default:
@@ -306,7 +305,7 @@ HttpAnswer LocalizationService::Impl::Do(const Target& target, HttpRequest& requ
     case Route::kRecord:
       return Refuse(status::upgrade_required, "this path is of a WebSocket");
     default:
-      return AnswerAtOnce(target);
+      return AnswerAtOnce(target, request);
   }
 }
 
@@ -334,8 +333,8 @@ void LocalizationService::Impl::Handle(HttpRequest request, Reply reply) {
   const Target target = TargetOf(request.path);
   const auto finish = [state = state_, target](const Reply& to, HttpAnswer answer) {
     state->metrics.Count("oaslam_requests_total",
-                         fmt::format("route=\"{}\",status=\"{}\"", NameOf(target.route),
-                                     static_cast<int>(answer.status)));
+                         {{"route", NameOf(target.route)},
+                          {"status", std::to_string(static_cast<int>(answer.status))}});
     to(std::move(answer));
   };
   if (target.route != Route::kNowhere && !Allows(target.route, request.method)) {
@@ -344,7 +343,7 @@ void LocalizationService::Impl::Handle(HttpRequest request, Reply reply) {
     return finish(reply, std::move(answer));
   }
   if (target.map.empty() && target.route != Route::kMaps && target.route != Route::kGeoPose)
-    return finish(reply, AnswerAtOnce(target));
+    return finish(reply, AnswerAtOnce(target, request));
   const auto kept = std::make_shared<HttpRequest>(std::move(request));
   const bool is_added = state_->workers.TryAdd([this, target, kept, reply, finish] {
     HttpAnswer answer = Work(target, *kept);

@@ -8,15 +8,17 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/service/base64.h"
 #include "oaslam/service/geopose_protocol.h"
 #include "oaslam/service/received_image.h"
+#include "oaslam/util/base64.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
 namespace {
 
-constexpr size_t kMostImages = 16;  // of a request
+// A request takes at most as long as this many images, so that it does not keep a worker from
+// others for long.
+constexpr size_t kMostImages = 16;
 
 Localized Find(const ServedMap& map, const ImageInput& input, const ImageRequest& request,
                RelocalizationMode mode) {
@@ -66,7 +68,7 @@ nlohmann::json ImageOfQuery(const HttpRequest& request) {
   return image;
 }
 
-ImageRequest ReadImage(const JsonInput& json) {
+ImageRequest ReadPostedImage(const JsonInput& json) {
   json.Only({"image", "camera", "detections", "gravity", "prior", "time"});
   ImageRequest request = ReadImageRequest(json);
   if (const auto image = json.Find("image")) {
@@ -118,8 +120,7 @@ Json AnswerLocalize(ServiceState& state, const ServedMap& map,
     }
     json["ms"] = watch.WallMs();
     state.metrics.Observe("oaslam_localize_seconds", watch.WallMs() / 1000);
-    state.metrics.Count("oaslam_localized_total",
-                        fmt::format("evidence=\"{}\"", ToString(found.result.evidence)));
+    state.metrics.Count("oaslam_localized_total", {{"evidence", ToString(found.result.evidence)}});
     results.push_back(std::move(json));
   }
   Json anchors = JsonOfAnchors(map, *edits, 0);
@@ -142,7 +143,7 @@ LocalizeRequest ReadLocalizeRequest(HttpRequest request) {
     const JsonInput json(body, "body");
     json.Only({"images", "mode"});
     for (const JsonInput& image : json["images"].Items(1, kMostImages))
-      read.images.push_back(ReadImage(image));
+      read.images.push_back(ReadPostedImage(image));
     if (const auto given = json.Find("mode")) mode = given->Text();
   } else {
     throw InputError(fmt::format(

@@ -21,13 +21,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormatVersion = 1;
+constexpr int kTablesVersion = 1;
 constexpr size_t kChunk = 1 << 20;  // bytes of a map file that are sent at a time
 
 // A map file is in chunks, so that neither side has all of it in memory. The columns of an anchor
 // are those of the map file (storage/map_schema.h); of a removed one they are those of a default
-// Anchor.
-constexpr const char* kSchema[] = {
+// Anchor. The row with an empty name has the version at which the map was removed or replaced last.
+constexpr const char* kTables[] = {
     "CREATE TABLE IF NOT EXISTS oaslam_format(version integer NOT NULL)",
     "CREATE SEQUENCE IF NOT EXISTS oaslam_contents",
     R"sql(CREATE TABLE IF NOT EXISTS oaslam_maps(name text PRIMARY KEY, digest text NOT NULL, bytes bigint NOT NULL,
@@ -56,14 +56,14 @@ void CreateTables(PgConnection& connection) {
   const PgRows known = connection.Run("SELECT to_regclass('oaslam_format') IS NOT NULL");
   if (known.Text(0, 0) == "t") {
     const PgRows version = connection.Run("SELECT max(version) FROM oaslam_format");
-    if (version.Integer(0, 0) > kFormatVersion)
+    if (version.Integer(0, 0) > kTablesVersion)
       throw InputError(fmt::format(
           "database: its tables were made by a newer version (format {}, this one reads {})",
-          version.Integer(0, 0), kFormatVersion));
+          version.Integer(0, 0), kTablesVersion));
     return;
   }
-  for (const char* sql : kSchema) connection.Run(sql);
-  connection.Run("INSERT INTO oaslam_format VALUES ($1)", {int64_t{kFormatVersion}});
+  for (const char* sql : kTables) connection.Run(sql);
+  connection.Run("INSERT INTO oaslam_format VALUES ($1)", {int64_t{kTablesVersion}});
   transaction.Commit();
 }
 
@@ -109,6 +109,20 @@ Anchor AnchorOf(const PgRows& rows, int row, int column) {
   anchor.object = ObjectId(id());
   anchor.offset = vector();
   return anchor;
+}
+
+void WriteAnchor(PgConnection& connection, const std::string& map, int64_t version,
+                 const std::string& name, const std::optional<Anchor>& anchor) {
+  connection.Run("DELETE FROM oaslam_anchors WHERE map = $1 AND name = $2", {map, name});
+  const Anchor a = anchor.value_or(Anchor());
+  const Eigen::Vector4d q = a.cam_from_anchor.rotation.coeffs();
+  const Eigen::Vector3d& t = a.cam_from_anchor.translation;
+  const auto id = [](auto i) { return i.IsValid() ? int64_t{i.value} : int64_t{-1}; };
+  connection.Run(
+      "INSERT INTO oaslam_anchors VALUES "
+      "($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)",
+      {map, version, name, anchor ? "f" : "t", a.model, a.size, id(a.keyframe), q[0], q[1], q[2],
+       q[3], t[0], t[1], t[2], id(a.object), a.offset[0], a.offset[1], a.offset[2]});
 }
 
 class MapDatabase : public MapStore {
@@ -167,8 +181,12 @@ class MapDatabase : public MapStore {
                   "content = excluded.content RETURNING changed",
                   {map, stored.digest, static_cast<int64_t>(stored.bytes), content})
               .Real(0, 0);
-      connection.Run("DELETE FROM oaslam_chunks WHERE map = $1 AND content <> $2", {map, content});
-      connection.Run("SELECT pg_notify($1, $2)", {kChangesChannel, map});
+      const PgRows replaced = connection.Run(
+          "DELETE FROM oaslam_chunks WHERE map = $1 AND content <> $2 RETURNING 1", {map, content});
+      if (replaced.size() > 0)
+        WriteAnchor(connection, map, NextVersion(connection, map), "", std::nullopt);
+      else
+        connection.Run("SELECT pg_notify($1, $2)", {kChangesChannel, map});
       transaction.Commit();
       return stored;
     });
@@ -180,9 +198,10 @@ class MapDatabase : public MapStore {
       PgTransaction transaction(connection);
       if (connection.Run("DELETE FROM oaslam_maps WHERE name = $1 RETURNING 1", {map}).size() == 0)
         return false;
-      NextVersion(connection, map);
+      const int64_t version = NextVersion(connection, map);
       for (const char* table : {"oaslam_chunks", "oaslam_anchors", "oaslam_georeferences"})
         connection.Run(fmt::format("DELETE FROM {} WHERE map = $1", table), {map});
+      WriteAnchor(connection, map, version, "", std::nullopt);
       transaction.Commit();
       return true;
     });
@@ -203,9 +222,13 @@ class MapDatabase : public MapStore {
           "FROM oaslam_anchors WHERE map = $1 AND version > $2 ORDER BY version",
           {map, version});
       for (int row = 0; row < rows.size(); ++row) {
-        AnchorEntry& entry = edits.entries.emplace_back();
-        entry.version = rows.Integer(row, 0);
-        entry.name = rows.Text(row, 1);
+        const int64_t edited = rows.Integer(row, 0);
+        const std::string name(rows.Text(row, 1));
+        if (name.empty()) {
+          edits.map_version = edited;
+          continue;
+        }
+        AnchorEntry& entry = edits.entries.emplace_back(AnchorEntry{name, edited, {}});
         if (rows.Text(row, 2) == "f") entry.anchor = AnchorOf(rows, row, 3);
       }
       return edits;
@@ -213,8 +236,8 @@ class MapDatabase : public MapStore {
   }
 
   std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
-                                    const std::optional<Anchor>& anchor,
-                                    bool must_be_new) override {
+                                    const std::optional<Anchor>& anchor, bool must_be_new,
+                                    const std::string& replaces) override {
     CheckMapName(map);
     CheckAnchorEdit(name, anchor);
     return calls_.Use([&](PgConnection& connection) -> std::optional<int64_t> {
@@ -226,16 +249,8 @@ class MapDatabase : public MapStore {
                                       {map, name})
                                  .size() > 0)
         return std::nullopt;
-      connection.Run("DELETE FROM oaslam_anchors WHERE map = $1 AND name = $2", {map, name});
-      const Anchor a = anchor.value_or(Anchor());
-      const Eigen::Vector4d q = a.cam_from_anchor.rotation.coeffs();
-      const Eigen::Vector3d& t = a.cam_from_anchor.translation;
-      const auto id = [](auto i) { return i.IsValid() ? int64_t{i.value} : int64_t{-1}; };
-      connection.Run(
-          "INSERT INTO oaslam_anchors VALUES "
-          "($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)",
-          {map, version, name, anchor ? "f" : "t", a.model, a.size, id(a.keyframe), q[0], q[1],
-           q[2], q[3], t[0], t[1], t[2], id(a.object), a.offset[0], a.offset[1], a.offset[2]});
+      WriteAnchor(connection, map, version, name, anchor);
+      if (!replaces.empty()) WriteAnchor(connection, map, version, replaces, std::nullopt);
       transaction.Commit();
       return version;
     });

@@ -55,8 +55,11 @@ class MapFolder : public MapStore {
   std::optional<MapFile> Open(const std::string& map) override { return files_.Open(map); }
 
   StoredMap Put(const std::string& map, const std::filesystem::path& file) override {
+    const bool is_new = !files_.Find(map);
     const StoredMap stored = files_.Put(map, file);
-    Wake();
+    Edit([&] {
+      if (!is_new) edits_.NoteReplacedMap(map);
+    });
     return stored;
   }
 
@@ -72,9 +75,9 @@ class MapFolder : public MapStore {
   }
 
   std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
-                                    const std::optional<Anchor>& anchor,
-                                    bool must_be_new) override {
-    return Edit([&] { return edits_.EditAnchor(map, name, anchor, must_be_new); });
+                                    const std::optional<Anchor>& anchor, bool must_be_new,
+                                    const std::string& replaces) override {
+    return Edit([&] { return edits_.EditAnchor(map, name, anchor, must_be_new, replaces); });
   }
 
   std::optional<std::string> Georeference(const std::string& map) override {

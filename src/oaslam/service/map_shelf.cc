@@ -107,6 +107,7 @@ std::shared_ptr<const MapEdits> MapShelf::ReadEdits(const std::string& map, Slot
   AnchorEdits stored = store_->AnchorsSince(map, 0);
   MapEdits edits;
   edits.version = stored.version;
+  edits.map_version = stored.map_version;
   for (AnchorEntry& entry : stored.entries) {
     const std::string name = entry.name;
     edits.anchors.emplace(name, std::move(entry));

@@ -46,9 +46,9 @@ class CountingStore : public MapStore {
     return store_->AnchorsSince(map, version);
   }
   std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
-                                    const std::optional<Anchor>& anchor,
-                                    bool must_be_new) override {
-    return store_->EditAnchor(map, name, anchor, must_be_new);
+                                    const std::optional<Anchor>& anchor, bool must_be_new,
+                                    const std::string& replaces = {}) override {
+    return store_->EditAnchor(map, name, anchor, must_be_new, replaces);
   }
   std::optional<std::string> Georeference(const std::string& map) override {
     return store_->Georeference(map);

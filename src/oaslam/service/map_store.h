@@ -46,6 +46,9 @@ struct AnchorEntry {
 
 struct AnchorEdits {
   int64_t version = 0;  // of the map's anchors; each edit makes a new one, ascending
+  // That the anchors had when the map was removed or replaced last: edits of before, and anchors
+  // of the file of before, may be gone without an entry. 0: never.
+  int64_t map_version = 0;
   std::vector<AnchorEntry> entries;
 };
 
@@ -62,18 +65,21 @@ class MapStore {
   // Nothing where there is no such map.
   virtual std::optional<MapFile> Open(const std::string& map) = 0;
   // Stores a copy of a map file, in place of the map of that name if there is one; readers have
-  // the old one or the new one. The file was checked before.
+  // the old one or the new one. The file was checked before. The anchors stay; to replace a map is
+  // an edit of them all the same, since those of its file are others.
   virtual StoredMap Put(const std::string& map, const std::filesystem::path& file) = 0;
-  // Removes a map with its anchors and georeference. False where there is none.
+  // Removes a map with its anchors and georeference, which is an edit of them. False where there is
+  // none.
   virtual bool Remove(const std::string& map) = 0;
 
   // The newest edit of each anchor that was edited after `version`; 0: all edits.
   virtual AnchorEdits AnchorsSince(const std::string& map, int64_t version) = 0;
   // Creates, replaces or (without an anchor) removes one. Returns the new version. A new one of
   // this name is refused, and nothing returned, where `must_be_new` and the store has one.
+  // `replaces`: another anchor that is removed in the same step, as by a rename; empty: none.
   virtual std::optional<int64_t> EditAnchor(const std::string& map, const std::string& name,
-                                            const std::optional<Anchor>& anchor,
-                                            bool must_be_new) = 0;
+                                            const std::optional<Anchor>& anchor, bool must_be_new,
+                                            const std::string& replaces = {}) = 0;
 
   // A JSON document (service/georeference.h); nothing where the map has none.
   virtual std::optional<std::string> Georeference(const std::string& map) = 0;

@@ -231,6 +231,24 @@ TEST_P(MapStoreTest, TheLaterEditWinsAndSinceTellsIt) {
   EXPECT_EQ(store_->EditAnchor("desk", "b", Flag(5), true), version + 2);
 }
 
+// Nobody sees both names, or neither.
+TEST_P(MapStoreTest, ARenameIsOneEdit) {
+  store_->EditAnchor("desk", "a", Flag(1), true);
+  EXPECT_EQ(store_->EditAnchor("desk", "b", Flag(1), true, "a"), 2);
+  const AnchorEdits edits = Another()->AnchorsSince("desk", 0);
+  EXPECT_EQ(edits.version, 2);
+  ASSERT_EQ(edits.entries.size(), 2u);
+  for (const AnchorEntry& entry : edits.entries) {
+    EXPECT_EQ(entry.version, 2);
+    EXPECT_EQ(entry.anchor.has_value(), entry.name == "b");
+  }
+  store_->EditAnchor("desk", "c", Flag(2), true);
+  EXPECT_EQ(store_->EditAnchor("desk", "c", Flag(1), true, "b"), std::nullopt);
+  EXPECT_EQ(store_->AnchorsSince("desk", 0).version, 3);
+  for (const AnchorEntry& entry : store_->AnchorsSince("desk", 0).entries)
+    EXPECT_EQ(entry.anchor.has_value(), entry.name != "a");
+}
+
 TEST_P(MapStoreTest, OneOfManyGetsANewName) {
   constexpr int kThreads = 8, kNames = 10;
   std::vector<std::unique_ptr<MapStore>> stores;
@@ -294,6 +312,26 @@ TEST_P(MapStoreTest, ARemovedMapTakesItsAnchorsAlongButNoVersionComesTwice) {
   EXPECT_EQ(store_->AnchorsSince("attic", 0).entries.size(), 1u);
   store_->Put("desk", File("2"));
   EXPECT_GT(*store_->EditAnchor("desk", "b", Flag(), true), before);
+}
+
+TEST_P(MapStoreTest, ThatAMapIsReplacedOrRemovedIsAnEditOfItsAnchors) {
+  const auto edits = [&] { return Another()->AnchorsSince("desk", 0); };
+  store_->Put("desk", File("1"));
+  EXPECT_EQ(edits().version, 0);
+  store_->EditAnchor("desk", "a", Flag(), true);
+  EXPECT_EQ(edits().map_version, 0);
+  store_->Put("desk", File("2"));
+  EXPECT_EQ(edits().version, 2);
+  EXPECT_EQ(edits().map_version, 2);
+  EXPECT_EQ(edits().entries.size(), 1u);  // it stays
+  store_->EditAnchor("desk", "a", Flag(2), false);
+  EXPECT_EQ(edits().map_version, 2);
+  store_->Remove("desk");
+  store_->Put("desk", File("2"));
+  store_->EditAnchor("desk", "b", Flag(), true);
+  EXPECT_EQ(edits().map_version, 4);
+  EXPECT_EQ(edits().version, 5);
+  EXPECT_EQ(edits().entries.size(), 1u);
 }
 
 TEST_P(MapStoreTest, ChangesAreReportedToAll) {

@@ -4,8 +4,8 @@
 
 namespace oaslam {
 
-// The description of the service, OpenAPI 3.1: data/openapi.json, made part of the program by the
-// build.
+// The description of the service, OpenAPI 3.1: data/openapi.json, compressed by gzip -n and made
+// part of the program by the build.
 std::string_view OpenApi();
 
 }  // namespace oaslam

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "oaslam/net/gzipped.h"
 #include "oaslam/service/openapi.h"
 
 namespace oaslam {
@@ -36,7 +37,7 @@ Operations Known() {
 
 TEST(Route, IsInTheDescriptionWithItsMethods) {
   Operations described;
-  const auto api = nlohmann::json::parse(OpenApi());
+  const auto api = nlohmann::json::parse(Gunzip(OpenApi()));
   for (const auto& [path, operations] : api["paths"].items())
     for (const auto& [method, operation] : operations.items())
       if (method != "parameters") described.emplace(TargetOf(path).route, Upper(method));

@@ -48,12 +48,13 @@ Map WithEdits(const Map& map, const MapEdits& edits) {
 
 AnchorNews NewsOf(const Map& map, const MapEdits& edits, int64_t since) {
   AnchorNews news;
+  news.is_complete = since == 0 || since < edits.map_version;
   for (const auto& [name, entry] : edits.anchors)
     if (!entry.anchor && entry.version > since) news.removed.push_back(name);
   for (const AnchorPose& pose : PosesOf(WithEdits(map, edits))) {
     const auto edit = edits.anchors.find(pose.name);
     const int64_t version = edit == edits.anchors.end() ? 0 : edit->second.version;
-    if (since == 0 || version > since) news.anchors.push_back({pose, version});
+    if (news.is_complete || version > since) news.anchors.push_back({pose, version});
   }
   return news;
 }

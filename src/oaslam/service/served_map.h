@@ -31,7 +31,7 @@ struct ServedMap {
 
 // What was edited of a map: a value that is replaced as a whole.
 struct MapEdits {
-  int64_t version = 0;
+  int64_t version = 0, map_version = 0;        // as of AnchorEdits
   std::map<std::string, AnchorEntry> anchors;  // the newest edit of each
   std::optional<std::string> georeference;     // the document
 };
@@ -44,8 +44,10 @@ struct VersionedAnchor {
   int64_t version = 0;  // 0: as in the map's file
 };
 // The anchors that have a place in the map, and the names of those that are gone, of all that were
-// edited after `since`; 0: all.
+// edited after `since`. All of them where `since` is 0, or the map was removed or replaced after
+// it: then it is not known which others a client has.
 struct AnchorNews {
+  bool is_complete = false;
   std::vector<VersionedAnchor> anchors;
   std::vector<std::string> removed;
 };

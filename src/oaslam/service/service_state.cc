@@ -12,6 +12,7 @@
 namespace oaslam {
 namespace {
 
+// A request that waits longer than eight others take is better sent to another server.
 constexpr size_t kMostWaitingPerWorker = 8;
 constexpr int kOk = 200, kCreated = 201, kBadRequest = 400, kNotFound = 404, kConflict = 409;
 
@@ -20,6 +21,11 @@ template <typename Act>
 AnchorOutcome Edit(ServiceState& state, const ServedMap& map, const std::string& name, Act&& act) {
   const std::string& map_name = map.stored.name;
   state.shelf.Refresh(map_name);
+  // An anchor is relative to keyframes and objects: in another map these are others.
+  const auto served = state.shelf.Get(map_name);
+  if (!served) return {kNotFound, fmt::format("there is no map \"{}\"", map_name), name};
+  if (served->stored.digest != map.stored.digest)
+    return {kConflict, fmt::format("the map \"{}\" was replaced meanwhile", map_name), name};
   const Map now = WithEdits(map.saved().map, *state.shelf.Edits(map_name));
   if (!name.empty() && !now.anchors.contains(name))
     return {kNotFound, fmt::format("there is no anchor \"{}\"", name), name};
@@ -104,9 +110,10 @@ AnchorOutcome ChangeAnchor(ServiceState& state, const ServedMap& map, const std:
       return {edit.name && now.anchors.contains(*edit.name) ? kConflict : kBadRequest, problem,
               name};
     const std::string name_now = edit.name.value_or(name);
-    state.shelf.store().EditAnchor(map.stored.name, name_now, anchors.at(name_now), false);
-    if (name_now != name)
-      state.shelf.store().EditAnchor(map.stored.name, name, std::nullopt, false);
+    const bool is_renamed = name_now != name;
+    if (!state.shelf.store().EditAnchor(map.stored.name, name_now, anchors.at(name_now), is_renamed,
+                                        is_renamed ? name : ""))
+      return {kConflict, fmt::format("there is an anchor \"{}\" already", name_now), name};
     return {kOk, "", name_now};
   });
 }
@@ -124,8 +131,9 @@ Json JsonOfAnchors(const ServedMap& map, const MapEdits& edits, int64_t since) {
   for (const VersionedAnchor& anchor : news.anchors)
     anchors.push_back(JsonOf(anchor.pose, anchor.version));
   return {{"version", edits.version},
+          {"complete", news.is_complete},
           {"anchors", std::move(anchors)},
-          {"removed", since > 0 ? news.removed : std::vector<std::string>()}};
+          {"removed", news.is_complete ? std::vector<std::string>() : news.removed}};
 }
 
 }  // namespace oaslam

@@ -73,7 +73,7 @@ AnchorOutcome ChangeAnchor(ServiceState& state, const ServedMap& map, const std:
                            const AnchorEdit& edit);
 AnchorOutcome RemoveAnchor(ServiceState& state, const ServedMap& map, const std::string& name);
 
-// "anchors", "removed" and "version".
+// "anchors", "removed", "version" and "complete" (AnchorNews).
 Json JsonOfAnchors(const ServedMap& map, const MapEdits& edits, int64_t since);
 
 }  // namespace oaslam

@@ -68,9 +68,13 @@ StreamStep Tracking::Look() {
   if (!now || now->stored.digest != map_->stored.digest) return Enter("map");
   const auto edits = state_->shelf.Edits(name_);
   if (edits->version <= anchors_version_) return {};
+  // The map was removed, with its edits, and the same file stored again.
+  if (anchors_version_ < edits->map_version) return Enter("map");
   Json message = {{"type", "anchors"}};
-  // Before the first edit the version is 0, by which all are asked for.
+  // Before the first edit the version is 0, by which all are asked for: then these are all, but the
+  // client has had some that are removed now.
   message.update(JsonOfAnchors(*map_, *edits, anchors_version_));
+  message.erase("complete");
   message["removed"] = NewsOf(map_->saved().map, *edits, anchors_version_).removed;
   anchors_version_ = edits->version;
   return {{std::move(message)}, false};
@@ -150,8 +154,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   answer["dropped"] = dropped;
   answer["ms"] = watch.WallMs();
   state_->metrics.Observe("oaslam_track_seconds", watch.WallMs() / 1000);
-  state_->metrics.Count("oaslam_tracked_total",
-                        fmt::format("state=\"{}\"", ToString(tracked.state)));
+  state_->metrics.Count("oaslam_tracked_total", {{"state", ToString(tracked.state)}});
   return {{std::move(answer)}, false};
 }
 

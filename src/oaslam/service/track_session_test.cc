@@ -28,11 +28,18 @@ class TrackWorkTest : public testing::Test {
   TrackWorkTest() {
     Rng rng(3);
     saved_ = RandomMap({}, rng);
-    SaveMap(folder_ / "desk.map", saved_);
+    SaveMap(folder_ / "first", saved_);
     ServiceOptions options;
     options.store = OpenMapStore(folder_.path());
     options.models = std::make_shared<const ModelLibrary>();
+    options.store->Put("desk", folder_ / "first");
     state_ = std::make_shared<ServiceState>(std::move(options), io_.get_executor());
+  }
+  // Replaces the map by another one.
+  void PutOther() {
+    Rng rng(5);
+    SaveMap(folder_ / "other", RandomMap({}, rng));
+    state_->shelf.store().Put("desk", folder_ / "other");
   }
   Json BeginOn(const std::string& map, bool may_write = true) {
     work_ = TrackWork(state_, map, may_write);
@@ -90,9 +97,7 @@ TEST_F(TrackWorkTest, TellsWhatHasChanged) {
   EXPECT_THAT(work_->Look().messages, SizeIs(0));
   EditFlag(std::nullopt);
   EXPECT_EQ(work_->Look().messages.at(0)["removed"], Json({"flag 1"}));
-  Rng rng(5);
-  SaveMap(folder_ / "other", RandomMap({}, rng));
-  state_->shelf.store().Put("desk", folder_ / "other");
+  PutOther();
   state_->shelf.Refresh("desk");
   const Json replaced = work_->Look().messages.at(0);
   EXPECT_EQ(replaced["type"], "map");
@@ -138,6 +143,63 @@ TEST_F(TrackWorkTest, OnlyWhoMayWriteEdits) {
   EXPECT_EQ(renamed["anchors"].at(0)["name"], "gate");
   EXPECT_EQ(renamed["anchors"].at(0)["size"], 2);
   EXPECT_EQ(renamed["removed"], Json({"flag 1"}));
+}
+
+TEST_F(TrackWorkTest, ARenameIsOneEdit) {
+  BeginOn("desk");
+  EditFlag(Anchor{"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}});
+  const Json before = work_->Look().messages.at(0);
+  const Json renamed =
+      Command(R"({"type": "anchor", "name": "flag 1", "rename": "gate", "size": 2})").at(0);
+  EXPECT_EQ(renamed["version"], before["version"].get<int>() + 1);
+}
+
+// An anchor is relative to the keyframes of a map, which are others in the one that replaces it.
+TEST_F(TrackWorkTest, AnEditOfAMapThatWasReplacedMeanwhileIsRefused) {
+  BeginOn("desk");
+  EditFlag(Anchor{"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}});
+  work_->Look();
+  PutOther();
+  const std::string turn = R"({"type": "anchor", "name": "flag 1", "turn": 1})";
+  EXPECT_EQ(Command(turn).at(0)["message"], "the map \"desk\" was replaced meanwhile");
+  EXPECT_EQ(state_->shelf.Edits("desk")->anchors.at("flag 1").version, 1);
+  EXPECT_EQ(work_->Look().messages.at(0)["type"], "map");
+  EXPECT_EQ(Command(turn).at(0)["type"], "anchors");
+  state_->shelf.store().Remove("desk");
+  EXPECT_EQ(Command(turn).at(0)["message"], "there is no map \"desk\"");
+}
+
+// Who asks for what has changed since a version is told everything where the map was removed or
+// replaced after it, since what is gone is no longer known.
+TEST_F(TrackWorkTest, SinceReachesOverAReplacementAndARemoval) {
+  const auto since = [&](int64_t version) {
+    state_->shelf.Refresh("desk");
+    const Json json =
+        JsonOfAnchors(*state_->shelf.Get("desk"), *state_->shelf.Edits("desk"), version);
+    return std::pair(json["complete"].get<bool>(), json["anchors"].size());
+  };
+  BeginOn("desk");
+  EditFlag(Anchor{"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}});
+  const size_t all = since(0).second;
+  EXPECT_EQ(since(0).first, true);
+  EXPECT_EQ(since(1), std::pair(false, size_t{0}));
+  PutOther();
+  EXPECT_EQ(since(1).first, true);
+  EXPECT_EQ(since(2), std::pair(false, size_t{0}));
+  state_->shelf.store().Remove("desk");
+  state_->shelf.store().Put("desk", folder_ / "first");
+  EXPECT_EQ(since(2), std::pair(true, all - 1));
+  EXPECT_EQ(since(3), std::pair(false, size_t{0}));
+}
+
+TEST_F(TrackWorkTest, AMapThatWasRemovedAndStoredAgainIsToldAnew) {
+  BeginOn("desk");
+  EditFlag(Anchor{"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}});
+  work_->Look();
+  state_->shelf.store().Remove("desk");
+  state_->shelf.store().Put("desk", folder_ / "first");
+  state_->shelf.Refresh("desk");
+  EXPECT_EQ(work_->Look().messages.at(0)["type"], "map");
 }
 
 }  // namespace

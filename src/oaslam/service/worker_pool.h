@@ -1,20 +1,19 @@
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <atomic>
+#include <boost/asio/thread_pool.hpp>
 #include <functional>
 #include <mutex>
-#include <thread>
-#include <vector>
 
 namespace oaslam {
 
-// Threads that carry out tasks in the order in which they come, of which a bounded number waits.
+// A thread pool of Asio whose queue is bounded. Tasks begin in the order in which they come.
 class WorkerPool {
  public:
   using Task = std::function<void()>;  // an exception is a warning
 
-  WorkerPool(size_t threads, size_t most_waiting);
+  WorkerPool(size_t threads, size_t most_waiting)
+      : size_(threads), most_waiting_(most_waiting), threads_(threads) {}
   ~WorkerPool() { Finish(); }
 
   // Carries out what waits, and ends the threads. Called by one thread at a time, and by none of
@@ -24,17 +23,14 @@ class WorkerPool {
   // False, and the task is dropped, where too many wait already, or the pool has finished.
   bool TryAdd(Task task);
   size_t size() const { return size_; }
-  size_t waiting() const;
+  size_t waiting() const { return waiting_; }
 
  private:
-  void Run(const std::stop_token& stop);
-
   const size_t size_, most_waiting_;
-  mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::deque<Task> tasks_;             // guarded by mutex_
-  bool is_finished_ = false;           // guarded by mutex_
-  std::vector<std::jthread> threads_;  // last member: they start when all others are constructed
+  std::mutex mutex_;
+  bool is_finished_ = false;  // guarded by mutex_
+  std::atomic<size_t> waiting_ = 0;
+  boost::asio::thread_pool threads_;  // last member: its tasks use the others
 };
 
 }  // namespace oaslam

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "oaslam/net/gzipped.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer_session.h"
 
@@ -39,9 +40,7 @@ void ViewerService::Handle(HttpRequest request, Reply reply) {
   if (request.path.starts_with(kModels))
     return reply(AnswerModel(request.path.substr(kModels.size())));
   if (request.path != "/") return reply(Text(http::status::not_found, "not found\n"));
-  HttpAnswer page = Text(http::status::ok, std::string(ViewerPage()));
-  page.content_type = "text/html; charset=utf-8";
-  reply(std::move(page));
+  reply(GzippedAnswer(request, ViewerPage(), "text/html; charset=utf-8"));
 }
 
 // A file of a model of virtual content, or one that it refers to.

@@ -1,4 +1,4 @@
-#include "oaslam/service/base64.h"
+#include "oaslam/util/base64.h"
 
 #include <openssl/evp.h>
 

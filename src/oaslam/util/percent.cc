@@ -1,18 +1,11 @@
-#include "oaslam/content/uri.h"
+#include "oaslam/util/percent.h"
 
 #include <fmt/format.h>
 
-#include <optional>
+#include <charconv>
 
 namespace oaslam {
 namespace {
-
-std::optional<int> HexDigit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return std::nullopt;
-}
 
 bool IsUnreserved(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -21,13 +14,19 @@ bool IsUnreserved(char c) {
 
 }  // namespace
 
-std::string DecodeUri(std::string_view text) {
+std::optional<std::string> DecodePercent(std::string_view text) {
   std::string decoded;
   for (size_t i = 0; i < text.size(); ++i) {
-    const auto high = text[i] == '%' && i + 2 < text.size() ? HexDigit(text[i + 1]) : std::nullopt;
-    const auto low = high ? HexDigit(text[i + 2]) : std::nullopt;
-    decoded += low ? static_cast<char>(*high * 16 + *low) : text[i];
-    if (low) i += 2;
+    if (text[i] != '%') {
+      decoded += text[i];
+      continue;
+    }
+    const std::string_view digits = text.substr(i + 1, 2);
+    unsigned char byte = 0;
+    if (digits.size() < 2 || std::from_chars(digits.begin(), digits.end(), byte, 16).ptr != digits.end())
+      return std::nullopt;
+    decoded += static_cast<char>(byte);
+    i += 2;
   }
   return decoded;
 }
