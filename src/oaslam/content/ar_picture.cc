@@ -154,7 +154,7 @@ std::vector<Occluder> OccludersIn(const ArFrame& frame, const std::vector<Placed
 // A soft dark spot on the plane that a model stands on.
 void DrawShadow(const Placed& placed, const std::vector<Occluder>& occluders, double near,
                 const Camera& camera, cv::Mat& picture) {
-  constexpr double kDarkness = 0.5, kMargin = 0.4;
+  constexpr double kDarkness = 0.5, kMargin = 0.4;  // in its centre; beyond the model, of its sides
   const cv::Rect box = PixelsOf(placed, kMargin, true, near, camera, picture.size());
   const Rigid3 anchor_from_cam = placed.cam_from_anchor.Inverse();
   const double half_x = 0.5 * (1 + kMargin) * placed.sides.x(),
@@ -187,7 +187,9 @@ void DrawShadow(const Placed& placed, const std::vector<Occluder>& occluders, do
 
 void DrawContent(const ArFrame& frame, const ModelLibrary& models, cv::Mat& picture) {
   if (!frame.cam_from_world || !frame.map) return;
-  constexpr double kNear = 0.02;  // of the smallest content's size
+  // The least depth that is drawn, of the smallest content's size: nearer, a triangle fills the
+  // image.
+  constexpr double kNear = 0.02;
   std::vector<Placed> content = PlaceContent(frame, models);
   double near = std::numeric_limits<double>::max();
   for (const Placed& placed : content) near = std::min(near, kNear * placed.sides.maxCoeff());

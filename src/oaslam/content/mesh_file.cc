@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMaxTriangles = 2'000'000;
+constexpr size_t kMaxTriangles = 2'000'000;  // a detailed scan; some hundred megabytes
 
 Eigen::Vector3f ToEigen(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 Eigen::Vector3f ToLinear(const Eigen::Vector3f& srgb) {

@@ -34,7 +34,7 @@ double ScaleOf(const cv::Mat& picture) {
 int Thickness(double width) { return std::max(1, static_cast<int>(std::lround(width))); }
 
 void DrawEllipse(const Ellipse& ellipse, const cv::Scalar& color, double scale, cv::Mat& picture) {
-  constexpr int kPoints = 96;
+  constexpr int kPoints = 96;  // of the outline: corners are not seen up to the size of the picture
   const Eigen::LLT<Eigen::Matrix2d> root(ellipse.covariance);
   if (root.info() != Eigen::Success) return;
   const Eigen::Matrix2d axes = root.matrixL();

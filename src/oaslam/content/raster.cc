@@ -12,7 +12,7 @@ namespace {
 
 // Lookup tables of the sRGB transfer function.
 struct Curves {
-  static constexpr int kSteps = 4096;
+  static constexpr int kSteps = 4096;  // so that dark values are right, where the curve is steep
   std::array<float, 256> to_linear;
   std::array<unsigned char, kSteps + 1> to_srgb;
 

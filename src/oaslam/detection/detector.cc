@@ -20,8 +20,8 @@
 namespace oaslam {
 namespace {
 
-constexpr int kDefaultInputSize = 640;
-constexpr int kMaxInputSize = 4096;
+constexpr int kDefaultInputSize = 640;            // for which published YOLO models are trained
+constexpr int kMaxInputSize = 4096;               // its activations take gigabytes
 constexpr size_t kMaxOnnxFile = size_t{1} << 31;  // the largest message of Protocol Buffers
 
 cv::Size InputSize(const std::string& path, const OnnxInfo& info, const DetectorOptions& options) {

@@ -49,7 +49,7 @@ std::optional<std::array<double, 5>> EllipseFromMask(const cv::Mat& prototypes,
                                                      const Box& box, const cv::Size& network_size) {
   OASLAM_CHECK(prototypes.dims == 4 && prototypes.depth() == CV_32F && prototypes.isContinuous() &&
                prototypes.size[1] == static_cast<int>(coefficients.size()));
-  constexpr int kMinCells = 10;
+  constexpr int kMinCells = 10;  // with fewer, one cell more or less changes the shape
   const Eigen::Vector2d cell(static_cast<double>(network_size.width) / prototypes.size[3],
                              static_cast<double>(network_size.height) / prototypes.size[2]);
   const Moments m = MaskMoments(prototypes, coefficients, box, cell);

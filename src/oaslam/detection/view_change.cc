@@ -10,9 +10,11 @@ namespace {
 // The mean of the cosine's magnitude over all directions: of a motion, gradients in all directions
 // measure this share.
 constexpr double kMeanCosine = 2 / std::numbers::pi;
-constexpr double kMoved = 0.006 / kMeanCosine;  // of the width
+// Share of the width, and seconds: what ViewChange::Choose says. The slack is for rounded time
+// stamps.
+constexpr double kMoved = 0.006 / kMeanCosine;
 constexpr double kMostSeconds = 0.15, kTimeSlack = 1e-3;
-constexpr int kWidth = 80;
+constexpr int kWidth = 80;              // of the small images, pixels
 constexpr double kLeastGradient = 0.5;  // grey levels; less is noise
 
 // Small enough for a motion of some percent to be one or two pixels. The mean brightness does not

@@ -14,7 +14,7 @@
 namespace oaslam {
 namespace {
 
-constexpr std::array<int, 3> kStrides{8, 16, 32};
+constexpr std::array<int, 3> kStrides{8, 16, 32};  // of the grids, in pixels of the input
 // An end-to-end export has a few hundred rows; a one-class YOLOv5, whose rows have six columns,
 // too, has thousands.
 constexpr int kMaxEndToEndRows = 1000;
@@ -83,7 +83,7 @@ int BestClass(const ClassScores& scores) {
 // The classes next to the best one, the best of them first. `objectness`: factor of all scores.
 std::vector<Label> OtherLabels(const ClassScores& scores, int best, float objectness) {
   constexpr float kShareOfBest = 0.2F;  // below it a class says nothing
-  constexpr size_t kMost = 3;
+  constexpr size_t kMost = 3;           // a network confuses few classes with one another
   std::vector<Label> labels;
   for (int c = 0; c < scores.count; ++c)
     if (c != best && scores[c] > kShareOfBest * scores[best])
@@ -252,7 +252,7 @@ std::vector<float> MaskCoefficients(const cv::Mat& output, const OutputFormat& f
 }
 
 std::vector<Candidate> JoinLabels(const std::vector<Candidate>& candidates) {
-  constexpr double kSameBox = 0.7;  // IoU
+  constexpr double kSameBox = 0.7;  // IoU; boxes of different things rarely agree as well
   std::vector<Candidate> joined;
   for (const Candidate& candidate : candidates) {
     const auto label_of = [&](Candidate& better) {

@@ -29,7 +29,7 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using TlsStream = asio::ssl::stream<beast::tcp_stream>;
 
-constexpr uint32_t kMaxHeader = 8192;  // bytes
+constexpr uint32_t kMaxHeader = 8192;  // bytes, as most servers allow
 
 // A page is self-contained: it may load nothing from elsewhere, and no other page may frame it.
 constexpr const char* kContentPolicy =
@@ -125,7 +125,7 @@ class HttpConnection : public Connection,
     if (error) return Answer(TextAnswer(http::status::bad_request, "bad request\n"));
     version_ = head_->get().version();
     std::optional<HttpRequest> request = RequestOf(head_->get(), address_, is_local_);
-    // Where a body of an unknown coding ends, nobody knows.
+    // The end of a body in an unknown coding cannot be found.
     const bool has_unknown_body =
         head_->get().count(http::field::transfer_encoding) > 0 && !head_->chunked();
     if (!request || has_unknown_body)
@@ -152,7 +152,7 @@ class HttpConnection : public Connection,
     const HttpService::BodyPlan plan = core_->service->PlanBody(request_);
     if (head_->content_length() && *head_->content_length() > plan.limit)
       return Answer(TooLarge(plan.limit));
-    // An unknown length may be as large as the limit.
+    // A chunked body has no length in advance: it is counted as the largest.
     const uint64_t bytes = head_->content_length() ? *head_->content_length()
                            : head_->chunked()      ? plan.limit
                                                    : 0;
@@ -232,8 +232,9 @@ class HttpConnection : public Connection,
 
   void Handle() {
     beast::get_lowest_layer(stream_).expires_never();  // the service takes the time that it needs
-    // Handed on with the answer, so that a service that keeps the reply keeps no connection, and
-    // none ends on another thread than the server's.
+    // The reply gives its reference to the connection away with the answer. So a service that keeps
+    // the reply does not keep the connection, and the connection is destroyed on the server's
+    // thread.
     const auto waiting = std::make_shared<std::shared_ptr<HttpConnection>>(Self());
     Guarded([&] {
       core_->service->Handle(std::move(request_), [waiting, executor = stream_.get_executor()](
@@ -301,9 +302,10 @@ class HttpConnection : public Connection,
     });
   }
 
-  // What the client still sends is read for a moment, since otherwise it could lose the answer.
+  // What the client still sends is read for a moment: to close a socket with unread bytes resets
+  // the connection, and the client could lose the answer.
   void End() {
-    constexpr auto kMoment = std::chrono::seconds(2);
+    constexpr auto kMoment = std::chrono::seconds(2);  // a round trip and the rest of a body
     Limit(kMoment);
     if constexpr (std::is_same_v<Stream, TlsStream>) {
       stream_.async_shutdown([self = Self()](beast::error_code) {});
@@ -315,7 +317,7 @@ class HttpConnection : public Connection,
   }
 
   void Drain(size_t read) {
-    constexpr size_t kMost = 1 << 20;
+    constexpr size_t kMost = 1 << 20;  // bytes; more than buffers on the way hold
     stream_.async_read_some(asio::buffer(rest_),
                             [self = Self(), read](beast::error_code error, size_t count) {
                               if (!error && read + count < kMost) self->Drain(read + count);
@@ -341,8 +343,8 @@ class HttpConnection : public Connection,
   std::array<char, 4096> rest_{};
 };
 
-// It reads what the client sends before it closes, since otherwise the client could lose the
-// answer.
+// Answers 503 to a connection too many, and reads what the client sends before it closes (as
+// HttpConnection::End).
 class Refusing : public std::enable_shared_from_this<Refusing> {
  public:
   Refusing(tcp::socket socket, std::shared_ptr<ServerCore> core)
@@ -357,7 +359,7 @@ class Refusing : public std::enable_shared_from_this<Refusing> {
         "text/plain\r\nRetry-After: "
         "1\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
     stream_.expires_after(std::chrono::seconds(2));
-    if (core_->tls) return;  // before the handshake nothing can be told
+    if (core_->tls) return;  // an answer would need a handshake first
     asio::async_write(stream_, asio::buffer(kAnswer.data(), kAnswer.size()),
                       [self = shared_from_this()](beast::error_code error, size_t) {
                         if (error) return;

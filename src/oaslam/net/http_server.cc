@@ -127,7 +127,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
                                    core_->options.address, core_->options.port, error.message()));
   }
 
-  // No file descriptor is left: it tries again once other connections have ended.
+  // There are no file descriptors left: closes an idle connection, and accepts again in a moment.
   void AcceptLater() {
     EvictIdle();
     timer_.expires_after(std::chrono::milliseconds(100));
@@ -147,7 +147,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   void Serve(tcp::socket socket) {
-    constexpr int kMaxRefusals = 512;
+    constexpr int kMaxRefusals = 512;  // at a time; a flood of more is closed without an answer
     boost::system::error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     const auto most = static_cast<size_t>(core_->options.max_connections);
@@ -162,7 +162,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     acceptor_.close(ignored);
   }
 
-  // A connection may end, and be erased, while it is told to.
+  // An act may end its connection, which erases it from the set: hence the copy.
   template <typename Act>
   void ForEach(Act&& act) {
     const std::set<Connection*> connections = core_->connections;

@@ -10,7 +10,7 @@ namespace oaslam {
 
 using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 
-// The request that a head tells, without its body. Nothing for a target that is no path.
+// The request of a head, without its body. Nothing for a target that is no path.
 std::optional<HttpRequest> RequestOf(const RequestHead& head, const std::string& address,
                                      bool is_local);
 

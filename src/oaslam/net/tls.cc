@@ -44,7 +44,7 @@ std::string AlternativeNames(const ServerOptions& options) {
 }
 
 Certificate SelfSigned(EVP_PKEY* key, const ServerOptions& options) {
-  constexpr long kDay = 24 * 60 * 60, kDays = 365;
+  constexpr long kDay = 24 * 60 * 60, kDays = 365;  // longer than any run, and what browsers accept
   Certificate certificate(X509_new());
   OASLAM_CHECK(certificate);
   X509* x509 = certificate.get();

@@ -16,7 +16,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kLeastLength = 16;
+constexpr size_t kLeastLength = 16;  // characters: 96 bits if they are random, beyond guessing
 
 bool IsTokenCharacter(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) ||

@@ -12,8 +12,10 @@
 namespace oaslam {
 namespace {
 
-// A server that is gone without a word is noticed by asking.
+// A connection can break without a sign at this end: a query from time to time finds out.
 constexpr int kQuestionEvery_ms = 5000;
+// Between attempts to connect, doubled each time: a restart of the server is soon noticed, and one
+// that is away for long is not flooded.
 constexpr int kFirstPause_ms = 100, kLongestPause_ms = 2000;
 
 }  // namespace

@@ -14,8 +14,8 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMaxSide = 65535;  // pixels, as of JPEG
-constexpr double kMaxTime_ms = 1e15;
+constexpr int kMaxSide = 65535;       // pixels, as of JPEG
+constexpr double kMaxTime_ms = 1e15;  // of the year 33,658; an int64_t holds it
 
 // What the parameters of COLMAP's camera models are, in their order. Distortion is numbered as in
 // Camera::distortion.
@@ -40,7 +40,7 @@ const std::map<std::string, ColmapModel>& ColmapModels() {
   return models;
 }
 
-// Nothing where the model is unknown to the sender.
+// Nothing where the sender does not know its model.
 std::optional<Camera> ReadCamera(const JsonInput& params, int width, int height) {
   const std::optional<JsonInput> name = params.Find("model");
   if (!name || name->Text().empty() || name->Text().starts_with("UNKNOWN") ||
@@ -76,7 +76,7 @@ bool IsImageFile(const std::string& bytes) {
   return bytes.starts_with("\xFF\xD8\xFF") || bytes.starts_with("\x89PNG\r\n\x1A\n");
 }
 
-// The format is what the bytes are: clients send JPEG files as RGBA32, too.
+// The bytes decide on the format, since some clients declare JPEG files as RGBA32.
 void ReadBytes(const JsonInput& reading, const std::string& format, GeoPoseImage& image) {
   const JsonInput encoded = reading["imageBytes"];
   std::optional<std::string> bytes = DecodeBase64(encoded.Text());
@@ -166,7 +166,7 @@ GeoPoseRequest ReadGeoPoseRequest(const std::string& text, size_t max_images) {
   ReadLocation(readings, request);
   if (const auto priors = input.Find("priorPoses"))
     for (const JsonInput& prior : priors->Items(0, 1000)) {
-      // Answers of before; some clients send their poses alone.
+      // Earlier answers; some clients send the pose of each alone.
       const auto pose = prior.Find("geopose");
       request.prior_poses.push_back(ReadGeoPose(pose ? *pose : prior));
     }

@@ -11,16 +11,15 @@ namespace oaslam {
 
 // The GeoPose protocol of Open AR Cloud, version 2 candidate 1
 // (github.com/OpenArCloud/oscp-geopose-protocol): a request with readings of a device's sensors,
-// and the pose of its camera as the answer. What a position cannot be computed from here is read
-// over: Wi-Fi, Bluetooth, and sensors of motion, whose axes the protocol does not relate to the
-// camera's.
+// and the pose of its camera as the answer. Readings of Wi-Fi and Bluetooth are ignored, and so are
+// those of motion sensors, since the protocol does not relate their axes to the camera's.
 
 struct GeoPoseImage {
   enum class Format { kFile, kGray8, kRgba32 };
   std::string sensor;
   double time_ms = 0;             // since 1970
   Format format = Format::kFile;  // a JPEG or PNG file, or the rows of pixels alone
-  int width = 0, height = 0;      // as the request says; 0: it does not. Of pixels always known
+  int width = 0, height = 0;      // as the request says; 0: it does not, and the format is kFile
   std::string bytes;
   std::optional<Camera> camera;  // without one it is to be estimated
 };

@@ -10,7 +10,8 @@
 namespace oaslam {
 
 nlohmann::json ParseJson(std::string_view text, const std::string& what) {
-  // What reads, copies or writes it calls itself for each level.
+  // The library recurses over nested values: deep ones would overflow the stack. No message of the
+  // protocol is nested more than ten deep.
   constexpr int kDeepest = 32;
   const auto check_depth = [&](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
     if (depth > kDeepest)

@@ -132,17 +132,19 @@ class LocalizationService::Impl {
 };
 
 LocalizationService::BodyPlan LocalizationService::Impl::PlanBody(const HttpRequest& head) {
+  // Of JSON with an edit, or a georeference of some hundred points; of 16 images of 4 MB; of a map
+  // that just fits into the memory that is allowed by default.
   constexpr uint64_t kSmall = 64 << 10, kImages = 64 << 20, kMap = uint64_t{2} << 30;
   const Route route = TargetOf(head.path).route;
   if (route == Route::kLocalize || route == Route::kGeoPose) return {kImages, ""};
   if (route == Route::kMap && head.method == verb::put)
     return {kMap, state_->files->NewPath().string()};
-  // What only reads takes no body.
+  // A request that only reads has no body.
   if (head.method == verb::get || head.method == verb::head) return {0, ""};
   return {kSmall, ""};
 }
 
-// What needs neither the store nor a worker.
+// Answers that need neither the store nor a worker.
 HttpAnswer LocalizationService::Impl::AnswerAtOnce(const Target& target,
                                                    const HttpRequest& request) {
   HttpAnswer answer;

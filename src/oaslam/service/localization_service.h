@@ -35,9 +35,9 @@ class LocalizationService : public HttpService {
   LocalizationService(ServiceOptions options, boost::asio::any_io_executor executor);
   ~LocalizationService() override;
 
-  // Waits for the work that is under way, also of streams that are closed, since it tells the
-  // executor of its end; none is begun any more. To be called when the server is closed, and while
-  // the executor lives.
+  // Waits for the work under way, that of closed streams included, since at its end it posts to the
+  // executor; no more work is begun. To be called once the server is closed, and before the
+  // executor is destroyed.
   void Finish();
 
   Access AccessFor(const HttpRequest& head) const override;

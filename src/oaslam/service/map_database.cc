@@ -22,7 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kTablesVersion = 1;
-constexpr size_t kChunk = 1 << 20;  // bytes of a map file that are sent at a time
+// Bytes of a map file that are sent at a time: enough that the messages around them cost nothing,
+// and small beside the memory of a map.
+constexpr size_t kChunk = 1 << 20;
 
 // A map file is in chunks, so that neither side has all of it in memory. The columns of an anchor
 // are those of the map file (storage/map_schema.h); of a removed one they are those of a default
@@ -51,7 +53,8 @@ constexpr const char* kTables[] = {
 
 void CreateTables(PgConnection& connection) {
   PgTransaction transaction(connection);
-  // Of servers that start at the same time one creates the tables.
+  // Of servers that start at the same time, one creates the tables. The key of the lock is any
+  // number that other programs are unlikely to use.
   connection.Run("SELECT pg_advisory_xact_lock(8390881223)");
   const PgRows known = connection.Run("SELECT to_regclass('oaslam_format') IS NOT NULL");
   if (known.Text(0, 0) == "t") {
@@ -325,7 +328,7 @@ class MapDatabase : public MapStore {
 
   const PgLocation location_;
   std::shared_ptr<PrivateFolder> own_;
-  PgPool calls_, transfers_;  // so that a map on its way does not delay the edit of an anchor
+  PgPool calls_, transfers_;  // two, so that a map in transfer does not delay an edit
   std::unique_ptr<DatabaseWatch> watch_;
 };
 

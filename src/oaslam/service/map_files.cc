@@ -54,7 +54,7 @@ void Copy(const fs::path& from, const fs::path& to) {
   if (fsync(target.get()) != 0) ThrowUnavailable(to, errno);
 }
 
-// A name that was given to a file, or taken from it, lasts only when the folder is written, too.
+// A rename or a removal survives a loss of power only once the folder itself is on the disk.
 void SyncFolder(const fs::path& folder) {
   const UniqueFd fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!fd || fsync(fd.get()) != 0) ThrowUnavailable(folder, errno);
@@ -87,7 +87,7 @@ MapFiles::MapFiles(const fs::path& folder) {
   own_ = std::make_shared<PrivateFolder>(folder_ / ".oaslam-serve");
 }
 
-// Where the map of a name is. A link may lead to another file of the folder, and nowhere else.
+// The path of the file of a map. A link is followed within the folder only.
 std::optional<fs::path> MapFiles::Locate(const std::string& map) const {
   CheckMapName(map);
   for (const fs::path& place :
@@ -96,14 +96,15 @@ std::optional<fs::path> MapFiles::Locate(const std::string& map) const {
     const fs::path path = fs::canonical(folder_ / place, error);
     if (!error && fs::is_regular_file(path, error) && IsInside(path, folder_)) return path;
   }
-  // Not that there is no such map, where it is the folder that is away.
+  // A folder that cannot be reached (a network drive, for example) does not mean that the map is
+  // gone.
   if (access(folder_.c_str(), R_OK | X_OK) != 0) ThrowUnavailable(folder_, errno);
   return std::nullopt;
 }
 
 // Nothing where the file is gone.
 std::optional<StoredMap> MapFiles::Describe(const std::string& map, const fs::path& file) {
-  // A file that changes while it is read has no digest yet.
+  // A file that changes while it is read is read again.
   for (int attempt = 0; attempt < 3; ++attempt) {
     const UniqueFd fd(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
     struct stat status;
@@ -126,7 +127,9 @@ std::optional<StoredMap> MapFiles::Describe(const std::string& map, const fs::pa
     if (IdentityOf(status) != identity) continue;
     stored.digest = digest.Hex();
     const std::scoped_lock lock(mutex_);
-    if (digests_.size() >= 10000) digests_.clear();  // those of files that are gone, mostly
+    // Most are of files that are gone by then.
+    constexpr size_t kMostDigests = 10'000;  // some megabytes
+    if (digests_.size() >= kMostDigests) digests_.clear();
     digests_[identity] = stored.digest;
     return stored;
   }
@@ -167,13 +170,12 @@ std::optional<MapFile> MapFiles::Open(const std::string& map) {
   MapFile file;
   file.path = own_->NewPath();
   file.hold = HoldFile(own_, file.path);
-  constexpr int kAttempts = 100;
+  constexpr int kAttempts = 100;  // each fails only if the file is replaced at this very moment
   for (int attempt = 0;; ++attempt) {
     const std::optional<fs::path> path = Locate(map);
     if (!path) return std::nullopt;
     if (link(path->c_str(), file.path.c_str()) == 0) break;
-    // A file that is replaced between its name being looked up and the link being made is gone,
-    // and another one has its name.
+    // The file was replaced after it was found: another one has its name now.
     if (errno == ENOENT && attempt < kAttempts) continue;
     Copy(*path, file.path);
     break;

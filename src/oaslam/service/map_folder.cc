@@ -15,6 +15,7 @@
 namespace oaslam {
 namespace {
 
+// Between two looks at the folder: what others change is noticed within a second.
 constexpr std::chrono::milliseconds kPeriod{300};
 
 class MapFolder : public MapStore {

@@ -12,7 +12,7 @@ namespace oaslam {
 
 namespace {
 
-constexpr size_t kMostNotices = 10'000;  // that wait
+constexpr size_t kMostNotices = 10'000;  // that wait: more than a store has maps
 
 }  // namespace
 
@@ -83,8 +83,8 @@ std::shared_ptr<const ServedMap> MapShelf::Load(const std::string& map, Slot& sl
   return loaded;
 }
 
-// Forgets maps until the others fit into the memory, but none that somebody uses: that would free
-// nothing, and the next one who asks would load it a second time.
+// Forgets maps until the others fit into the memory. A map in use stays: to forget it would free
+// nothing, and the next request would load it a second time.
 void MapShelf::Forget(const Slot& newest) {
   std::vector<Slot*> loaded;
   size_t sum = 0;
@@ -103,7 +103,7 @@ void MapShelf::Forget(const Slot& newest) {
 }
 
 std::shared_ptr<const MapEdits> MapShelf::ReadEdits(const std::string& map, Slot& slot) {
-  // All of them: after a map was removed and stored anew, nothing tells that the old ones are gone.
+  // All of them, since edits that were removed with their map have no entry.
   AnchorEdits stored = store_->AnchorsSince(map, 0);
   MapEdits edits;
   edits.version = stored.version;

@@ -15,7 +15,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMostPixels = 100'000;  // on a side
+constexpr int kMostPixels = 100'000;  // on a side: more than any camera has
 
 Camera ReadCamera(const JsonInput& json) {
   json.Only({"name", "model", "width", "height", "fx", "fy", "cx", "cy", "distortion", "is_guess"});
@@ -71,7 +71,7 @@ std::optional<Camera> CameraFor(const CameraChoice& choice, const cv::Size& size
 }
 
 ImageRequest ReadImageRequest(const JsonInput& json) {
-  constexpr size_t kMostDetections = 1000;
+  constexpr size_t kMostDetections = 1000;  // a detector finds some ten
   ImageRequest request;
   const auto camera = json.Find("camera");
   if (camera)
@@ -142,7 +142,9 @@ Json JsonOfObjects(const SavedMap& saved) {
 
 Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera,
                          const Rigid3& world_from_cam) {
-  constexpr double kLeastShare = 0.3;  // of the outline that the image shows
+  // Of the outline that the image shows: with less, a person would not say that the object is in
+  // it.
+  constexpr double kLeastShare = 0.3;
   const Rigid3 cam_from_world = world_from_cam.Inverse();
   const Box bounds = IdealImageBounds(camera);
   Json objects = Json::array();

@@ -51,8 +51,8 @@ Json JsonOf(const AnchorPose& anchor, int64_t version);
 
 // The mapped objects: id, category, name where it has one, ellipsoid.
 Json JsonOfObjects(const SavedMap& saved);
-// The mapped objects that are before the camera, by their outlines in the image (of a lens with
-// distortion: in its ideal image); what hides them is not looked at.
+// The mapped objects in front of the camera, with their boxes in the image (for a lens with
+// distortion: in its ideal image). Objects that are hidden by others are among them.
 Json JsonOfObjectsInView(const SavedMap& saved, const Camera& camera, const Rigid3& world_from_cam);
 // The answer to one image, without objects.
 Json JsonOf(const RelocalizationResult& result, const std::optional<Camera>& camera);

@@ -12,7 +12,9 @@
 namespace oaslam {
 namespace {
 
+// As long as a statement of a call may take: then a connection should be free again.
 constexpr std::chrono::seconds kWaitForConnection{5};
+// Between two attempts to connect, so that not every request waits for a server that is away.
 constexpr std::chrono::milliseconds kPauseAfterFailure{300};
 
 template <typename Number>
@@ -24,7 +26,7 @@ Number Parse(std::string_view text) {
   return value;
 }
 
-// Of a message of libpq the first line, without the password.
+// The first line of a message of libpq, without the password.
 std::string Readable(std::string message, const std::string& password) {
   message = message.substr(0, message.find('\n'));
   for (size_t at; !password.empty() && (at = message.find(password)) != std::string::npos;)
@@ -56,7 +58,7 @@ std::span<const std::byte> PgRows::Bytes(int row, int column) const {
 PgLocation::PgLocation(const std::string& location) : uri(location) {
   const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> options(
       PQconninfoParse(uri.c_str(), nullptr), &PQconninfoFree);
-  // What is wrong is not told, since it may be a part of the password.
+  // The message does not quote the location, which contains the password.
   if (!options)
     throw InputError(
         "database: the location must have the form "
@@ -67,7 +69,7 @@ PgLocation::PgLocation(const std::string& location) : uri(location) {
 
 PgConnection::PgConnection(const PgLocation& location, std::chrono::milliseconds patience)
     : password_(location.password), patience_(patience) {
-  // The location comes last, so that what it says of these holds.
+  // The location comes last, so that options in it override the defaults before it.
   const char* const keywords[] = {"connect_timeout",  "keepalives_idle",  "keepalives_interval",
                                   "keepalives_count", "tcp_user_timeout", "application_name",
                                   "client_encoding",  "dbname",           nullptr};
@@ -79,7 +81,7 @@ PgConnection::PgConnection(const PgLocation& location, std::chrono::milliseconds
   PQsetNoticeProcessor(
       connection_.get(), [](void*, const char*) {}, nullptr);
   PQsetnonblocking(connection_.get(), 1);
-  // The server ends what nobody waits for any more.
+  // The server itself ends statements that take longer than this end waits.
   Run(
       fmt::format("SET statement_timeout = {0}; SET lock_timeout = {0}; "
                   "SET idle_in_transaction_session_timeout = {1}",
@@ -99,7 +101,7 @@ void PgConnection::Wait(short events, std::chrono::steady_clock::time_point dead
   Fail("the server does not answer");
 }
 
-// Of the statement that was sent; the last one of several.
+// The result of the statement that was sent; of several statements, that of the last.
 pg_result* PgConnection::Result(std::chrono::steady_clock::time_point deadline) {
   PGconn* const connection = connection_.get();
   while (PQflush(connection) == 1) {
@@ -134,7 +136,7 @@ PgRows PgConnection::Run(const std::string& sql, const std::vector<PgParameter>&
     formats.push_back(p.is_binary ? 1 : 0);
   }
   const auto deadline = std::chrono::steady_clock::now() + patience_;
-  // Only without parameters several statements may be in one text.
+  // PQsendQueryParams takes one statement only, PQsendQuery several.
   const bool is_sent =
       values.empty() && !is_binary
           ? PQsendQuery(connection_.get(), sql.c_str())
@@ -156,7 +158,8 @@ PgRows PgConnection::Run(const std::string& sql, const std::vector<PgParameter>&
 }
 
 bool PgConnection::IsUsable() {
-  // Nothing is awaited. What has come all the same is the end, or a word about it.
+  // An idle connection receives nothing, but for the end of the connection and the error message
+  // that may precede it: a readable socket is read twice, once for each.
   pollfd readable{socket(), POLLIN, 0};
   if (poll(&readable, 1, 0) > 0) PQconsumeInput(connection_.get());
   if (poll(&readable, 1, 0) > 0) PQconsumeInput(connection_.get());

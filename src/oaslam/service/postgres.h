@@ -15,7 +15,7 @@ struct pg_result;
 
 namespace oaslam {
 
-// A parameter of a statement: text, as PostgreSQL writes a value of its type, or bytes.
+// A parameter of a statement: the text form of a value of PostgreSQL, or bytes.
 struct PgParameter {
   std::string text;
   std::span<const std::byte> bytes{};
@@ -24,7 +24,7 @@ struct PgParameter {
   PgParameter(std::string value) : text(std::move(value)) {}
   PgParameter(const char* value) : text(value) {}
   PgParameter(int64_t value) : text(std::to_string(value)) {}
-  PgParameter(double value);  // comes back as it is
+  PgParameter(double value);  // with as many digits as it takes to read the same value back
   PgParameter(std::span<const std::byte> value) : bytes(value), is_binary(true) {}
 };
 

@@ -21,7 +21,7 @@ uint32_t BigEndian(std::string_view bytes, size_t at, size_t count) {
 
 // PNG 1.2: the chunk IHDR is the first.
 std::optional<cv::Size> SizeOfPng(std::string_view bytes) {
-  constexpr size_t kWidth = 16, kHeight = 20;
+  constexpr size_t kWidth = 16, kHeight = 20;  // where they stand in the file
   if (bytes.size() < kHeight + 4 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
   const uint32_t width = BigEndian(bytes, kWidth, 4), height = BigEndian(bytes, kHeight, 4);
   if (width > INT32_MAX || height > INT32_MAX) return std::nullopt;
@@ -63,9 +63,9 @@ std::optional<cv::Size> SizeOfJpeg(std::string_view bytes) {
 }  // namespace
 
 cv::Size SizeOfReceivedImage(std::string_view bytes) {
-  constexpr int64_t kMostPixels = 50'000'000;
-  constexpr int kLeast = 16, kMost = 16384;
-  constexpr size_t kMostScans = 100;  // encoders write about ten
+  constexpr int64_t kMostPixels = 50'000'000;  // of the largest phone cameras as they save; 150 MB
+  constexpr int kLeast = 16, kMost = 16384;  // features need more than the one; a panorama has less
+  constexpr size_t kMostScans = 100;         // encoders write about ten
   const bool is_png = bytes.starts_with(kPngStart), is_jpeg = bytes.starts_with(kJpegStart);
   if (!is_png && !is_jpeg) throw InputError("image: is neither a JPEG nor a PNG file");
   const std::optional<cv::Size> size = is_png ? SizeOfPng(bytes) : SizeOfJpeg(bytes);

@@ -19,9 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kCameraSeconds = 10;     // of images by which an unknown camera is estimated
-constexpr const char* kGuess = "fov:60";  // where these do not tell it
-constexpr int kLeastKeyframes = 5;        // of a map that is worth keeping
+// Of images by which an unknown camera is estimated: as long as a person follows the request to
+// move sideways.
+constexpr double kCameraSeconds = 10;
+constexpr const char* kGuess = "fov:60";  // of a phone held upright; used where the estimate fails
+constexpr int kLeastKeyframes = 5;        // with fewer, a map finds no camera
 
 class Recording : public StreamWork {
  public:

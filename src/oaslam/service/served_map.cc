@@ -14,9 +14,9 @@ GeoreferencedMap Referred(const Map& map) {
 
 }  // namespace
 
-// The large parts, as they are in memory; a quarter more for the rest.
+// Counts the large parts; a quarter is added for the small ones.
 size_t BytesInMemory(const SavedMap& saved) {
-  constexpr size_t kIndexed = 64;  // of a landmark in the index of places
+  constexpr size_t kIndexed = 64;  // bytes of a landmark in the index of places
   size_t bytes = saved.trajectory.capacity() * sizeof(FramePose);
   saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
     bytes += sizeof(k) + k.landmarks.size() * sizeof(LandmarkId) +

@@ -14,8 +14,8 @@
 namespace oaslam {
 namespace {
 
-constexpr uint16_t kNormal = 1000, kPolicy = 1008;
-constexpr size_t kMostCommands = 16;  // that wait
+constexpr uint16_t kNormal = 1000, kPolicy = 1008;  // RFC 6455, 7.4.1
+constexpr size_t kMostCommands = 16;                // that wait; a person gives one or two a second
 
 StreamStep ErrorStep(const std::string& message, bool ends) {
   return {{{{"type", "error"}, {"message", message}}}, ends};
@@ -23,7 +23,7 @@ StreamStep ErrorStep(const std::string& message, bool ends) {
 
 // The header of a message with an image, which is the rest.
 nlohmann::json HeaderOf(const std::string& message, std::string& image) {
-  constexpr size_t kMostHeader = 1 << 20;
+  constexpr size_t kMostHeader = 1 << 20;  // bytes; some thousand detections
   uint32_t length = 0;
   if (message.size() >= sizeof(length)) std::memcpy(&length, message.data(), sizeof(length));
   if (length == 0 || length > kMostHeader || length > message.size() - sizeof(length))
@@ -139,8 +139,9 @@ void StreamSession::Run(std::function<StreamStep(StreamWork&)> step) {
           self->Take(std::move(done));
         });
       });
-  if (!is_added) {  // all workers are busy, and enough waits for them: the stream gets its turn
-                    // later
+  if (!is_added) {
+    // The queue of the workers is full: the stream tries again after a part of the time that an
+    // image takes.
     constexpr auto kPause = std::chrono::milliseconds(20);
     retry_.expires_after(kPause);
     retry_.async_wait([self](boost::system::error_code stopped) {

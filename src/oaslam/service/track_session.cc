@@ -26,7 +26,8 @@ class Tracking : public StreamWork {
  private:
   StreamStep Enter(const char* type);
   StreamStep Told(const AnchorOutcome& outcome);
-  // The camera of the image; where it is not known, the map is asked, which may not tell it.
+  // The camera of the image: the given one, else the last one, else one that is estimated from the
+  // map. Nothing where that fails.
   std::optional<Camera> CameraOf(const ImageRequest& request, const ImageInput& input);
 
   const std::shared_ptr<ServiceState> state_;
@@ -39,7 +40,7 @@ class Tracking : public StreamWork {
   bool is_lost_ = true;
 };
 
-// Tells everything of the map as it is now.
+// The message with all that a client needs to know of the map as it is now.
 StreamStep Tracking::Enter(const char* type) {
   map_ = state_->shelf.Get(name_);
   if (!map_)
@@ -124,7 +125,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   input.timestamp = request.time;
   input.gravity_in_cam = request.gravity_in_cam;
   input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
-  // A detector is for images in which points fail.
+  // The detector runs only while points do not find the camera.
   if (request.detections)
     input.detections = *request.detections;
   else if (is_lost_ && !state_->detectors.empty())

@@ -8,7 +8,7 @@
 namespace oaslam {
 
 void Crops::Add(ObjectId object, int frame, const cv::Mat& picture, double scale, const Box& box) {
-  constexpr int kMaxSide = 160, kQuality = 80;
+  constexpr int kMaxSide = 160, kQuality = 80;  // pixels, as the page shows them; of JPEG
   std::vector<Crop>& crops = crops_[object];
   if (std::ranges::any_of(
           crops, [&](const Crop& c) { return std::abs(c.frame - frame) < kMinFramesBetween; }))

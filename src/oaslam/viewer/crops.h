@@ -16,8 +16,9 @@ class Crops {
     int frame = 0;
     std::vector<uint8_t> jpeg;
   };
-  static constexpr size_t kMaxCrops = 8;
-  static constexpr int kMinFramesBetween = 15;
+  static constexpr size_t kMaxCrops = 8;  // a row of the page's panel
+  static constexpr int kMinFramesBetween =
+      15;  // half a second of video; until then views are alike
 
   // `picture`: the ideal image, scaled by `scale` relative to the camera's pixels.
   void Add(ObjectId object, int frame, const cv::Mat& picture, double scale, const Box& box);

@@ -13,7 +13,7 @@ std::vector<uint8_t> EncodeJpeg(const cv::Mat& picture, int quality) {
 }
 
 cv::Mat CutOut(const cv::Mat& picture, double scale, const Box& box, int max_side) {
-  constexpr double kMargin = 0.1;  // of the box's sides
+  constexpr double kMargin = 0.1;  // of the box's sides, so that its outline is seen
   const double dx = kMargin * box.Width(), dy = kMargin * box.Height();
   const auto inside = [](double value, int end) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(end)));
@@ -22,7 +22,7 @@ cv::Mat CutOut(const cv::Mat& picture, double scale, const Box& box, int max_sid
             x2 = inside((box.x2 + dx) * scale, picture.cols);
   const int y1 = inside((box.y1 - dy) * scale, picture.rows),
             y2 = inside((box.y2 + dy) * scale, picture.rows);
-  constexpr int kMinSide = 8;
+  constexpr int kMinSide = 8;  // pixels; below, nothing can be recognised
   if (x2 - x1 < kMinSide || y2 - y1 < kMinSide) return {};
   cv::Mat cut = picture(cv::Rect(x1, y1, x2 - x1, y2 - y1)).clone();
   const double shrink = static_cast<double>(max_side) / std::max(cut.cols, cut.rows);

@@ -12,7 +12,7 @@ namespace oaslam {
 // Converts images to pictures for the page: ideal images of limited size.
 class PictureMaker {
  public:
-  static constexpr int kMaxSide = 640;  // pixels
+  static constexpr int kMaxSide = 640;  // pixels, about as wide as the page shows it
 
   // The ideal image of the camera, BGR, scaled by `ScaleOf` relative to the camera's pixels.
   cv::Mat Make(const Camera& camera, const cv::Mat& image) { return maker_.Make(camera, image); }

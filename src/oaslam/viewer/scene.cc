@@ -27,7 +27,9 @@ void Scene::Add(FrameRecord record) {
   frame_ = std::move(record);
   picture_ = cv::Mat();
   jpeg_.clear();
-  constexpr uint64_t kUnwatchedStep = 8;  // frames between pictures without viewers
+  // Without viewers only each eighth frame gets a picture: enough for the colours of landmarks and
+  // pictures of objects that a later viewer wants.
+  constexpr uint64_t kUnwatchedStep = 8;
   if (++frame_count_ % kUnwatchedStep == 1) TakePicture();
 }
 
@@ -132,8 +134,8 @@ void Scene::AddEvent(int frame, const std::string& kind, const std::string& text
 }
 
 void Scene::AddPicture(int frame_index, const cv::Mat& image) {
-  constexpr int kQuality = 75;
-  constexpr size_t kMaxPictures = 1000;  // about 30 KB each
+  constexpr int kQuality = 75;           // of JPEG: about 30 KB a picture
+  constexpr size_t kMaxPictures = 1000;  // 30 MB
   if (!map_) return;
   map_->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
     if (keyframe.frame_index != frame_index) return;
@@ -211,7 +213,7 @@ std::optional<std::string> Scene::News(SceneCursor& cursor) {
                                 {"dropped", status_.dropped},
                                 {"title", status_.title}};
   if (cursor.frame != frame_count_ && frame_) {
-    constexpr int kQuality = 80;
+    constexpr int kQuality = 80;  // of JPEG: no blocks are seen
     if (jpeg_.empty() && !picture_.empty()) jpeg_ = EncodeJpeg(picture_, kQuality);
     AddFrame(*frame_, names_, jpeg_, message);
   }

@@ -22,13 +22,12 @@ namespace oaslam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kInterval = std::chrono::milliseconds(40);  // between two updates of a viewer
+constexpr auto kInterval = std::chrono::milliseconds(40);  // between two updates: 25 a second
 constexpr auto kAlignInterval =
-    std::chrono::seconds(1);  // between two alignments of the ground truth
-constexpr auto kFarewell =
-    std::chrono::seconds(5);  // How long viewers may take to receive the last messages
+    std::chrono::seconds(1);  // between alignments of the ground truth, which look at all poses
+constexpr auto kFarewell = std::chrono::seconds(5);  // for viewers to receive the last messages
 constexpr auto kClosing = std::chrono::milliseconds(500);  // for the closing handshakes after that
-constexpr size_t kMaxCommands = 64;                        // that wait
+constexpr size_t kMaxCommands = 64;  // that wait; a person gives one or two a second
 constexpr int kNoFrame = -1;
 using SceneEdit = std::function<void(Scene&)>;
 using Mail = std::variant<FrameRecord, SceneEdit>;
@@ -36,7 +35,7 @@ using Mail = std::variant<FrameRecord, SceneEdit>;
 // Tracking has priority where both share a processor.
 void LowerPriority() {
 #ifdef __linux__
-  constexpr int kNice = 15;
+  constexpr int kNice = 15;  // of 19: other background work of the system still comes after it
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
 #endif
 }
@@ -113,7 +112,7 @@ class Viewer::Impl {
 
   // The same, but blocks while too many edits are queued.
   void EditBounded(SceneEdit edit) {
-    constexpr int kMaxWaiting = 4;
+    constexpr int kMaxWaiting = 4;  // each may hold a picture
     {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [&] { return waiting_edits_ < kMaxWaiting || is_down_; });

@@ -32,7 +32,7 @@ struct ViewerOptions {
 // copied; the caller does not wait for viewers (but see ShowPicture).
 class Viewer {
  public:
-  static constexpr int kMaxConnections = 64;
+  static constexpr int kMaxConnections = 64;  // each gets all pictures
 
   // Starts to listen. Throws InputError as HttpServer does.
   explicit Viewer(ViewerOptions options);
