@@ -1,10 +1,11 @@
 """Virtual content keeps its place on the bench and on an object when the map is saved and loaded, and in a run that is relocalized in it."""
 import math
 import os
-import unittest
+import shutil
 
 import harness
-from harness import oaslam
+import numpy as np
+from harness import must_run, oaslam
 from sample_boxes import CX, CY, FOCAL, things
 
 SPOT = (0.36, -0.1, 0.74)  # on the bench, in the sample's world
@@ -13,50 +14,45 @@ TEDDY = "teddy_17"
 
 def anchors_of(map_file):
     """{name: (position, what it stands on)} as the command lists them."""
-    listed = oaslam("anchors", map_file)
-    assert listed.code == 0, listed
+    listed = must_run("anchors", map_file)
     rows = [line.split() for line in listed.out.splitlines()[1:-1]]
     return {row[0]: ([float(x) for x in row[3:6]], " ".join(row[6:])) for row in rows}
 
 
-class Anchors(harness.InFolder):
+class TestAnchors(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
-        cls.slam = oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)
-        assert cls.slam.code == 0, cls.slam
-        cls.to_world = harness.map_alignment(cls.run_folder)
+    def prepare(cls):
+        cls.map = shutil.copy(harness.DESK_MAP, cls.folder)
+        cls.to_world = harness.map_alignment()
         cls.teddy = next(t for t in things() if t["name"] == TEDDY)["ellipsoid"]
-        mapped = [o for o in harness.read_json(os.path.join(cls.run_folder, "objects.json")) if o["category"] == "teddy bear"]
+        mapped = [o for o in harness.read_json(os.path.join(harness.DESK, "objects.json")) if o["category"] == "teddy bear"]
         cls.teddy_id = mapped[0]["id"]
         cls.placed = oaslam("anchors", cls.map, "--place", f"sign=flag@object:{cls.teddy_id}", "--place", f"tree=tree@keyframe:{cls.pixel_of(SPOT)}")
 
     @classmethod
     def pixel_of(cls, spot):
         """"ID:X,Y": a point of the world in the image of the first keyframe, projected with its true pose."""
-        time, _, _ = harness.read_tum(os.path.join(cls.run_folder, "keyframes.txt"))[0]
+        time, _, _ = harness.read_tum(os.path.join(harness.DESK, "keyframes.txt"))[0]
         _, position, q = min(harness.read_tum(harness.groundtruth("map_front")), key=lambda pose: abs(pose[0] - time))
-        x, y, z = harness.rotate([-q[0], -q[1], -q[2], q[3]], [s - p for s, p in zip(spot, position)])
+        x, y, z = harness.rotation(q).T @ np.subtract(spot, position)
         return f"0:{FOCAL * x / z + CX:.2f},{FOCAL * y / z + CY:.2f}"
 
     def expect_in_place(self, anchors, to_world, tolerance):
-        self.assertEqual(set(anchors), {"sign", "tree"})
+        assert set(anchors) == {"sign", "tree"}
         top = [*self.teddy["center"][:2], self.teddy["center"][2] + self.teddy["semi_axes"][2]]
-        self.assertLess(math.dist(harness.apply(to_world, anchors["tree"][0]), SPOT), tolerance)
-        self.assertLess(math.dist(harness.apply(to_world, anchors["sign"][0]), top), 0.05)
-        self.assertEqual(anchors["tree"][1], "points")
+        assert math.dist(harness.apply(to_world, anchors["tree"][0]), SPOT) < tolerance
+        assert math.dist(harness.apply(to_world, anchors["sign"][0]), top) < 0.05
+        assert anchors["tree"][1] == "points"
 
     def test_they_stand_where_they_were_put(self):
-        self.assertEqual(self.placed.code, 0, self.placed)
+        assert self.placed.code == 0, self.placed
         anchors = anchors_of(self.map)
         self.expect_in_place(anchors, self.to_world, 0.03)
-        self.assertEqual(anchors["sign"][1], f"object {self.teddy_id}")
+        assert anchors["sign"][1] == f"object {self.teddy_id}"
 
     def test_they_are_found_again(self):
         out, again = os.path.join(self.folder, "around"), os.path.join(self.folder, "again.map")
-        outcome = oaslam("run", *harness.clip("query_around"), "--map-in", self.map, "--out", out, "--map-out", again)
-        self.assertEqual(outcome.code, 0, outcome)
+        must_run("run", *harness.clip("query_around"), "--map-in", self.map, "--out", out, "--map-out", again)
         truth = harness.read_tum(harness.groundtruth("query_around"))
         to_world = harness.similarity(harness.pairs(harness.read_tum(os.path.join(out, "trajectory.txt")), truth))
         self.expect_in_place(anchors_of(again), to_world, 0.03)
@@ -64,11 +60,10 @@ class Anchors(harness.InFolder):
     def test_they_are_edited(self):
         other = os.path.join(self.folder, "other.map")
         before = harness.read_bytes(self.map)
-        outcome = oaslam("anchors", self.map, "--rename", "tree=oak", "--delete", "sign", "--size", "tree=0.5", "--out", other)
-        self.assertEqual(outcome.code, 0, outcome)
-        self.assertEqual(harness.read_bytes(self.map), before)
-        self.assertEqual(set(anchors_of(other)), {"oak"})
-        self.assertEqual(outcome.out.splitlines()[1].split()[2], "0.500")
+        outcome = must_run("anchors", self.map, "--rename", "tree=oak", "--delete", "sign", "--size", "tree=0.5", "--out", other)
+        assert harness.read_bytes(self.map) == before
+        assert set(anchors_of(other)) == {"oak"}
+        assert outcome.out.splitlines()[1].split()[2] == "0.500"
 
     def test_bad_input(self):
         for arguments, message in (
@@ -84,14 +79,9 @@ class Anchors(harness.InFolder):
                 (("--size", "sign=0"), "must be from 1e-06 to"),
                 (("--size", "sign=big"), '"big" is not a number'),
                 (("--delete", "none"), "there is no anchor of this name")):
-            with self.subTest(arguments):
-                before = harness.read_bytes(self.map)
-                outcome = oaslam("anchors", self.map, *arguments)
-                self.assertEqual(outcome.code, 1, outcome)
-                self.assertIn(message, outcome.err)
-                self.assertEqual(len(outcome.err.strip().splitlines()), 1, outcome)
-                self.assertEqual(harness.read_bytes(self.map), before)
-
-
-if __name__ == "__main__":
-    unittest.main()
+            before = harness.read_bytes(self.map)
+            outcome = oaslam("anchors", self.map, *arguments)
+            assert outcome.code == 1, outcome
+            assert message in outcome.err
+            assert len(outcome.err.strip().splitlines()) == 1, outcome
+            assert harness.read_bytes(self.map) == before

@@ -1,34 +1,27 @@
 """Bad input gets one clear error and a status that is not 0, and nothing that was computed is lost."""
-import json
 import os
 import shutil
 import signal
 import sqlite3
 import subprocess
-import tempfile
-import unittest
 
 import harness
+import pytest
 from harness import SAMPLE, oaslam
 
 FRAMES = 100
 VIDEO, CAMERA, DETECTIONS = (os.path.join(SAMPLE, "map_front", f) for f in ("video.mp4", "camera.yaml", "detections.json"))
 
 
-class BadInput(unittest.TestCase):
+class TestBadInput(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        cls.frames = tempfile.mkdtemp(prefix="oaslam_frames_")
+    def prepare(cls):
+        cls.frames = cls.path("images")
         subprocess.run([harness.EXTRACT, VIDEO, cls.frames, "0", str(FRAMES)], check=True)
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.frames)
-
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="oaslam_bad_")
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.out = os.path.join(self.folder, "out")
+    @pytest.fixture(autouse=True)
+    def each_in_a_folder(self, tmp_path):
+        self.folder, self.out = str(tmp_path), str(tmp_path / "out")
 
     def write(self, name, text):
         path = os.path.join(self.folder, name)
@@ -38,13 +31,13 @@ class BadInput(unittest.TestCase):
 
     def assert_refused(self, outcome, *words):
         """The command fails with an expected error: one line that contains the words."""
-        self.assertNotEqual(outcome.code, 0, outcome)
-        self.assertGreater(outcome.code, 0, outcome)  # no signal
+        assert outcome.code != 0, outcome
+        assert outcome.code > 0, outcome  # no signal
         errors = [line for line in outcome.err.splitlines() if "error" in line.lower()]
-        self.assertEqual(len(errors), 1, outcome)
-        self.assertNotIn("error: unexpected", errors[0])
+        assert len(errors) == 1, outcome
+        assert "error: unexpected" not in errors[0]
         for word in words:
-            self.assertIn(word, errors[0])
+            assert word in errors[0]
 
     def run_slam(self, *args, images=VIDEO, camera=CAMERA):
         return oaslam("run", "--images", images, "--camera", camera, "--out", self.out, *args)
@@ -93,9 +86,9 @@ class BadInput(unittest.TestCase):
         with open(VIDEO, "rb") as whole, open(path, "wb") as half:
             half.write(whole.read(100000))
         outcome = self.run_slam(images=path)
-        self.assertEqual(outcome.code, 0, outcome)
-        self.assertEqual(sum("warning" in line and path in line and "450" in line for line in outcome.err.splitlines()), 1, outcome)
-        self.assertGreater(len(harness.read_csv(os.path.join(self.out, "frames.csv"))), 0)
+        assert outcome.code == 0, outcome
+        assert sum("warning" in line and path in line and "450" in line for line in outcome.err.splitlines()) == 1, outcome
+        assert len(harness.read_csv(os.path.join(self.out, "frames.csv"))) > 0
 
     def test_no_video(self):
         path = os.path.join(self.folder, "noise.mp4")
@@ -111,29 +104,29 @@ class BadInput(unittest.TestCase):
             return lines
 
         outcome = self.run_slam(images=self.frames_with(spoil))
-        self.assertEqual(outcome.code, 0, outcome)
+        assert outcome.code == 0, outcome
         for name in ("000070.png", "000075.png"):
-            self.assertEqual(sum("warning" in line and name in line for line in outcome.err.splitlines()), 1, outcome)
+            assert sum("warning" in line and name in line for line in outcome.err.splitlines()) == 1, outcome
         times = [round(30 * t) for t, _, _ in harness.read_tum(os.path.join(self.out, "trajectory.txt"))]
-        self.assertIn(FRAMES - 1, times)
-        self.assertNotIn(70, times)
-        self.assertGreater(len(times), 50)
+        assert FRAMES - 1 in times
+        assert 70 not in times
+        assert len(times) > 50
 
     def test_no_image_can_be_read(self):
         outcome = self.run_slam(images=self.write("rgb.txt", "0.0 a.png\n0.1 b.png\n"))
-        self.assertNotEqual(outcome.code, 0, outcome)
-        self.assertIn("error", outcome.err)
+        assert outcome.code != 0, outcome
+        assert "error" in outcome.err
 
     def check_times(self, line):
         """The time of frame 80 is not after that of its predecessor: the frame is skipped with a warning, and the run goes on."""
         folder = self.frames_with(lambda lines, _: lines[:80] + [line] + lines[81:])
         outcome = self.run_slam(images=folder)
-        self.assertEqual(outcome.code, 0, outcome)
-        self.assertEqual(sum("warning" in w and "000080.png" in w and "time stamp" in w for w in outcome.err.splitlines()), 1, outcome)
+        assert outcome.code == 0, outcome
+        assert sum("warning" in w and "000080.png" in w and "time stamp" in w for w in outcome.err.splitlines()) == 1, outcome
         times = [round(30 * t) for t, _, _ in harness.read_tum(os.path.join(self.out, "trajectory.txt"))]
-        self.assertEqual(times, sorted(set(times)))
-        self.assertIn(FRAMES - 1, times)
-        self.assertNotIn(80, times)
+        assert times == sorted(set(times))
+        assert FRAMES - 1 in times
+        assert 80 not in times
 
     def test_equal_times(self):
         self.check_times("2.633333 rgb/000080.png")
@@ -154,7 +147,7 @@ class BadInput(unittest.TestCase):
         camera = self.write("camera.yaml", "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n")
         outcome = self.run_slam(camera=camera)
         self.assert_refused(outcome, "camera.yaml", "camera_matrix.data")
-        self.assertEqual(outcome.code, 1, outcome)
+        assert outcome.code == 1, outcome
 
     def test_unknown_configuration_key(self):
         config = self.write("config.yaml", "features:\n  cuont: 1000\n")
@@ -203,7 +196,7 @@ class BadInput(unittest.TestCase):
     def test_damaged_map(self):
         whole = os.path.join(self.folder, "whole.map")
         outcome = self.run_slam("--detections", DETECTIONS, "--to", "80", "--map-out", whole)
-        self.assertEqual(outcome.code, 0, outcome)
+        assert outcome.code == 0, outcome
         with open(whole, "rb") as f:
             content = f.read()
         middle = len(content) // 8192 * 4096  # a page begins
@@ -229,7 +222,7 @@ class BadInput(unittest.TestCase):
         self.out = os.path.join(self.write("file", ""), "out")
         outcome = self.run_slam()
         self.assert_refused(outcome, self.out)
-        self.assertNotIn("/450", outcome.err)  # said before the work, not after it: no line of progress
+        assert "/450" not in outcome.err  # said before the work, not after it: no line of progress
 
     def test_map_file_that_cannot_be(self):
         """Said before the work, not after it."""
@@ -239,15 +232,15 @@ class BadInput(unittest.TestCase):
         for path in (in_a_file, self.folder, pipe):
             outcome = self.run_slam("--map-out", path)
             self.assert_refused(outcome, path)
-            self.assertNotIn("/450", outcome.err)  # no line of progress
+            assert "/450" not in outcome.err  # no line of progress
             self.assert_refused(oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), "--camera", CAMERA, "--detections", DETECTIONS,
                                        "--out", self.out, "--map-out", path), path)
 
     def test_map_file_in_a_folder_that_is_not_there_yet(self):
         path = os.path.join(self.folder, "maps", "today", "desk.map")
         outcome = self.run_slam("--to", "80", "--map-out", path)
-        self.assertEqual(outcome.code, 0, outcome)
-        self.assertEqual(oaslam("info", path).code, 0)
+        assert outcome.code == 0, outcome
+        assert oaslam("info", path).code == 0
 
     def test_interrupt_writes_what_there_is(self):
         command = [harness.BINARY, "run", *harness.clip("map_front"), "--out", self.out, "--map-out", self.out + ".map"]
@@ -257,26 +250,22 @@ class BadInput(unittest.TestCase):
                 break
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
-        self.assertGreaterEqual(process.returncode, 0, err)  # ended by itself
+        assert process.returncode >= 0, err  # ended by itself
         frames = harness.read_csv(os.path.join(self.out, "frames.csv"))
-        self.assertGreaterEqual(len(frames), 90)
-        self.assertLess(len(frames), 450)
-        self.assertGreater(self.tracked(), 40)
-        self.assertEqual(harness.read_json(os.path.join(self.out, "summary.json"))["frames"], len(frames))
-        self.assertEqual(oaslam("info", self.out + ".map").code, 0)
+        assert len(frames) >= 90
+        assert len(frames) < 450
+        assert self.tracked() > 40
+        assert harness.read_json(os.path.join(self.out, "summary.json"))["frames"] == len(frames)
+        assert oaslam("info", self.out + ".map").code == 0
 
     # ---- the command line
 
     def test_usage(self):
         for args in (["run"], ["nonsense"], ["run", "--imgaes", VIDEO], []):
             outcome = oaslam(*args)
-            self.assertGreater(outcome.code, 0, outcome)
-        self.assertEqual(oaslam("--help").code, 0)
+            assert outcome.code > 0, outcome
+        assert oaslam("--help").code == 0
         alone = oaslam()
-        self.assertEqual(alone.code, 1, alone)
-        self.assertIn("oaslam run walk.mp4", alone.out)
-        self.assertEqual(alone.err, "")
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert alone.code == 1, alone
+        assert "oaslam run walk.mp4" in alone.out
+        assert alone.err == ""

@@ -9,12 +9,12 @@ import socket
 import subprocess
 import sys
 import threading
-import unittest
 
 import client_path
 import cluster
 import harness
 import oaslam_client
+import pytest
 from oaslam_client import Client, ServiceError, Unreachable
 
 NO_DETECTOR = ["--detector", "none"]
@@ -23,8 +23,7 @@ POSE = {"position": [0, 0, 1], "rotation": [0, 0, 0, 1]}
 
 class Asking(cluster.MapFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.images = cluster.images_of("query_around", cls.folder, 0, 60, 15)
         cls.photo = cls.path("photo.png")
         with open(cls.photo, "wb") as f:
@@ -32,55 +31,55 @@ class Asking(cluster.MapFolder):
         cls.boxes = harness.read_json(os.path.join(harness.SAMPLE, "query_around", "detections.json"))[150]["detections"]
         cls.camera = cluster.camera_of("query_around")
         cls.server = cluster.Server(cls.folder, cls.path("maps"), NO_DETECTOR)
-        cls.addClassCleanup(lambda: cls.server.end(signal.SIGKILL))
+        cls.cleanup.callback(lambda: cls.server.end(signal.SIGKILL))
         cls.url = f"http://localhost:{cls.server.port}"
 
     def client(self, token=cluster.WRITE, **options):
         client = Client(self.url, token, **options)
-        self.addCleanup(client.close)
+        self.cleanup.callback(client.close)
         return client
 
     def receive_until(self, stream, condition):
         while not condition():
-            self.assertIsNotNone(stream.receive(timeout=20), "nothing more came")
+            assert stream.receive(timeout=20) is not None, "nothing more came"
 
     @contextlib.contextmanager
     def refused(self, status, text):
-        with self.assertRaises(ServiceError) as caught:
+        with pytest.raises(ServiceError) as caught:
             yield
-        self.assertEqual(caught.exception.status, status)
-        self.assertIn(text, caught.exception.message)
-        self.assertNotIn("\n", str(caught.exception))
+        assert caught.exception.status == status
+        assert text in caught.exception.message
+        assert "\n" not in str(caught.exception)
 
 
-class OfClient(Asking):
+class TestClient(Asking):
     def test_images_in_each_form(self):
         with self.client(cluster.READ) as client:
             answer = client.localize("desk", [self.photo, self.images[0], {"image": self.images[1], "camera": "auto", "gravity": [0, 9.8, 0], "time": 1},
                                               {"detections": self.boxes}], camera=self.camera)
             by_path, by_bytes, other, by_objects = answer["results"]
-            self.assertEqual([r.get("evidence", r.get("why_not")) for r in answer["results"]][3], "objects")
-            self.assertEqual(by_path["pose"], by_bytes["pose"])
-            self.assertAlmostEqual(other["camera"]["fx"], self.camera["fx"], delta=0.03 * self.camera["fx"])
+            assert [r.get("evidence", r.get("why_not")) for r in answer["results"]][3] == "objects"
+            assert by_path["pose"] == by_bytes["pose"]
+            assert other["camera"]["fx"] == pytest.approx(self.camera["fx"], abs=0.03 * self.camera["fx"])
             near = client.localize("desk", [{"image": self.photo, "prior": by_path["pose"]}], "points", camera="fov:62.7")["results"][0]
             for a, b in zip(near["pose"]["position"], by_path["pose"]["position"]):
-                self.assertAlmostEqual(a, b, delta=0.05)
+                assert a == pytest.approx(b, abs=0.05)
             with self.refused(400, "allowed: points"):
                 client.localize("desk", [self.photo], "smell")
             with self.refused(404, 'no map "nowhere"'):
                 client.localize("nowhere", [self.photo])
-            with self.assertRaises(FileNotFoundError):
+            with pytest.raises(FileNotFoundError):
                 client.localize("desk", ["no such file"])
-            with self.assertRaises(TypeError):
+            with pytest.raises(TypeError):
                 client.localize("desk", self.photo)
 
     def test_maps(self):
         client = self.client()
         stored = client.upload_map("copy", self.map)
-        self.assertEqual(stored["bytes"], os.path.getsize(self.map))
-        self.assertEqual([m["name"] for m in client.maps()], ["copy", "desk"])
-        self.assertEqual(client.map("copy")["digest"], stored["digest"])
-        self.assertGreater(len(client.map("desk")["objects"]), 5)
+        assert stored["bytes"] == os.path.getsize(self.map)
+        assert [m["name"] for m in client.maps()] == ["copy", "desk"]
+        assert client.map("copy")["digest"] == stored["digest"]
+        assert len(client.map("desk")["objects"]) > 5
         with self.refused(403, "reading only"):
             self.client(cluster.READ).upload_map("copy", self.map)
         large = self.path("large")
@@ -99,22 +98,22 @@ class OfClient(Asking):
         client.maps()
         kept = client._connection.sock
         client.maps()
-        self.assertIs(client._connection.sock, kept)
+        assert client._connection.sock is kept
         kept.shutdown(socket.SHUT_RDWR)  # as the server does after a while
-        self.assertEqual(len(client.maps()), 1)
-        self.assertIsNot(client._connection.sock, kept)
+        assert len(client.maps()) == 1
+        assert client._connection.sock is not kept
 
     def test_anchors_are_edited_and_followed(self):
         client = self.client()
         with self.client(cluster.READ).track("desk") as camera:
-            self.assertEqual((camera.hello["map"], camera.hello["may_write"], camera.anchors), ("desk", False, {}))
+            assert (camera.hello["map"], camera.hello["may_write"], camera.anchors) == ("desk", False, {})
             placed = client.place_anchor("desk", "flag", name="a/b door", pose=POSE, size=0.2)
-            self.assertEqual(camera.wait_for("anchors")["version"], placed["version"])
-            self.assertEqual(camera.anchors, {"a/b door": placed})
+            assert camera.wait_for("anchors")["version"] == placed["version"]
+            assert camera.anchors == {"a/b door": placed}
             edited = client.edit_anchor("desk", "a/b door", new_name="gate", model="lamp", size=0.3, turn=1.5)
-            self.assertEqual((edited["model"], edited["size"]), ("lamp", 0.3))
+            assert (edited["model"], edited["size"]) == ("lamp", 0.3)
             news = client.anchors("desk", placed["version"])
-            self.assertEqual(([a["name"] for a in news["anchors"]], news["removed"]), (["gate"], ["a/b door"]))
+            assert ([a["name"] for a in news["anchors"]], news["removed"]) == (["gate"], ["a/b door"])
             self.receive_until(camera, lambda: camera.anchors == {"gate": edited})  # two messages, if it is told between two steps of the edit
             with self.refused(409, "already"):
                 client.place_anchor("desk", "flag", name="gate", origin=[0, 0, 0], direction=[0, 0, 1])
@@ -124,18 +123,18 @@ class OfClient(Asking):
             with self.refused(404, "no anchor"):
                 client.delete_anchor("desk", "gate")
             self.receive_until(camera, lambda: not camera.anchors)
-            self.assertEqual(client.anchors("desk")["anchors"], [])
+            assert client.anchors("desk")["anchors"] == []
 
     def test_the_earth(self):
         client = self.client()
         points = [{"map": m, "latitude": 48 + m[1] / 111000, "longitude": 11 + m[0] / 74000, "height": 500 + m[2]} for m in ([0, 0, 0], [9, 0, 0], [0, 9, 0])]
         with self.refused(404, "no georeference"):
             client.georeference("desk")
-        self.assertLess(client.set_georeference("desk", {"points": points})["residual_m"], 0.1)
-        self.assertEqual(client.georeference("desk")["points"][1]["map"], [9, 0, 0])
+        assert client.set_georeference("desk", {"points": points})["residual_m"] < 0.1
+        assert client.georeference("desk")["points"][1]["map"] == [9, 0, 0]
         reading = {"sensorId": "0", "size": [640, 480], "imageBytes": oaslam_client.images.entry_of(self.photo)["image"]}
         request = {"id": "7", "type": "geopose", "sensors": [{"id": "0", "type": "camera"}], "sensorReadings": {"cameraReadings": [reading]}}
-        self.assertAlmostEqual(client.geopose(request)["geopose"]["position"]["lat"], 48, delta=1e-4)
+        assert client.geopose(request)["geopose"]["position"]["lat"] == pytest.approx(48, abs=1e-4)
         client.delete_georeference("desk")
         with self.refused(404, "no map with a georeference"):
             client.geopose(request)
@@ -144,37 +143,37 @@ class OfClient(Asking):
         frames, client = cluster.images_of("map_front", self.folder, 0, 240, 4), self.client()
         camera = cluster.camera_of("map_front")
         with client.track("desk", camera) as track:
-            self.assertIsNone(track.receive(timeout=0))
-            self.assertIsNone(track.receive(timeout=0.01))
+            assert track.receive(timeout=0) is None
+            assert track.receive(timeout=0.01) is None
             states = []
             for number, frame in enumerate(frames[:8]):
                 sent = track.send_image(frame, time=number / 7.5, gravity=[0, 9.8, 0], detections=[])
                 pose = track.wait_for("pose")
-                self.assertEqual((sent, pose["id"], pose["time"]), (number, number, number / 7.5))
+                assert (sent, pose["id"], pose["time"]) == (number, number, number / 7.5)
                 states.append(pose["state"])
-            self.assertEqual(states[-1], "tracking", states)
-            self.assertAlmostEqual(pose["camera"]["fx"], camera["fx"])
+            assert states[-1] == "tracking", states
+            assert pose["camera"]["fx"] == pytest.approx(camera["fx"], abs=5e-8)
             track.send_image(b"no image")
             with self.refused(None, "neither a JPEG nor a PNG"):
                 track.wait_for("pose")
             track.send_image(frames[8], camera="fov:999")
-            self.assertEqual(next(iter(track))["type"], "error")
+            assert next(iter(track))["type"] == "error"
         with self.refused(None, "no map"):
             client.track("nowhere")
         with self.refused(403, "reading only"):
             self.client(cluster.READ).record("new")
         with client.record("new", camera) as record:
             record.send_image(frames[0], time=-1)
-            self.assertEqual(record.wait_for("pose")["state"], "initializing")
+            assert record.wait_for("pose")["state"] == "initializing"
             with self.refused(None, "no map yet"):
                 record.finish()
-        self.assertEqual([m["name"] for m in client.maps()], ["desk"])
+        assert [m["name"] for m in client.maps()] == ["desk"]
         with client.record("new", camera) as record:
             for number, frame in enumerate(frames):
                 record.send_image(frame, time=number / 7.5)
                 record.wait_for("pose")
-            self.assertEqual(record.finish()["digest"], client.map("new")["digest"])
-            self.assertEqual(list(record), [])  # the service has ended it
+            assert record.finish()["digest"] == client.map("new")["digest"]
+            assert list(record) == []  # the service has ended it
         client.delete_map("new")
 
     def test_tokens_and_addresses(self):
@@ -182,38 +181,38 @@ class OfClient(Asking):
             for act in (lambda client: client.maps(), lambda client: client.track("desk")):
                 with self.refused(401, "token is needed"):
                     act(self.client(token))
-        self.assertIn("oaslam_requests_total", self.client(cluster.READ).metrics())
+        assert "oaslam_requests_total" in self.client(cluster.READ).metrics()
         for url in ("localhost:8340", "ftp://x", "http://", "http://x:y", "http://x:99999", "http://x/?a=b"):
-            with self.assertRaisesRegex(ValueError, url.replace("?", r"\?")):
+            with pytest.raises(ValueError, match=url.replace("?", r"\?")):
                 Client(url)
         for options in ({"token": "two words"}, {"token": "line\nbreak"}, {"fingerprint": "12:34"}):
-            with self.assertRaisesRegex(ValueError, "expected"):
+            with pytest.raises(ValueError, match="expected"):
                 Client(self.url, **options)
         with Client(self.url + "/elsewhere", cluster.READ) as client, self.refused(404, "nothing at this path"):
             client.maps()
 
-    def test_a_server_that_ends(self):
+    def test_a_server_that_ends(self, request):
         server = cluster.Server(self.folder, self.path("maps"), NO_DETECTOR)
-        self.addCleanup(lambda: server.end(signal.SIGKILL))
+        request.addfinalizer(lambda: server.end(signal.SIGKILL))
         client = Client(f"http://127.0.0.1:{server.port}", cluster.WRITE, timeout=20)
         track = client.track("desk")
         client.maps()
         server.end(signal.SIGKILL)
         for act in (client.maps, client.maps, lambda: client.track("desk"), track.receive):
-            with self.assertRaisesRegex(Unreachable, rf"^http://127.0.0.1:{server.port}: \S"):
+            with pytest.raises(Unreachable, match=rf"^http://127.0.0.1:{server.port}: \S"):
                 act()
         track.close()
         patient = Client(f"http://127.0.0.1:{server.port}", cluster.WRITE, retries=20)
         starting = threading.Thread(target=server.start)
         starting.start()
-        self.assertEqual([m["name"] for m in patient.maps()], ["desk"])
+        assert [m["name"] for m in patient.maps()] == ["desk"]
         starting.join()
         patient.close()
 
-    def test_a_busy_server_is_asked_again(self):
+    def test_a_busy_server_is_asked_again(self, request):
         """One worker, with as many requests waiting as may wait: the next one is told to come again."""
         server = cluster.Server(self.folder, self.path("maps"), [*NO_DETECTOR, "--workers", "1"])
-        self.addCleanup(server.end, signal.SIGKILL)
+        request.addfinalizer(lambda: server.end(signal.SIGKILL))
         url, problems = f"http://127.0.0.1:{server.port}", []
 
         def ask(images, retries):
@@ -240,8 +239,8 @@ class OfClient(Asking):
         ask(1, 60)
         for thread in threads:
             thread.join()
-        self.assertEqual(problems, [])
-        self.assertGreater(self.count_of(url, 503), 1)
+        assert problems == []
+        assert self.count_of(url, 503) > 1
 
     def count_of(self, url, status):
         with Client(url, cluster.READ) as client:
@@ -252,7 +251,7 @@ class OfClient(Asking):
                                     self.server.tokens, *NO_DETECTOR], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
             url = process.stdout.readline().strip()
-            self.assertTrue(url.startswith("https://"), url)
+            assert url.startswith("https://"), url
             address = ("127.0.0.1", int(url.rstrip("/").rpartition(":")[2]))
             url = f"https://{address[0]}:{address[1]}"
             ca_file = self.path("certificate.pem")
@@ -262,22 +261,22 @@ class OfClient(Asking):
             fingerprint = hashlib.sha256(der).hexdigest().upper()
             for options in ({"ca_file": ca_file}, {"fingerprint": ":".join(fingerprint[i:i + 2] for i in range(0, 64, 2))}, {"insecure": True}):
                 with Client(url, cluster.READ, **options) as client, client.track("desk") as camera:
-                    self.assertEqual(client.maps()[0]["name"], camera.hello["map"])
-                    self.assertIsNone(camera.receive(timeout=0))
+                    assert client.maps()[0]["name"] == camera.hello["map"]
+                    assert camera.receive(timeout=0) is None
             for options, text in (({}, "certificate verify failed"), ({"fingerprint": 64 * "0"}, "fingerprint " + fingerprint.lower())):
-                with Client(url, cluster.READ, **options) as client, self.assertRaisesRegex(Unreachable, text):
+                with Client(url, cluster.READ, **options) as client, pytest.raises(Unreachable, match=text):
                     client.maps()
-            with self.assertRaisesRegex(OSError, re.escape(self.map)):
+            with pytest.raises(OSError, match=re.escape(self.map)):
                 Client(url, ca_file=self.map)
-            with self.assertRaises(Unreachable):
+            with pytest.raises(Unreachable):
                 Client(url.replace("https", "http"), cluster.READ).maps()
         finally:
             process.terminate()
-            self.assertEqual(process.wait(60), 0)
+            assert process.wait(60) == 0
             process.communicate()
 
 
-class OfCommand(Asking):
+class TestCommand(Asking):
     def run_client(self, *arguments, token=cluster.WRITE, url=None):
         environment = {**os.environ, "PYTHONPATH": client_path.FOLDER, "OASLAM_TOKEN": token}
         done = subprocess.run([sys.executable, "-m", "oaslam_client", url or self.url, *arguments], capture_output=True, text=True, timeout=120,
@@ -286,7 +285,7 @@ class OfCommand(Asking):
 
     def out(self, *arguments):
         outcome = self.run_client(*arguments)
-        self.assertEqual((outcome.code, outcome.err), (0, ""), outcome)
+        assert (outcome.code, outcome.err) == (0, ""), outcome
         return outcome.out
 
     def test_it_asks(self):
@@ -296,17 +295,17 @@ class OfCommand(Asking):
         black = self.path("black.png")
         subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i", "color=black:s=640x480", "-frames:v", "1", black], check=True)
         found, lost = self.out("localize", "desk", self.photo, black, "--camera", camera).splitlines()
-        self.assertRegex(found, re.escape(self.photo) + r":( -?\d+\.\d{6}){7} by points")
-        self.assertRegex(lost, re.escape(black) + r": not found: \w")
+        assert re.search(re.escape(self.photo) + r":( -?\d+\.\d{6}){7} by points", found)
+        assert re.search(re.escape(black) + r": not found: \w", lost)
         result = json.loads(self.out("localize", "desk", self.photo, "--json"))
-        self.assertEqual((result["image"], result["found"]), (self.photo, True))
+        assert (result["image"], result["found"]) == (self.photo, True)
         size = os.path.getsize(self.map)
-        self.assertEqual(self.out("upload", "other", self.map), f"other {size} bytes\n")
-        self.assertEqual(self.out("maps"), f"desk {size} bytes\nother {size} bytes\n")
+        assert self.out("upload", "other", self.map) == f"other {size} bytes\n"
+        assert self.out("maps") == f"desk {size} bytes\nother {size} bytes\n"
         self.client().place_anchor("other", "flag", name="door", pose=POSE)
-        self.assertRegex(self.out("anchors", "other"), r"^door: flag( -?\d\.\d{6}){7}\n$")
-        self.assertEqual(self.out("delete", "other"), "")
-        self.assertEqual(self.out("maps"), f"desk {size} bytes\n")
+        assert re.search(r"^door: flag( -?\d\.\d{6}){7}\n$", self.out("anchors", "other"))
+        assert self.out("delete", "other") == ""
+        assert self.out("maps") == f"desk {size} bytes\n"
 
     def test_bad_input(self):
         text = self.path("text.json")
@@ -322,28 +321,23 @@ class OfCommand(Asking):
                 (("upload", "desk", "none.map"), {}, "none.map"), (("upload", "..", self.map), {}, "status 40"), (("anchors", "nowhere"), {}, "no map"),
                 (("maps",), {"url": "desk"}, "desk: expected http://"), (("maps",), {"url": "http://localhost:1"}, "http://localhost:1: "),
                 (("maps",), {"url": "http://no-such-host.invalid"}, "http://no-such-host.invalid: ")):
-            with self.subTest(arguments=arguments, **options):
-                outcome = self.run_client(*arguments, **options)
-                if message is None:  # of argparse, with the usage
-                    self.assertEqual((outcome.code, outcome.out), (2, ""), outcome)
-                    continue
-                self.assertEqual((outcome.code, outcome.out), (1, ""), outcome)
-                self.assertRegex(outcome.err, rf"^oaslam_client: .*{re.escape(message)}.*\n$")
+            outcome = self.run_client(*arguments, **options)
+            if message is None:  # of argparse, with the usage
+                assert (outcome.code, outcome.out) == (2, ""), outcome
+                continue
+            assert (outcome.code, outcome.out) == (1, ""), outcome
+            assert re.search(rf"^oaslam_client: .*{re.escape(message)}.*\n$", outcome.err)
 
     def test_it_is_installed(self):
         python = next((p for p in (sys.executable, "/usr/bin/python3") if subprocess.run([p, "-c", "import setuptools, wheel, pip"],
                                                                                         capture_output=True).returncode == 0), None)
         if not python:
-            self.skipTest("there is no Python with pip, setuptools and wheel")
+            pytest.skip("there is no Python with pip, setuptools and wheel")
         source, site = self.path("source"), self.path("site")
         subprocess.run(["cp", "-r", client_path.FOLDER, source], check=True)  # a build leaves files in its folder
         subprocess.run([python, "-m", "pip", "install", "-q", "--no-build-isolation", "--no-index", "--no-warn-script-location", "--root-user-action=ignore",
                         "--target", site, source], check=True, capture_output=True)
-        self.assertTrue(os.path.exists(os.path.join(site, "oaslam_client", "py.typed")))
+        assert os.path.exists(os.path.join(site, "oaslam_client", "py.typed"))
         done = subprocess.run([python, os.path.join(site, "bin", "oaslam-client"), self.url, "maps"], capture_output=True, text=True,
                               env={**os.environ, "PYTHONPATH": site, "OASLAM_TOKEN": cluster.READ})
-        self.assertEqual((done.returncode, done.stdout.split()[0]), (0, "desk"), done)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert (done.returncode, done.stdout.split()[0]) == (0, "desk"), done

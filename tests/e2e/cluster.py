@@ -1,5 +1,5 @@
 """A service of several servers, for tests: PostgreSQL, HAProxy with deploy/haproxy.cfg, `oaslam serve`, and clients that localize
-images all the time. Python's standard library only."""
+images all the time."""
 import glob
 import http.client
 import json
@@ -43,11 +43,9 @@ def free_port():
 class MapFolder(harness.InFolder):
     """A folder "maps" with a map of the sample's desk."""
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         os.mkdir(cls.path("maps"))
-        cls.map = cls.path("maps/desk.map")
-        cls.made = [harness.oaslam("run", *harness.clip("map_front"), "--out", cls.path("run"), "--map-out", cls.map)]
+        cls.map = shutil.copy(harness.DESK_MAP, cls.path("maps"))
 
 
 def wait_until(condition, seconds, what):

@@ -1,19 +1,18 @@
 """Several servers as one service: PostgreSQL, HAProxy, and two servers of which one is killed. tools/service_cluster is the long form."""
 import signal
-import sys
-import unittest
 
 import cluster
 import harness
+import pytest
 
 
-class OfTwoServers(harness.InFolder):
+@pytest.mark.skipif(bool(cluster.missing()), reason="there is no " + ", no ".join(cluster.missing()))
+class TestTwoServers(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.maps = cluster.make_maps(cls.folder)
         cls.cluster = cluster.Cluster(cls.folder)
-        cls.addClassCleanup(cls.cluster.end)
+        cls.cleanup.callback(cls.cluster.end)
         cls.images, cls.camera = cluster.images_of("query_around", cls.folder, 0, 60, 6), cluster.camera_of("query_around")
         cls.truths = {}
         for path in reversed(cls.maps):
@@ -31,38 +30,31 @@ class OfTwoServers(harness.InFolder):
     def test_a_killed_server_costs_no_answer(self):
         with self.load() as load:
             _, failures = cluster.kill_a_server(self.cluster, load, 40)
-        self.assertEqual(failures, [])
-        self.assertEqual(load.mixtures(), [])
+        assert failures == []
+        assert load.mixtures() == []
 
-    def test_websockets_go_on_at_the_other_server(self):
+    def test_websockets_go_on_at_the_other_server(self, request):
         victim = self.cluster.servers[0]
         before = [cluster.track(self.cluster.haproxy, "desk") for _ in range(4)]
-        self.addCleanup(lambda: [connection.close() for connection, _ in before])
+        request.addfinalizer(lambda: [connection.close() for connection, _ in before])
         victim.end(signal.SIGKILL)
-        self.addCleanup(victim.start)
+        request.addfinalizer(victim.start)
         for _ in before:
             connection, hello = cluster.track(self.cluster.haproxy, "desk")
             connection.close()
-            self.assertEqual((hello["type"], hello["map"]), ("hello", "desk"))
-            self.assertIn(hello["digest"], self.truths)
+            assert (hello["type"], hello["map"]) == ("hello", "desk")
+            assert hello["digest"] in self.truths
 
     def test_a_map_is_replaced_under_load(self):
         with self.load() as load:
             cluster.replace_the_map(self.cluster, load, self.maps, 4, 40)
-        self.assertEqual(load.failures(), [])
-        self.assertEqual(load.mixtures(), [])
-        self.assertEqual(load.digests(), set(self.truths))
+        assert load.failures() == []
+        assert load.mixtures() == []
+        assert load.digests() == set(self.truths)
 
     def test_the_database_is_gone_for_a_while(self):
         with self.load() as load:
             slowest = cluster.break_the_database(self.cluster, load, 3)
-        self.assertLess(slowest, 20)  # what needs the database is refused, and does not hang
-        self.assertEqual(load.failures(), [])
-        self.assertEqual(load.mixtures(), [])
-
-
-if __name__ == "__main__":
-    if cluster.missing():
-        print("skipped: there is no " + ", no ".join(cluster.missing()))
-        sys.exit(77)
-    unittest.main(verbosity=2)
+        assert slowest < 20  # what needs the database is refused, and does not hang
+        assert load.failures() == []
+        assert load.mixtures() == []

@@ -7,9 +7,9 @@ import select
 import shutil
 import subprocess
 import time
-import unittest
 
 import harness
+import pytest
 
 TOOL = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "command_docs")
 
@@ -51,35 +51,34 @@ class Shell:
         return re.findall("<(.*?)>", self.read_until(r"<show>(.*?)end\r?\n")[1])
 
 
-class CommandDocs(harness.InFolder):
+class TestCommandDocs(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         done = subprocess.run([TOOL, harness.BINARY, cls.folder], capture_output=True, text=True)
-        cls.made = [harness.Outcome(done.returncode, done.stdout, done.stderr)]
+        assert done.returncode == 0, done
         cls.work = cls.path("work")
         os.makedirs(os.path.join(cls.work, "walks"))
         for name in ("walk one.mp4", "walks/kitchen.mp4"):
             open(os.path.join(cls.work, name), "w").close()
 
     def check_shell(self, shell):
-        self.addCleanup(shell.close)
+        self.cleanup.callback(shell.close)
         for line, words in (("oaslam ser", "serve"), ("oaslam evaluate traj", "evaluate trajectory"), ("oaslam evaluate trajectory --plot-e", "evaluate trajectory --plot-errors"),
                             ("oaslam run --detector-ba", "run --detector-backend"), ("oaslam run --detector-backend on", "run --detector-backend onnxruntime"),
                             ("oaslam run --quiet --resu", "run --quiet --resu"), ("oaslam detect --resu", "detect --resume"),
                             ("oaslam run --camera walks/k", "run --camera walks/kitchen.mp4"), ("oaslam run walks/k", "run walks/kitchen.mp4"),
                             ("oaslam run --seed walks/k", "run --seed walks/k"), ("oaslam run --viewer walks/k", "run --viewer walks/kitchen.mp4")):
-            self.assertEqual(shell.completed(line), ["oaslam", *words.split()], line)
-        self.assertEqual(shell.completed("oaslam view walk\\ "), ["oaslam", "view", "walk one.mp4"])
+            assert shell.completed(line) == ["oaslam", *words.split()], line
+        assert shell.completed("oaslam view walk\\ ") == ["oaslam", "view", "walk one.mp4"]
 
-    @unittest.skipUnless(shutil.which("bash"), "there is no bash")
+    @pytest.mark.skipif(not shutil.which("bash"), reason="there is no bash")
     def test_bash_completes_commands_options_values_and_files(self):
         shell = Shell(self.work, "bash", "--norc", "--noprofile", "-i")
         shell.run("bind 'set bell-style none'")
         shell.run(f". {self.path('bash/oaslam')}")
         self.check_shell(shell)
 
-    @unittest.skipUnless(shutil.which("zsh"), "there is no zsh")
+    @pytest.mark.skipif(not shutil.which("zsh"), reason="there is no zsh")
     def test_zsh_completes_commands_options_values_and_files(self):
         shell = Shell(self.work, "zsh", "-f", "-i")
         shell.run(f"unsetopt zle_bracketed_paste beep list_beep; bindkey -e; fpath=({self.path('zsh')} $fpath); autoload -Uz compinit; compinit -u -D")
@@ -98,19 +97,15 @@ class CommandDocs(harness.InFolder):
         sections = {title: text for title, text in re.findall(r'^\.SS "oaslam (.*?)"\n(.*?)(?=^\.S[SH])', plain, re.M | re.S)}
         for path, text in self.commands():
             if path:
-                self.assertIn(" ".join(path), sections)
+                assert " ".join(path) in sections
             if path and "SUBCOMMAND" not in text:
                 options = set(re.findall(r"^  (--[\w-]+)", text, re.M))
-                self.assertEqual(set(re.findall(r"^\.TP\n(--[\w-]+)", sections[" ".join(path)], re.M)), options, path)
-        self.assertIn("--align TEXT\nHow the estimate is fitted to the ground truth first (one of sim3, se3, none; sim3 unless given)", plain)
-        self.assertIn("--viewer [PORT]\n", plain)
+                assert set(re.findall(r"^\.TP\n(--[\w-]+)", sections[" ".join(path)], re.M)) == options, path
+        assert "--align TEXT\nHow the estimate is fitted to the ground truth first (one of sim3, se3, none; sim3 unless given)" in plain
+        assert "--viewer [PORT]\n" in plain
 
-    @unittest.skipUnless(shutil.which("man"), "there is no man")
+    @pytest.mark.skipif(not shutil.which("man"), reason="there is no man")
     def test_the_manual_page_is_formatted_without_warnings(self):
         done = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", "-Tutf8", "-Z", self.path("man/oaslam.1.gz")], capture_output=True, text=True,
                               env={**os.environ, "MANROFFSEQ": "", "LC_ALL": "C.UTF-8"})
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert (done.returncode, done.stderr) == (0, "")

@@ -1,11 +1,9 @@
 """A detector with its own classes: from the class file to named objects and to a pose."""
 import json
 import os
-import tempfile
-import unittest
 
 import harness
-from harness import oaslam
+from harness import must_run, oaslam
 
 
 def relabelled(path, ids, out):
@@ -18,47 +16,37 @@ def relabelled(path, ids, out):
     return out
 
 
-class CustomClasses(unittest.TestCase):
-    def test_objects_of_own_classes_are_named_saved_and_found_again(self):
+class TestCustomClasses:
+    def test_objects_of_own_classes_are_named_saved_and_found_again(self, tmp_path):
         truth = harness.read_json(os.path.join(harness.SAMPLE, "map_front", "objects_gt.json"))["objects"]
         coco = sorted({o["category_id"] for o in truth})
         ids = {category: index for index, category in enumerate(coco)}
         names = {ids[o["category_id"]]: "museum " + o["category"] for o in truth}
-        with tempfile.TemporaryDirectory(prefix="oaslam_classes_") as folder:
-            classes = os.path.join(folder, "museum.yaml")
-            with open(classes, "w") as f:
-                f.write("names:\n" + "".join(f"  {index}: {name}\n" for index, name in sorted(names.items())))
-            clips = {clip: relabelled(os.path.join(harness.SAMPLE, clip, "detections.json"), ids, os.path.join(folder, clip + ".json"))
-                     for clip in ("map_front", "query_around")}
-            mapped, out = os.path.join(folder, "museum.map"), os.path.join(folder, "out")
-            outcome = oaslam("run", *harness.clip("map_front")[:4], "--detections", clips["map_front"], "--classes", classes, "--out", out, "--map-out", mapped)
-            self.assertEqual(outcome.code, 0, outcome)
-            objects = harness.read_json(os.path.join(out, "objects.json"))
-            self.assertGreater(len(objects), 15)
-            for o in objects:
-                self.assertEqual(o["category"], names[o["category_id"]])
-            # The map knows the names from now on.
-            self.assertIn("museum teddy bear", oaslam("objects", mapped).out)
-            found = os.path.join(folder, "found")
-            outcome = oaslam("localize", "--map", mapped, *harness.clip("query_around")[2:4], "--detections", clips["query_around"],
-                             "--relocalization", "objects", "--out", found)
-            self.assertEqual(outcome.code, 0, outcome)
-            self.assertGreater(sum(f["status"] == "objects" for f in harness.read_csv(os.path.join(found, "frames.csv"))), 0.8 * 300)
+        classes = os.path.join(tmp_path, "museum.yaml")
+        with open(classes, "w") as f:
+            f.write("names:\n" + "".join(f"  {index}: {name}\n" for index, name in sorted(names.items())))
+        clips = {clip: relabelled(os.path.join(harness.SAMPLE, clip, "detections.json"), ids, os.path.join(tmp_path, clip + ".json"))
+                 for clip in ("map_front", "query_around")}
+        mapped, out = os.path.join(tmp_path, "museum.map"), os.path.join(tmp_path, "out")
+        must_run("run", *harness.clip("map_front")[:4], "--detections", clips["map_front"], "--classes", classes, "--out", out, "--map-out", mapped)
+        objects = harness.read_json(os.path.join(out, "objects.json"))
+        assert len(objects) > 15
+        for o in objects:
+            assert o["category"] == names[o["category_id"]]
+        # The map knows the names from now on.
+        assert "museum teddy bear" in oaslam("objects", mapped).out
+        found = os.path.join(tmp_path, "found")
+        must_run("localize", "--map", mapped, *harness.clip("query_around")[2:4], "--detections", clips["query_around"],
+                 "--relocalization", "objects", "--out", found)
+        assert sum(f["status"] == "objects" for f in harness.read_csv(os.path.join(found, "frames.csv"))) > 0.8 * 300
 
-    def test_boxes_of_other_classes_are_no_evidence(self):
+    def test_boxes_of_other_classes_are_no_evidence(self, tmp_path):
         """Boxes with ids of COCO in a map with other ids: no pose is found, and none is reported."""
-        with tempfile.TemporaryDirectory(prefix="oaslam_classes_") as folder:
-            shifted = {category: category + 1000 for category in range(80)}
-            boxes = relabelled(os.path.join(harness.SAMPLE, "map_front", "detections.json"), shifted, os.path.join(folder, "boxes.json"))
-            mapped = os.path.join(folder, "own.map")
-            outcome = oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:4], "--detections", boxes, "--out",
-                             os.path.join(folder, "out"), "--map-out", mapped)
-            self.assertEqual(outcome.code, 0, outcome)
-            found = os.path.join(folder, "found")
-            outcome = oaslam("localize", "--map", mapped, *harness.clip("query_around")[2:], "--relocalization", "objects", "--out", found, "--to", "60")
-            self.assertEqual(outcome.code, 0, outcome)
-            self.assertEqual({f["status"] for f in harness.read_csv(os.path.join(found, "frames.csv"))}, {"failed"})
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        shifted = {category: category + 1000 for category in range(80)}
+        boxes = relabelled(os.path.join(harness.SAMPLE, "map_front", "detections.json"), shifted, os.path.join(tmp_path, "boxes.json"))
+        mapped = os.path.join(tmp_path, "own.map")
+        must_run("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:4], "--detections", boxes, "--out",
+                 os.path.join(tmp_path, "out"), "--map-out", mapped)
+        found = os.path.join(tmp_path, "found")
+        must_run("localize", "--map", mapped, *harness.clip("query_around")[2:], "--relocalization", "objects", "--out", found, "--to", "60")
+        assert {f["status"] for f in harness.read_csv(os.path.join(found, "frames.csv"))} == {"failed"}

@@ -4,10 +4,10 @@ import shlex
 import shutil
 import signal
 import subprocess
-import unittest
 
 import cluster
 import harness
+import pytest
 
 DEPLOY = os.path.join(harness.SAMPLE, "..", "..", "deploy")
 
@@ -31,17 +31,17 @@ def as_systemd(line, environment):
     return words
 
 
-class Deploy(harness.InFolder):
-    @unittest.skipUnless(shutil.which("systemd-analyze"), "there is no systemd-analyze")
+class TestDeploy(harness.InFolder):
+    @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="there is no systemd-analyze")
     def test_the_unit_is_valid(self):
         path = self.path("oaslam.service")
         with open(path, "w") as f:
             f.write(harness.read_bytes(os.path.join(DEPLOY, "oaslam.service")).decode().replace("/usr/bin/oaslam", harness.BINARY))
         done = subprocess.run(["systemd-analyze", "verify", path], capture_output=True, text=True, timeout=60)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        assert (done.returncode, done.stderr) == (0, "")
 
-    @unittest.skipIf("oaslam serve" in cluster.missing(), "there is no oaslam serve")
-    def test_the_command_of_the_unit_serves_and_ends_by_its_signal(self):
+    @pytest.mark.skipif("oaslam serve" in cluster.missing(), reason="there is no oaslam serve")
+    def test_the_command_of_the_unit_serves_and_ends_by_its_signal(self, request):
         port = cluster.free_port()
         environment = dict(value.split("=", 1) for key, value in unit() if key == "Environment")
         environment |= {"OASLAM_MAPS": self.path("maps"), "OASLAM_PORT": str(port), "OASLAM_OPTIONS": "--memory 500", "CREDENTIALS_DIRECTORY": self.folder}
@@ -51,22 +51,22 @@ class Deploy(harness.InFolder):
         os.chmod(self.path("tokens"), 0o600)
         settings = dict(unit())
         command = as_systemd(settings["ExecStart"], environment)
-        self.assertEqual(command[0], "/usr/bin/oaslam")
+        assert command[0] == "/usr/bin/oaslam"
         process = subprocess.Popen([harness.BINARY, *command[1:]])
-        self.addCleanup(process.kill)
+        request.addfinalizer(process.kill)
 
         def is_healthy():
-            self.assertIsNone(process.poll())
+            assert process.poll() is None
             try:
                 return cluster.once(cluster.Client(port), "GET", "/healthz").status == 200
             except OSError:
                 return False
         cluster.wait_until(is_healthy, 20, "the server answers")
-        self.assertEqual(cluster.once(cluster.Client(port), "GET", "/v1/maps").json(), {"maps": []})
+        assert cluster.once(cluster.Client(port), "GET", "/v1/maps").json() == {"maps": []}
         process.send_signal(getattr(signal, settings["KillSignal"]))
-        self.assertEqual(process.wait(timeout=int(settings["TimeoutStopSec"])), 0)
+        assert process.wait(timeout=int(settings["TimeoutStopSec"])) == 0
 
-    @unittest.skipUnless(cluster.HAPROXY and shutil.which("openssl"), "there is no HAProxy or no openssl")
+    @pytest.mark.skipif(not cluster.HAPROXY and shutil.which("openssl"), reason="there is no HAProxy or no openssl")
     def test_haproxy_takes_its_configuration(self):
         pem, config = self.path("oaslam.pem"), self.path("haproxy.cfg")
         subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost", "-keyout", pem + "1", "-out", pem + "2"],
@@ -76,9 +76,5 @@ class Deploy(harness.InFolder):
         with open(config, "w") as f:
             f.write(harness.read_bytes(os.path.join(DEPLOY, "haproxy.cfg")).decode().replace("/etc/haproxy/oaslam.pem", pem))
         done = subprocess.run([cluster.HAPROXY, "-c", "-f", config], capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 0, done)
-        self.assertNotIn("WARNING", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert done.returncode == 0, done
+        assert "WARNING" not in done.stderr

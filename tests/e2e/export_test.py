@@ -4,39 +4,37 @@ import os
 import re
 import shutil
 import subprocess
-import unittest
 
 import harness
-from harness import oaslam, rotate
+import numpy as np
+import pytest
+from harness import must_run, oaslam, rotation
 from map_reader import MapFile
-from model_readers import NODE_MODULES, Scene, inverse_rotate, read_ply, rms, run, transform, validate_gltf
+from model_readers import NODE_MODULES, Scene, inverse_rotate, read_ply, run, transform, validate_gltf
 
 SPHERE_TRIANGLES = 528
 
 
 def needs(program, package):
-    return unittest.skipUnless(shutil.which(program), f"{program} is not installed (package {package})")
+    return pytest.mark.skipif(not shutil.which(program), reason=f"{program} is not installed (package {package})")
 
 
 def project(saved, keyframe, point):
     """Projects into the ideal image, in which pixel centres are at integers."""
     k = saved.keyframes[keyframe]
     c = saved.cameras[k["camera"]]
-    x, y, z = (a + b for a, b in zip(rotate(k["q"], point), k["t"]))
+    x, y, z = rotation(k["q"]) @ point + k["t"]
     return c["fx"] * x / z + c["cx"], c["fy"] * y / z + c["cy"]
 
 
 def ideal_error_px(saved):
-    return rms(math.dist(project(saved, k, saved.landmarks[l]), saved.keypoints[k][n]) for l, k, n in saved.observations)
+    return harness.rmse([math.dist(project(saved, k, saved.landmarks[l]), saved.keypoints[k][n]) for l, k, n in saved.observations])
 
 
-class Export(harness.InFolder):
+class TestExport(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.run_out, cls.map_file = os.path.join(cls.folder, "run"), os.path.join(cls.folder, "desk.map")
-        done = oaslam("run", *harness.clip("map_front"), "--out", cls.run_out, "--map-out", cls.map_file)
-        assert done.code == 0, done
+    def prepare(cls):
+        cls.map_file = harness.DESK_MAP
         cls.map = MapFile(cls.map_file)
         cls.seen = [(landmark, keyframe, cls.map.keypoints[keyframe][keypoint]) for landmark, keyframe, keypoint in cls.map.observations]
         cls.error_px = ideal_error_px(cls.map)
@@ -44,33 +42,32 @@ class Export(harness.InFolder):
 
     def export(self, form, name, *options, path=None):
         out = os.path.join(self.folder, name)
-        outcome = oaslam("export", "--map", path or self.map_file, "--format", form, "--out", out, *options)
-        self.assertEqual(outcome.code, 0, outcome)
+        must_run("export", "--map", path or self.map_file, "--format", form, "--out", out, *options)
         return out
 
     def assert_close(self, a, b, tolerance=1e-4):
-        self.assertLess(math.dist(a, b), tolerance * max(1, math.hypot(*a)), (a, b))
+        assert math.dist(a, b) < tolerance * max(1, math.hypot(*a)), (a, b)
 
     def y_up(self, gltf):
         """The rotation of the node that rotates the map's frame to y up."""
         q = gltf["nodes"][0]["rotation"]
-        return lambda point: rotate(q, point)
+        return lambda point: rotation(q) @ point
 
     # ---- PLY
 
     def test_ply(self):
         vertices, faces = read_ply(self.export("ply", "points.ply"))
-        self.assertEqual((len(vertices), faces), (len(self.map.landmarks), 0))
+        assert (len(vertices), faces) == (len(self.map.landmarks), 0)
         for vertex, landmark in zip(vertices, self.map.landmarks.values()):
             self.assert_close(vertex[:3], landmark)
         vertices, faces = read_ply(self.export("ply", "objects.ply", "--ellipsoids"))
-        self.assertEqual(faces, SPHERE_TRIANGLES * len(self.map.objects))
+        assert faces == SPHERE_TRIANGLES * len(self.map.objects)
 
     @needs("assimp", "assimp-utils")
     def test_ply_is_read_by_assimp(self):
         self.export("ply", "objects.ply", "--ellipsoids")
         scene = Scene(os.path.join(self.folder, "objects.ply"), self.folder)
-        self.assertEqual(sum(len(m["faces"]) for m in scene.meshes), SPHERE_TRIANGLES * len(self.map.objects))
+        assert sum(len(m["faces"]) for m in scene.meshes) == SPHERE_TRIANGLES * len(self.map.objects)
 
     # ---- OBJ, glTF
 
@@ -78,23 +75,20 @@ class Export(harness.InFolder):
         for i, o in self.map.objects.items():
             vertices = scene.vertices(f"{o['label']}{separator}{i}".replace(" ", separator))
             center = to_scene(o["center"])
-            self.assert_close([sum(v[k] for v in vertices) / len(vertices) for k in range(3)], center, 0.05 * max(o["half_axes"]))
+            self.assert_close(np.mean(vertices, axis=0), center, 0.05 * max(o["half_axes"]))
             # Each vertex lies on the ellipsoid: its own equation, in the frame of the map.
-            axes = [to_scene(rotate(o["q"], [float(k == j) for j in range(3)])) for k in range(3)]
-            for v in vertices:
-                d = [v[k] - center[k] for k in range(3)]
-                radius = math.hypot(*(sum(a * b for a, b in zip(axis, d)) / h for axis, h in zip(axes, o["half_axes"])))
-                self.assertAlmostEqual(radius, 1, delta=1e-3)
+            axes = [to_scene(axis) for axis in rotation(o["q"]).T]
+            radii = np.linalg.norm((vertices - center) @ np.transpose(axes) / o["half_axes"], axis=1)
+            assert radii == pytest.approx(np.ones(len(vertices)), abs=1e-3)
         points = scene.vertices("landmarks")
-        self.assertEqual(len(points), len(self.map.landmarks))
+        assert len(points) == len(self.map.landmarks)
         for point, landmark in zip(points, self.map.landmarks.values()):
             self.assert_close(point, to_scene(landmark))
-        self.assertGreater(len(scene.vertices("trajectory")), 400)
+        assert len(scene.vertices("trajectory")) > 400
         for i, k in self.map.keyframes.items():
             corners = scene.vertices(f"keyframe{separator}{i}")
-            x, y, z, w = k["q"]
-            center = to_scene([-c for c in rotate([-x, -y, -z, w], k["t"])])
-            self.assertLess(min(math.dist(c, center) for c in corners), 1e-4)
+            center = to_scene(-rotation(k["q"]).T @ k["t"])
+            assert min(math.dist(c, center) for c in corners) < 1e-4
 
     @needs("assimp", "assimp-utils")
     def test_obj_is_read_by_assimp(self):
@@ -111,15 +105,15 @@ class Export(harness.InFolder):
 
     def test_gltf_is_valid(self):
         if not shutil.which("node") or not os.path.isdir(NODE_MODULES):
-            self.skipTest("no gltf-validator: needs node and npm ci in tests/e2e")
+            pytest.skip("no gltf-validator: needs node and npm ci in tests/e2e")
         for name in ("valid.gltf", "valid.glb"):
             issues = validate_gltf(self.export("gltf", name))
-            self.assertEqual((issues["numErrors"], issues["numWarnings"]), (0, 0), issues["messages"][:5])
+            assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"][:5]
 
     def test_gltf_cameras_see_what_the_detector_saw(self):
         gltf = harness.read_json(self.export("gltf", "desk.gltf"))
         nodes = {n["name"]: n for n in gltf["nodes"]}
-        self.assertEqual(nodes["map"]["children"], list(range(1, len(gltf["nodes"]))))
+        assert nodes["map"]["children"] == list(range(1, len(gltf["nodes"])))
         camera = gltf["cameras"][0]["perspective"]
         height, width = 480, 640
         focal_y = height / 2 / math.tan(camera["yfov"] / 2)
@@ -129,7 +123,6 @@ class Export(harness.InFolder):
         found = missed = 0
         for i, keyframe in self.map.keyframes.items():
             node = nodes[f"keyframe {i}"]
-            x, y, z, w = node["rotation"]
             for detection in detections[round(keyframe["time"] * 30)]:
                 x1, y1, x2, y2 = detection["bbox"]
                 mapped = [o for o in gltf["nodes"] if o.get("extras", {}).get("category_id") == detection["category_id"]]
@@ -137,22 +130,22 @@ class Export(harness.InFolder):
                     continue
                 hit = False
                 for o in mapped:
-                    p = rotate([-x, -y, -z, w], [a - b for a, b in zip(o["translation"], node["translation"])])
+                    p = rotation(node["rotation"]).T @ np.subtract(o["translation"], node["translation"])
                     if p[2] < 0:  # a glTF camera looks along -z, with y up
                         u, v = width / 2 - focal_x * p[0] / p[2], height / 2 + focal_y * p[1] / p[2]
                         hit |= x1 < u < x2 and y1 < v < y2
                 found, missed = found + hit, missed + (not hit)
-        self.assertGreater(found, 100)
-        self.assertLess(missed, 0.05 * found)
+        assert found > 100
+        assert missed < 0.05 * found
         # Up on the desk is up in the model: the cameras of the sample are held upright and look down at it.
         to_scene = self.y_up(gltf)
-        ups = [to_scene(rotate(nodes[f"keyframe {i}"]["rotation"], [0, 1, 0]))[1] for i in self.map.keyframes]
-        self.assertGreater(min(ups), 0.3)
-        truth = harness.map_alignment(self.run_out)
+        ups = [to_scene(rotation(nodes[f"keyframe {i}"]["rotation"])[:, 1])[1] for i in self.map.keyframes]
+        assert min(ups) > 0.3
+        truth = harness.map_alignment()
         for i, o in self.map.objects.items():  # z is up in the sample's world
             world, scene = harness.apply(truth, o["center"]), to_scene(o["center"])
             others = [(harness.apply(truth, p["center"])[2] - world[2], to_scene(p["center"])[1] - scene[1]) for p in self.map.objects.values()]
-            self.assertTrue(all(a * b > 0 for a, b in others if abs(a) > 0.3), (i, others))
+            assert all(a * b > 0 for a, b in others if abs(a) > 0.3), (i, others)
 
     # ---- COLMAP
 
@@ -173,27 +166,27 @@ class Export(harness.InFolder):
 
     def test_colmap_projects_onto_observations(self):
         cameras, images, points = self.read_colmap(self.export("colmap", "colmap"))
-        self.assertEqual(set(points), {i + 1 for i in self.map.landmarks})
-        self.assertEqual(set(images), {i + 1 for i in self.map.keyframes})
+        assert set(points) == {i + 1 for i in self.map.landmarks}
+        assert set(images) == {i + 1 for i in self.map.keyframes}
         model, (fx, fy, cx, cy) = cameras[1]
-        self.assertEqual((model, cx, cy), ("PINHOLE", 320.0, 240.0))  # 319.5, 239.5 where pixel centres are integers
+        assert (model, cx, cy) == ("PINHOLE", 320.0, 240.0)  # 319.5, 239.5 where pixel centres are integers
         errors = []
         for image in images.values():
             for u, v, point in image["points"]:
                 if point == -1:
                     continue
-                x, y, z = (a + b for a, b in zip(rotate(image["q"], list(map(float, points[point][:3]))), image["t"]))
-                self.assertGreater(z, 0)
+                x, y, z = rotation(image["q"]) @ np.array(points[point][:3], float) + image["t"]
+                assert z > 0
                 errors.append(math.dist((fx * x / z + cx, fy * y / z + cy), (u, v)))
-        self.assertEqual(len(errors), len(self.seen))
-        self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
+        assert len(errors) == len(self.seen)
+        assert harness.rmse(errors) == pytest.approx(self.error_px, abs=1e-3)
         for i, fields in points.items():
             for image, keypoint in zip(fields[7::2], fields[8::2]):
-                self.assertEqual(images[int(image)]["points"][int(keypoint)][2], i)
+                assert images[int(image)]["points"][int(keypoint)][2] == i
 
     def colmap(self, *args):
         done = run("colmap", *args, env={**os.environ, "QT_QPA_PLATFORM": "offscreen"})
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
     def colmap_error_px(self, folder):
@@ -203,7 +196,7 @@ class Export(harness.InFolder):
         log = self.colmap("bundle_adjuster", "--input_path", folder, "--output_path", out, "--BundleAdjustment.max_num_iterations", 1,
                           "--log_to_stderr", 1)
         residuals = int(re.search(r"Residuals : (\d+)", log).group(1))
-        self.assertGreater(residuals, 1000)
+        assert residuals > 1000
         # It prints the square root of the cost per residual (two a point), half the squares, in pixels.
         return 2 * float(re.search(r"Initial cost : ([\d.e-]+)", log).group(1)), residuals
 
@@ -212,10 +205,10 @@ class Export(harness.InFolder):
         folder = self.export("colmap", "colmap")
         report = self.colmap("model_analyzer", "--path", folder)
         for words, number in (("Registered images", len(self.map.keyframes)), ("Points", len(self.map.landmarks)), ("Observations", len(self.seen))):
-            self.assertEqual(int(re.search(rf"{words}: (\d+)", report).group(1)), number, report)
+            assert int(re.search(rf"{words}: (\d+)", report).group(1)) == number, report
         error, residuals = self.colmap_error_px(folder)
-        self.assertEqual(residuals, 2 * len(self.seen))
-        self.assertAlmostEqual(error, self.error_px, delta=0.01)
+        assert residuals == 2 * len(self.seen)
+        assert error == pytest.approx(self.error_px, abs=0.01)
 
     @needs("colmap", "colmap")
     def test_colmap_reads_distorted_cameras(self):
@@ -226,15 +219,14 @@ class Export(harness.InFolder):
             camera, saved = os.path.join(self.folder, name + ".yaml"), os.path.join(self.folder, name + ".map")
             with open(camera, "w") as f:
                 f.write(f"cam0:\n  {lens}\n  intrinsics: [525, 525, 319.5, 239.5]\n  resolution: [640, 480]\n")
-            done = oaslam("run", *harness.clip("map_front")[:2], "--camera", camera, "--to", 150, "--out", self.folder, "--map-out", saved)
-            self.assertEqual(done.code, 0, done)
+            must_run("run", *harness.clip("map_front")[:2], "--camera", camera, "--to", 150, "--out", self.folder, "--map-out", saved)
             folder = self.export("colmap", name, path=saved)
             cameras, images, points = self.read_colmap(folder)
-            self.assertEqual(cameras[1][0], model)
+            assert cameras[1][0] == model
             for u, v, _ in (p for image in images.values() for p in image["points"]):
-                self.assertTrue(0 < u < 640 and 0 < v < 480)  # pixels of the distorted image, not of the ideal one
+                assert 0 < u < 640 and 0 < v < 480  # pixels of the distorted image, not of the ideal one
             error, _ = self.colmap_error_px(folder)
-            self.assertLess(error, 1.3 * ideal_error_px(MapFile(saved)) + 0.1)
+            assert error < 1.3 * ideal_error_px(MapFile(saved)) + 0.1
 
     # ---- Nerfstudio
 
@@ -250,21 +242,20 @@ class Export(harness.InFolder):
         errors = []
         for landmark, keyframe, px in self.seen:
             x, y, z = inverse_rotate(frames[keyframe]["transform_matrix"], points[landmark][:3])
-            self.assertLess(z, 0)  # in front: a camera looks along -z
+            assert z < 0  # in front: a camera looks along -z
             u, v = scene["cx"] - scene["fl_x"] * x / z, scene["cy"] + scene["fl_y"] * y / z
             errors.append(math.dist((u - 0.5, v - 0.5), px))
-        self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
+        assert harness.rmse(errors) == pytest.approx(self.error_px, abs=1e-3)
         for frame in scene["frames"]:
-            m = frame["transform_matrix"]
-            self.assertGreater(m[2][1], 0.3)  # the camera's y is up in a world with z up
-            determinant = sum(m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3]) for i in range(3))
-            self.assertAlmostEqual(determinant, 1, places=6)
+            turn = np.array(frame["transform_matrix"])[:3, :3]
+            assert turn[2, 1] > 0.3  # the camera's y is up in a world with z up
+            assert np.linalg.det(turn) == pytest.approx(1, abs=5e-7)
         return scene
 
     def test_nerfstudio(self):
         scene = self.check_nerfstudio(self.export("nerfstudio", "nerf"))
-        self.assertEqual((scene["camera_model"], scene["w"], scene["h"]), ("OPENCV", 640, 480))
-        self.assertEqual(scene["frames"][0]["file_path"], f"images/{self.map.keyframes[min(self.map.keyframes)]['time']:.6f}.png")
+        assert (scene["camera_model"], scene["w"], scene["h"]) == ("OPENCV", 640, 480)
+        assert scene["frames"][0]["file_path"] == f"images/{self.map.keyframes[min(self.map.keyframes)]['time']:.6f}.png"
 
     # ---- images
 
@@ -272,59 +263,58 @@ class Export(harness.InFolder):
         video = harness.clip("map_front")[1]
         folder = self.export("nerfstudio", "nerf_video", "--images", video)
         scene = self.check_nerfstudio(folder)
-        self.assertEqual(len(scene["frames"]), len(self.map.keyframes))
+        assert len(scene["frames"]) == len(self.map.keyframes)
         for frame, keyframe in zip(scene["frames"], self.map.keyframes.values()):
-            self.assertEqual(frame["file_path"], f"images/{round(keyframe['time'] * 30):06d}.png")
-            self.assertTrue(os.path.exists(os.path.join(folder, frame["file_path"])))
+            assert frame["file_path"] == f"images/{round(keyframe['time'] * 30):06d}.png"
+            assert os.path.exists(os.path.join(folder, frame["file_path"]))
         cloud, _ = read_ply(os.path.join(folder, scene["ply_file_path"]))
-        self.assertGreater(sum(max(v[3:]) - min(v[3:]) > 30 for v in cloud), 0.1 * len(cloud))  # a desk of many colours
+        assert sum(max(v[3:]) - min(v[3:]) > 30 for v in cloud) > 0.1 * len(cloud)  # a desk of many colours
 
     def test_images_of_a_folder_are_found_by_time(self):
         frames = os.path.join(self.folder, "frames")
         subprocess.run([harness.EXTRACT, harness.clip("map_front")[1], frames, "0", "450"], check=True)
         _, images, _ = self.read_colmap(self.export("colmap", "colmap_tum", "--images", frames))
         for i, image in images.items():
-            self.assertEqual(image["name"], f"rgb/{round(self.map.keyframes[i - 1]['time'] * 30):06d}.png")
+            assert image["name"] == f"rgb/{round(self.map.keyframes[i - 1]['time'] * 30):06d}.png"
         scene = harness.read_json(os.path.join(self.export("nerfstudio", "nerf_tum", "--images", frames), "transforms.json"))
         for frame in scene["frames"]:
-            self.assertTrue(os.path.exists(os.path.join(self.folder, "nerf_tum", frame["file_path"])), frame["file_path"])
+            assert os.path.exists(os.path.join(self.folder, "nerf_tum", frame["file_path"])), frame["file_path"]
         # Half of the images: keyframes without one stay out, and what fewer than two see.
         half = self.export("colmap", "colmap_half", "--images", frames, "--to", "225")
         _, images, points = self.read_colmap(half)
-        self.assertTrue(0 < len(images) < len(self.map.keyframes) and 0 < len(points) < len(self.map.landmarks))
+        assert 0 < len(images) < len(self.map.keyframes) and 0 < len(points) < len(self.map.landmarks)
         for image in images.values():
-            self.assertTrue({p for _, _, p in image["points"]} - {-1} <= set(points))
+            assert {p for _, _, p in image["points"]} - {-1} <= set(points)
         if shutil.which("colmap"):
             self.colmap("model_analyzer", "--path", half)
 
     # ---- TUM, JSON
 
     def test_tum(self):
-        self.assertEqual(harness.read_bytes(self.export("tum", "desk.txt")), harness.read_bytes(os.path.join(self.run_out, "trajectory.txt")))
+        assert harness.read_bytes(self.export("tum", "desk.txt")) == harness.read_bytes(os.path.join(harness.DESK, "trajectory.txt"))
 
     def test_json(self):
         whole = harness.read_json(self.export("json", "desk.json"))
-        self.assertEqual([k["id"] for k in whole["keyframes"]], list(self.map.keyframes))
-        self.assertEqual({l["id"]: tuple(l["position"]) for l in whole["landmarks"]}, self.map.landmarks)
+        assert [k["id"] for k in whole["keyframes"]] == list(self.map.keyframes)
+        assert {l["id"]: tuple(l["position"]) for l in whole["landmarks"]} == self.map.landmarks
         keyframes = {k["id"]: k for k in whole["keyframes"]}
         seen = [(l["id"], k, n) for l in whole["landmarks"] for k, n in l["observations"]]
-        self.assertEqual(sorted(seen), sorted(self.map.observations))
+        assert sorted(seen) == sorted(self.map.observations)
         camera = whole["cameras"][0]
         errors = []
         for landmark, keyframe, keypoint in seen:
             pose = keyframes[keyframe]["world_from_cam"]
-            x, y, z, w = pose["rotation"]
-            p = rotate([-x, -y, -z, w], [a - b for a, b in zip(self.map.landmarks[landmark], pose["position"])])
+            p = rotation(pose["rotation"]).T @ np.subtract(self.map.landmarks[landmark], pose["position"])
             px = (camera["fx"] * p[0] / p[2] + camera["cx"], camera["fy"] * p[1] / p[2] + camera["cy"])
             errors.append(math.dist(px, keyframes[keyframe]["keypoints"][keypoint][:2]))
-        self.assertAlmostEqual(rms(errors), self.error_px, delta=1e-3)
+        assert harness.rmse(errors) == pytest.approx(self.error_px, abs=1e-3)
         objects = {o["id"]: o for o in whole["objects"] if o["state"] == "mapped"}
-        self.assertEqual({i: o["center"] for i, o in objects.items()}, {i: o["center"] for i, o in self.map.objects.items()})
-        self.assertEqual(whole["classes"], {"parts": {}, "movable": []})
-        self.assertTrue(all(0 < o["detection_rate"] <= 1 for o in objects.values()))
+        assert {i: o["center"] for i, o in objects.items()} == {i: o["center"] for i, o in self.map.objects.items()}
+        assert whole["classes"] == {"parts": {}, "movable": []}
+        assert all(0 < o["detection_rate"] <= 1 for o in objects.values())
         edges = {edge for o in objects.values() for box in o["boxes"] for edge in box["truncated"]}
-        self.assertTrue(edges and edges <= {"left", "top", "right", "bottom"}, edges)
-        self.assertEqual(len(whole["trajectory"]), len(harness.read_tum(os.path.join(self.run_out, "trajectory.txt"))))
+        assert edges and edges <= {"left", "top", "right", "bottom"}, edges
+        assert len(whole["trajectory"]) == len(harness.read_tum(os.path.join(harness.DESK, "trajectory.txt")))
 
     # ---- the same again, other maps, bad input
 
@@ -333,13 +323,12 @@ class Export(harness.InFolder):
             path = self.export(form, name)
             before = harness.read_bytes(path)
             self.export(form, name)
-            self.assertEqual(harness.read_bytes(path), before, name)
+            assert harness.read_bytes(path) == before, name
 
     def test_map_without_points(self):
         saved = os.path.join(self.folder, "objects.map")
-        done = oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:], "--out",
-                      os.path.join(self.folder, "objects_out"), "--map-out", saved)
-        self.assertEqual(done.code, 0, done)
+        must_run("map-objects", "--trajectory", harness.groundtruth("map_front"), *harness.clip("map_front")[2:], "--out",
+                 os.path.join(self.folder, "objects_out"), "--map-out", saved)
         for form, name in (("ply", "o.ply"), ("obj", "o.obj"), ("gltf", "o.glb"), ("colmap", "o_colmap"), ("nerfstudio", "o_nerf"), ("tum", "o.txt"), ("json", "o.json")):
             self.export(form, name, path=saved)
         if shutil.which("colmap"):
@@ -367,10 +356,6 @@ class Export(harness.InFolder):
                 (("--map", self.map_file, "--format", "colmap", "--out", out, "--images", "webcam:0"), "webcam"),
                 (("--map", self.map_file, "--format", "ply"), "--out")):
             outcome = oaslam("export", *options)
-            self.assertGreater(outcome.code, 0, (options, outcome))
-            self.assertIn(words, outcome.err + outcome.out)
-            self.assertNotIn("unexpected", outcome.err)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+            assert outcome.code > 0, (options, outcome)
+            assert words in outcome.err + outcome.out
+            assert "unexpected" not in outcome.err

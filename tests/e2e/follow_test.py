@@ -3,34 +3,27 @@ import os
 import shutil
 import signal
 import subprocess
-import tempfile
 import time
-import unittest
 
 import harness
-from harness import oaslam
+import pytest
+from harness import must_run, oaslam
 
 FRAMES = 60
 
 
-class Follow(unittest.TestCase):
+class TestFollow(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        cls.frames = tempfile.mkdtemp(prefix="oaslam_frames_")
+    def prepare(cls):
+        cls.frames = cls.path("frames")
         subprocess.run([harness.EXTRACT, harness.clip("map_front")[1], cls.frames, "0", str(FRAMES)], check=True)
         cls.names = sorted(os.listdir(os.path.join(cls.frames, "rgb")))
         assert len(cls.names) == FRAMES
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.frames)
-
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="oaslam_follow_")
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.images = os.path.join(self.folder, "images")
+    @pytest.fixture(autouse=True)
+    def each_in_a_folder(self, tmp_path):
+        self.folder, self.images, self.out = map(str, (tmp_path, tmp_path / "images", tmp_path / "out"))
         os.mkdir(self.images)
-        self.out = os.path.join(self.folder, "out")
 
     def bring(self, begin, end):
         for name in self.names[begin:end]:
@@ -52,20 +45,19 @@ class Follow(unittest.TestCase):
             self.bring(begin, begin + 20)
         open(os.path.join(self.images, "stop"), "w").close()
         out, err = process.communicate(timeout=120)
-        self.assertEqual(process.returncode, 0, out + err)
-        self.assertEqual(self.frames_done(), FRAMES)
+        assert process.returncode == 0, out + err
+        assert self.frames_done() == FRAMES
         again = os.path.join(self.folder, "again")
-        done = oaslam("run", "--images", self.images, *harness.clip("map_front")[2:], "--out", again)
-        self.assertEqual(done.code, 0, done)
-        self.assertEqual(harness.read_bytes(os.path.join(self.out, "trajectory.txt")), harness.read_bytes(os.path.join(again, "trajectory.txt")))
-        self.assertGreater(len(harness.read_tum(os.path.join(again, "trajectory.txt"))), 30)
+        must_run("run", "--images", self.images, *harness.clip("map_front")[2:], "--out", again)
+        assert harness.read_bytes(os.path.join(self.out, "trajectory.txt")) == harness.read_bytes(os.path.join(again, "trajectory.txt"))
+        assert len(harness.read_tum(os.path.join(again, "trajectory.txt"))) > 30
 
     def test_ends_when_nothing_comes(self):
         self.bring(0, 10)
         process = self.start("0.5")
         out, err = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 0, out + err)
-        self.assertEqual(self.frames_done(), 10)
+        assert process.returncode == 0, out + err
+        assert self.frames_done() == 10
 
     def test_interrupt_saves_what_there_is(self):
         self.bring(0, 40)
@@ -76,34 +68,30 @@ class Follow(unittest.TestCase):
         time.sleep(2)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 130, err)
-        self.assertGreater(self.frames_done(), 0)
-        self.assertEqual(oaslam("info", self.out + ".map").code, 0)
+        assert process.returncode == 130, err
+        assert self.frames_done() > 0
+        assert oaslam("info", self.out + ".map").code == 0
 
     def test_live_takes_the_newest(self):
         process = self.start("1", "--mode", "live")
         self.bring(0, FRAMES)
         out, err = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 0, out + err)
+        assert process.returncode == 0, out + err
         frames = [int(f["frame"]) for f in harness.read_csv(os.path.join(self.out, "frames.csv"))]
-        self.assertEqual(frames, sorted(set(frames)))
-        self.assertEqual(frames[-1], FRAMES - 1)  # images may be skipped, but not the last one
+        assert frames == sorted(set(frames))
+        assert frames[-1] == FRAMES - 1  # images may be skipped, but not the last one
 
     def test_live_bad_input_ends_it(self):
         self.bring(0, 3)
         command = [harness.BINARY, "run", "--images", self.images, "--camera", os.path.join(self.folder, "no.yaml"), "--out", self.out, "--follow",
                    "--mode", "live"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=30)  # otherwise the folder would be followed forever
-        self.assertEqual(done.returncode, 1, done)
-        self.assertIn("no.yaml", done.stderr)
+        assert done.returncode == 1, done
+        assert "no.yaml" in done.stderr
 
     def test_bad_input(self):
         for images, words in ((harness.clip("map_front")[1], "--follow"), (self.frames, "rgb.txt"), (os.path.join(self.folder, "none"), "--follow")):
             outcome = oaslam("run", "--images", images, *harness.clip("map_front")[2:], "--out", self.out, "--follow")
-            self.assertEqual(outcome.code, 1, outcome)
-            self.assertIn(words, outcome.err)
-        self.assertGreater(oaslam("run", "--images", self.images, *harness.clip("map_front")[2:], "--out", self.out, "--follow", "-3").code, 0)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+            assert outcome.code == 1, outcome
+            assert words in outcome.err
+        assert oaslam("run", "--images", self.images, *harness.clip("map_front")[2:], "--out", self.out, "--follow", "-3").code > 0

@@ -1,23 +1,27 @@
-"""Shared by the end-to-end tests: running the command, reading its files, comparing poses. Python's standard library only."""
+"""Shared by the end-to-end tests: running the command, reading its files, comparing poses."""
+import contextlib
 import csv
 import json
-import math
 import os
-import shutil
 import subprocess
 import tempfile
-import unittest
+
+import numpy as np
+import pytest
 
 BINARY = os.environ["OASLAM_BINARY"]
 EXTRACT = os.environ.get("OASLAM_EXTRACT_FRAMES", "")
 REARRANGE = os.environ.get("OASLAM_REARRANGE_MAP", "")
 SAMPLE = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "data", "sample")
+# What desk_test.py makes of the clip map_front: the folder of results, and the map. Tests that write to the map copy it.
+DESK = os.path.join(os.environ["OASLAM_DESK"], "run")
+DESK_MAP = os.path.join(os.environ["OASLAM_DESK"], "desk.map")
 
 # The detector of the tests: no test finds, or leaves, one in the folders of the user.
 MODELS = os.path.join(os.environ.get("OASLAM_DATA", "/nonexistent"), "models")
 MODEL = os.path.join(MODELS, "yolox_nano.onnx")
 os.environ.update(OASLAM_MODELS=MODELS, XDG_DATA_HOME="/nonexistent", XDG_STATE_HOME="/nonexistent")
-needs_detector = unittest.skipUnless(os.path.exists(MODEL), "needs models/yolox_nano.onnx under OASLAM_DATA")
+needs_detector = pytest.mark.skipif(not os.path.exists(MODEL), reason="needs models/yolox_nano.onnx under OASLAM_DATA")
 
 
 class Outcome:
@@ -33,22 +37,29 @@ def oaslam(*args, timeout=300, cwd=None):
     return Outcome(done.returncode, done.stdout, done.stderr)
 
 
-class InFolder(unittest.TestCase):
-    """Tests of one class share a folder, and what the class runs beforehand, each of which must succeed."""
-    made = ()  # outcomes
+def must_run(*args, **options):
+    outcome = oaslam(*args, **options)
+    assert outcome.code == 0, outcome
+    return outcome
+
+
+class InFolder:
+    """Tests of one class share a folder, and what `prepare` makes there. `cleanup` ends with them."""
+    @pytest.fixture(autouse=True, scope="class")
+    def prepared(self, request):
+        cls = request.cls
+        with contextlib.ExitStack() as cls.cleanup:
+            cls.folder = cls.cleanup.enter_context(tempfile.TemporaryDirectory(prefix="oaslam_"))
+            cls.prepare()
+            yield
 
     @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="oaslam_")
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
+    def prepare(cls):
+        pass
 
     @classmethod
     def path(cls, name):
         return os.path.join(cls.folder, name)
-
-    def setUp(self):
-        for run in self.made:
-            self.assertEqual(run.code, 0, run)
 
 
 def clip(name):
@@ -98,72 +109,43 @@ def pairs(estimate, truth, max_dt=0.01):
     return found
 
 
-def rotate(q, v):
+def rotation(q):
+    """The matrix of a unit quaternion xyzw."""
     x, y, z, w = q
-    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
-    return [v[0] + w * tx + y * tz - z * ty, v[1] + w * ty + z * tx - x * tz, v[2] + w * tz + x * ty - y * tx]
-
-
-def largest_eigenvector(matrix):
-    """The eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi rotations."""
-    n = len(matrix)
-    a = [row[:] for row in matrix]
-    v = [[float(i == j) for j in range(n)] for i in range(n)]
-    for _ in range(60):
-        off, p, q = max((abs(a[i][j]), i, j) for i in range(n) for j in range(i + 1, n))
-        if off < 1e-14:
-            break
-        angle = 0.5 * math.atan2(2 * a[p][q], a[q][q] - a[p][p])
-        c, s = math.cos(angle), math.sin(angle)
-        for m in (a, v):
-            for row in m:
-                row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
-        a[p], a[q] = [c * x - s * y for x, y in zip(a[p], a[q])], [s * x + c * y for x, y in zip(a[p], a[q])]
-    best = max(range(n), key=lambda i: a[i][i])
-    return [v[i][best] for i in range(n)]
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
 def similarity(matched):
-    """(scale, quaternion xyzw, translation) that takes the estimate to the truth (Horn 1987, closed form by quaternions)."""
-    n = len(matched)
-    mean_a = [sum(a[i] for a, _ in matched) / n for i in range(3)]
-    mean_b = [sum(b[i] for _, b in matched) / n for i in range(3)]
-    s = [[0.0] * 3 for _ in range(3)]
-    norm_a = norm_b = 0.0
-    for a, b in matched:
-        da, db = [a[i] - mean_a[i] for i in range(3)], [b[i] - mean_b[i] for i in range(3)]
-        norm_a += sum(x * x for x in da)
-        norm_b += sum(x * x for x in db)
-        for i in range(3):
-            for j in range(3):
-                s[i][j] += da[i] * db[j]
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = s
-    k = [[xx + yy + zz, yz - zy, zx - xz, xy - yx],
-         [yz - zy, xx - yy - zz, xy + yx, zx + xz],
-         [zx - xz, xy + yx, yy - xx - zz, yz + zy],
-         [xy - yx, zx + xz, yz + zy, zz - xx - yy]]
-    w, x, y, z = largest_eigenvector(k)
-    q = [x, y, z, w]
-    scale = sum(sum(rotate(q, [a[i] - mean_a[i] for i in range(3)])[j] * (b[j] - mean_b[j]) for j in range(3))
-                for a, b in matched) / norm_a
-    moved = rotate(q, mean_a)
-    return scale, q, [mean_b[i] - scale * moved[i] for i in range(3)]
+    """(scale, rotation matrix, translation) that takes the estimate to the truth (Umeyama 1991)."""
+    a, b = (np.array(side) for side in zip(*matched))
+    from_a, from_b = a - a.mean(axis=0), b - b.mean(axis=0)
+    u, _, vt = np.linalg.svd(from_b.T @ from_a)
+    turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    scale = np.sum(from_b * (from_a @ turn.T)) / np.sum(from_a ** 2)
+    return scale, turn, b.mean(axis=0) - scale * turn @ a.mean(axis=0)
 
 
 def apply(sim, point):
-    scale, q, t = sim
-    moved = rotate(q, point)
-    return [scale * moved[i] + t[i] for i in range(3)]
+    scale, turn, translation = sim
+    return scale * turn @ point + translation
 
 
 def distances(matched, sim):
-    return [math.dist(apply(sim, a), b) for a, b in matched]
+    return [np.linalg.norm(apply(sim, a) - b) for a, b in matched]
 
 
 def rmse(values):
-    return math.sqrt(sum(v * v for v in values) / len(values))
+    return np.sqrt(np.mean(np.square(values)))
 
 
-def map_alignment(folder, name="map_front"):
+def ate(path, clip_name):
+    """The error of a trajectory of a clip of the sample in metres: RMSE after an alignment by a similarity."""
+    matched = pairs(read_tum(path), read_tum(groundtruth(clip_name)))
+    return rmse(distances(matched, similarity(matched)))
+
+
+def map_alignment(folder=DESK, name="map_front"):
     """The similarity from the map of a run on a clip to the sample's world, in metres."""
     return similarity(pairs(read_tum(os.path.join(folder, "keyframes.txt")), read_tum(groundtruth(name))))

@@ -1,20 +1,15 @@
 """Tests of the functions by which the end-to-end tests measure errors."""
-import math
-import unittest
-
 import harness
+import numpy as np
+import pytest
 
 
-class Alignment(unittest.TestCase):
-    def test_finds_the_similarity(self):
-        half = math.radians(100) / 2
-        axis = [0.36, 0.48, 0.8]
-        sim = (2.5, [math.sin(half) * a for a in axis] + [math.cos(half)], [1.0, -2.0, 0.5])
-        points = [[math.sin(i), 0.3 * math.cos(2.3 * i), 0.2 * i] for i in range(12)]
-        found = harness.similarity([(p, harness.apply(sim, p)) for p in points])
-        self.assertLess(max(math.dist(harness.apply(found, p), harness.apply(sim, p)) for p in points), 1e-9)
-        self.assertAlmostEqual(found[0], 2.5)
-
-
-if __name__ == "__main__":
-    unittest.main()
+def test_finds_the_similarity():
+    half = np.radians(100) / 2
+    turn = harness.rotation([*(np.sin(half) * np.array([0.36, 0.48, 0.8])), np.cos(half)])
+    assert turn @ [0.36, 0.48, 0.8] == pytest.approx([0.36, 0.48, 0.8])
+    sim = (2.5, turn, [1.0, -2.0, 0.5])
+    points = [[np.sin(i), 0.3 * np.cos(2.3 * i), 0.2 * i] for i in range(12)]
+    found = harness.similarity([(p, harness.apply(sim, p)) for p in points])
+    assert found[0] == pytest.approx(2.5)
+    assert max(harness.distances([(p, harness.apply(sim, p)) for p in points], found)) < 1e-9

@@ -4,9 +4,9 @@ import os
 import re
 import shutil
 import subprocess
-import unittest
 
 import harness
+import pytest
 
 SOURCE = os.environ["OASLAM_SOURCE_DIR"]
 FRAMES = 60
@@ -15,10 +15,9 @@ HAS_GSTREAMER = bool(shutil.which("pkg-config") and subprocess.run(["pkg-config"
                      glob.glob("/usr/lib/*/gstreamer-1.0/libgstrawparse.so"))
 
 
-class Page(harness.InFolder):
+class TestPage(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         with open(os.path.join(SOURCE, "docs", "integrate.md")) as f:
             cls.page = f.read()
         os.mkdir(cls.path("blocks"))
@@ -38,7 +37,7 @@ class Page(harness.InFolder):
     def check(self, *arguments):
         """The lines that the program prints: (name, numbers)."""
         done = subprocess.run([self.path("build/check"), *map(str, arguments)], capture_output=True, text=True, timeout=120)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        assert done.returncode == 0, done.stdout + done.stderr
         lines = [re.match(r"(.*?)((?: +-?[\d.]+)+)$", line) for line in done.stdout.splitlines()]
         return [(name, [float(x) for x in numbers.split()]) for name, numbers in (line.groups() for line in lines)]
 
@@ -52,9 +51,9 @@ class Page(harness.InFolder):
             converted = eval(rows[name], {}, ours)
             same = sum(a * b for a, b in zip(converted[3:], numbers[3:]))  # a rotation has two quaternions
             for a, b in zip(converted[:3] + [same / abs(same) * q for q in converted[3:]], numbers):
-                self.assertAlmostEqual(a, b, places=7, msg=name)
+                assert a == pytest.approx(b, abs=5e-8), name
             compared += 1
-        self.assertEqual(compared, 5 * len(rows))
+        assert compared == 5 * len(rows)
 
     def trajectories(self, *pipelines):
         """The trajectory of the sample's first images from memory, and of each pipeline: [time, position, rotation]."""
@@ -67,10 +66,10 @@ class Page(harness.InFolder):
         found = self.trajectories()["memory"]
         truth = [(t * 30 / 25, p, q) for t, p, q in harness.read_tum(harness.groundtruth("map_front"))]
         matched = harness.pairs([(n[0], n[1:4], n[4:]) for n in found], truth)
-        self.assertGreater(len(matched), FRAMES / 2)
-        self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), 0.015)  # as in sample_test
+        assert len(matched) > FRAMES / 2
+        assert harness.rmse(harness.distances(matched, harness.similarity(matched))) < 0.015  # as in sample_test
 
-    @unittest.skipUnless(HAS_GSTREAMER, "there is no GStreamer to build with, or not its base plugins")
+    @pytest.mark.skipif(not HAS_GSTREAMER, reason="there is no GStreamer to build with, or not its base plugins")
     def test_images_from_gstreamer(self):
         # The same grey images, with colours.
         with open(self.path("grey"), "rb") as planes, open(self.path("nv12"), "wb") as f:
@@ -81,10 +80,6 @@ class Page(harness.InFolder):
         found = self.trajectories(*(
             f"filesrc location={self.path(name)} ! rawvideoparse width=640 height=480 format={layout} framerate=25/1 ! {end}"
             for name, layout in (("grey", "gray8"), ("nv12", "nv12"))))
-        self.assertGreater(len(found["memory"]), FRAMES / 2)
-        self.assertEqual(found["pipeline0"], found["memory"])
-        self.assertEqual(found["pipeline1"], found["memory"])
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert len(found["memory"]) > FRAMES / 2
+        assert found["pipeline0"] == found["memory"]
+        assert found["pipeline1"] == found["memory"]

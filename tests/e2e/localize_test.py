@@ -1,96 +1,88 @@
 """Localization in a saved map of the sample, and SLAM that goes on in it."""
 import os
-import unittest
 import xml.etree.ElementTree
 
 import harness
-from harness import oaslam
+import pytest
+from harness import must_run, oaslam
 
 
-class Localize(harness.InFolder):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
-        cls.made = [oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)]
-
+class TestLocalize(harness.InFolder):
     def localize(self, name, *args):
         """Lines of frames.csv, and metres of error of each pose."""
         folder = os.path.join(self.folder, name)
-        outcome = oaslam("localize", "--map", self.map, "--out", folder, *args)
-        self.assertEqual(outcome.code, 0, outcome)
+        must_run("localize", "--map", harness.DESK_MAP, "--out", folder, *args)
         truth = harness.read_tum(harness.groundtruth("query_around"))
         poses = harness.read_tum(os.path.join(folder, "poses.txt"))
-        errors = harness.distances(harness.pairs(poses, truth), harness.map_alignment(self.run_folder))
-        self.assertEqual(len(errors), len(poses))
+        errors = harness.distances(harness.pairs(poses, truth), harness.map_alignment())
+        assert len(errors) == len(poses)
         frames = harness.read_csv(os.path.join(folder, "frames.csv"))
-        self.assertEqual(sum(f["status"] != "failed" for f in frames), len(poses))
+        assert sum(f["status"] != "failed" for f in frames) == len(poses)
         return frames, errors
 
     def test_localization_by_points_and_objects(self):
         frames, errors = self.localize("both", *harness.clip("query_around"), "--relocalization", "points+objects", "--every-frame",
                                        "--to", "150")
-        self.assertEqual(len(frames), 150)
-        self.assertGreater(sum(e < 0.2 for e in errors), 0.7 * 150)
-        self.assertGreater(sum(e < 0.3 for e in errors), 0.95 * len(errors))
+        assert len(frames) == 150
+        assert sum(e < 0.2 for e in errors) > 0.7 * 150
+        assert sum(e < 0.3 for e in errors) > 0.95 * len(errors)
         self.check_evaluation(os.path.join(self.folder, "both"), errors)
 
     def check_evaluation(self, folder, errors):
         """The program's own evaluation agrees with that of the test."""
         plot = os.path.join(folder, "curve.svg")
-        outcome = oaslam("evaluate", "relocalization", "--poses", os.path.join(folder, "poses.txt"),
-                         "--groundtruth", harness.groundtruth("query_around"), "--map-groundtruth", harness.groundtruth("map_front"),
-                         "--map-trajectory", os.path.join(self.run_folder, "keyframes.txt"), "--plot", plot)
-        self.assertEqual(outcome.code, 0, outcome)
+        outcome = must_run("evaluate", "relocalization", "--poses", os.path.join(folder, "poses.txt"),
+                           "--groundtruth", harness.groundtruth("query_around"), "--map-groundtruth", harness.groundtruth("map_front"),
+                           "--map-trajectory", os.path.join(harness.DESK, "keyframes.txt"), "--plot", plot)
         recall = next(line for line in outcome.out.splitlines() if line.split()[:1] == ["recall"])
         within_20cm = float(recall.split()[5])  # recall A % B % C % ...: within 5, 10, 20 cm
-        self.assertAlmostEqual(within_20cm, 100 * sum(e <= 0.2 for e in errors) / 150, delta=1.5)
+        assert within_20cm == pytest.approx(100 * sum(e <= 0.2 for e in errors) / 150, abs=1.5)
         xml.etree.ElementTree.parse(plot)
 
     def test_localization_by_detections_alone(self):
         clip = harness.clip("query_around")
         frames, errors = self.localize("objects", *clip[2:], "--relocalization", "objects", "--every-frame")
-        self.assertEqual(len(frames), 300)
-        self.assertLessEqual({f["status"] for f in frames}, {"objects", "failed"})
-        self.assertGreater(sum(e < 0.3 for e in errors), 0.6 * 300)
-        self.assertGreater(sum(e < 0.5 for e in errors), 0.95 * len(errors))
+        assert len(frames) == 300
+        assert {f["status"] for f in frames} <= {"objects", "failed"}
+        assert sum(e < 0.3 for e in errors) > 0.6 * 300
+        assert sum(e < 0.5 for e in errors) > 0.95 * len(errors)
 
     def test_few_boxes_tell_more_over_several_images(self):
         folder = harness.clip("query_around")
         few = [*folder[2:-1], folder[-1].replace("detections.json", "detections_sparse.json"), "--relocalization", "objects"]
-        self.assertIn("sparse", few[-3])
+        assert "sparse" in few[-3]
         alone, _ = self.localize("alone", *few, "--every-frame")
         following, errors = self.localize("following", *few)
         groups, _ = self.localize("groups", *few, "--forget-every", "10")
         found = lambda frames: sum(f["status"] == "objects" for f in frames)
-        self.assertGreater(found(following), found(alone) + 30)
-        self.assertGreater(found(following), found(groups))
-        self.assertEqual(sum(e > 0.5 for e in errors), 0)
+        assert found(following) > found(alone) + 30
+        assert found(following) > found(groups)
+        assert sum(e > 0.5 for e in errors) == 0
         # The first image of each group is found as it is by itself.
-        self.assertEqual([f["status"] for f in groups[::10]], [f["status"] for f in alone[::10]])
-        self.assertEqual([f["object_score"] for f in groups[::10]], [f["object_score"] for f in alone[::10]])
+        assert [f["status"] for f in groups[::10]] == [f["status"] for f in alone[::10]]
+        assert [f["object_score"] for f in groups[::10]] == [f["object_score"] for f in alone[::10]]
 
     def test_forgetting_is_refused_where_it_makes_no_sense(self):
         clip = harness.clip("query_around")[2:]
         for options in (["--forget-every", "0"], ["--forget-every", "-3"], ["--forget-every", "x"], ["--forget-every", "3", "--every-frame"]):
-            outcome = oaslam("localize", "--map", self.map, "--out", os.path.join(self.folder, "refused"), *clip, "--relocalization", "objects", *options)
-            self.assertIn(outcome.code, (105, 108), outcome)  # of CLI11
-            self.assertIn("--forget-every", outcome.err)
+            outcome = oaslam("localize", "--map", harness.DESK_MAP, "--out", os.path.join(self.folder, "refused"), *clip, "--relocalization", "objects", *options)
+            assert outcome.code in (105, 108), outcome  # of CLI11
+            assert "--forget-every" in outcome.err
 
     def test_localization_as_in_the_paper(self):
         """Three objects fit some pose of almost any map: a pose is always given, right or not, and nothing is said of how sure it is."""
         paper = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "paper.yaml")
         frames, errors = self.localize("paper", *harness.clip("query_around")[2:], "--relocalization", "objects", "--every-frame", "--config", paper)
-        self.assertEqual({f["status"] for f in frames}, {"objects"})
-        self.assertEqual({float(f["confidence"]) for f in frames}, {0})
-        self.assertGreater(sum(e < 0.2 for e in errors), 0.6 * 300)
+        assert {f["status"] for f in frames} == {"objects"}
+        assert {float(f["confidence"]) for f in frames} == {0}
+        assert sum(e < 0.2 for e in errors) > 0.6 * 300
         _, ours = self.localize("ours", *harness.clip("query_around")[2:], "--relocalization", "objects", "--every-frame")
-        self.assertLess(sorted(ours)[150], sorted(errors)[150])
+        assert sorted(ours)[150] < sorted(errors)[150]
 
     def test_each_curve_may_have_a_map_of_its_own(self):
         folder = os.path.join(self.folder, "few")
         self.localize("few", *harness.clip("query_around")[2:], "--relocalization", "objects", "--to", "40")
-        maps = [os.path.join(self.run_folder, name) for name in ("keyframes.txt", "trajectory.txt")]
+        maps = [os.path.join(harness.DESK, name) for name in ("keyframes.txt", "trajectory.txt")]
         poses = os.path.join(folder, "poses.txt")
 
         def evaluate(curves, trajectories):
@@ -99,26 +91,21 @@ class Localize(harness.InFolder):
                           "--map-groundtruth", harness.groundtruth("map_front"))
 
         def lines_of(outcome):
-            self.assertEqual(outcome.code, 0, outcome)
+            assert outcome.code == 0, outcome
             return [line for line in outcome.out.splitlines() if line.startswith("few:")]
 
         each = lines_of(evaluate(2, maps))
-        self.assertEqual(each, lines_of(evaluate(1, maps[:1])) + lines_of(evaluate(1, maps[1:])))
-        self.assertEqual(lines_of(evaluate(2, maps[:1])), 2 * each[:1])
+        assert each == lines_of(evaluate(1, maps[:1])) + lines_of(evaluate(1, maps[1:]))
+        assert lines_of(evaluate(2, maps[:1])) == 2 * each[:1]
         refused = evaluate(3, maps)
-        self.assertEqual(refused.code, 1, refused)
-        self.assertIn("--map-trajectory: given 2 times for 3 --poses", refused.err)
+        assert refused.code == 1, refused
+        assert "--map-trajectory: given 2 times for 3 --poses" in refused.err
 
     def test_going_on_in_a_saved_map(self):
         folder = os.path.join(self.folder, "again")
-        outcome = oaslam("run", *harness.clip("map_front"), "--from", "100", "--to", "180", "--map-in", self.map, "--out", folder)
-        self.assertEqual(outcome.code, 0, outcome)
+        must_run("run", *harness.clip("map_front"), "--from", "100", "--to", "180", "--map-in", harness.DESK_MAP, "--out", folder)
         frames = harness.read_csv(os.path.join(folder, "frames.csv"))
-        self.assertGreater(sum(f["state"] in ("tracking", "relocalized") for f in frames), 0.9 * 80)
+        assert sum(f["state"] in ("tracking", "relocalized") for f in frames) > 0.9 * 80
         matched = harness.pairs(harness.read_tum(os.path.join(folder, "trajectory.txt")),
                                 harness.read_tum(harness.groundtruth("map_front")))
-        self.assertLess(harness.rmse(harness.distances(matched, harness.map_alignment(self.run_folder))), 0.03)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert harness.rmse(harness.distances(matched, harness.map_alignment())) < 0.03

@@ -1,23 +1,19 @@
 """run: memory runs out while the mapper works. What was mapped before is saved, and the error is said."""
 import os
-import shutil
+import re
 import subprocess
-import tempfile
-import unittest
 
 import harness
-from harness import oaslam
+import pytest
+from harness import must_run, oaslam
 
 FRAMES = 120
 
 
-class MappingFailure(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="oaslam_failure_")
-        self.map = os.path.join(self.folder, "desk.map")
-
-    def tearDown(self):
-        shutil.rmtree(self.folder)
+class TestMappingFailure:
+    @pytest.fixture(autouse=True)
+    def each_in_a_folder(self, tmp_path):
+        self.folder, self.map = str(tmp_path), str(tmp_path / "desk.map")
 
     def run_with(self, allocations=None):
         """allocations: that the threads beside the first may have; None: any number."""
@@ -34,29 +30,24 @@ class MappingFailure(unittest.TestCase):
 
     def test_what_was_mapped_before_is_saved(self):
         outcome = self.run_with()
-        self.assertEqual(outcome.code, 0, outcome)
+        assert outcome.code == 0, outcome
         _, all_tracked = self.counts()
         with open(os.path.join(self.folder, "told")) as f:
             allocations = int(f.read())
         os.remove(self.map)
         outcome = self.run_with(allocations // 2)
-        self.assertEqual(outcome.code, 2, outcome)
-        self.assertEqual(outcome.err.count("mapping has ended: std::bad_alloc"), 1, outcome)
+        assert outcome.code == 2, outcome
+        assert outcome.err.count("mapping has ended: std::bad_alloc") == 1, outcome
         keyframes, tracked = self.counts()
-        self.assertGreaterEqual(keyframes, 3, outcome)
-        self.assertGreater(tracked, 10)
-        self.assertLess(tracked, all_tracked)
-        self.assertEqual(len(harness.read_tum(os.path.join(self.folder, "trajectory.txt"))), tracked)
-        info = oaslam("info", self.map)
-        self.assertEqual(info.code, 0, info)
-        self.assertRegex(info.out, rf"keyframes +{keyframes} \(")
+        assert keyframes >= 3, outcome
+        assert tracked > 10
+        assert tracked < all_tracked
+        assert len(harness.read_tum(os.path.join(self.folder, "trajectory.txt"))) == tracked
+        info = must_run("info", self.map)
+        assert re.search(rf"keyframes +{keyframes} \(", info.out)
 
     def test_memory_that_is_out_from_the_start(self):
         outcome = self.run_with(0)
-        self.assertEqual(outcome.code, 2, outcome)
-        self.assertIn("mapping has ended", outcome.err)
-        self.assertEqual(oaslam("info", self.map).code, 0)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        assert outcome.code == 2, outcome
+        assert "mapping has ended" in outcome.err
+        assert oaslam("info", self.map).code == 0

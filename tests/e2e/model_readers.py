@@ -1,12 +1,12 @@
 """Independent readers of exported models: assimp, Khronos' glTF validator, and PLY by hand."""
 import json
-import math
 import os
 import re
 import struct
 import subprocess
 
 import harness
+import numpy as np
 
 NODE_MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "node_modules")
 VALIDATOR = """
@@ -31,23 +31,16 @@ def read_ply(path):
     return vertices, counts.get("face", 0)
 
 
-def multiply(a, b):
-    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
-
-
-def transform(m, p):
-    return [sum(m[i][j] * p[j] for j in range(3)) + m[i][3] for i in range(3)]
+def transform(m, points):
+    """Points, or one, moved by a matrix of 3 x 4 or 4 x 4."""
+    m = np.array(m)
+    return points @ m[:3, :3].T + m[:3, 3]
 
 
 def inverse_rotate(m, p):
     """R^T (p - t) of a rigid transform."""
-    d = [p[i] - m[i][3] for i in range(3)]
-    return [sum(m[i][j] * d[i] for i in range(3)) for j in range(3)]
-
-
-def rms(values):
-    values = list(values)
-    return math.sqrt(sum(v * v for v in values) / len(values))
+    m = np.array(m)
+    return m[:3, :3].T @ (p - m[:3, 3])
 
 
 class Scene:
@@ -60,22 +53,17 @@ class Scene:
         scene = harness.read_json(out)
         self.meshes = scene["meshes"]
         self.nodes = {}  # name -> (world matrix, meshes)
-        self._walk(scene["rootnode"], [[float(i == j) for j in range(4)] for i in range(4)])
+        self._walk(scene["rootnode"], np.eye(4))
 
     def _walk(self, node, parent):
-        m = node["transformation"]
-        world = multiply(parent, [m[4 * i:4 * i + 4] for i in range(4)])
+        world = parent @ np.reshape(node["transformation"], (4, 4))
         self.nodes[node["name"]] = (world, node.get("meshes", []))
         for child in node.get("children", []):
             self._walk(child, world)
 
     def vertices(self, name):
         world, meshes = self.nodes[name]
-        points = []
-        for index in meshes:
-            v = self.meshes[index]["vertices"]
-            points += [transform(world, v[i:i + 3]) for i in range(0, len(v), 3)]
-        return points
+        return np.concatenate([transform(world, np.reshape(self.meshes[index]["vertices"], (-1, 3))) for index in meshes])
 
 
 def validate_gltf(path):

@@ -93,7 +93,7 @@ class Server(http.server.ThreadingHTTPServer):
         self.server_close()
 
 
-class WithServer(harness.InFolder):
+class WithServer(harness.InFolder, unittest.TestCase):
     def setUp(self):
         self.server = Server()
         self.addCleanup(self.server.close)
@@ -491,7 +491,3 @@ class BuiltIn(unittest.TestCase):
         for name, size in (("yolox_nano (default)", "3.7"), ("yolox_tiny", "20.2"), ("yolox_s", "35.9")):
             self.assertIn(f"{name}: the 80 classes of COCO, {size} MB, Apache-2.0 (Megvii)\n  published at "
                           f"https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/{name.split()[0]}.onnx\n", listed.out)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)

@@ -3,30 +3,25 @@ import json
 import math
 import os
 import random
-import unittest
 
 import harness
-from harness import oaslam
+from harness import must_run
 from sample_boxes import detect, iou, project, things
 
 CUP = "cup_8"
 SHIFT = (0.02, -0.25, 0.0)  # metres: nearer to the camera
 
 
-class Moved(harness.InFolder):
+class TestMoved(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.run_folder, cls.map = os.path.join(cls.folder, "map"), os.path.join(cls.folder, "desk.map")
-        cls.made = [oaslam("run", *harness.clip("map_front"), "--out", cls.run_folder, "--map-out", cls.map)]
+    def prepare(cls):
+        cls.to_world = harness.map_alignment()
         cls.moved, cls.gone = cls.detections("moved.json", True), cls.detections("gone.json", False)
 
-    def setUp(self):
-        super().setUp()
-        self.to_world = harness.map_alignment(self.run_folder)
-        self.before = harness.read_json(os.path.join(self.run_folder, "objects.json"))
+    def setup_method(self):
+        self.before = harness.read_json(os.path.join(harness.DESK, "objects.json"))
         self.cup = min(self.before, key=lambda o: self.off(o, (0, 0, 0)) if o["category"] == "cup" else 9)
-        self.assertLess(self.off(self.cup, (0, 0, 0)), 0.05)
+        assert self.off(self.cup, (0, 0, 0)) < 0.05
 
     @classmethod
     def detections(cls, name, is_there):
@@ -51,8 +46,7 @@ class Moved(harness.InFolder):
 
     def go_on(self, detections):
         out = os.path.join(self.folder, "again")
-        outcome = oaslam("run", *harness.clip("map_front")[:-1], detections, "--map-in", self.map, "--out", out)
-        self.assertEqual(outcome.code, 0, outcome)
+        outcome = must_run("run", *harness.clip("map_front")[:-1], detections, "--map-in", harness.DESK_MAP, "--out", out)
         return outcome, harness.read_json(os.path.join(out, "objects.json"))
 
     def others(self, objects):
@@ -61,37 +55,32 @@ class Moved(harness.InFolder):
     def test_a_moved_object_moves_in_the_map(self):
         outcome, after = self.go_on(self.moved)
         cup = next(o for o in after if o["id"] == self.cup["id"])
-        self.assertTrue(cup["moved"])
-        self.assertLess(self.off(cup, SHIFT), 0.04)
-        self.assertEqual(sum("moved" in o for o in after), 1)
-        self.assertEqual(sum(f"object {cup['id']} (class 41) has moved" in line for line in outcome.err.splitlines()), 1, outcome)
-        self.assertEqual(self.others(after), self.others(self.before))
+        assert cup["moved"]
+        assert self.off(cup, SHIFT) < 0.04
+        assert sum("moved" in o for o in after) == 1
+        assert sum(f"object {cup['id']} (class 41) has moved" in line for line in outcome.err.splitlines()) == 1, outcome
+        assert self.others(after) == self.others(self.before)
 
     def test_an_object_that_is_gone_leaves_the_map(self):
         outcome, after = self.go_on(self.gone)
-        self.assertEqual({o["id"] for o in after}, self.others(self.before))
+        assert {o["id"] for o in after} == self.others(self.before)
         lines = [line for line in outcome.err.splitlines() if f"object {self.cup['id']} (class 41)" in line]
-        self.assertEqual(len(lines), 1, outcome)
-        self.assertTrue("removed" in lines[0] or "no longer in its place" in lines[0], lines)
+        assert len(lines) == 1, outcome
+        assert "removed" in lines[0] or "no longer in its place" in lines[0], lines
 
     def test_nothing_moves_where_nothing_did(self):
         outcome, after = self.go_on(harness.clip("map_front")[-1])
-        self.assertEqual(self.others(after), self.others(self.before))
-        self.assertFalse(any("moved" in o for o in after))
-        self.assertNotIn("removed", outcome.err)
+        assert self.others(after) == self.others(self.before)
+        assert not any("moved" in o for o in after)
+        assert "removed" not in outcome.err
 
     def test_localize_reports_it_and_is_not_misled(self):
         out = os.path.join(self.folder, "found")
         for mode in ((), ("--every-frame",)):
-            outcome = oaslam("localize", "--map", self.map, *harness.clip("map_front")[:-1], self.moved, "--out", out, *mode)
-            self.assertEqual(outcome.code, 0, outcome)
+            outcome = must_run("localize", "--map", harness.DESK_MAP, *harness.clip("map_front")[:-1], self.moved, "--out", out, *mode)
             presence = {o["id"]: o for o in harness.read_json(os.path.join(out, "presence.json"))}
-            self.assertEqual([o["id"] for o in presence.values() if o["missing"]], [self.cup["id"]])
-            self.assertLess(presence[self.cup["id"]]["seen"], 0.1 * presence[self.cup["id"]]["expected"])
-            self.assertIn(f"object {self.cup['id']} (cup): moved or gone", outcome.err)
+            assert [o["id"] for o in presence.values() if o["missing"]] == [self.cup["id"]]
+            assert presence[self.cup["id"]]["seen"] < 0.1 * presence[self.cup["id"]]["expected"]
+            assert f"object {self.cup['id']} (cup): moved or gone" in outcome.err
             poses = harness.pairs(harness.read_tum(os.path.join(out, "poses.txt")), harness.read_tum(harness.groundtruth("map_front")))
-            self.assertLess(harness.rmse(harness.distances(poses, self.to_world)), 0.02)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+            assert harness.rmse(harness.distances(poses, self.to_world)) < 0.02

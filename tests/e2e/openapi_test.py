@@ -5,11 +5,11 @@ import os
 import shutil
 import signal
 import subprocess
-import unittest
 import urllib.parse
 
 import cluster
 import harness
+import pytest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FILE = os.path.join(cluster.SOURCE, "data", "openapi.json")
@@ -22,16 +22,14 @@ def escaped(*keys):
     return "".join("/" + str(key).replace("~", "~0").replace("/", "~1").replace("{", "%7B").replace("}", "%7D") for key in keys)
 
 
-class OpenApi(cluster.MapFolder):
+class TestOpenApi(cluster.MapFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.image = cluster.images_of("query_around", cls.folder, 0, 1, 1)[0]
         cls.server = cluster.Server(cls.folder, cls.path("maps"), ["--detector", "none"])
-        cls.addClassCleanup(lambda: cls.server.end(signal.SIGKILL))
+        cls.cleanup.callback(lambda: cls.server.end(signal.SIGKILL))
 
-    def setUp(self):
-        super().setUp()
+    def setup_method(self):
         self.api, self.checks, self.asked = harness.read_json(FILE), [], set()
 
     def resolved(self, *keys):
@@ -56,9 +54,9 @@ class OpenApi(cluster.MapFolder):
     def wrong(self):
         """What node says of all checks."""
         if not (shutil.which("node") and os.path.isdir(VALIDATOR)):
-            self.skipTest("there is no node, or no " + VALIDATOR)
+            pytest.skip("there is no node, or no " + VALIDATOR)
         done = subprocess.run(["node", os.path.join(HERE, "openapi_check.mjs"), FILE], input=json.dumps(self.checks), capture_output=True, text=True, timeout=60)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        assert (done.returncode, done.stderr) == (0, "")
         return done.stdout.splitlines()
 
     def ask(self, method, path, status, body="example", token=cluster.WRITE, content_type="application/json", with_query=False, **parameters):
@@ -74,11 +72,11 @@ class OpenApi(cluster.MapFolder):
         headers = {"Authorization": "Bearer " + token} if body is None else {"Authorization": "Bearer " + token, "Content-Type": content_type}
         answer = self.server.request(method.upper(), where, body if isinstance(body, (bytes, type(None))) else json.dumps(body), headers)
         what = f"{method} {where}: {status}"
-        self.assertEqual(answer.status, status, (what, answer.body[:500]))
+        assert answer.status == status, (what, answer.body[:500])
         self.asked.add((path, method, str(status)))
         pointer, response = self.responses(path, method)[str(status)]
         kind = answer.type.partition(";")[0]
-        self.assertIn(kind, response["content"], what)
+        assert kind in response["content"], what
         if kind == "application/json":
             self.check(what, pointer + escaped("content", kind, "schema"), answer.json())
         return answer
@@ -94,15 +92,15 @@ class OpenApi(cluster.MapFolder):
                 if "application/json" in content:
                     self.check(f"{method} {path}: example of {place}", pointers[place] + escaped("content", "application/json", "schema"),
                                content["application/json"]["example"])
-        self.assertGreater(len(self.checks), 50)
-        self.assertEqual(self.wrong(), [])
+        assert len(self.checks) > 50
+        assert self.wrong() == []
 
     def test_what_does_not_match_is_found(self):
         self.check("kind", "/components/schemas/Error", {"error": 1})
         self.check("unknown", "/components/schemas/Error", {"error": "", "more": 1})
         self.check("nowhere", "/components/schemas/None", {})
         self.check("right", "/components/schemas/Error", {"error": ""})
-        self.assertEqual([line.partition(":")[0] for line in self.wrong()], ["kind", "unknown", "nowhere"])
+        assert [line.partition(":")[0] for line in self.wrong()] == ["kind", "unknown", "nowhere"]
 
     def test_the_server_does_as_it_tells(self):
         ask, content = self.ask, harness.read_bytes(self.map)
@@ -111,28 +109,28 @@ class OpenApi(cluster.MapFolder):
         for path in ("/healthz", "/camera", "/"):
             ask("get", path, 200, token="")
         ask("get", "/models/{name}/{file}", 200)
-        self.assertEqual(ask("get", "/openapi.json", 200, token="").body, harness.read_bytes(FILE))
+        assert ask("get", "/openapi.json", 200, token="").body == harness.read_bytes(FILE)
         ask("get", "/models/{name}/{file}", 404, file="none")
         ask("put", one, 201, content, content_type="application/octet-stream", map="copy")
         ask("put", one, 200, content, content_type="application/octet-stream", map="copy")
         ask("put", one, 400, content[:-5000], content_type="application/octet-stream", map="copy")
-        self.assertEqual(len(ask("get", "/v1/maps", 200).json()["maps"]), 2)
+        assert len(ask("get", "/v1/maps", 200).json()["maps"]) == 2
 
-        self.assertEqual(ask("post", anchors, 201).json()["name"], "door")
+        assert ask("post", anchors, 201).json()["name"] == "door"
         ask("post", anchors, 409)
         ask("post", anchors, 400, {"model": "flag"})
         ask("post", anchors, 413, b" " * 70000)
-        self.assertEqual(ask("patch", anchor, 200).json()["size"], 0.3)
+        assert ask("patch", anchor, 200).json()["size"] == 0.3
         ask("patch", anchor, 404, anchor="none")
         ask("post", anchors, 201, {"name": "gate", "model": "lamp", "origin": [0, 0, 0], "direction": [0, 0, 1]})
         ask("patch", anchor, 409, {"name": "gate"})
-        self.assertEqual(len(ask("get", anchors, 200).json()["anchors"]), 2)
+        assert len(ask("get", anchors, 200).json()["anchors"]) == 2
         ask("get", anchors, 200, with_query=True)
         ask("get", one, 200)
         ask("get", one, 404, map="none")
 
         ask("post", "/geopose", 404)
-        self.assertGreater(ask("put", georeference, 200).json()["residual_m"], 0)
+        assert ask("put", georeference, 200).json()["residual_m"] > 0
         ask("get", georeference, 200)
         ask("get", one, 200)
         reading = {**self.api["paths"]["/geopose"]["post"]["requestBody"]["content"]["application/json"]["example"]}
@@ -143,14 +141,14 @@ class OpenApi(cluster.MapFolder):
         ask("put", georeference, 200, heading)
         ask("get", georeference, 200)
 
-        self.assertTrue(ask("post", localize, 200).json()["results"][0]["found"])
-        self.assertIn("geopose", ask("post", localize, 200, self.image, content_type="image/png", with_query=True).json()["results"][0])
+        assert ask("post", localize, 200).json()["results"][0]["found"]
+        assert "geopose" in ask("post", localize, 200, self.image, content_type="image/png", with_query=True).json()["results"][0]
         black = {"camera": {"width": 640, "height": 480, "fx": 525}, "detections": []}
-        self.assertFalse(ask("post", localize, 200, {"images": [black]}).json()["results"][0]["found"])
+        assert not ask("post", localize, 200, {"images": [black]}).json()["results"][0]["found"]
         ask("post", localize, 400, {"images": [{**black, "prior": None, "detections": None}]})
         ask("delete", georeference, 200)
         ask("get", georeference, 404)
-        self.assertEqual(ask("delete", anchor, 200).json(), {"name": "door"})
+        assert ask("delete", anchor, 200).json() == {"name": "door"}
         ask("delete", anchor, 404)
         ask("delete", one, 200, map="copy")
         ask("delete", one, 404, map="copy")
@@ -162,11 +160,6 @@ class OpenApi(cluster.MapFolder):
             for status, token in (("401", ""), ("403", cluster.READ)):
                 if status in self.api["paths"][path][method]["responses"]:
                     ask(method, path, int(status), None, token=token)
-        self.assertEqual({(path, method, status) for path, method in self.operations() for status in self.responses(path, method)
-                          if status.startswith("2") or status in ("401", "403", "409", "426")},
-                         {a for a in self.asked if a[2] not in ("400", "404", "413")})
-        self.assertEqual(self.wrong(), [])
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert {(path, method, status) for path, method in self.operations() for status in self.responses(path, method)
+                          if status.startswith("2") or status in ("401", "403", "409", "426")} == {a for a in self.asked if a[2] not in ("400", "404", "413")}
+        assert self.wrong() == []

@@ -2,13 +2,13 @@
 
 Needs flat31_walk_a and flat31_walk_b under OASLAM_DATA, and is skipped (77) without them.
 """
+import re
 import math
 import os
-import sys
-import unittest
 
 import harness
-from harness import oaslam
+import pytest
+from harness import must_run, oaslam
 from sample_boxes import HEIGHT, WIDTH, iou, project  # the camera of the walks is that of the sample
 
 DATA = os.environ.get("OASLAM_DATA", "")
@@ -64,19 +64,20 @@ def aligned(poses, folder):
     return harness.similarity(harness.pairs(poses, truth_of(folder)))
 
 
-class Days(harness.InFolder):
+pytestmark = pytest.mark.skipif(not (os.path.isdir(DAY_A) and os.path.isdir(DAY_B)), reason="needs flat31_walk_a and flat31_walk_b under OASLAM_DATA")
+
+
+class TestDays(harness.InFolder):
     """One map of day A, gone on with on day B."""
 
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.out_a, cls.out_b, map_a = (cls.path(name) for name in ("a", "b", "a.map"))
         cls.joint = cls.path("joint.map")
-        cls.made = [oaslam("run", *walk(DAY_A), "--out", cls.out_a, "--map-out", map_a),
-                    oaslam("run", *walk(DAY_B), "--map-in", map_a, "--out", cls.out_b, "--map-out", cls.joint)]
+        must_run("run", *walk(DAY_A), "--out", cls.out_a, "--map-out", map_a)
+        must_run("run", *walk(DAY_B), "--map-in", map_a, "--out", cls.out_b, "--map-out", cls.joint)
 
-    def setUp(self):
-        super().setUp()
+    def setup_method(self):
         self.poses = harness.read_tum(os.path.join(self.out_b, "trajectory.txt"))
         self.a_to_world = aligned(harness.read_tum(os.path.join(self.out_a, "keyframes.txt")), DAY_A)
         self.to_world = aligned(self.poses, DAY_B)
@@ -89,33 +90,33 @@ class Days(harness.InFolder):
     def test_the_camera_is_found_and_tracked(self):
         # The first ten seconds show nothing that the first walk has seen from that side.
         frames = harness.read_csv(os.path.join(self.out_b, "frames.csv"))
-        self.assertGreater(len(self.poses), 0.85 * len(frames))
+        assert len(self.poses) > 0.85 * len(frames)
         live = harness.read_tum(os.path.join(self.out_b, "trajectory_live.txt"))
-        self.assertGreater(len(live), 0.55 * len(frames))
+        assert len(live) > 0.55 * len(frames)
 
     def test_poses_are_right(self):
         matched = harness.pairs(self.poses, truth_of(DAY_B))
-        self.assertLess(harness.rmse(harness.distances(matched, self.to_world)), 0.15)
+        assert harness.rmse(harness.distances(matched, self.to_world)) < 0.15
         # In the frame of day A, whose own map may be bent by some decimetres; another room would be metres away.
         in_the_old_frame = sorted(harness.distances(matched, self.a_to_world))
-        self.assertLess(in_the_old_frame[len(matched) // 2], 0.25)
-        self.assertLess(in_the_old_frame[int(0.95 * len(matched))], 0.5)
-        self.assertLess(in_the_old_frame[-1], 1.5)
+        assert in_the_old_frame[len(matched) // 2] < 0.25
+        assert in_the_old_frame[int(0.95 * len(matched))] < 0.5
+        assert in_the_old_frame[-1] < 1.5
 
     def test_the_map_of_both_days_has_more_than_either(self):
         before, _ = told_apart(self.before, self.things_a, self.a_to_world)
         after, _ = told_apart(self.after, self.things_b, self.to_world)
         stayed = {name for name in before if not self.things_b[name]["moved"]}
-        self.assertGreater(len(after), 0.7 * len(self.things_b))
-        self.assertGreater(len(after), len(stayed))
+        assert len(after) > 0.7 * len(self.things_b)
+        assert len(after) > len(stayed)
         lost = stayed - set(after)
-        self.assertLessEqual(len(lost), 4, lost)
+        assert len(lost) <= 4, lost
 
     def test_moved_things_stand_in_their_new_place(self):
-        self.assertGreaterEqual(len(self.moved), 3)
+        assert len(self.moved) >= 3
         standing, _ = told_apart(self.after, self.things_b, self.to_world)
         # One may fail: rooms tip over with the last bits of the arithmetic, which differ between processors.
-        self.assertLessEqual(len(set(self.moved) - set(standing)), 1)
+        assert len(set(self.moved) - set(standing)) <= 1
 
     def left_behind(self):
         """The things that were moved of which an object still stands in the old place."""
@@ -126,38 +127,37 @@ class Days(harness.InFolder):
     def test_what_is_looked_through_is_found_out(self):
         # On day B landmarks are seen through the old places of a ball and a bottle; the other things are too flat, or nobody looks that way.
         looked_through = {"ball_18", "bottle_30"}
-        self.assertLessEqual(looked_through, set(told_apart(self.before, self.things_a, self.a_to_world)[0]))
+        assert looked_through <= set(told_apart(self.before, self.things_a, self.a_to_world)[0])
         # One may fail, as above.
-        self.assertLess(len(looked_through & set(self.left_behind())), 2)
+        assert len(looked_through & set(self.left_behind())) < 2
 
-    @unittest.expectedFailure  # what nobody looks through, or watches for seconds, is not given up (objects/presence, objects/sight_lines)
+    @pytest.mark.xfail(strict=True)  # what nobody looks through, or watches for seconds, is not given up (objects/presence, objects/sight_lines)
     def test_moved_things_stand_nowhere_else(self):
-        self.assertFalse(set(self.moved) & set(self.left_behind()))
+        assert not set(self.moved) & set(self.left_behind())
 
     def test_moved_things_stand_once_in_their_new_place(self):
         _, others = told_apart(self.after, self.things_b, self.to_world)
         for name in self.moved:
             twice = [o["id"] for o in others if o["category_id"] == self.things_b[name]["category_id"] and share_off(o, self.things_b[name], self.to_world) < SAME_PLACE]
-            self.assertFalse(twice, name)
+            assert not twice, name
 
     def test_cameras_of_both_days_are_kept(self):
-        shown = oaslam("info", self.joint)
-        self.assertEqual(shown.code, 0, shown)
+        shown = must_run("info", self.joint)
         for name in ("flat31_walk_a", "flat31_walk_b"):
-            self.assertRegex(shown.out, rf"camera \d+ +{name}")
+            assert re.search(rf"camera \d+ +{name}", shown.out)
 
 
-class Rooms(harness.InFolder):
+class TestRooms(harness.InFolder):
     """Maps of parts of the walks, each of one room or two."""
 
     PARTS = {"kitchen and office": (DAY_A, 650, 1100), "office and living room": (DAY_A, 1860, 2100), "office on day B": (DAY_B, 340, 600),
              "living room": (DAY_A, 1160, 1450), "kitchen on day B": (DAY_B, 680, 850)}
 
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.made = [oaslam("run", *walk(*part), "--out", cls.path(name), "--map-out", cls.path(name + ".map")) for name, part in cls.PARTS.items()]
-        cls.made.append(oaslam("run", *harness.clip("map_front"), "--to", 200, "--out", cls.path("desk"), "--map-out", cls.path("desk.map")))
+    def prepare(cls):
+        for name, part in cls.PARTS.items():
+            must_run("run", *walk(*part), "--out", cls.path(name), "--map-out", cls.path(name + ".map"))
+        os.symlink(harness.DESK_MAP, cls.path("desk.map"))
 
     def merge(self, first, second, *args):
         out = self.path("merged.map")
@@ -167,31 +167,30 @@ class Rooms(harness.InFolder):
 
     def exported(self, map_file, form):
         out = self.path(f"exported.{form}")
-        done = oaslam("export", "--map", map_file, "--format", form, "--out", out)
-        self.assertEqual(done.code, 0, done)
+        must_run("export", "--map", map_file, "--format", form, "--out", out)
         return out
 
     def test_walks_that_share_one_room(self):
         first = "kitchen and office"
         merging, out = self.merge(first, "office and living room")
-        self.assertEqual(merging.code, 0, merging)
-        self.assertRegex(merging.out, r"[1-9]\d* of \d+ keyframes of the (first|second) map are found in the (first|second) \(\d+ by points and \d+ by objects agree")
+        assert merging.code == 0, merging
+        assert re.search(r"[1-9]\d* of \d+ keyframes of the (first|second) map are found in the (first|second) \(\d+ by points and \d+ by objects agree", merging.out)
         matched = harness.pairs(harness.read_tum(self.exported(out, "tum")), truth_of(DAY_A))
-        self.assertGreater(len(matched), 500)  # of both parts
-        self.assertLess(harness.rmse(harness.distances(matched, harness.similarity(matched))), 0.1)
+        assert len(matched) > 500  # of both parts
+        assert harness.rmse(harness.distances(matched, harness.similarity(matched))) < 0.1
 
     def test_days_that_share_one_room(self):
         merging, out = self.merge("kitchen and office", "office on day B")
-        self.assertEqual(merging.code, 0, merging)
-        self.assertIn("keyframes of the", merging.out)
+        assert merging.code == 0, merging
+        assert "keyframes of the" in merging.out
         cameras = harness.read_json(self.exported(out, "json"))["cameras"]
-        self.assertEqual(len(cameras), 2)
+        assert len(cameras) == 2
         # What the two parts have in common stands once: no more of a class than there are.
         true = [t["category"] for t in things_of(DAY_B).values()]
         objects = [o["category"] for o in harness.read_json(self.exported(out, "json"))["objects"] if o["state"] == "mapped"]
-        self.assertGreater(len(objects), 8)
+        assert len(objects) > 8
         for category in set(objects):
-            self.assertLessEqual(objects.count(category), true.count(category) + 1, f"{category}: {objects}")
+            assert objects.count(category) <= true.count(category) + 1, f"{category}: {objects}"
 
     def test_rooms_that_merely_look_alike_are_refused(self):
         # Two rooms of the flat (the same wall paint, windows, posters, chairs, cups and books), and another place with things of the same classes.
@@ -199,15 +198,7 @@ class Rooms(harness.InFolder):
                               ("desk", "kitchen and office"), ("living room", "desk")):
             for args in ([], ["--relocalization", "objects"]):
                 merging, out = self.merge(first, second, *args)
-                self.assertEqual(merging.code, 1, (first, second, merging))
-                self.assertIn("are not merged", merging.err)
-                self.assertRegex(merging.err, r"\d+ of \d+ keyframes of the second map are found in the first")
-                self.assertFalse(os.path.exists(out))
-
-
-if __name__ == "__main__":
-    missing = [folder for folder in (DAY_A, DAY_B) if not os.path.isdir(folder)]
-    if missing:
-        print("skipped: needs flat31_walk_a and flat31_walk_b under OASLAM_DATA")
-        sys.exit(77)
-    unittest.main(verbosity=2)
+                assert merging.code == 1, (first, second, merging)
+                assert "are not merged" in merging.err
+                assert re.search(r"\d+ of \d+ keyframes of the second map are found in the first", merging.err)
+                assert not os.path.exists(out)

@@ -5,9 +5,9 @@ import re
 import shutil
 import subprocess
 import sys
-import unittest
 
 import harness
+import pytest
 
 SOURCE = os.environ["OASLAM_SOURCE_DIR"]
 BUILD = os.path.dirname(harness.BINARY)
@@ -19,10 +19,9 @@ def cache():
         return dict(re.findall(r"^([\w-]+):\w+=(.*)$", f.read(), re.M))
 
 
-class Components(harness.InFolder):
+class TestComponents(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.cache = cache()
         names = ["library", "development", "command"] + (["python"] if cls.cache["OASLAM_BUILD_PYTHON"] == "ON" else [])
         cls.files = {name: cls.installed(name, "--component", name) for name in names}
@@ -39,30 +38,30 @@ class Components(harness.InFolder):
         return [f"{self.cache['CMAKE_INSTALL_LIBDIR']}/{name}" for name in names]
 
     def test_the_library_is_alone(self):
-        self.assertEqual(self.files["library"], sorted(self.lib("liboaslam.so.0", "liboaslam.so.0.*")))
+        assert self.files["library"] == sorted(self.lib("liboaslam.so.0", "liboaslam.so.0.*"))
 
     def test_a_program_is_built_with_the_development_files(self):
         headers = [os.path.relpath(path, SOURCE) for path in glob.glob(f"{SOURCE}/include/oaslam/*.h")]
         build_type = self.cache["CMAKE_BUILD_TYPE"].lower()
         cmake = [f"cmake/oaslam/oaslam{file}.cmake" for file in ("Config", "ConfigVersion", "Targets", f"Targets-{build_type}")] + ["cmake/oaslam/FindOpenCV.cmake"]
-        self.assertEqual(self.files["development"], sorted(headers + self.lib("liboaslam.so", "pkgconfig/oaslam.pc", *cmake)))
+        assert self.files["development"] == sorted(headers + self.lib("liboaslam.so", "pkgconfig/oaslam.pc", *cmake))
 
     def test_the_command_has_its_manual(self):
         zsh = "vendor-completions" if self.cache["CMAKE_INSTALL_PREFIX"] == "/usr" else "site-functions"
-        self.assertEqual(self.files["command"], sorted([
-            "bin/oaslam", "share/bash-completion/completions/oaslam", f"share/zsh/{zsh}/_oaslam", "share/man/man1/oaslam.1.gz"]))
+        assert self.files["command"] == sorted([
+            "bin/oaslam", "share/bash-completion/completions/oaslam", f"share/zsh/{zsh}/_oaslam", "share/man/man1/oaslam.1.gz"])
 
     def test_the_python_module_has_its_types(self):
         if "python" not in self.files:
-            self.skipTest("built without the Python module")
+            pytest.skip("built without the Python module")
         folder = self.cache["OASLAM_PYTHON_DIR"] + "/oaslam/"
-        self.assertEqual(self.files["python"], sorted(folder + name for name in ("__init__.py", "__init__.pyi", "py.typed", "_oaslam.*.so")))
+        assert self.files["python"] == sorted(folder + name for name in ("__init__.py", "__init__.pyi", "py.typed", "_oaslam.*.so"))
 
     def test_everything_is_in_one_package(self):
-        self.assertEqual(self.installed("all"), sorted(sum(self.files.values(), [])))
+        assert self.installed("all") == sorted(sum(self.files.values(), []))
 
 
-class Changelog(unittest.TestCase):
+class TestChangelog:
     def changelog(self, version):
         return subprocess.run([sys.executable, CHANGELOG, os.path.join(SOURCE, "CHANGELOG.md"), version, "1", "Name <name@example.org>",
                                "Mon, 23 Nov 2026 00:00:00 +0000"], capture_output=True, text=True)
@@ -70,24 +69,20 @@ class Changelog(unittest.TestCase):
     def test_it_is_what_changed_in_the_version(self):
         version = cache()["CMAKE_PROJECT_VERSION"]
         text = self.changelog(version).stdout
-        self.assertTrue(text.startswith(f"oaslam ({version}-1) unstable; urgency=medium\n\n  * "), text[:200])
-        self.assertGreater(text.count("\n  * "), 3)
-        self.assertLess(max(map(len, text.splitlines())), 81)
-        self.assertNotIn("`", text)
+        assert text.startswith(f"oaslam ({version}-1) unstable; urgency=medium\n\n  * "), text[:200]
+        assert text.count("\n  * ") > 3
+        assert max(map(len, text.splitlines())) < 81
+        assert "`" not in text
 
     def test_debian_reads_it(self):
         if not shutil.which("dpkg-parsechangelog"):
-            self.skipTest("no dpkg-parsechangelog")
+            pytest.skip("no dpkg-parsechangelog")
         read = subprocess.run(["dpkg-parsechangelog", "--all", "-l", "-"], input=self.changelog("0.1.0").stdout, capture_output=True, text=True)
-        self.assertEqual(read.stderr, "")
-        self.assertIn("Version: 0.1.0-1\n", read.stdout)
-        self.assertIn("Maintainer: Name <name@example.org>\n", read.stdout)
+        assert read.stderr == ""
+        assert "Version: 0.1.0-1\n" in read.stdout
+        assert "Maintainer: Name <name@example.org>\n" in read.stdout
 
     def test_a_version_that_changed_nothing_is_refused(self):
         done = self.changelog("9.9")
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn("no section 9.9", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        assert done.returncode != 0
+        assert "no section 9.9" in done.stderr

@@ -3,14 +3,12 @@ import json
 import math
 import os
 import random
-import shutil
 import sqlite3
 import struct
-import tempfile
-import unittest
 
 import harness
-from harness import oaslam
+import numpy as np
+from harness import must_run
 from sample_boxes import HEIGHT, WIDTH, detect, project, things
 
 BENCH = (0, 0, 0.85)  # its middle
@@ -31,10 +29,9 @@ def detect_parts(wholes, position, quaternion, rng):
     return [d for d in found if d]
 
 
-class Parts(harness.InFolder):
+class TestParts(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.wholes = [t for t in things() if t["category"] in TALL]
         rng = random.Random(1)
         cls.truth = harness.read_tum(harness.groundtruth("map_front"))
@@ -44,8 +41,8 @@ class Parts(harness.InFolder):
         cls.detections = cls.write_json("with_parts.json", detections)
         cls.classes = cls.write("classes.yaml", cls.class_file(True))
         cls.map, cls.out = os.path.join(cls.folder, "parts.map"), os.path.join(cls.folder, "map")
-        cls.made = [oaslam("map-objects", "--trajectory", harness.groundtruth("map_front"), "--camera", cls.camera(), "--detections", cls.detections,
-                           "--classes", cls.classes, "--out", cls.out, "--map-out", cls.map)]
+        must_run("map-objects", "--trajectory", harness.groundtruth("map_front"), "--camera", cls.camera(), "--detections", cls.detections,
+                 "--classes", cls.classes, "--out", cls.out, "--map-out", cls.map)
 
     @staticmethod
     def camera():
@@ -72,9 +69,8 @@ class Parts(harness.InFolder):
 
     def localize(self, name, detections, classes=None, the_map=None):
         folder = os.path.join(self.folder, name)
-        outcome = oaslam("localize", "--map", the_map or self.map, "--camera", self.camera(), "--detections", detections, "--relocalization", "objects", "--every-frame",
-                         "--out", folder, *(("--classes", classes) if classes else ()))
-        self.assertEqual(outcome.code, 0, outcome)
+        must_run("localize", "--map", the_map or self.map, "--camera", self.camera(), "--detections", detections, "--relocalization", "objects", "--every-frame",
+                 "--out", folder, *(("--classes", classes) if classes else ()))
         return harness.read_tum(os.path.join(folder, "poses.txt"))
 
     def lines(self, *path):
@@ -86,9 +82,8 @@ class Parts(harness.InFolder):
         rng = random.Random(2)
         views, poses = [], {}
         for i, (_, position, quaternion) in enumerate(self.truth[::3]):
-            ahead = harness.rotate(quaternion, [0, 0, 1])
-            way = sum((BENCH[k] - position[k]) * ahead[k] for k in range(3)) - (0.55 + 0.1 * rng.random())
-            near = [position[k] + way * ahead[k] for k in range(3)]
+            ahead = harness.rotation(quaternion)[:, 2]
+            near = position + ((np.array(BENCH) - position) @ ahead - (0.55 + 0.1 * rng.random())) * ahead
             found = [] if wholes else detect_parts(self.wholes, near, quaternion, rng)
             for e, category in [(t["ellipsoid"], t["category_id"]) for t in self.wholes] if wholes else ():
                 box = project(e["center"], e["semi_axes"], e["rotation"], near, quaternion)
@@ -104,78 +99,70 @@ class Parts(harness.InFolder):
         by_id = {o["id"]: o for o in objects}
         wholes = [o for o in objects if o["category_id"] < TOP]
         parts = [o for o in objects if o["category_id"] >= TOP]
-        self.assertGreaterEqual(len(wholes), 19)
-        self.assertGreater(len(parts), 1.6 * len(self.wholes))
-        self.assertLessEqual(len(parts), 2 * len(self.wholes))
-        self.assertTrue(all("part_of" not in o for o in wholes))
+        assert len(wholes) >= 19
+        assert len(parts) > 1.6 * len(self.wholes)
+        assert len(parts) <= 2 * len(self.wholes)
+        assert all("part_of" not in o for o in wholes)
         placed = [o for o in parts if "part_of" in o]
-        self.assertGreater(len(placed), 0.8 * len(parts))
+        assert len(placed) > 0.8 * len(parts)
         for o in placed:
-            self.assertEqual(by_id[o["part_of"]]["category_id"], o["category_id"] % 100)
+            assert by_id[o["part_of"]]["category_id"] == o["category_id"] % 100
 
     def test_a_near_camera_that_sees_only_parts_finds_its_pose(self):
         views, truth = self.near_views(wholes=False)
         poses = self.localize("near", self.write_json("near.json", views))
         errors = sorted(math.dist(p, truth[round(t, 6)]) for t, p, _ in poses)
-        self.assertGreater(len(errors), 0.7 * len(views))
-        self.assertLess(errors[len(errors) // 2], 0.03)
-        self.assertLess(errors[int(0.97 * len(errors))], 0.1)
+        assert len(errors) > 0.7 * len(views)
+        assert errors[len(errors) // 2] < 0.03
+        assert errors[int(0.97 * len(errors))] < 0.1
         # Fewer images contain enough wholes.
         whole_views, _ = self.near_views(wholes=True)
         by_wholes = self.localize("near_wholes", self.write_json("near_wholes.json", whole_views))
-        self.assertLess(len(by_wholes), 0.6 * len(errors))
+        assert len(by_wholes) < 0.6 * len(errors)
         # A map without the relation of parts expects the wholes to be detected.
         self.localize("strangers", os.path.join(self.folder, "near.json"), classes=self.write("plain.yaml", self.class_file(False)))
         known, unknown = ({round(float(line.split()[0]), 6): float(line.split()[-1]) for line in reversed(self.lines(name, "candidates.txt"))}
                           for name in ("near", "strangers"))
-        self.assertTrue(all(known[t] >= unknown[t] - 1e-6 for t in known if t in unknown))
-        self.assertGreater(sum(known[t] > unknown[t] + 1 for t in known if t in unknown), 0.1 * len(known))
+        assert all(known[t] >= unknown[t] - 1e-6 for t in known if t in unknown)
+        assert sum(known[t] > unknown[t] + 1 for t in known if t in unknown) > 0.1 * len(known)
 
     def test_the_map_keeps_what_is_a_part(self):
         with sqlite3.connect(self.map) as db:
             parts = db.execute("SELECT value FROM meta WHERE key = 'parts'").fetchone()[0].split()
-        self.assertEqual(len(parts), 2 * len(TALL))
-        self.assertIn("239:39", parts)
+        assert len(parts) == 2 * len(TALL)
+        assert "239:39" in parts
 
 
-class Movable(unittest.TestCase):
+class TestMovable:
     """tv and chair are movable classes: neither they nor key points in their boxes are mapped."""
 
-    def test_what_moves_stays_out_of_the_map(self):
-        folder = tempfile.mkdtemp(prefix="oaslam_movable_")
-        self.addCleanup(shutil.rmtree, folder)
-        classes, path, out = (os.path.join(folder, name) for name in ("classes.yaml", "desk.map", "out"))
+    def test_what_moves_stays_out_of_the_map(self, tmp_path):
+        classes, path, out = (os.path.join(tmp_path, name) for name in ("classes.yaml", "desk.map", "out"))
         with open(classes, "w") as f:
             f.write("movable: [tv, chair]\n")
         clip = harness.clip("map_front")
-        done = oaslam("run", *clip, "--to", "300", "--classes", classes, "--out", out, "--map-out", path)
-        self.assertEqual(done.code, 0, done)
+        must_run("run", *clip, "--to", "300", "--classes", classes, "--out", out, "--map-out", path)
         objects = harness.read_json(os.path.join(out, "objects.json"))
-        self.assertGreaterEqual(len(objects), 12)
-        self.assertFalse({o["category"] for o in objects} & {"tv", "chair"})
-        self.assertGreater(len(harness.read_tum(os.path.join(out, "trajectory.txt"))), 280)
+        assert len(objects) >= 12
+        assert not {o["category"] for o in objects} & {"tv", "chair"}
+        assert len(harness.read_tum(os.path.join(out, "trajectory.txt"))) > 280
         boxes = {i: [d["bbox"] for d in e["detections"] if d["category_id"] in (56, 62) and d["detection_score"] >= 0.3]
                  for i, e in enumerate(harness.read_json(clip[-1]))}
         with sqlite3.connect(path) as db:
             keyframes = db.execute("SELECT k.frame_index, f.count, f.keypoints FROM keyframes k JOIN features f ON f.keyframe = k.id").fetchall()
-            self.assertEqual(db.execute("SELECT value FROM meta WHERE key = 'movable'").fetchone()[0], "56 62")
+            assert db.execute("SELECT value FROM meta WHERE key = 'movable'").fetchone()[0] == "56 62"
         covered = points = 0
         for frame, count, blob in keyframes:
             covered += len(boxes[frame])
             for x, y, _, _ in struct.iter_unpack("<fffi", blob):
                 points += 1
-                self.assertFalse(any(b[0] < x + 0.5 < b[2] and b[1] < y + 0.5 < b[3] for b in boxes[frame]), (frame, x, y))
-        self.assertGreater(covered, len(keyframes))
-        self.assertGreater(points, 500 * len(keyframes))
+                assert not any(b[0] < x + 0.5 < b[2] and b[1] < y + 0.5 < b[3] for b in boxes[frame]), (frame, x, y)
+        assert covered > len(keyframes)
+        assert points > 500 * len(keyframes)
         # Set for a map that exists already, the relations apply from then on.
-        again = os.path.join(folder, "again")
+        again = os.path.join(tmp_path, "again")
         with open(classes, "w") as f:
             f.write("movable: [cup]\n")
-        found = oaslam("localize", "--map", path, *harness.clip("query_around"), "--to", "30", "--every-frame", "--classes", classes, "--out", again)
-        self.assertEqual(found.code, 0, found)
-        self.assertIn("its class moves", found.err)
-        self.assertGreater(len(harness.read_tum(os.path.join(again, "poses.txt"))), 20)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        found = must_run("localize", "--map", path, *harness.clip("query_around"), "--to", "30", "--every-frame", "--classes", classes, "--out", again)
+        assert "its class moves" in found.err
+        assert len(harness.read_tum(os.path.join(again, "poses.txt"))) > 20

@@ -1,10 +1,9 @@
 """--record: a video with one picture for each image, the same results with and without it, and refused options."""
 import os
 import subprocess
-import unittest
 
 import harness
-from harness import oaslam
+from harness import must_run, oaslam
 
 COUNT = 120
 
@@ -20,58 +19,51 @@ def without_times(path):
     return [{k: v for k, v in row.items() if "ms" not in k} for row in harness.read_csv(path)]
 
 
-class Record(harness.InFolder):
+class TestRecord(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.map, cls.video = cls.path("desk.map"), cls.path("desk.mp4")
         cls.clip = [*harness.clip("map_front"), "--to", COUNT]
-        cls.recorded = oaslam("run", *cls.clip, "--out", cls.path("recorded"), "--map-out", cls.map, "--record", cls.video)
-        cls.made = [cls.recorded]
+        cls.recorded = must_run("run", *cls.clip, "--out", cls.path("recorded"), "--map-out", cls.map, "--record", cls.video)
 
     def test_a_frame_for_each_image(self):
-        self.assertEqual(len(frames_of(self.video, self.path("frames"))), COUNT)
-        self.assertNotIn("FFMPEG", self.recorded.err)
-        self.assertNotIn("[", self.recorded.err.replace("[info]", ""))  # and no other messages of libraries
+        assert len(frames_of(self.video, self.path("frames"))) == COUNT
+        assert "FFMPEG" not in self.recorded.err
+        assert "[" not in self.recorded.err.replace("[info]", "")  # and no other messages of libraries
 
     def test_the_results_are_the_same(self):
-        plain = oaslam("run", *self.clip, "--out", self.path("plain"), "--map-out", self.path("plain.map"))
-        self.assertEqual(plain.code, 0, plain)
-        self.assertEqual(harness.read_bytes(self.path("plain.map")), harness.read_bytes(self.map))
+        must_run("run", *self.clip, "--out", self.path("plain"), "--map-out", self.path("plain.map"))
+        assert harness.read_bytes(self.path("plain.map")) == harness.read_bytes(self.map)
         for name in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json"):
-            self.assertEqual(harness.read_bytes(self.path("plain/" + name)), harness.read_bytes(self.path("recorded/" + name)), name)
-        self.assertEqual(without_times(self.path("plain/frames.csv")), without_times(self.path("recorded/frames.csv")))
+            assert harness.read_bytes(self.path("plain/" + name)) == harness.read_bytes(self.path("recorded/" + name)), name
+        assert without_times(self.path("plain/frames.csv")) == without_times(self.path("recorded/frames.csv"))
 
     def test_localize(self):
         for options in ((), ("--every-frame",)):
             video = self.path("localized.mp4")
-            done = oaslam("localize", "--map", self.map, *harness.clip("map_front"), "--from", 40, "--to", 60, "--out", self.path("localized"),
-                          "--record", video, *options)
-            self.assertEqual(done.code, 0, done)
-            self.assertEqual(len(frames_of(video, self.path("localized" + "".join(options)))), 20)
+            must_run("localize", "--map", self.map, *harness.clip("map_front"), "--from", 40, "--to", 60, "--out", self.path("localized"),
+                     "--record", video, *options)
+            assert len(frames_of(video, self.path("localized" + "".join(options)))) == 20
 
     def test_content_is_drawn(self):
         anchored = self.path("anchored.map")
         an_object = max(harness.read_json(self.path("recorded/objects.json")), key=lambda o: o["observations"])["id"]
-        placed = oaslam("anchors", self.map, "--place", f"it=robot@object:{an_object}", "--out", anchored)
-        self.assertEqual(placed.code, 0, placed)
+        must_run("anchors", self.map, "--place", f"it=robot@object:{an_object}", "--out", anchored)
         pictures = []
         for map_file in (self.map, anchored):
             name = os.path.basename(map_file)
-            done = oaslam("localize", "--map", map_file, *harness.clip("map_front"), "--from", 60, "--to", 70, "--out", self.path("content"), "--record", self.path(name + ".mp4"))
-            self.assertEqual(done.code, 0, done)
+            must_run("localize", "--map", map_file, *harness.clip("map_front"), "--from", 60, "--to", 70, "--out", self.path("content"), "--record", self.path(name + ".mp4"))
             folder = self.path(name + ".frames")
             pictures.append([harness.read_bytes(os.path.join(folder, "rgb", frame)) for frame in frames_of(self.path(name + ".mp4"), folder)])
         plain, with_content = pictures
-        self.assertEqual(len(plain), 10)
-        self.assertTrue(all(a != b for a, b in zip(plain, with_content, strict=True)))
+        assert len(plain) == 10
+        assert all(a != b for a, b in zip(plain, with_content, strict=True))
 
     def test_a_folder_of_grey_images(self):
         frames = self.path("grey")
         subprocess.run([harness.EXTRACT, harness.clip("map_front")[1], frames, "0", "20"], check=True)
-        done = oaslam("run", "--images", frames, "--camera", harness.clip("map_front")[3], "--out", self.path("grey_out"), "--record", self.path("grey.mp4"))
-        self.assertEqual(done.code, 0, done)
-        self.assertEqual(len(frames_of(self.path("grey.mp4"), self.path("grey_frames"))), 20)
+        must_run("run", "--images", frames, "--camera", harness.clip("map_front")[3], "--out", self.path("grey_out"), "--record", self.path("grey.mp4"))
+        assert len(frames_of(self.path("grey.mp4"), self.path("grey_frames"))) == 20
 
     def test_bad_input(self):
         noise = self.path("noise.glb")
@@ -86,14 +78,10 @@ class Record(harness.InFolder):
                 (("--record", self.path("a.mp4"), "--model", self.video), ".glb"),
                 (("--model", noise), "--model needs --viewer or --record")):
             outcome = oaslam("run", *self.clip, "--out", self.path("bad"), *options)
-            self.assertEqual(outcome.code, 1, (options, outcome))
-            self.assertIn(words, outcome.err)
-            self.assertFalse(os.path.exists(self.path("a.mp4")))
+            assert outcome.code == 1, (options, outcome)
+            assert words in outcome.err
+            assert not os.path.exists(self.path("a.mp4"))
         outcome = oaslam("localize", "--map", self.map, *harness.clip("map_front")[2:], "--relocalization", "objects", "--out", self.path("bad"),
                          "--record", self.path("a.mp4"))
-        self.assertEqual(outcome.code, 1, outcome)
-        self.assertIn("--record needs --images", outcome.err)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert outcome.code == 1, outcome
+        assert "--record needs --images" in outcome.err

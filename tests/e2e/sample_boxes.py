@@ -1,8 +1,8 @@
 """Boxes of the sample's true ellipsoids, for tests that change what the detector sees."""
-import math
 import os
 
 import harness
+import numpy as np
 
 WIDTH, HEIGHT, FOCAL, CX, CY = 640, 480, 525.0, 319.5, 239.5
 
@@ -13,17 +13,15 @@ def things():
 
 def project(center, axes, rotation, position, quaternion):
     """The box of an ellipsoid's outline (the dual conic of its dual quadric); None unless in front. Poses are camera to world."""
-    inverse = [-quaternion[0], -quaternion[1], -quaternion[2], quaternion[3]]
-    p = harness.rotate(inverse, [center[i] - position[i] for i in range(3)])
-    columns = [harness.rotate(inverse, [rotation[i][k] * axes[k] for i in range(3)]) for k in range(3)]
-    conic = [[sum(columns[k][i] * columns[k][j] for k in range(3)) - p[i] * p[j] for j in range(3)] for i in range(3)]
-    if p[2] <= 0 or conic[2][2] >= -1e-9:
+    into_camera = harness.rotation(quaternion).T
+    p = into_camera @ np.subtract(center, position)
+    half_axes = into_camera @ rotation * axes
+    conic = half_axes @ half_axes.T - np.outer(p, p)
+    if p[2] <= 0 or conic[2, 2] >= -1e-9:
         return None
-    ends = []
-    for i, middle in enumerate((CX, CY)):
-        root = math.sqrt(conic[i][2] ** 2 - conic[i][i] * conic[2][2])
-        ends.append(sorted(FOCAL * (conic[i][2] + s * root) / conic[2][2] + middle + 0.5 for s in (1, -1)))
-    return [ends[0][0], ends[1][0], ends[0][1], ends[1][1]]
+    roots = np.sqrt(conic[:2, 2] ** 2 - conic.diagonal()[:2] * conic[2, 2])
+    ends = [FOCAL * (conic[:2, 2] + s * roots) / conic[2, 2] + (CX + 0.5, CY + 0.5) for s in (1, -1)]  # conic[2, 2] is negative
+    return [*ends[0], *ends[1]]
 
 
 def area(box):
@@ -39,7 +37,7 @@ def detect(category, box, rng, min_inside):
     """As the sample's own boxes: edges off by 3 % of the size, one in eight missed, cut at the image's border. None where missed."""
     if box is None or rng.random() < 0.12:
         return None
-    size = math.sqrt(area(box))
+    size = np.sqrt(area(box))
     box = [e + rng.gauss(0, 0.03 * size) for e in box]
     cut = [min(max(box[i], 0), (WIDTH, HEIGHT)[i % 2]) for i in range(4)]
     if size < 12 or area(cut) < min_inside * area(box):

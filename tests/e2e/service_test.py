@@ -5,16 +5,17 @@ import gzip
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import struct
 import subprocess
 import threading
-import unittest
 import urllib.parse
 
 import cluster
 import harness
+import pytest
 from websocket import WebSocket
 
 
@@ -36,16 +37,15 @@ class Stream(WebSocket):
                 return message
 
 
-class Service(cluster.MapFolder):
+class TestService(cluster.MapFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.images = cluster.images_of("query_around", cls.folder, 0, 300, 15)
         with open(os.path.join(harness.SAMPLE, "query_around", "detections.json")) as f:
             cls.boxes = [image["detections"] for image in json.load(f)][::15]
         cls.camera = cluster.camera_of("query_around")
         cls.server = cluster.Server(cls.folder, cls.path("maps"), ["--detector", "none"])
-        cls.addClassCleanup(lambda: cls.server.process.kill())
+        cls.cleanup.callback(lambda: cls.server.process.kill())
 
     def ask(self, method, path, body=None, token=cluster.WRITE, **fields):
         headers = {name.replace("_", "-"): value for name, value in fields.items()}
@@ -55,59 +55,57 @@ class Service(cluster.MapFolder):
 
     def json(self, status, *request, **options):
         answer = self.ask(*request, **options)
-        self.assertEqual(answer.status, status, (request[:2], answer.body[:500]))
+        assert answer.status == status, (request[:2], answer.body[:500])
         return answer.json()
 
     def localize(self, images, mode="points+objects"):
         return self.json(200, "POST", "/v1/maps/desk/localize", {"images": images, "mode": mode})["results"]
 
     def test_poses_are_those_of_localize(self):
-        found = harness.oaslam("localize", "--map", self.map, *harness.clip("query_around"), "--every-frame", "--out", self.path("localized"))
-        self.assertEqual(found.code, 0, found)
+        harness.must_run("localize", "--map", self.map, *harness.clip("query_around"), "--every-frame", "--out", self.path("localized"))
         poses = harness.read_tum(self.path("localized/poses.txt"))
         frames = harness.read_csv(self.path("localized/frames.csv"))[::15]
         evidence = set()
         for number, (image, boxes, frame) in enumerate(zip(self.images, self.boxes, frames)):
             result, = self.localize([{"image": base64.b64encode(image).decode(), "camera": self.camera, "detections": boxes}])
-            self.assertEqual(result.get("evidence", "failed"), frame["status"], number)
+            assert result.get("evidence", "failed") == frame["status"], number
             if not result["found"]:
                 continue
             evidence.add(result["evidence"])
             pose = min(poses, key=lambda p: abs(p[0] - float(frame["timestamp"])))
             for a, b in zip(result["pose"]["position"], pose[1]):
-                self.assertAlmostEqual(a, b, delta=2e-6)
-        self.assertLessEqual({"points", "objects"}, evidence)
+                assert a == pytest.approx(b, abs=2e-6)
+        assert {"points", "objects"} <= evidence
 
     def test_ways_to_ask(self):
         query = urllib.parse.urlencode({"camera": json.dumps(self.camera), "mode": "points", "gravity": "0,9.8,0"})
         given = self.json(200, "POST", f"/v1/maps/desk/localize?{query}", self.images[0], Content_Type="image/png")["results"][0]
         unknown = self.json(200, "POST", "/v1/maps/desk/localize", self.images[0], Content_Type="image/png")["results"][0]
-        self.assertAlmostEqual(unknown["camera"]["fx"], self.camera["fx"], delta=0.03 * self.camera["fx"])
+        assert unknown["camera"]["fx"] == pytest.approx(self.camera["fx"], abs=0.03 * self.camera["fx"])
         by_objects, near = self.localize([{"camera": self.camera, "detections": self.boxes[10]},
                                           {"image": base64.b64encode(self.images[0]).decode(), "camera": self.camera, "prior": given["pose"]}])
-        self.assertEqual(by_objects["evidence"], "objects")
+        assert by_objects["evidence"] == "objects"
         for result in (unknown, near):
-            self.assertLess(max(abs(a - b) for a, b in zip(result["pose"]["position"], given["pose"]["position"])), 0.05)
-        self.assertGreater(len(given["objects"]), 3)
+            assert max(abs(a - b) for a, b in zip(result["pose"]["position"], given["pose"]["position"])) < 0.05
+        assert len(given["objects"]) > 3
 
     def test_anchors_are_edited_and_told(self):
         stream = Stream(self.server.port, "/v1/maps/desk/track", cluster.READ)
         hello = stream.next("hello")
-        self.assertFalse(hello["may_write"])
-        self.assertGreater(len(hello["objects"]), 5)
+        assert not hello["may_write"]
+        assert len(hello["objects"]) > 5
         path = "/v1/maps/desk/anchors"
         placed = self.json(201, "POST", path, {"name": "door", "model": "flag", "pose": {"position": [0, 0, 1], "rotation": [0, 0, 0, 1]}})
-        self.assertEqual([a["name"] for a in stream.next("anchors")["anchors"]], ["door"])
-        self.assertEqual(self.json(409, "POST", path, {"name": "door", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})["error"],
-                         'there is an anchor "door" already')
+        assert [a["name"] for a in stream.next("anchors")["anchors"]] == ["door"]
+        assert self.json(409, "POST", path, {"name": "door", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})["error"] == 'there is an anchor "door" already'
         turned = self.json(200, "PATCH", f"{path}/door", {"turn": 1, "size": 2, "model": "lamp"})
-        self.assertEqual((turned["size"], turned["model"]), (2, "lamp"))
-        self.assertNotEqual(turned["pose"]["rotation"], placed["pose"]["rotation"])
+        assert (turned["size"], turned["model"]) == (2, "lamp")
+        assert turned["pose"]["rotation"] != placed["pose"]["rotation"]
         self.json(200, "PATCH", f"{path}/door", {"name": "a gate"})
         news = self.json(200, "GET", f"{path}?since={placed['version']}")
-        self.assertEqual(([a["name"] for a in news["anchors"]], news["removed"]), (["a gate"], ["door"]))
+        assert ([a["name"] for a in news["anchors"]], news["removed"]) == (["a gate"], ["door"])
         stream.send({"type": "place", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})
-        self.assertIn("reading", stream.next("error")["message"])
+        assert "reading" in stream.next("error")["message"]
         writer = Stream(self.server.port, "/v1/maps/desk/track", cluster.WRITE)
         writer.next("hello")
         writer.send({"type": "place", "model": "flag", "origin": [0, 0, 0], "direction": [0, 0, 1]})
@@ -115,17 +113,17 @@ class Service(cluster.MapFolder):
         for removed in (name, "a gate"):
             self.json(200, "DELETE", f"{path}/{urllib.parse.quote(removed)}")
         self.json(404, "DELETE", f"{path}/door")
-        self.assertEqual(self.json(200, "GET", path)["anchors"], [])
+        assert self.json(200, "GET", path)["anchors"] == []
         stream.close(), writer.close()
 
     def test_maps_are_stored_replaced_and_removed(self):
         content = harness.read_bytes(self.map)
         stored = self.json(201, "PUT", "/v1/maps/copy", content)
-        self.assertEqual(self.json(200, "PUT", "/v1/maps/copy", content)["digest"], stored["digest"])
-        self.assertEqual([m["name"] for m in self.json(200, "GET", "/v1/maps")["maps"]], ["copy", "desk"])
+        assert self.json(200, "PUT", "/v1/maps/copy", content)["digest"] == stored["digest"]
+        assert [m["name"] for m in self.json(200, "GET", "/v1/maps")["maps"]] == ["copy", "desk"]
         self.json(400, "PUT", "/v1/maps/copy", content[:-5000])
         self.json(400, "PUT", "/v1/maps/.hidden", content)
-        self.assertGreater(self.json(200, "GET", "/v1/maps/copy")["keyframes"], 10)
+        assert self.json(200, "GET", "/v1/maps/copy")["keyframes"] > 10
         self.json(200, "DELETE", "/v1/maps/copy")
         self.json(404, "GET", "/v1/maps/copy")
         self.json(404, "DELETE", "/v1/maps/copy")
@@ -134,14 +132,14 @@ class Service(cluster.MapFolder):
         path = "/v1/maps/desk/georeference"
         self.json(404, "GET", path)
         points = [{"map": m, "latitude": 48 + m[1] / 111000, "longitude": 11 + m[0] / 74000, "height": 500 + m[2]} for m in ([0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9])]
-        self.assertLess(self.json(200, "PUT", path, {"points": points})["residual_m"], 0.1)
+        assert self.json(200, "PUT", path, {"points": points})["residual_m"] < 0.1
         result = self.json(200, "POST", "/v1/maps/desk/localize", self.images[0], Content_Type="image/png")["results"][0]
-        self.assertAlmostEqual(result["geopose"]["position"]["lat"], 48, delta=1e-4)
+        assert result["geopose"]["position"]["lat"] == pytest.approx(48, abs=1e-4)
         reading = {"timestamp": 1, "sensorId": "0", "sequenceNumber": 0, "imageFormat": "PNG", "size": [640, 480], "imageBytes": base64.b64encode(self.images[0]).decode()}
         request = {"id": "7", "timestamp": 1, "type": "geopose", "sensors": [{"id": "0", "type": "camera"}], "sensorReadings": {"cameraReadings": [reading]}}
         answer = self.json(200, "POST", "/geopose", request)
-        self.assertEqual((answer["id"], answer["type"]), ("7", "geopose"))
-        self.assertAlmostEqual(answer["geopose"]["position"]["lat"], result["geopose"]["position"]["lat"], delta=1e-6)
+        assert (answer["id"], answer["type"]) == ("7", "geopose")
+        assert answer["geopose"]["position"]["lat"] == pytest.approx(result["geopose"]["position"]["lat"], abs=1e-6)
         self.json(400, "PUT", path, {"points": points[:2]})
         self.json(200, "DELETE", path)
         self.json(404, "POST", "/geopose", request)
@@ -155,66 +153,66 @@ class Service(cluster.MapFolder):
         for number, frame in enumerate(frames[:20]):
             stream.image(frame, id=number, time=number / 15, camera="auto")
             answer = stream.next("pose", "error")
-            self.assertEqual((answer["type"], answer.get("id")), ("pose", number), answer)
+            assert (answer["type"], answer.get("id")) == ("pose", number), answer
             states.append(answer["state"])
-        self.assertEqual(states[-1], "tracking")
+        assert states[-1] == "tracking"
         for number in range(20, 40):  # faster than answers come: the newest one is answered, others may be dropped
             stream.image(frames[number], id=number, time=number / 15, camera=camera)
         while (answer := stream.next("pose"))["id"] != 39:
             pass
         stream.image(b"no image", id=40, time=5, camera=camera)
-        self.assertIn("neither a JPEG nor a PNG", stream.next("error")["message"])
+        assert "neither a JPEG nor a PNG" in stream.next("error")["message"]
         stream.send_frame(2, b"\xff\xff\xff\xff")
-        self.assertIn("header", stream.next("error")["message"])
+        assert "header" in stream.next("error")["message"]
         stream.send_frame(1, b"[1")
-        self.assertIn("no JSON", stream.next("error")["message"])
+        assert "no JSON" in stream.next("error")["message"]
         stream.close()
         nowhere = Stream(self.server.port, "/v1/maps/nowhere/track", cluster.READ)
-        self.assertIn("no map", nowhere.next("error")["message"])
-        with self.assertRaisesRegex(ConnectionError, "403"):
+        assert "no map" in nowhere.next("error")["message"]
+        with pytest.raises(ConnectionError, match="403"):
             Stream(self.server.port, "/v1/maps/new/record", cluster.READ)
         recorder = Stream(self.server.port, "/v1/maps/new/record", cluster.WRITE)
         recorder.next("hello")
         for number, frame in enumerate(frames):
             recorder.image(frame, id=number, time=number / 15, camera=camera)
-            self.assertEqual(recorder.next("pose", "error")["type"], "pose")
-        self.assertGreater(recorder.next("progress")["keyframes"], 5)
+            assert recorder.next("pose", "error")["type"] == "pose"
+        assert recorder.next("progress")["keyframes"] > 5
         recorder.send({"type": "finish"})
         digest = recorder.next("saved")["digest"]
-        self.assertEqual(self.json(200, "GET", "/v1/maps/new")["digest"], digest)
+        assert self.json(200, "GET", "/v1/maps/new")["digest"] == digest
         self.json(200, "DELETE", "/v1/maps/new")
 
     def test_pages_are_sent_compressed(self):
         for path in ("/camera", "/openapi.json"):
             plain, packed = self.ask("GET", path), self.ask("GET", path, Accept_Encoding="br, gzip;q=0.5")
-            self.assertEqual((plain.headers.get("Content-Encoding"), packed.headers["Content-Encoding"]), (None, "gzip"))
-            self.assertEqual((plain.headers["Vary"], packed.headers["Vary"]), ("Accept-Encoding", "Accept-Encoding"))
-            self.assertEqual(gzip.decompress(packed.body), plain.body)
-            self.assertLess(3 * len(packed.body), len(plain.body))
-            self.assertEqual(self.ask("HEAD", path, Accept_Encoding="gzip").headers["Content-Length"], str(len(packed.body)))
+            assert (plain.headers.get("Content-Encoding"), packed.headers["Content-Encoding"]) == (None, "gzip")
+            assert (plain.headers["Vary"], packed.headers["Vary"]) == ("Accept-Encoding", "Accept-Encoding")
+            assert gzip.decompress(packed.body) == plain.body
+            assert 3 * len(packed.body) < len(plain.body)
+            assert self.ask("HEAD", path, Accept_Encoding="gzip").headers["Content-Length"] == str(len(packed.body))
 
     def test_tokens(self):
-        self.assertEqual(self.ask("GET", "/healthz", token="").status, 200)
-        self.assertEqual(self.ask("GET", "/camera", token="").status, 200)
+        assert self.ask("GET", "/healthz", token="").status == 200
+        assert self.ask("GET", "/camera", token="").status == 200
         for token in ("", "token-of-nobody-at-all"):
-            self.assertEqual(self.ask("GET", "/v1/maps", token=token).status, 401)
-        self.assertEqual(self.ask("GET", "/v1/maps", token=cluster.READ).status, 200)
+            assert self.ask("GET", "/v1/maps", token=token).status == 401
+        assert self.ask("GET", "/v1/maps", token=cluster.READ).status == 200
         for method, path in (("DELETE", "/v1/maps/desk"), ("PUT", "/v1/maps/other"), ("POST", "/v1/maps/desk/anchors")):
-            self.assertEqual(self.ask(method, path, token=cluster.READ).status, 403)
-        self.assertEqual(self.ask("GET", "/v1/maps", Host="evil.example").status, 403)
-        self.assertEqual(self.ask("GET", "/v1/maps", Origin="http://evil.example").status, 403)
+            assert self.ask(method, path, token=cluster.READ).status == 403
+        assert self.ask("GET", "/v1/maps", Host="evil.example").status == 403
+        assert self.ask("GET", "/v1/maps", Origin="http://evil.example").status == 403
 
     def test_what_there_is_not(self):
-        self.assertEqual(self.ask("GET", "/nothing").status, 404)
-        self.assertEqual(self.ask("DELETE", "/v1/maps").status, 405)
-        self.assertEqual(self.ask("HEAD", "/v1/maps").body, b"")
-        self.assertEqual(self.ask("GET", "/v1/maps/%zz").status, 400)
-        self.assertEqual(self.ask("POST", "/v1/maps/desk/anchors", b"x" * 70000).status, 413)
-        self.assertEqual(self.ask("POST", "/v1/maps/desk/localize", b"x", Content_Type="text/plain").status, 400)
-        self.assertEqual(self.ask("GET", "/v1/maps", X_Large="x" * 9000).status, 431)
+        assert self.ask("GET", "/nothing").status == 404
+        assert self.ask("DELETE", "/v1/maps").status == 405
+        assert self.ask("HEAD", "/v1/maps").body == b""
+        assert self.ask("GET", "/v1/maps/%zz").status == 400
+        assert self.ask("POST", "/v1/maps/desk/anchors", b"x" * 70000).status == 413
+        assert self.ask("POST", "/v1/maps/desk/localize", b"x", Content_Type="text/plain").status == 400
+        assert self.ask("GET", "/v1/maps", X_Large="x" * 9000).status == 431
         text = self.ask("GET", "/metrics").body.decode()
-        self.assertRegex(text, r'oaslam_requests_total\{route="other",status="404"\} \d')
-        self.assertEqual(json.loads(self.ask("GET", "/openapi.json").body)["openapi"][:3], "3.1")
+        assert re.search(r'oaslam_requests_total\{route="other",status="404"\} \d', text)
+        assert json.loads(self.ask("GET", "/openapi.json").body)["openapi"][:3] == "3.1"
 
     def test_values_of_every_shape(self):
         """Each value of a valid request in turn is something else: the answer is 200 or 400."""
@@ -237,16 +235,16 @@ class Service(cluster.MapFolder):
                         target = target[key]
                     target[("", *place)[-1]] = wrong
                     answer = self.ask(method, path, changed[""])
-                    self.assertIn(answer.status, (200, 201, 400), (changed, answer.body))
+                    assert answer.status in (200, 201, 400), (changed, answer.body)
                     count += 1
-        self.assertGreater(count, 300)
+        assert count > 300
         for anchor in self.json(200, "GET", "/v1/maps/desk/anchors")["anchors"]:
             self.json(200, "DELETE", f"/v1/maps/desk/anchors/{urllib.parse.quote(anchor['name'])}")
         for text in (b"", b"{", b"[" * 50000, b"\xff\xfe", b'{"images": 1e999}', b'{"images": [{"image": "####"}]}'):
-            self.assertEqual(self.ask("POST", "/v1/maps/desk/localize", text, Content_Type="application/json").status, 400, text[:20])
+            assert self.ask("POST", "/v1/maps/desk/localize", text, Content_Type="application/json").status == 400, text[:20]
         bomb = self.images[0][:16] + struct.pack(">II", 60000, 60000) + self.images[0][24:]
         for broken in (bomb, self.images[0][:2000], self.images[0][:40], b"\x89PNG\r\n\x1a\n"):
-            self.assertEqual(self.ask("POST", "/v1/maps/desk/localize", broken, Content_Type="image/png").status, 400)
+            assert self.ask("POST", "/v1/maps/desk/localize", broken, Content_Type="image/png").status == 400
 
     def test_others_are_answered_while_some_misbehave(self):
         silent = [socket.create_connection(("127.0.0.1", self.server.port)) for _ in range(1000)]
@@ -259,7 +257,7 @@ class Service(cluster.MapFolder):
                 connection.sendall(garbage)
                 connection.shutdown(socket.SHUT_WR)
                 answer = connection.recv(100)
-                self.assertTrue(answer == b"" or answer.split()[1].startswith(b"4"), answer)
+                assert answer == b"" or answer.split()[1].startswith(b"4"), answer
         for opcode, payload in ((1, b"\xff\xff"), (3, b"x"), (9, b"x" * 200), (2, b"x" * (17 << 20))):
             stream = Stream(self.server.port, "/v1/maps/desk/track", cluster.READ)
             try:
@@ -268,7 +266,7 @@ class Service(cluster.MapFolder):
                     stream.receive_json()
             except OSError:
                 stream.close()  # ended by the server
-        self.assertEqual(self.ask("GET", "/healthz").status, 200)
+        assert self.ask("GET", "/healthz").status == 200
         for connection in silent:
             connection.close()
 
@@ -282,10 +280,10 @@ class Service(cluster.MapFolder):
             thread.start()
         # One is worked at then, and the others wait.
         cluster.wait_until(lambda: b"oaslam_waiting_requests 2\n" in server.request("GET", "/metrics").body, 60, "two requests wait")
-        self.assertEqual(server.end(signal.SIGTERM), 0)
+        assert server.end(signal.SIGTERM) == 0
         for thread in threads:
             thread.join()
-        self.assertEqual([answer.status for answer in answers], [200, 200, 200])
+        assert [answer.status for answer in answers] == [200, 200, 200]
 
     def test_command_lines_that_cannot_be(self):
         maps, tokens = self.path("maps"), self.path("wrong tokens")
@@ -298,29 +296,25 @@ class Service(cluster.MapFolder):
                                  (["--maps", maps, "--token-file", tokens], "expected: read TOKEN or write TOKEN"),
                                  (["--maps", maps, "--port", str(self.server.port)], "cannot listen"), (["--maps", "postgresql://127.0.0.1:1/x"], "database: connection")):
             outcome = harness.oaslam("serve", *([] if "--port" in options else ["--port", "0"]), *options, timeout=60)
-            self.assertEqual(outcome.code, 1, outcome)
-            self.assertIn(message, outcome.err)
-            self.assertEqual(outcome.err.strip().count("\n"), 0, outcome)
+            assert outcome.code == 1, outcome
+            assert message in outcome.err
+            assert outcome.err.strip().count("\n") == 0, outcome
 
     def test_tls(self):
         process = subprocess.Popen([harness.BINARY, "serve", "--maps", self.path("maps"), "--port", "0", "--tls-self-signed", "--token-file", self.server.tokens],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
             url = process.stdout.readline().strip()
-            self.assertTrue(url.startswith("https://"), url)
+            assert url.startswith("https://"), url
             port = urllib.parse.urlsplit(url).port
             certificate = cluster.ssl.get_server_certificate(("127.0.0.1", port))
             path = self.path("certificate.pem")
             with open(path, "w") as f:
                 f.write(certificate)
-            self.assertEqual(cluster.once(cluster.Client(port, path), "GET", "/v1/maps").status, 200)
-            with self.assertRaises((OSError, http.client.HTTPException)):
+            assert cluster.once(cluster.Client(port, path), "GET", "/v1/maps").status == 200
+            with pytest.raises((OSError, http.client.HTTPException)):
                 cluster.once(cluster.Client(port), "GET", "/v1/maps")
         finally:
             process.terminate()
-            self.assertEqual(process.wait(60), 0)
+            assert process.wait(60) == 0
             process.communicate()
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)

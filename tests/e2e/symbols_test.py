@@ -53,10 +53,3 @@ class Symbols(unittest.TestCase):
         self.assertEqual(self.functions - {scopes[-1] for scopes in names}, set())
         self.assertGreater(len(self.classes), 5)
         self.assertGreater(len(self.functions), 20)
-
-
-if __name__ == "__main__":
-    if not shutil.which("nm"):
-        print("skipped: there is no nm (Debian: binutils)")
-        sys.exit(77)
-    unittest.main(verbosity=2)

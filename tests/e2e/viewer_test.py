@@ -7,10 +7,10 @@ import socket
 import subprocess
 import threading
 import time
-import unittest
 
 import harness
-from harness import BINARY, oaslam
+import pytest
+from harness import BINARY, must_run, oaslam
 from websocket import WebSocket
 
 
@@ -52,18 +52,16 @@ class Program:
             return answer
 
 
-class Viewer(harness.InFolder):
+class TestViewer(harness.InFolder):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
+    def prepare(cls):
         cls.out, cls.map = os.path.join(cls.folder, "plain"), os.path.join(cls.folder, "desk.map")
-        done = oaslam("run", *harness.clip("map_front"), "--to", "200", "--out", cls.out, "--map-out", cls.map)
-        assert done.code == 0, done
+        must_run("run", *harness.clip("map_front"), "--to", "200", "--out", cls.out, "--map-out", cls.map)
 
-    def setUp(self):
+    def setup_method(self):
         self.program = None
 
-    def tearDown(self):
+    def teardown_method(self):
         if self.program and self.program.process.poll() is None:
             self.program.process.kill()
             self.program.wait()
@@ -74,26 +72,26 @@ class Viewer(harness.InFolder):
 
     def watch(self, program, **options):
         viewer = WebSocket(program.port, **options)
-        self.addCleanup(viewer.close)
+        self.cleanup.callback(viewer.close)
         return viewer
 
     def test_a_saved_map_and_ctrl_c(self):
         program = self.view()
         page = program.get()
-        self.assertIn(b"200 OK", page)
-        self.assertIn(b"The MIT License", page)
-        self.assertNotRegex(page.decode("ascii"), r"<(script|link|img)[^>]+(src|href)=\"(?!data:)")
+        assert b"200 OK" in page
+        assert b"The MIT License" in page
+        assert not re.search(r"<(script|link|img)[^>]+(src|href)=\"(?!data:)", page.decode("ascii"))
         viewers = [self.watch(program) for _ in range(3)]
         for viewer in viewers:
-            self.assertEqual(viewer.receive()[0]["commands"], False)
+            assert viewer.receive()[0]["commands"] == False
             header, _ = viewer.receive()
             landmarks = next(count for name, _, count in header["arrays"] if name == "landmark_ids")
             info = oaslam("info", self.map).out
-            self.assertEqual(landmarks, int(re.search(r"landmarks\s+(\d+)", info)[1]))
-            self.assertEqual(sum(o["mapped"] for o in header["objects"]), len(harness.read_json(os.path.join(self.out, "objects.json"))))
-        self.assertIn(b"403 Forbidden", program.get(host="evil.example"))
-        self.assertEqual(program.end(), 0)
-        with self.assertRaises(ConnectionError):
+            assert landmarks == int(re.search(r"landmarks\s+(\d+)", info)[1])
+            assert sum(o["mapped"] for o in header["objects"]) == len(harness.read_json(os.path.join(self.out, "objects.json")))
+        assert b"403 Forbidden" in program.get(host="evil.example")
+        assert program.end() == 0
+        with pytest.raises(ConnectionError):
             while True:
                 viewers[0].receive()
 
@@ -104,7 +102,7 @@ class Viewer(harness.InFolder):
             viewer.receive()
             try:
                 viewer.send_frame(opcode, payload)
-                with self.assertRaises((ConnectionError, socket.timeout)):
+                with pytest.raises((ConnectionError, socket.timeout)):
                     while True:
                         viewer.receive()
             except (BrokenPipeError, ConnectionResetError):
@@ -129,8 +127,8 @@ class Viewer(harness.InFolder):
                     s.recv(4096)
                 except OSError:
                     pass
-        self.assertIn(b"200 OK", program.get())
-        self.assertEqual(program.end(), 0)
+        assert b"200 OK" in program.get()
+        assert program.end() == 0
 
     def test_a_thousand_connections(self):
         program = self.view()
@@ -141,30 +139,30 @@ class Viewer(harness.InFolder):
             sockets.append(socket.create_connection(("127.0.0.1", program.port), timeout=10))
             if len(sockets) >= 300:  # file descriptors are limited on this side, too
                 sockets.pop(150).close()
-        self.assertIn(b"200 OK", program.get())
+        assert b"200 OK" in program.get()
         kept.send({"type": "keyframe", "id": 0})
         headers = [kept.receive()[0]["type"] for _ in range(2)]
-        self.assertIn("keyframe", headers)
+        assert "keyframe" in headers
         deadline = time.monotonic() + 20
         while b"200 OK" not in program.get() and time.monotonic() < deadline:
             time.sleep(0.2)
-        self.assertIn(b"200 OK", program.get())
-        self.assertEqual(program.end(), 0)
+        assert b"200 OK" in program.get()
+        assert program.end() == 0
 
     def test_one_line_where_the_port_is_in_use(self):
         program = self.view()
         for command in (["view", self.map, "--port", program.port], ["run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), "--viewer", program.port]):
             outcome = oaslam(*command)
-            self.assertEqual(outcome.code, 1, outcome)
-            self.assertEqual(len(outcome.err.strip().splitlines()), 1, outcome)
-            self.assertIn(f"port {program.port}", outcome.err)
+            assert outcome.code == 1, outcome
+            assert len(outcome.err.strip().splitlines()) == 1, outcome
+            assert f"port {program.port}" in outcome.err
 
     def test_edits_of_a_saved_map_are_written(self):
         """One after another; what something else has written meanwhile is not overwritten."""
         path = os.path.join(self.folder, "edited.map")
         shutil.copy(self.map, path)
         first = next(o for o in harness.read_json(os.path.join(self.out, "objects.json")))["id"]
-        self.assertEqual(oaslam("anchors", path, "--place", f"sign=flag@object:{first}").code, 0)
+        assert oaslam("anchors", path, "--place", f"sign=flag@object:{first}").code == 0
         self.program = program = Program("view", path, "--port", "0")
         viewer = self.watch(program)
 
@@ -178,29 +176,29 @@ class Viewer(harness.InFolder):
                     if event["kind"] == "anchor":
                         return event["text"]
 
-        self.assertEqual(answer(), ["sign"])
+        assert answer() == ["sign"]
         for old, new in (("sign", "gate"), ("gate", "door")):
             viewer.send({"type": "anchor", "name": old, "rename": new})
-            self.assertEqual(answer(), [new])
-            self.assertIn(f"\n{new} ", oaslam("anchors", path).out)
-        self.assertEqual(oaslam("anchors", path, "--rename", "door=window").code, 0)
+            assert answer() == [new]
+            assert f"\n{new} " in oaslam("anchors", path).out
+        assert oaslam("anchors", path, "--rename", "door=window").code == 0
         viewer.send({"type": "anchor", "name": "door", "rename": "roof"})
-        self.assertIn("has changed since it was opened", answer())
-        self.assertIn("\nwindow ", oaslam("anchors", path).out)
-        self.assertEqual(oaslam("info", path).code, 0)
-        self.assertEqual(program.end(), 0, program.text)
+        assert "has changed since it was opened" in answer()
+        assert "\nwindow " in oaslam("anchors", path).out
+        assert oaslam("info", path).code == 0
+        assert program.end() == 0, program.text
 
     def test_bad_input(self):
         for options, words in ((["/nowhere"], "no such file"), ([self.folder + "/nothing.map"], "no such file"), ([harness.SAMPLE], "neither a map file"),
                                ([os.path.join(harness.SAMPLE, "README.md")], "README.md"), ([self.map, "--bind", "desk"], "--bind desk"), ([self.map, "--port", "70000"], "70000"),
                                ([self.map, "--images", "/nowhere"], "/nowhere"), ([self.map, "--groundtruth", self.map], "desk.map"), ([self.out, "--map", "/nowhere"], "/nowhere")):
             outcome = oaslam("view", *options, timeout=20)
-            self.assertNotEqual(outcome.code, 0, outcome)
-            self.assertIn(words, outcome.err, outcome)
+            assert outcome.code != 0, outcome
+            assert words in outcome.err, outcome
         for port in ("x", "70000", "-1", "0.5"):
             outcome = oaslam("run", *harness.clip("map_front"), "--out", os.path.join(self.folder, "x"), f"--viewer={port}")
-            self.assertGreater(outcome.code, 0, outcome)
-            self.assertRegex(outcome.err, f"--viewer.*{port}")
+            assert outcome.code > 0, outcome
+            assert re.search(f"--viewer.*{port}", outcome.err)
 
     def test_a_run_is_the_same_watched_or_not(self):
         """Viewers may stop reading, send many requests, or vanish."""
@@ -209,7 +207,7 @@ class Viewer(harness.InFolder):
         stalled = self.watch(program, receive_buffer=4096)
         gone = self.watch(program)
         viewer = self.watch(program)
-        self.assertTrue(viewer.receive()[0]["commands"])
+        assert viewer.receive()[0]["commands"]
         viewer.send({"type": "command", "name": "pause", "on": False})
         frames, deltas, last = [], 0, None
         try:
@@ -224,13 +222,13 @@ class Viewer(harness.InFolder):
                     gone.close()
         except ConnectionError:
             pass
-        self.assertEqual(program.wait(), 0, program.text)
-        self.assertGreater(len(frames), 5)
-        self.assertEqual(frames, sorted(frames))
-        self.assertGreater(deltas, 1)
-        self.assertEqual(last["landmarks"], harness.read_json(os.path.join(out, "summary.json"))["landmarks"])
+        assert program.wait() == 0, program.text
+        assert len(frames) > 5
+        assert frames == sorted(frames)
+        assert deltas > 1
+        assert last["landmarks"] == harness.read_json(os.path.join(out, "summary.json"))["landmarks"]
         for name in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt", "objects.json"):
-            self.assertEqual(harness.read_bytes(os.path.join(out, name)), harness.read_bytes(os.path.join(self.out, name)), name)
+            assert harness.read_bytes(os.path.join(out, name)) == harness.read_bytes(os.path.join(self.out, name)), name
         stalled.close()
 
     def test_ctrl_c_while_held_writes_the_results(self):
@@ -241,8 +239,8 @@ class Viewer(harness.InFolder):
         viewer.send({"type": "command", "name": "pause", "on": True})
         while not viewer.receive()[0].get("status", {}).get("paused"):
             pass
-        self.assertEqual(program.end(), 130, program.text)
-        self.assertTrue(os.path.exists(os.path.join(out, "summary.json")))
+        assert program.end() == 130, program.text
+        assert os.path.exists(os.path.join(out, "summary.json"))
 
     def test_reset_and_stay(self):
         out = os.path.join(self.folder, "reset")
@@ -258,9 +256,5 @@ class Viewer(harness.InFolder):
             status = viewer.receive()[0].get("status", status)
         late = self.watch(program)
         late.receive()
-        self.assertGreater(late.receive()[0]["map"]["landmarks"], 300)
-        self.assertEqual(program.end(), 0, program.text)
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)
+        assert late.receive()[0]["map"]["landmarks"] > 300
+        assert program.end() == 0, program.text
