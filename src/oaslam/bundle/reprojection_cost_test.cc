@@ -7,7 +7,7 @@
 namespace oaslam {
 namespace {
 
-const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 510, .cx = 318, .cy = 242};
+const Camera kPinhole{.width = 640, .height = 480, .fx = 520, .fy = 510, .cx = 318, .cy = 242};
 
 Rigid3 SomePose() {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized())),
@@ -30,7 +30,7 @@ TEST(PoseManifold, ObeysTheLawsOfManifolds) {
 }
 
 TEST(ReprojectionCost, DerivativesAgreeWithNumericOnes) {
-  const ReprojectionCost cost(kCamera, {300, 200}, 1.44);
+  const ReprojectionCost cost(kPinhole, {300, 200}, 1.44);
   const PoseManifold manifold;
   const std::vector<const ceres::Manifold*> manifolds{&manifold, nullptr};
   ceres::GradientChecker checker(&cost, &manifolds, ceres::NumericDiffOptions());
@@ -42,8 +42,8 @@ TEST(ReprojectionCost, DerivativesAgreeWithNumericOnes) {
 }
 
 TEST(ReprojectionCost, TheFixedPoseVariantIsTheSame) {
-  const ReprojectionCost free(kCamera, {300, 200}, 1.44);
-  const FixedPoseReprojectionCost fixed(kCamera, SomePose(), {300, 200}, 1.44);
+  const ReprojectionCost free(kPinhole, {300, 200}, 1.44);
+  const FixedPoseReprojectionCost fixed(kPinhole, SomePose(), {300, 200}, 1.44);
   const PoseBlock pose = ToBlock(SomePose());
   const Eigen::Vector3d point = SomePoint();
   const double* both[] = {pose.data(), point.data()};
@@ -59,7 +59,7 @@ TEST(ReprojectionCost, TheFixedPoseVariantIsTheSame) {
 }
 
 TEST(ReprojectionCost, BehindTheCameraIsExpensive) {
-  const ReprojectionCost cost(kCamera, {300, 200}, 1);
+  const ReprojectionCost cost(kPinhole, {300, 200}, 1);
   const PoseBlock pose = ToBlock(SomePose());
   const Eigen::Vector3d point = SomePose().Inverse() * Eigen::Vector3d(0, 0, -2);
   const double* parameters[] = {pose.data(), point.data()};

@@ -8,7 +8,7 @@
 namespace oaslam {
 namespace {
 
-const cv::Size kNetwork(64, 32);  // grids of 8x4, 4x2 and 2x1 cells: 42
+const cv::Size kYoloInput(64, 32);  // grids of 8x4, 4x2 and 2x1 cells: 42
 constexpr int kCells = 42;
 constexpr int kClasses = 3;
 
@@ -34,7 +34,7 @@ TEST(YoloOutput, DecodesTheGridOfYolox) {
   // Cell (3, 1) of stride 8, and cell (1, 0) of stride 32: the last row.
   FillRow(tensor, 1 * 8 + 3, {0.5F, 0.25F, std::log(2.F), std::log(1.5F), 0.9F, 0.1F, 0.8F, 0.2F});
   FillRow(tensor, kCells - 1, {0.F, 0.5F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.5F});
-  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kNetwork, 0.3);
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kYoloInput, 0.3);
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].category_id, 1);
   EXPECT_NEAR(found[0].score, 0.72, 1e-6);
@@ -47,7 +47,7 @@ TEST(YoloOutput, DecodesRowsOfYolov5) {
   cv::Mat tensor = Tensor(3 * kCells, 5 + kClasses);
   FillRow(tensor, 100, {30, 20, 10, 4, 0.8F, 0.5F, 0.25F, 0.F});
   FillRow(tensor, 5, {30, 20, 10, 4, 0.2F, 1.F, 0.F, 0.F});  // objectness too low
-  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolov5, kClasses}, kNetwork, 0.3);
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolov5, kClasses}, kYoloInput, 0.3);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].category_id, 0);
   EXPECT_NEAR(found[0].score, 0.4, 1e-6);
@@ -58,7 +58,7 @@ TEST(YoloOutput, DecodesColumnsOfYolov8) {
   cv::Mat tensor = Tensor(4 + kClasses, kCells);
   const std::vector<float> column{30, 20, 10, 4, 0.1F, 0.2F, 0.9F};
   for (size_t i = 0; i < column.size(); ++i) At(tensor, static_cast<int>(i), 17) = column[i];
-  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolov8, kClasses}, kNetwork, 0.3);
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kYolov8, kClasses}, kYoloInput, 0.3);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].category_id, 2);
   EXPECT_NEAR(found[0].score, 0.9, 1e-6);
@@ -70,11 +70,11 @@ TEST(YoloOutput, IgnoresMaskCoefficients) {
   At(tensor, 2, 3) = At(tensor, 3, 3) = 10;
   At(tensor, 5, 3) = 0.6F;
   At(tensor, 20, 3) = 5;  // no class
-  const auto format = RecognizeOutput({1, 4 + kClasses + 32, kCells}, kNetwork,
+  const auto format = RecognizeOutput({1, 4 + kClasses + 32, kCells}, kYoloInput,
                                       DetectorLayout::kAuto, kClasses, false);
   ASSERT_TRUE(format);
   EXPECT_EQ(format->classes, kClasses);
-  const auto found = DecodeOutput(tensor, *format, kNetwork, 0.3);
+  const auto found = DecodeOutput(tensor, *format, kYoloInput, 0.3);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].category_id, 1);
 }
@@ -83,7 +83,7 @@ TEST(YoloOutput, DecodesEndToEndRows) {
   cv::Mat tensor = Tensor(300, 6);
   FillRow(tensor, 0, {1, 2, 30, 20, 0.9F, 7});
   FillRow(tensor, 1, {1, 2, 30, 20, 0.1F, 7});
-  const auto found = DecodeOutput(tensor, {DetectorLayout::kEndToEnd, 0}, kNetwork, 0.3);
+  const auto found = DecodeOutput(tensor, {DetectorLayout::kEndToEnd, 0}, kYoloInput, 0.3);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].category_id, 7);
   ExpectBox(found[0].box, 1, 2, 30, 20);
@@ -92,14 +92,14 @@ TEST(YoloOutput, DecodesEndToEndRows) {
 TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   constexpr int kMasks = 4;
   const auto check = [&](const cv::Mat& tensor, const OutputFormat& format) {
-    const auto found = DecodeOutput(tensor, format, kNetwork, 0.3);
+    const auto found = DecodeOutput(tensor, format, kYoloInput, 0.3);
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0].category_id, 2);
     EXPECT_EQ(found[0].place, 17);
     EXPECT_EQ(MaskCoefficients(tensor, format, found[0].place), (std::vector<float>{9, 8, 7, 6}));
   };
   // Without names: the number of classes follows from that of the prototypes.
-  const auto v8 = RecognizeOutput({1, 4 + kClasses + kMasks, kCells}, kNetwork,
+  const auto v8 = RecognizeOutput({1, 4 + kClasses + kMasks, kCells}, kYoloInput,
                                   DetectorLayout::kAuto, 0, false, kMasks);
   ASSERT_TRUE(v8);
   EXPECT_EQ(v8->classes, kClasses);
@@ -108,7 +108,7 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   for (size_t i = 0; i < column.size(); ++i) At(columns, static_cast<int>(i), 17) = column[i];
   check(columns, *v8);
 
-  const auto v5 = RecognizeOutput({1, 3 * kCells, 5 + kClasses + kMasks}, kNetwork,
+  const auto v5 = RecognizeOutput({1, 3 * kCells, 5 + kClasses + kMasks}, kYoloInput,
                                   DetectorLayout::kAuto, 0, false, kMasks);
   ASSERT_TRUE(v5);
   EXPECT_EQ(v5->layout, DetectorLayout::kYolov5);
@@ -117,14 +117,15 @@ TEST(YoloOutput, PrototypesTellWhereCoefficientsBegin) {
   FillRow(rows, 17, {30, 20, 10, 4, 1, 0.1F, 0.2F, 0.9F, 9, 8, 7, 6});
   check(rows, *v5);
 
-  const auto end_to_end = RecognizeOutput({1, 300, 6 + kMasks}, kNetwork, DetectorLayout::kAuto, 0,
-                                          true, kMasks);  // YOLO26-seg
+  const auto end_to_end = RecognizeOutput({1, 300, 6 + kMasks}, kYoloInput, DetectorLayout::kAuto,
+                                          0, true, kMasks);  // YOLO26-seg
   ASSERT_TRUE(end_to_end);
   EXPECT_EQ(end_to_end->layout, DetectorLayout::kEndToEnd);
   cv::Mat listed = Tensor(300, 6 + kMasks);
   FillRow(listed, 17, {25, 18, 35, 22, 0.9F, 2, 9, 8, 7, 6});
   check(listed, *end_to_end);
-  EXPECT_FALSE(RecognizeOutput({1, 300, 6 + kMasks}, kNetwork, DetectorLayout::kEndToEnd, 0, true));
+  EXPECT_FALSE(
+      RecognizeOutput({1, 300, 6 + kMasks}, kYoloInput, DetectorLayout::kEndToEnd, 0, true));
 }
 
 TEST(YoloOutput, DropsWhatIsNoBox) {
@@ -133,7 +134,7 @@ TEST(YoloOutput, DropsWhatIsNoBox) {
   FillRow(tensor, 0, {nan, 0, 0, 0, 1, 1, 0, 0});
   FillRow(tensor, 1, {0, 0, 1e4F, 0, 1, 1, 0, 0});  // exp overflows
   FillRow(tensor, 2, {0, 0, 0, 0, nan, 1, 0, 0});
-  EXPECT_TRUE(DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kNetwork, 0.3).empty());
+  EXPECT_TRUE(DecodeOutput(tensor, {DetectorLayout::kYolox, kClasses}, kYoloInput, 0.3).empty());
 }
 
 DetectorLayout Guess(const std::vector<int>& shape, int size = 640, int names = 0,
@@ -173,7 +174,7 @@ TEST(YoloOutput, AnOverrideIsCheckedAgainstTheShape) {
 TEST(YoloOutput, KeepsTheLabelsNextToTheBest) {
   cv::Mat rows = Tensor(3 * kCells, 5 + kClasses);
   FillRow(rows, 5, {30, 20, 10, 4, 0.5F, 0.4F, 0.8F, 0.1F});  // the last one says nothing
-  const auto v5 = DecodeOutput(rows, {DetectorLayout::kYolov5, kClasses}, kNetwork, 0.3);
+  const auto v5 = DecodeOutput(rows, {DetectorLayout::kYolov5, kClasses}, kYoloInput, 0.3);
   ASSERT_EQ(v5.size(), 1u);
   ASSERT_EQ(v5[0].other_labels.size(), 1u);
   EXPECT_EQ(v5[0].other_labels[0].category_id, 0);
@@ -181,7 +182,7 @@ TEST(YoloOutput, KeepsTheLabelsNextToTheBest) {
   cv::Mat columns = Tensor(4 + kClasses, kCells);
   const std::vector<float> column{30, 20, 10, 4, 0.3F, 0.5F, 0.9F};
   for (size_t i = 0; i < column.size(); ++i) At(columns, static_cast<int>(i), 17) = column[i];
-  const auto v8 = DecodeOutput(columns, {DetectorLayout::kYolov8, kClasses}, kNetwork, 0.3);
+  const auto v8 = DecodeOutput(columns, {DetectorLayout::kYolov8, kClasses}, kYoloInput, 0.3);
   ASSERT_EQ(v8.size(), 1u);
   ASSERT_EQ(v8[0].other_labels.size(), 2u);
   EXPECT_EQ(v8[0].other_labels[0].category_id, 1);

@@ -14,7 +14,7 @@
 namespace oaslam {
 namespace {
 
-const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+const Camera kFitCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
 const Eigen::Vector3d kUp(0, 0, 1);
 
 Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
@@ -38,10 +38,10 @@ std::vector<BoxView> ViewsOf(const Ellipsoid& object, int count, double noise_px
     const double angle = 1.6 * i / count;
     const Rigid3 pose = LookAt(
         {1.5 * std::cos(angle), 1.5 * std::sin(angle), 0.6 + 0.3 * std::sin(5 * angle)}, looked_at);
-    Box box = *ProjectToBox(object, pose, kCamera);
+    Box box = *ProjectToBox(object, pose, kFitCamera);
     for (double* edge : {&box.x1, &box.y1, &box.x2, &box.y2}) *edge += rng.Gaussian(noise_px);
     box = Intersection(box, {0, 0, 640, 480});
-    views.push_back({pose, &kCamera, box, 0.8, TruncatedEdges(kCamera, box)});
+    views.push_back({pose, &kFitCamera, box, 0.8, TruncatedEdges(kFitCamera, box)});
   }
   return views;
 }
@@ -203,7 +203,7 @@ TEST(Covariance, PredictsTheSpreadOfFits) {
 }
 
 TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
-  const ObjectScore score(kCamera);
+  const ObjectScore score(kFitCamera);
   const Box box{200, 200, 260, 280};
   const Eigen::Vector4d certain = Eigen::Vector4d::Zero();
   EXPECT_GT(score(box, 0, box, certain), 8);
@@ -222,12 +222,12 @@ TEST(ObjectScore, RewardsFitAndKnowsTruncation) {
 }
 
 TEST(ObjectScore, DoesNotDependOnTheResolution) {
-  Camera twice = kCamera;
+  Camera twice = kFitCamera;
   twice.width *= 2;
   twice.height *= 2;
   const Box a{200, 200, 260, 280}, b{205, 203, 258, 290};
   const auto doubled = [](const Box& x) { return Box{2 * x.x1, 2 * x.y1, 2 * x.x2, 2 * x.y2}; };
-  EXPECT_NEAR(ObjectScore(kCamera)(a, 0, b, Eigen::Vector4d::Constant(4)),
+  EXPECT_NEAR(ObjectScore(kFitCamera)(a, 0, b, Eigen::Vector4d::Constant(4)),
               ObjectScore(twice)(doubled(a), 0, doubled(b), Eigen::Vector4d::Constant(16)), 1e-9);
 }
 

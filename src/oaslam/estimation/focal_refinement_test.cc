@@ -10,7 +10,8 @@
 namespace oaslam {
 namespace {
 
-const Camera kCamera{.width = 640, .height = 480, .fx = 540, .fy = 540, .cx = 319.5, .cy = 239.5};
+const Camera kTrueCamera{
+    .width = 640, .height = 480, .fx = 540, .fy = 540, .cx = 319.5, .cy = 239.5};
 
 std::vector<PointObservation> Observations(const Rigid3& pose, int count, int wrong, double depth,
                                            Rng& rng) {
@@ -19,7 +20,7 @@ std::vector<PointObservation> Observations(const Rigid3& pose, int count, int wr
     const Eigen::Vector3d in_cam(rng.Uniform(-1, 1), rng.Uniform(-0.8, 0.8),
                                  rng.Uniform(2, 2 + depth));
     Eigen::Vector2d px =
-        ProjectIdeal(kCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(0.5), rng.Gaussian(0.5));
+        ProjectIdeal(kTrueCamera, in_cam) + Eigen::Vector2d(rng.Gaussian(0.5), rng.Gaussian(0.5));
     if (i < wrong) px = {rng.Uniform(0, 640), rng.Uniform(0, 480)};
     observations.push_back({pose.Inverse() * in_cam, px, 4});
   }
@@ -27,7 +28,7 @@ std::vector<PointObservation> Observations(const Rigid3& pose, int count, int wr
 }
 
 Camera Off(double factor) {
-  Camera camera = kCamera;
+  Camera camera = kTrueCamera;
   camera.fx *= factor;
   camera.fy *= factor;
   return camera;
@@ -42,8 +43,9 @@ TEST(FocalRefinement, FindsPoseAndFocalLengthAmongOutliers) {
   for (const double factor : {0.85, 1.0, 1.15}) {
     const FocalReport found = RefinePoseAndFocal(Off(factor), pose, observations);
     ASSERT_TRUE(found.success);
-    EXPECT_NEAR(found.camera.fx / kCamera.fx, 1, 0.01) << factor;
-    EXPECT_LT(std::abs(std::log(found.camera.fx / kCamera.fx)), 4 * found.relative_sigma) << factor;
+    EXPECT_NEAR(found.camera.fx / kTrueCamera.fx, 1, 0.01) << factor;
+    EXPECT_LT(std::abs(std::log(found.camera.fx / kTrueCamera.fx)), 4 * found.relative_sigma)
+        << factor;
     EXPECT_LT((found.cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), 0.03);
     EXPECT_GE(found.inliers, 100);
   }
@@ -52,15 +54,17 @@ TEST(FocalRefinement, FindsPoseAndFocalLengthAmongOutliers) {
 TEST(FocalRefinement, SaysHowLittleAPlaneTells) {
   Rng rng(4);
   const Rigid3 pose;
-  const FocalReport deep = RefinePoseAndFocal(kCamera, pose, Observations(pose, 100, 0, 2.5, rng));
-  const FocalReport flat = RefinePoseAndFocal(kCamera, pose, Observations(pose, 100, 0, 0.02, rng));
+  const FocalReport deep =
+      RefinePoseAndFocal(kTrueCamera, pose, Observations(pose, 100, 0, 2.5, rng));
+  const FocalReport flat =
+      RefinePoseAndFocal(kTrueCamera, pose, Observations(pose, 100, 0, 0.02, rng));
   EXPECT_LT(deep.relative_sigma, 0.02);
   EXPECT_GT(flat.relative_sigma, 5 * deep.relative_sigma);
 }
 
 TEST(FocalRefinement, RefusesTooFew) {
   Rng rng(5);
-  EXPECT_FALSE(RefinePoseAndFocal(kCamera, {}, Observations({}, 6, 0, 2, rng)).success);
+  EXPECT_FALSE(RefinePoseAndFocal(kTrueCamera, {}, Observations({}, 6, 0, 2, rng)).success);
 }
 
 }  // namespace

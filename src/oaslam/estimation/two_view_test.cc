@@ -11,7 +11,8 @@
 namespace oaslam {
 namespace {
 
-const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+const Camera kTwoViewCamera{
+    .width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
 
 struct Scene {
   Rigid3 second_from_first;  // not of unit length
@@ -31,20 +32,20 @@ Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, d
                 Rng& rng) {
   Scene scene{motion, {}, {}, {}};
   while (static_cast<int>(scene.points.size()) < count) {
-    const Eigen::Vector3d ray = RayOf(kCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)});
+    const Eigen::Vector3d ray = RayOf(kTwoViewCamera, {rng.Uniform(0, 640), rng.Uniform(0, 480)});
     const double depth = shape == Shape::kGeneral ? rng.Uniform(1.5, 4)
                          : shape == Shape::kPlane ? 2.5 / (1 + 0.5 * ray.x() + 0.8 * ray.y())
                                                   : rng.Uniform(150, 400);
     const Eigen::Vector3d x = ray * depth, y = motion * x;
     if (y.z() < 0.1) continue;
-    const Eigen::Vector2d px = ProjectIdeal(kCamera, y);
+    const Eigen::Vector2d px = ProjectIdeal(kTwoViewCamera, y);
     if (px.x() < 0 || px.y() < 0 || px.x() > 640 || px.y() > 480) continue;
     const auto noise = [&] {
       // In braces arguments are evaluated in the same order by every compiler.
       return Eigen::Vector2d{rng.Gaussian(noise_px), rng.Gaussian(noise_px)};
     };
     scene.points.push_back(x);
-    scene.first.push_back(ProjectIdeal(kCamera, x) + noise());
+    scene.first.push_back(ProjectIdeal(kTwoViewCamera, x) + noise());
     scene.second.push_back(rng.Uniform(0, 1) < outliers
                                ? Eigen::Vector2d{rng.Uniform(0, 640), rng.Uniform(0, 480)}
                                : Eigen::Vector2d(px + noise()));
@@ -54,7 +55,7 @@ Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, d
 
 TwoViewReport Estimate(const Scene& scene, uint64_t seed) {
   Rng rng(seed);
-  return EstimateTwoView(kCamera, kCamera, scene.first, scene.second,
+  return EstimateTwoView(kTwoViewCamera, kTwoViewCamera, scene.first, scene.second,
                          std::vector<double>(scene.first.size(), 1), TwoViewOptions{}, rng);
 }
 

@@ -11,7 +11,7 @@ Camera Freiburg2() {
   return c;
 }
 
-Camera Fisheye() {
+Camera T265Lens() {
   Camera c{.model = LensModel::kFisheye,
            .width = 848,
            .height = 800,
@@ -24,7 +24,7 @@ Camera Fisheye() {
 }
 
 TEST(CameraModel, UndistortionInvertsDistortionOverTheImage) {
-  for (const Camera& camera : {Freiburg2(), Fisheye()}) {
+  for (const Camera& camera : {Freiburg2(), T265Lens()}) {
     for (int x = 0; x < camera.width; x += 53)
       for (int y = 0; y < camera.height; y += 53) {
         const Eigen::Vector2d pixel(x, y);

@@ -11,7 +11,7 @@ namespace oaslam {
 namespace {
 
 // A wide lens whose image has black corners: 190 degrees across its width.
-Camera Fisheye() {
+Camera WideFisheye() {
   Camera c{.model = LensModel::kFisheye,
            .width = 800,
            .height = 800,
@@ -52,7 +52,7 @@ TEST(IdealImage, TheLensModelEndsWhereItsRadiusStopsGrowing) {
 }
 
 TEST(IdealImage, PixelsWithinTheModelHaveOneIdealPoint) {
-  for (const Camera& camera : {Fisheye(), FoldingPinhole(), FoldingFisheye()}) {
+  for (const Camera& camera : {WideFisheye(), FoldingPinhole(), FoldingFisheye()}) {
     const IdealImage image(camera);
     const double max_radius = std::tan(MaxLensAngle(camera));
     int valid = 0, all = 0;
@@ -72,7 +72,7 @@ TEST(IdealImage, PixelsWithinTheModelHaveOneIdealPoint) {
 }
 
 TEST(IdealImage, APixelBeyondTheModelHasNoIdealPoint) {
-  EXPECT_FALSE(IdealImage(Fisheye()).Undistort({3, 3}));  // 130 degrees from the axis
+  EXPECT_FALSE(IdealImage(WideFisheye()).Undistort({3, 3}));  // 130 degrees from the axis
   EXPECT_FALSE(
       IdealImage(FoldingFisheye()).Undistort({320 + 305, 240}));  // the radius ends at 291 px
   EXPECT_TRUE(IdealImage(FoldingFisheye()).Undistort({320 + 285, 240}));

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-const Camera kCamera = synthetic::World().camera;
+const Camera kWorldCamera = synthetic::World().camera;
 
 // A camera before a wall with a random pattern, which fills the plane z = 0. It sees it at an
 // angle: from straight ahead the place of the camera would be uncertain.
@@ -36,14 +36,14 @@ cv::Mat ImageOfWall(const Rigid3& world_from_cam) {
   Eigen::Matrix3d image_from_wall = cam_from_world.rotation.toRotationMatrix();
   image_from_wall.col(2) = cam_from_world.translation;
   Eigen::Matrix3d calibration, world_from_pattern;
-  calibration << kCamera.fx, 0, kCamera.cx, 0, kCamera.fy, kCamera.cy, 0, 0, 1;
+  calibration << kWorldCamera.fx, 0, kWorldCamera.cx, 0, kWorldCamera.fy, kWorldCamera.cy, 0, 0, 1;
   world_from_pattern << 1 / kPixelsPerUnit, 0, -800 / kPixelsPerUnit, 0, 1 / kPixelsPerUnit,
       -800 / kPixelsPerUnit, 0, 0, 1;
   image_from_wall = calibration * image_from_wall * world_from_pattern;
   cv::Mat warp(3, 3, CV_64F);
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) warp.at<double>(r, c) = image_from_wall(r, c);
-  cv::warpPerspective(wall, image, warp, {kCamera.width, kCamera.height});
+  cv::warpPerspective(wall, image, warp, {kWorldCamera.width, kWorldCamera.height});
   return image;
 }
 
@@ -66,9 +66,9 @@ int SameIn(const Features& features, const Eigen::Vector2d& px, const Descriptor
 SavedMap MapOfWall() {
   SavedMap saved;
   Map& map = saved.map;
-  map.cameras = {kCamera};
+  map.cameras = {kWorldCamera};
   const SlamConfig config;
-  FrameMaker maker(config, kCamera);
+  FrameMaker maker(config, kWorldCamera);
   for (uint32_t k = 0; k < 3; ++k) {
     const Rigid3 pose = BeforeTheWall(0.2 * k - 0.2, 0, 0.1 - 0.1 * k);
     Keyframe keyframe;
@@ -84,15 +84,15 @@ SavedMap MapOfWall() {
   const Rigid3 world_from_first = first.cam_from_world.Inverse();
   for (uint32_t i = 0; i < first.features->keypoints.size(); ++i) {
     const Eigen::Vector2d px = first.features->keypoints[i].px.cast<double>();
-    const Eigen::Vector3d ray =
-        world_from_first.rotation *
-        Eigen::Vector3d((px.x() - kCamera.cx) / kCamera.fx, (px.y() - kCamera.cy) / kCamera.fy, 1);
+    const Eigen::Vector3d ray = world_from_first.rotation *
+                                Eigen::Vector3d((px.x() - kWorldCamera.cx) / kWorldCamera.fx,
+                                                (px.y() - kWorldCamera.cy) / kWorldCamera.fy, 1);
     const Eigen::Vector3d position = world_from_first.translation + 2 / ray.z() * ray;
     std::vector<Observation> seen{{KeyframeId(0), i}};
     for (uint32_t k = 1; k < 3; ++k) {
       const Keyframe& other = map.keyframes.At(KeyframeId(k));
       const int same =
-          SameIn(*other.features, ProjectIdeal(kCamera, other.cam_from_world * position),
+          SameIn(*other.features, ProjectIdeal(kWorldCamera, other.cam_from_world * position),
                  first.features->descriptors[i]);
       if (same >= 0) seen.push_back({KeyframeId(k), static_cast<uint32_t>(same)});
     }
@@ -124,7 +124,7 @@ std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam
   Rng rng(1);
   std::vector<Detection> detections;
   for (const ObjectDetection& d :
-       synthetic::Detect(objects, world_from_cam.Inverse(), kCamera, {}, rng))
+       synthetic::Detect(objects, world_from_cam.Inverse(), kWorldCamera, {}, rng))
     detections.push_back({.category_id = d.category_id, .score = d.score, .box = d.box});
   return detections;
 }
@@ -146,12 +146,12 @@ double DistanceBetween(const Rigid3& a, const Rigid3& b) {
 TEST_F(LocalizerTest, FindsAnImageByPoints) {
   ASSERT_GT(localizer_.saved().map.landmarks.size(), 200u);
   const RelocalizationResult found =
-      localizer_.Find(InputOf(pose_), kCamera, RelocalizationMode::kPoints);
+      localizer_.Find(InputOf(pose_), kWorldCamera, RelocalizationMode::kPoints);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   EXPECT_EQ(found.evidence, PoseEvidence::kPoints);
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.02);
   const RelocalizationResult lost =
-      localizer_.Find(InputOf(BeforeTheWall(50, 0, 0)), kCamera, RelocalizationMode::kPoints);
+      localizer_.Find(InputOf(BeforeTheWall(50, 0, 0)), kWorldCamera, RelocalizationMode::kPoints);
   EXPECT_FALSE(lost.world_from_cam);
   EXPECT_THAT(lost.why_not, Not(IsEmpty()));
 }
@@ -160,7 +160,7 @@ TEST_F(LocalizerTest, WithoutAnImageDetectionsAreEnough) {
   ImageInput input;
   input.detections = DetectionsOf(localizer_.saved().map, pose_);
   const RelocalizationResult found =
-      localizer_.Find(input, kCamera, RelocalizationMode::kPointsAndObjects);
+      localizer_.Find(input, kWorldCamera, RelocalizationMode::kPointsAndObjects);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   EXPECT_EQ(found.evidence, PoseEvidence::kObjects);
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.2);
@@ -171,7 +171,7 @@ TEST_F(LocalizerTest, TheCameraMayBeUnknown) {
       localizer_.FindWithUnknownCamera(InputOf(pose_), RelocalizationMode::kPoints);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   ASSERT_TRUE(found.camera);
-  EXPECT_NEAR(found.camera->fx, kCamera.fx, 0.03 * kCamera.fx);
+  EXPECT_NEAR(found.camera->fx, kWorldCamera.fx, 0.03 * kWorldCamera.fx);
 }
 
 TEST_F(LocalizerTest, AThreadAnswersAsManyDo) {
@@ -179,7 +179,7 @@ TEST_F(LocalizerTest, AThreadAnswersAsManyDo) {
   boxes.detections = DetectionsOf(localizer_.saved().map, pose_);
   const std::vector<ImageInput> inputs{InputOf(pose_), boxes, InputOf(BeforeTheWall(0, 0, 0))};
   const auto find = [&](size_t i) {
-    return localizer_.Find(inputs[i % inputs.size()], kCamera,
+    return localizer_.Find(inputs[i % inputs.size()], kWorldCamera,
                            RelocalizationMode::kPointsAndObjects);
   };
   std::vector<RelocalizationResult> alone;
@@ -202,16 +202,16 @@ TEST_F(LocalizerTest, AThreadAnswersAsManyDo) {
 
 TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const auto problem = [&](const ImageInput& input, const Camera& camera = kCamera,
+  const auto problem = [&](const ImageInput& input, const Camera& camera = kWorldCamera,
                            const std::optional<Rigid3>& prior = std::nullopt) {
     return InputErrorOf(
         [&] { localizer_.Find(input, camera, RelocalizationMode::kPointsAndObjects, prior); });
   };
   const ImageInput good = InputOf(pose_);
-  Camera smaller = kCamera;
+  Camera smaller = kWorldCamera;
   smaller.width = 320;
   EXPECT_THAT(problem(good, smaller), HasSubstr("image of 640x480 pixels"));
-  Camera flat = kCamera;
+  Camera flat = kWorldCamera;
   flat.fx = 0;
   EXPECT_THAT(problem(good, flat), HasSubstr("focal length fx"));
   EXPECT_THAT(problem(good, Camera()), HasSubstr("camera: image width: 0"));
@@ -228,7 +228,7 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   EXPECT_THAT(problem(bad), HasSubstr("detection 0"));
   Rigid3 nowhere;
   nowhere.translation.x() = kNan;
-  EXPECT_THAT(problem(good, kCamera, nowhere), HasSubstr("pose"));
+  EXPECT_THAT(problem(good, kWorldCamera, nowhere), HasSubstr("pose"));
   EXPECT_THAT(InputErrorOf([&] {
                 localizer_.FindWithUnknownCamera(ImageInput(), RelocalizationMode::kPoints);
               }),

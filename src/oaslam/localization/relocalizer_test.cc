@@ -12,7 +12,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-double DistanceBetween(const Rigid3& a, const Rigid3& b) {
+double CentreDistance(const Rigid3& a, const Rigid3& b) {
   return (a.OriginInSource() - b.OriginInSource()).norm();
 }
 
@@ -80,7 +80,7 @@ TEST(Relocalizer, IsNotMisledByAnotherMapOfTheSameVersion) {
             PoseEvidence::kPoints);
   const Relocalization found = FindByPoints(relocalizer, FrameOf(there, pose), map_there);
   ASSERT_EQ(found.evidence, PoseEvidence::kPoints) << found.why_not;
-  EXPECT_LT(DistanceBetween(found.cam_from_world, pose), 0.05);
+  EXPECT_LT(CentreDistance(found.cam_from_world, pose), 0.05);
   EXPECT_EQ(FindByPoints(relocalizer, FrameOf(there, pose), map_here).evidence,
             PoseEvidence::kNone);
 }
@@ -162,7 +162,7 @@ TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
               found.cam_from_world.translation);
     for (size_t i = 1; i < found.candidates.size(); ++i) {
       EXPECT_LE(found.candidates[i].score, found.object_score);
-      EXPECT_GT(DistanceBetween(found.candidates[i].cam_from_world, found.cam_from_world), 0);
+      EXPECT_GT(CentreDistance(found.candidates[i].cam_from_world, found.cam_from_world), 0);
     }
   }
   EXPECT_GT(accepted, 5);

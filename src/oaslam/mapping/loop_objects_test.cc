@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-constexpr uint32_t kHalf = 12;
+constexpr uint32_t kWayKeyframes = 12;
 constexpr double kDrift = 0.3;
 
 // Two passes of the same cameras; the second believes to be kDrift farther to the right.
@@ -18,8 +18,8 @@ struct TwoPasses {
   LoopClosure loop;
 
   TwoPasses() {
-    synthetic::World world = synthetic::MakeWorld({.cameras = kHalf, .arc_deg = 30});
-    for (uint32_t k = 0; k < kHalf; ++k) {
+    synthetic::World world = synthetic::MakeWorld({.cameras = kWayKeyframes, .arc_deg = 30});
+    for (uint32_t k = 0; k < kWayKeyframes; ++k) {
       Rigid3 drifted = world.cam_from_world[k];
       drifted.translation -= drifted.rotation * Eigen::Vector3d(kDrift, 0, 0);
       world.cam_from_world.push_back(drifted);
@@ -27,14 +27,15 @@ struct TwoPasses {
     map = synthetic::MakeMap(world, {}).map;
     // Nothing but the objects matters here, and nothing may stand in front of them.
     for (const LandmarkId id : map.landmarks.Ids()) map.EraseLandmark(id);
-    for (uint32_t k = 0; k < 2 * kHalf; ++k) {
+    for (uint32_t k = 0; k < 2 * kWayKeyframes; ++k) {
       std::vector<Covisible>& covisible = map.keyframes.MutableAt(KeyframeId(k)).covisible;
       covisible.clear();
-      for (uint32_t other = k / kHalf * kHalf; other < (k / kHalf + 1) * kHalf; ++other)
+      for (uint32_t other = k / kWayKeyframes * kWayKeyframes;
+           other < (k / kWayKeyframes + 1) * kWayKeyframes; ++other)
         if (other != k) covisible.push_back({KeyframeId(other), 50});
     }
-    loop.current = KeyframeId(2 * kHalf - 1);
-    loop.old = KeyframeId(kHalf - 1);
+    loop.current = KeyframeId(2 * kWayKeyframes - 1);
+    loop.old = KeyframeId(kWayKeyframes - 1);
     loop.old_from_current.translation = {-kDrift, 0, 0};
   }
 
@@ -48,7 +49,8 @@ struct TwoPasses {
           synthetic::Upright(0, {-0.9 + 0.6 * i + shift + (in_second ? kDrift : 0), -0.5, 0},
                              {0.12, 0.12, 0.12})
               .ellipsoid;
-      for (uint32_t k = in_second ? kHalf : 0; k < (in_second ? 2 * kHalf : kHalf); ++k) {
+      for (uint32_t k = in_second ? kWayKeyframes : 0;
+           k < (in_second ? 2 * kWayKeyframes : kWayKeyframes); ++k) {
         const Keyframe& keyframe = map.keyframes.At(KeyframeId(k));
         const auto box = ProjectToBox(object.ellipsoid, keyframe.cam_from_world, map.cameras[0]);
         object.observations.push_back(

@@ -19,21 +19,21 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-const std::string kReader = "reader-of-maps-1", kWriter = "Writer.of_maps~2";
+const std::string kReadToken = "reader-of-maps-1", kWriteToken = "Writer.of_maps~2";
 
 TEST(Tokens, AllowWhatTheirLinesSay) {
   const TempFolder folder;
   const Tokens tokens = Tokens::Load(folder.Write(
-      "tokens", "# who may do what\r\n\r\n  read " + kReader + "  # of the shop\r\n\twrite\t" +
-                    kWriter + "\nread twice-mentioned-1\nwrite twice-mentioned-1\n" +
+      "tokens", "# who may do what\r\n\r\n  read " + kReadToken + "  # of the shop\r\n\twrite\t" +
+                    kWriteToken + "\nread twice-mentioned-1\nwrite twice-mentioned-1\n" +
                     "read the-last-line-has-no-end"));
-  EXPECT_EQ(tokens.AccessOf(kReader), Access::kRead);
-  EXPECT_EQ(tokens.AccessOf(kWriter), Access::kWrite);
+  EXPECT_EQ(tokens.AccessOf(kReadToken), Access::kRead);
+  EXPECT_EQ(tokens.AccessOf(kWriteToken), Access::kWrite);
   EXPECT_EQ(tokens.AccessOf("twice-mentioned-1"), Access::kWrite);
   EXPECT_EQ(tokens.AccessOf("the-last-line-has-no-end"), Access::kRead);
   for (const std::string& other :
-       {std::string(), kReader + "1", kReader.substr(1), " " + kReader, std::string("read"),
-        std::string("READER-OF-MAPS-1"), std::string(100'000, 'x')})
+       {std::string(), kReadToken + "1", kReadToken.substr(1), " " + kReadToken,
+        std::string("read"), std::string("READER-OF-MAPS-1"), std::string(100'000, 'x')})
     EXPECT_EQ(tokens.AccessOf(other), Access::kNone) << other.substr(0, 50);
 }
 
@@ -46,11 +46,12 @@ TEST(Tokens, FilesThatCannotBeUsedAreRefused) {
     return message;
   };
   EXPECT_THAT(problem(""), HasSubstr("has no token"));
-  EXPECT_THAT(problem("# read " + kReader + "\n"), HasSubstr("has no token"));
-  EXPECT_THAT(problem("read " + kReader + "\nadmin " + kWriter),
+  EXPECT_THAT(problem("# read " + kReadToken + "\n"), HasSubstr("has no token"));
+  EXPECT_THAT(problem("read " + kReadToken + "\nadmin " + kWriteToken),
               HasSubstr(":2: \"admin\", expected: read TOKEN or write TOKEN"));
   EXPECT_THAT(problem("\n\nwrite"), HasSubstr(":3: expected one token after write"));
-  EXPECT_THAT(problem("read " + kReader + " " + kWriter), HasSubstr(":1: expected one token"));
+  EXPECT_THAT(problem("read " + kReadToken + " " + kWriteToken),
+              HasSubstr(":1: expected one token"));
   EXPECT_THAT(problem("read 123456789-12345"),
               HasSubstr(":1: a token of 15 characters, needed: 16"));
   for (const char* token : {"with+a+plus-sign-", "with/slashes/in/it",
@@ -65,7 +66,7 @@ TEST(Tokens, FilesThatCannotBeUsedAreRefused) {
 
 TEST(Tokens, WarnWhereOtherUsersMayReadThem) {
   const TempFolder folder;
-  const std::string path = folder.Write("tokens", "read " + kReader);
+  const std::string path = folder.Write("tokens", "read " + kReadToken);
   const auto warnings = [&](fs::perms permissions) {
     fs::permissions(path, permissions);
     std::vector<std::string> messages;

@@ -17,20 +17,19 @@ namespace {
 
 using synthetic::OnCircle;
 using synthetic::TrueObject;
-using synthetic::Upright;
 using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
 constexpr int kCup = 41, kBook = 73, kBottle = 39, kPerson = 0;
-const Camera kCamera = synthetic::World().camera;
+const Camera kPresenceCamera = synthetic::World().camera;
 
-std::vector<TrueObject> Table() {
-  return {Upright(kCup, {-0.1, 0, 0.06}, {0.05, 0.05, 0.06}),
-          Upright(kBook, {0.3, -0.3, 0.03}, {0.15, 0.1, 0.03}),
-          Upright(kBottle, {-0.3, 0.3, 0.12}, {0.04, 0.04, 0.12}),
-          Upright(62, {0.3, 0.35, 0.15}, {0.2, 0.05, 0.15})};
+std::vector<TrueObject> PresenceTable() {
+  return {synthetic::Upright(kCup, {-0.1, 0, 0.06}, {0.05, 0.05, 0.06}),
+          synthetic::Upright(kBook, {0.3, -0.3, 0.03}, {0.15, 0.1, 0.03}),
+          synthetic::Upright(kBottle, {-0.3, 0.3, 0.12}, {0.04, 0.04, 0.12}),
+          synthetic::Upright(62, {0.3, 0.35, 0.15}, {0.2, 0.05, 0.15})};
 }
 
 struct Shot {
@@ -45,11 +44,11 @@ KnownPoseMap MapFilm(int frames, const std::function<Shot(int)>& shoot,
   std::vector<PosedDetections> film;
   for (int i = 0; i < frames; ++i) {
     const Shot shot = shoot(i);
-    film.push_back(
-        {i, i / 30.0, shot.cam_from_world,
-         synthetic::Detect(shot.objects, shot.cam_from_world, kCamera, shot.detector, rng)});
+    film.push_back({i, i / 30.0, shot.cam_from_world,
+                    synthetic::Detect(shot.objects, shot.cam_from_world, kPresenceCamera,
+                                      shot.detector, rng)});
   }
-  return MapObjectsFromKnownPoses(film, kCamera, {}, classes);
+  return MapObjectsFromKnownPoses(film, kPresenceCamera, {}, classes);
 }
 
 // The camera moves forth and back in front of the table, 80 degrees in 200 frames.
@@ -79,7 +78,7 @@ class Logged {
 TEST(Presence, WhatIsTakenAwayIsRemoved) {
   const Logged log;
   const auto film = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
     if (i >= 300) shot.objects.erase(shot.objects.begin());
     return shot;
   };
@@ -98,7 +97,7 @@ TEST(Presence, ADetectorThatMissesEveryOtherLosesNothing) {
   int until = 0;
   bool is_missing = false;
   const auto film = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
     if (i >= until) {  // misses come in runs of half a second, as with real detectors
       is_missing = rng.Uniform(0, 1) < 0.5;
       until = i + rng.Index(15) + 8;
@@ -113,7 +112,7 @@ TEST(Presence, ADetectorThatMissesEveryOtherLosesNothing) {
 
 TEST(Presence, WhatIsOutOfViewOrSeenFromElsewhereIsNotMissed) {
   const auto front_then_elsewhere = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
     if (i < 300) return shot;
     shot.objects.erase(shot.objects.begin());
     if (i < 500)
@@ -129,12 +128,13 @@ TEST(Presence, WhatIsOutOfViewOrSeenFromElsewhereIsNotMissed) {
 TEST(Presence, WhatStandsBehindANearerObjectIsNotMissed) {
   // The screen is put in front of the bottle and hides it.
   const auto film = [&](int i) {
-    Shot shot{OnCircle(0.4 + 0.4 * Angle(i)), Table()};
+    Shot shot{OnCircle(0.4 + 0.4 * Angle(i)), PresenceTable()};
     if (i < 300) return shot;
     shot.objects.erase(shot.objects.begin() + 2);
     const Eigen::Vector3d between =
         0.75 * Eigen::Vector3d(-0.3, 0.3, 0.1) + 0.25 * OnCircle(0.68).OriginInSource();
-    shot.objects.push_back(Upright(63, {between.x(), between.y(), 0.25}, {0.15, 0.15, 0.2}));
+    shot.objects.push_back(
+        synthetic::Upright(63, {between.x(), between.y(), 0.25}, {0.15, 0.15, 0.2}));
     return shot;
   };
   EXPECT_EQ(Mapped(MapFilm(700, film).map, kBottle).size(), 1U);
@@ -143,10 +143,10 @@ TEST(Presence, WhatStandsBehindANearerObjectIsNotMissed) {
 TEST(Presence, WhatAMovingThingHidesIsNotMissed) {
   const ClassRelations classes{{}, {kPerson}};
   const auto film = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
     if (i < 300) return shot;
     shot.objects.erase(shot.objects.begin());  // behind the person
-    shot.objects.push_back(Upright(kPerson, {0.1, 0.05, 0.1}, {0.25, 0.25, 0.3}));
+    shot.objects.push_back(synthetic::Upright(kPerson, {0.1, 0.05, 0.1}, {0.25, 0.25, 0.3}));
     return shot;
   };
   const Map map = MapFilm(600, film, classes).map;
@@ -160,7 +160,7 @@ TEST(Presence, WhatIsPutElsewhereUnseenMovesInTheMap) {
   const Logged log;
   const Eigen::Vector3d there(0.05, 0.55, 0.06);
   const auto film = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
     if (i >= 300) shot.objects[0].ellipsoid.center = there;
     return shot;
   };
@@ -178,9 +178,9 @@ TEST(Presence, WhatIsPutElsewhereUnseenMovesInTheMap) {
 }
 
 TEST(Presence, WhatIsCarriedAwayInViewMovesInTheMap) {
-  const Eigen::Vector3d here = Table()[0].ellipsoid.center, there(0.1, 0.5, 0.06);
+  const Eigen::Vector3d here = PresenceTable()[0].ellipsoid.center, there(0.1, 0.5, 0.06);
   const auto film = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
     const double way = std::clamp((i - 300) / 60.0, 0.0, 1.0);
     shot.objects[0].ellipsoid.center = here + way * (there - here);
     return shot;
@@ -193,8 +193,8 @@ TEST(Presence, WhatIsCarriedAwayInViewMovesInTheMap) {
 
 TEST(Presence, OfTwoOfAClassTheOtherIsNotTakenForIt) {
   const auto film = [&](int i) {
-    Shot shot{OnCircle(Angle(i)), Table()};
-    shot.objects.push_back(Upright(kCup, {0.25, 0.0, 0.06}, {0.05, 0.05, 0.06}));
+    Shot shot{OnCircle(Angle(i)), PresenceTable()};
+    shot.objects.push_back(synthetic::Upright(kCup, {0.25, 0.0, 0.06}, {0.05, 0.05, 0.06}));
     if (i >= 300) shot.objects.erase(shot.objects.begin());
     return shot;
   };

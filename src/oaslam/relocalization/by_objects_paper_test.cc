@@ -12,9 +12,9 @@
 namespace oaslam {
 namespace {
 
-const Camera kCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
+const Camera kPaperCamera{.width = 640, .height = 480, .fx = 520, .fy = 520, .cx = 320, .cy = 240};
 
-Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
+Rigid3 LookAtFrom(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
   const Eigen::Vector3d z = (target - eye).normalized(),
                         x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
   Eigen::Matrix3d rotation;
@@ -23,10 +23,10 @@ Rigid3 LookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
 }
 
 // Balls, which look the same from all sides, on a desk of 1.6 m x 1.2 m.
-Map Desk(int objects, int classes) {
+Map BallDesk(int objects, int classes) {
   Rng rng(4);
   Map map;
-  map.cameras = {kCamera};
+  map.cameras = {kPaperCamera};
   for (int i = 0; i < objects; ++i) {
     Object object;
     object.category_id = i % classes;
@@ -42,44 +42,45 @@ Map Desk(int objects, int classes) {
 
 Rigid3 PoseAround(int i) {
   const double angle = 2 * std::numbers::pi * i / 10;
-  return LookAt({2 * std::cos(angle), 2 * std::sin(angle), 1}, {0, 0, 0});
+  return LookAtFrom({2 * std::cos(angle), 2 * std::sin(angle), 1}, {0, 0, 0});
 }
 
-std::vector<ObjectDetection> Photograph(const Map& map, const Rigid3& cam_from_world) {
+std::vector<ObjectDetection> PhotographBalls(const Map& map, const Rigid3& cam_from_world) {
   std::vector<ObjectDetection> detections;
   map.objects.ForEach([&](ObjectId, const Object& object) {
-    if (const auto box = ProjectToBox(object.ellipsoid, cam_from_world, kCamera))
+    if (const auto box = ProjectToBox(object.ellipsoid, cam_from_world, kPaperCamera))
       detections.push_back({object.category_id, 0.9, *box, 0});
   });
   return detections;
 }
 
-double PositionError(const Rigid3& a, const Rigid3& b) {
+double CentreError(const Rigid3& a, const Rigid3& b) {
   return (a.OriginInSource() - b.OriginInSource()).norm();
 }
 
 TEST(RelocalizeByObjectsAsInPaper, FindsTheCameraFromAllAround) {
-  const Map map = Desk(12, 5);
+  const Map map = BallDesk(12, 5);
   Rng rng(1);
   for (int i = 0; i < 10; ++i) {
     const Rigid3 truth = PoseAround(i);
-    const auto found = RelocalizeByObjectsAsInPaper(Photograph(map, truth), kCamera, map, {}, rng);
+    const auto found =
+        RelocalizeByObjectsAsInPaper(PhotographBalls(map, truth), kPaperCamera, map, {}, rng);
     ASSERT_FALSE(found.empty());
     EXPECT_TRUE(found[0].accepted);
     EXPECT_GT(found[0].matched.size(), 10u);
     // The centre of a box is not quite where the centre of the object is seen.
-    EXPECT_LT(PositionError(found[0].cam_from_world, truth), 0.05);
+    EXPECT_LT(CentreError(found[0].cam_from_world, truth), 0.05);
   }
 }
 
 TEST(RelocalizeByObjectsAsInPaper, ScoreIsTheSumOfOverlaps) {
-  const Map map = Desk(12, 3);
-  std::vector<ObjectDetection> detections = Photograph(map, PoseAround(3));
+  const Map map = BallDesk(12, 3);
+  std::vector<ObjectDetection> detections = PhotographBalls(map, PoseAround(3));
   for (size_t i = 0; i < detections.size(); ++i)
     detections[i].box.x2 += 3.0 * static_cast<double>(i % 3);
   detections.push_back({1, 0.8, {20, 20, 90, 60}, 0});  // shows no mapped object
   Rng rng(1);
-  const auto found = RelocalizeByObjectsAsInPaper(detections, kCamera, map, {}, rng);
+  const auto found = RelocalizeByObjectsAsInPaper(detections, kPaperCamera, map, {}, rng);
   ASSERT_GT(found.size(), 1u);
   for (size_t i = 0; i < found.size(); ++i) {
     double sum = 0;
@@ -90,8 +91,8 @@ TEST(RelocalizeByObjectsAsInPaper, ScoreIsTheSumOfOverlaps) {
       EXPECT_EQ(detections[d].category_id, object.category_id);
       EXPECT_TRUE(used_detections.insert(d).second);
       EXPECT_TRUE(used_objects.insert(id.value).second);
-      sum +=
-          IoU(*ProjectToBox(object.ellipsoid, found[i].cam_from_world, kCamera), detections[d].box);
+      sum += IoU(*ProjectToBox(object.ellipsoid, found[i].cam_from_world, kPaperCamera),
+                 detections[d].box);
     }
     EXPECT_NEAR(found[i].score, sum, 1e-9);
     EXPECT_EQ(found[i].accepted, i == 0);
@@ -101,41 +102,44 @@ TEST(RelocalizeByObjectsAsInPaper, ScoreIsTheSumOfOverlaps) {
 }
 
 TEST(RelocalizeByObjectsAsInPaper, AcceptsAWrongMapToo) {
-  const Map map = Desk(12, 5);
+  const Map map = BallDesk(12, 5);
   Map wrong = map;
   for (uint32_t i = 0; i < 12; ++i)
     wrong.objects.MutableAt(ObjectId(i)).ellipsoid.center =
         map.objects.At(ObjectId((i + 1) % 12)).ellipsoid.center;
   Rng rng(1);
   const Rigid3 truth = PoseAround(0);
-  const auto found = RelocalizeByObjectsAsInPaper(Photograph(map, truth), kCamera, wrong, {}, rng);
+  const auto found =
+      RelocalizeByObjectsAsInPaper(PhotographBalls(map, truth), kPaperCamera, wrong, {}, rng);
   ASSERT_FALSE(found.empty());
   EXPECT_TRUE(found[0].accepted);
-  EXPECT_GT(PositionError(found[0].cam_from_world, truth), 0.2);
+  EXPECT_GT(CentreError(found[0].cam_from_world, truth), 0.2);
 }
 
 TEST(RelocalizeByObjectsAsInPaper, NeedsThreeDetectionsOfThreeObjects) {
-  const Map map = Desk(12, 5);
+  const Map map = BallDesk(12, 5);
   Rng rng(1);
-  std::vector<ObjectDetection> detections = Photograph(map, PoseAround(0));
-  EXPECT_TRUE(RelocalizeByObjectsAsInPaper({}, kCamera, map, {}, rng).empty());
+  std::vector<ObjectDetection> detections = PhotographBalls(map, PoseAround(0));
+  EXPECT_TRUE(RelocalizeByObjectsAsInPaper({}, kPaperCamera, map, {}, rng).empty());
   EXPECT_TRUE(
-      RelocalizeByObjectsAsInPaper(std::span(detections).first(2), kCamera, map, {}, rng).empty());
+      RelocalizeByObjectsAsInPaper(std::span(detections).first(2), kPaperCamera, map, {}, rng)
+          .empty());
   EXPECT_FALSE(
-      RelocalizeByObjectsAsInPaper(std::span(detections).first(3), kCamera, map, {}, rng).empty());
-  const Map two = Desk(2, 1);
+      RelocalizeByObjectsAsInPaper(std::span(detections).first(3), kPaperCamera, map, {}, rng)
+          .empty());
+  const Map two = BallDesk(2, 1);
   for (ObjectDetection& d : detections) d.category_id = 0;
-  EXPECT_TRUE(RelocalizeByObjectsAsInPaper(detections, kCamera, two, {}, rng).empty());
+  EXPECT_TRUE(RelocalizeByObjectsAsInPaper(detections, kPaperCamera, two, {}, rng).empty());
 }
 
 // 24 boxes and 200 objects of one class have 1.6e10 triplets, which would take days.
 TEST(RelocalizeByObjectsAsInPaper, TriesABoundedNumberOfTripletsTheSameOnEveryRun) {
-  const Map map = Desk(200, 1);
-  std::vector<ObjectDetection> detections = Photograph(map, PoseAround(0));
+  const Map map = BallDesk(200, 1);
+  std::vector<ObjectDetection> detections = PhotographBalls(map, PoseAround(0));
   detections.resize(24);
   Rng first(3), second(3);
-  const auto a = RelocalizeByObjectsAsInPaper(detections, kCamera, map, {}, first),
-             b = RelocalizeByObjectsAsInPaper(detections, kCamera, map, {}, second);
+  const auto a = RelocalizeByObjectsAsInPaper(detections, kPaperCamera, map, {}, first),
+             b = RelocalizeByObjectsAsInPaper(detections, kPaperCamera, map, {}, second);
   ASSERT_FALSE(a.empty());
   ASSERT_EQ(a.size(), b.size());
   for (size_t i = 0; i < a.size(); ++i) {

@@ -218,8 +218,8 @@ TEST(Georeference, GeoPosesAreWrittenAndRead) {
   const std::string text = JsonOf(pose).dump();
   EXPECT_EQ(text, R"({"position":{"lat":-12.5,"lon":170.25,"h":3.5},)"
                   R"("quaternion":{"x":0.0,"y":0.6,"z":0.0,"w":0.8}})");
-  const nlohmann::json json = ParseJson(text, "pose");
-  const GeoPose read = ReadGeoPose(JsonInput(json, "pose"));
+  const nlohmann::json read_json = ParseJson(text, "pose");
+  const GeoPose read = ReadGeoPose(JsonInput(read_json, "pose"));
   EXPECT_EQ(read.position, pose.position);
   EXPECT_LT((read.enu_from_body.coeffs() - pose.enu_from_body.coeffs()).norm(), 1e-15);
 }

@@ -38,7 +38,7 @@ std::string ContentOf(const std::optional<MapFile>& file) {
   return content.str();
 }
 
-Anchor Flag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
+Anchor FolderFlag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
 
 TEST(MapFolder, MapsAreFoundByTheNamesOfFiles) {
   const TempFolder folder, other;
@@ -171,7 +171,7 @@ std::string ProblemOfEdits(const std::string& sql, const std::string& content = 
   const TempFolder folder;
   {
     const std::unique_ptr<MapStore> store = OpenMapFolder(folder.path());
-    for (int i = 0; i < 100; ++i) store->EditAnchor("desk", std::to_string(i), Flag(), false);
+    for (int i = 0; i < 100; ++i) store->EditAnchor("desk", std::to_string(i), FolderFlag(), false);
   }
   const std::string path = folder / "service.sqlite";
   if (!sql.empty()) SQLite::Database(path, SQLite::OPEN_READWRITE).exec(sql);
@@ -230,7 +230,7 @@ TEST(MapFolder, WaitsForOthersThatEdit) {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     other.exec("COMMIT");
   });
-  EXPECT_EQ(store->EditAnchor("desk", "a", Flag(), true), 1);
+  EXPECT_EQ(store->EditAnchor("desk", "a", FolderFlag(), true), 1);
   ends_soon.join();
 }
 

@@ -68,7 +68,7 @@ class CountingStore : public MapStore {
   const std::unique_ptr<MapStore> store_;
 };
 
-Anchor Flag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
+Anchor ShelfFlag() { return {"flag", 1, KeyframeId(0), {}, {}, {0, 0, 0}}; }
 
 class MapShelfTest : public testing::Test {
  protected:
@@ -240,13 +240,13 @@ TEST_F(MapShelfTest, ABrokenReplacementIsNotUsed) {
 TEST_F(MapShelfTest, EditsAreThoseOfTheStore) {
   EXPECT_EQ(shelf_->Edits("a")->version, 0);
   const std::unique_ptr<MapStore> other_server = OpenMapStore(folder_.path());
-  other_server->EditAnchor("a", "flag 1", Flag(), true);
+  other_server->EditAnchor("a", "flag 1", ShelfFlag(), true);
   WaitForChange("a");
   const auto edits = shelf_->Edits("a");
   EXPECT_EQ(edits->version, 1);
-  EXPECT_EQ(edits->anchors.at("flag 1").anchor, Flag());
+  EXPECT_EQ(edits->anchors.at("flag 1").anchor, ShelfFlag());
   other_server->EditAnchor("a", "flag 1", std::nullopt, false);
-  other_server->EditAnchor("a", "flag 2", Flag(), true);
+  other_server->EditAnchor("a", "flag 2", ShelfFlag(), true);
   other_server->SetGeoreference("a", "{}");
   shelf_->Refresh("a");
   const auto later = shelf_->Edits("a");
@@ -259,7 +259,7 @@ TEST_F(MapShelfTest, EditsAreThoseOfTheStore) {
 // Between two looks at the store the map was removed, with its anchors, and stored again.
 TEST_F(MapShelfTest, AMapThatWasStoredAnewHasNoOldAnchors) {
   const auto map = shelf_->Get("a");
-  store_->EditAnchor("a", "flag 1", Flag(), true);
+  store_->EditAnchor("a", "flag 1", ShelfFlag(), true);
   store_->SetGeoreference("a", "{}");
   shelf_->Refresh("a");
   EXPECT_TRUE(shelf_->Edits("a")->anchors.contains("flag 1"));
@@ -298,7 +298,7 @@ TEST_F(MapShelfTest, ThreadsAskReplaceAndForgetAtTheSameTime) {
     Put("b", 2 + i % 2);
     shelf_->Refresh("b");
     if (i % 3 == 0) store_->Remove("c");
-    store_->EditAnchor("a", "flag", Flag(), false);
+    store_->EditAnchor("a", "flag", ShelfFlag(), false);
     Put("c", 2);
   }
   ends = true;

@@ -47,7 +47,7 @@ class Reported {
 
 constexpr std::chrono::milliseconds kSoon{1000}, kNotSoon{700};
 
-Anchor Flag(double size = 0.25) {
+Anchor StoreFlag(double size = 0.25) {
   Anchor anchor{"flag", size, KeyframeId(7), {}, ObjectId(3), {0.1, -2e-17, 1e300}};
   anchor.cam_from_anchor.rotation = Eigen::Quaterniond(1, 2, -3, 4).normalized();
   anchor.cam_from_anchor.translation = {1.0 / 3, -0.0, 12345.678901234567};
@@ -193,17 +193,17 @@ TEST_P(MapStoreTest, AnchorsComeBackAsTheyWere) {
   const AnchorEdits none = store_->AnchorsSince("desk", 0);
   EXPECT_EQ(none.version, 0);
   EXPECT_TRUE(none.entries.empty());
-  Anchor free = Flag();
+  Anchor free = StoreFlag();
   free.object = ObjectId();
   const std::string odd = "it's \"ünï\" \\ $1 -- ; é";
-  EXPECT_EQ(store_->EditAnchor("desk", "a flag", Flag(), false), 1);
+  EXPECT_EQ(store_->EditAnchor("desk", "a flag", StoreFlag(), false), 1);
   EXPECT_EQ(store_->EditAnchor("desk", odd, free, true), 2);
   const AnchorEdits edits = Another()->AnchorsSince("desk", 0);
   EXPECT_EQ(edits.version, 2);
   ASSERT_EQ(edits.entries.size(), 2u);
   EXPECT_EQ(edits.entries[0].name, "a flag");
   EXPECT_EQ(edits.entries[0].version, 1);
-  EXPECT_EQ(edits.entries[0].anchor, Flag());
+  EXPECT_EQ(edits.entries[0].anchor, StoreFlag());
   EXPECT_EQ(edits.entries[1].name, odd);
   EXPECT_EQ(edits.entries[1].anchor, free);
   EXPECT_EQ(store_->AnchorsSince("other", 0).version, 0);
@@ -211,14 +211,14 @@ TEST_P(MapStoreTest, AnchorsComeBackAsTheyWere) {
 
 TEST_P(MapStoreTest, TheLaterEditWinsAndSinceTellsIt) {
   const std::unique_ptr<MapStore> another = Another();
-  store_->EditAnchor("desk", "a", Flag(1), true);
-  another->EditAnchor("desk", "b", Flag(2), true);
-  EXPECT_EQ(store_->EditAnchor("desk", "a", Flag(3), true), std::nullopt);
-  const int64_t version = *another->EditAnchor("desk", "a", Flag(4), false);
+  store_->EditAnchor("desk", "a", StoreFlag(1), true);
+  another->EditAnchor("desk", "b", StoreFlag(2), true);
+  EXPECT_EQ(store_->EditAnchor("desk", "a", StoreFlag(3), true), std::nullopt);
+  const int64_t version = *another->EditAnchor("desk", "a", StoreFlag(4), false);
   EXPECT_EQ(version, store_->AnchorsSince("desk", 0).version);
   AnchorEdits edits = store_->AnchorsSince("desk", version - 1);
   ASSERT_EQ(edits.entries.size(), 1u);
-  EXPECT_EQ(edits.entries[0].anchor, Flag(4));
+  EXPECT_EQ(edits.entries[0].anchor, StoreFlag(4));
   EXPECT_TRUE(store_->AnchorsSince("desk", version).entries.empty());
 
   EXPECT_EQ(store_->EditAnchor("desk", "b", std::nullopt, false), version + 1);
@@ -228,7 +228,7 @@ TEST_P(MapStoreTest, TheLaterEditWinsAndSinceTellsIt) {
   EXPECT_EQ(edits.entries[0].anchor, std::nullopt);
   EXPECT_EQ(store_->AnchorsSince("desk", 0).entries.size(), 2u);
   // A name of what was removed is free.
-  EXPECT_EQ(store_->EditAnchor("desk", "b", Flag(5), true), version + 2);
+  EXPECT_EQ(store_->EditAnchor("desk", "b", StoreFlag(5), true), version + 2);
 }
 
 // Nobody sees both names, or neither.
@@ -261,7 +261,7 @@ TEST_P(MapStoreTest, OneOfManyGetsANewName) {
     threads.emplace_back([&, t] {
       for (int n = 0; n < kNames; ++n) {
         const auto version =
-            stores[t % 2]->EditAnchor("desk", "name " + std::to_string(n), Flag(t + 1), true);
+            stores[t % 2]->EditAnchor("desk", "name " + std::to_string(n), StoreFlag(t + 1), true);
         if (!version) continue;
         ++placed;
         const std::scoped_lock lock(mutex);
@@ -281,7 +281,7 @@ TEST_P(MapStoreTest, EachEditOfManyIsAVersion) {
   for (int t = 0; t < kThreads; ++t)
     threads.emplace_back([&, t] {
       for (int i = 0; i < kEdits; ++i)
-        store_->EditAnchor("desk", "one", Flag(1 + t * kEdits + i), false);
+        store_->EditAnchor("desk", "one", StoreFlag(1 + t * kEdits + i), false);
     });
   for (std::thread& thread : threads) thread.join();
   const AnchorEdits edits = store_->AnchorsSince("desk", 0);
@@ -302,8 +302,8 @@ TEST_P(MapStoreTest, KeepsGeoreferences) {
 
 TEST_P(MapStoreTest, ARemovedMapTakesItsAnchorsAlongButNoVersionComesTwice) {
   store_->Put("desk", File("1"));
-  store_->EditAnchor("desk", "a", Flag(), true);
-  store_->EditAnchor("attic", "a", Flag(), true);
+  store_->EditAnchor("desk", "a", StoreFlag(), true);
+  store_->EditAnchor("attic", "a", StoreFlag(), true);
   store_->SetGeoreference("desk", "{}");
   const int64_t before = store_->AnchorsSince("desk", 0).version;
   ASSERT_TRUE(store_->Remove("desk"));
@@ -311,7 +311,7 @@ TEST_P(MapStoreTest, ARemovedMapTakesItsAnchorsAlongButNoVersionComesTwice) {
   EXPECT_FALSE(store_->Georeference("desk"));
   EXPECT_EQ(store_->AnchorsSince("attic", 0).entries.size(), 1u);
   store_->Put("desk", File("2"));
-  EXPECT_GT(*store_->EditAnchor("desk", "b", Flag(), true), before);
+  EXPECT_GT(*store_->EditAnchor("desk", "b", StoreFlag(), true), before);
 }
 
 TEST_P(MapStoreTest, ThatAMapIsReplacedOrRemovedIsAnEditOfItsAnchors) {
@@ -345,7 +345,7 @@ TEST_P(MapStoreTest, ChangesAreReportedToAll) {
   };
   store_->Put("desk", File("1"));
   EXPECT_TRUE(is_reported());
-  another->EditAnchor("desk", "a", Flag(), true);
+  another->EditAnchor("desk", "a", StoreFlag(), true);
   EXPECT_TRUE(is_reported());
   EXPECT_FALSE(here.Comes("desk", kNotSoon));
   store_->SetGeoreference("desk", "{}");
@@ -371,16 +371,16 @@ TEST_P(MapStoreTest, NamesThatCannotBeAreRefused) {
     expect([&] { store_->Put(name, File("")); });
     expect([&] { store_->Remove(name); });
     expect([&] { store_->AnchorsSince(name, 0); });
-    expect([&] { store_->EditAnchor(name, "a", Flag(), false); });
+    expect([&] { store_->EditAnchor(name, "a", StoreFlag(), false); });
     expect([&] { store_->Georeference(name); });
     expect([&] { store_->SetGeoreference(name, "{}"); });
   }
   CheckMapName(std::string(64, 'a'));
   for (const std::string& name : {std::string(), std::string(65, 'a'), std::string("a\nb"),
                                   std::string("a\0b", 3), std::string("\xC3(")})
-    EXPECT_THAT(InputErrorOf([&] { store_->EditAnchor("desk", name, Flag(), false); }),
+    EXPECT_THAT(InputErrorOf([&] { store_->EditAnchor("desk", name, StoreFlag(), false); }),
                 HasSubstr("the name of an anchor has 1 to 64"));
-  Anchor endless = Flag(INFINITY);
+  Anchor endless = StoreFlag(INFINITY);
   EXPECT_THAT(InputErrorOf([&] { store_->EditAnchor("desk", "a", endless, false); }),
               HasSubstr("must be finite"));
   EXPECT_EQ(store_->AnchorsSince("desk", 0).version, 0);

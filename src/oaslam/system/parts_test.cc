@@ -20,7 +20,7 @@ using synthetic::Upright;
 
 constexpr int kHead = 100, kStatue = 101, kBase = 102, kArm = 103;
 const ClassRelations kClasses{{{kHead, kStatue}, {kBase, kStatue}, {kArm, kStatue}}, {}};
-const Camera kCamera = synthetic::World().camera;
+const Camera kStatueCamera = synthetic::World().camera;
 
 // Five statues in a row that is not quite straight, each with parts such as an arm on one side.
 std::vector<TrueObject> Statues(bool wholes, bool parts) {
@@ -53,10 +53,10 @@ Map MapStatues(const std::vector<TrueObject>& objects, const ClassRelations& cla
   std::vector<PosedDetections> film;
   for (int i = 0; i < 150; ++i) {
     const Rigid3 pose = synthetic::OnCircle(-std::numbers::pi / 2 + 1.2 * i / 150 - 0.6, 2.2);
-    film.push_back(
-        {i, i / 30.0, pose, synthetic::Detect(objects, pose, kCamera, {.miss_rate = 0.1}, rng)});
+    film.push_back({i, i / 30.0, pose,
+                    synthetic::Detect(objects, pose, kStatueCamera, {.miss_rate = 0.1}, rng)});
   }
-  return MapObjectsFromKnownPoses(film, kCamera, {}, classes).map;
+  return MapObjectsFromKnownPoses(film, kStatueCamera, {}, classes).map;
 }
 
 int CountMapped(const Map& map, int category_id) {
@@ -77,8 +77,9 @@ Found LocalizeNear(const Map& map, const std::vector<TrueObject>& seen, int quer
   Found found;
   for (int i = 0; i < queries; ++i) {
     const Rigid3 pose = Near(rng);
-    const auto detections = synthetic::Detect(seen, pose, kCamera, {.min_inside = 0.6}, rng);
-    const auto candidates = RelocalizeByObjects(detections, kCamera, map, {}, std::nullopt, rng);
+    const auto detections = synthetic::Detect(seen, pose, kStatueCamera, {.min_inside = 0.6}, rng);
+    const auto candidates =
+        RelocalizeByObjects(detections, kStatueCamera, map, {}, std::nullopt, rng);
     if (candidates.empty() || !candidates[0].accepted) continue;
     ++found.accepted;
     found.right +=
@@ -122,8 +123,9 @@ TEST(Parts, AreUsedTogetherWithWholesFromAfar) {
   const Map map = MapStatues(Statues(true, true), kClasses);
   Rng rng(2);
   const Rigid3 pose = synthetic::OnCircle(-1.8, 2);
-  const auto detections = synthetic::Detect(Statues(true, true), pose, kCamera, {}, rng);
-  const auto candidates = RelocalizeByObjects(detections, kCamera, map, {}, std::nullopt, rng);
+  const auto detections = synthetic::Detect(Statues(true, true), pose, kStatueCamera, {}, rng);
+  const auto candidates =
+      RelocalizeByObjects(detections, kStatueCamera, map, {}, std::nullopt, rng);
   ASSERT_FALSE(candidates.empty());
   EXPECT_TRUE(candidates[0].accepted);
   std::set<int> classes;
@@ -137,9 +139,11 @@ TEST(Parts, AWholeIsNotMissedWhereItsPartsAreSeenNorTheOtherWayRound) {
   Rng rng(2);
   const Rigid3 pose = synthetic::OnCircle(-1.8, 2);
   for (const bool wholes : {true, false}) {
-    const auto detections = synthetic::Detect(Statues(wholes, !wholes), pose, kCamera, {}, rng);
+    const auto detections =
+        synthetic::Detect(Statues(wholes, !wholes), pose, kStatueCamera, {}, rng);
     const auto score = [&] {
-      return RefineObjectPose(ObjectScene(detections, kCamera, map, {}, std::nullopt), pose).score;
+      return RefineObjectPose(ObjectScene(detections, kStatueCamera, map, {}, std::nullopt), pose)
+          .score;
     };
     map.classes = kClasses;
     const double related = score();
@@ -151,7 +155,7 @@ TEST(Parts, AWholeIsNotMissedWhereItsPartsAreSeenNorTheOtherWayRound) {
 TEST(Parts, HideNothingOfTheirWholeNorItOfThem) {
   // A long thing that points away from the camera, with a part at its far end.
   Map map;
-  map.cameras = {kCamera};
+  map.cameras = {kStatueCamera};
   Object whole, part;
   whole.state = part.state = ObjectState::kMapped;
   whole.category_id = kStatue;
@@ -162,8 +166,8 @@ TEST(Parts, HideNothingOfTheirWholeNorItOfThem) {
   map.objects.Insert(ObjectId(1), part);
   const ObjectId own(1);
   const auto hidden = [&] {
-    std::vector<BoxView> views = {
-        {Rigid3(), &map.cameras[0], *ProjectToBox(part.ellipsoid, Rigid3(), kCamera), 0.9, 0}};
+    std::vector<BoxView> views = {{Rigid3(), &map.cameras[0],
+                                   *ProjectToBox(part.ellipsoid, Rigid3(), kStatueCamera), 0.9, 0}};
     MarkHiddenEdges(map, PlacesOf(map.objects), std::span(&own, 1), part.ellipsoid, views);
     return views[0].truncated;
   };

@@ -28,8 +28,8 @@ struct WalkResult {
 // A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; it sees
 // nothing in [blind_from, blind_to) and little up to dim_to. With a slow camera the mapper has
 // all the time it needs.
-WalkResult Walk(RunnerMode mode, int frames, int blind_from = -1, int blind_to = -1,
-                bool slow_camera = false, int dim_to = -1) {
+WalkResult RunWalk(RunnerMode mode, int frames, int blind_from = -1, int blind_to = -1,
+                   bool slow_camera = false, int dim_to = -1) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = std::min(d, 3.6);
   SlamConfig config;
@@ -153,7 +153,7 @@ TEST(Tracker, DoesNotBelieveThatTheCameraJumped) {
 TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
   for (const RunnerMode mode :
        {RunnerMode::kSequential, RunnerMode::kLockstep, RunnerMode::kLive}) {
-    const WalkResult run = Walk(mode, 120, -1, -1, mode == RunnerMode::kLive);
+    const WalkResult run = RunWalk(mode, 120, -1, -1, mode == RunnerMode::kLive);
     EXPECT_GT(run.trajectory.size(), 95U) << ToString(mode);
     EXPECT_LT(AbsoluteError(run), 0.01) << ToString(mode);
     EXPECT_GE(run.map->keyframes.size(), 4U) << ToString(mode);
@@ -163,7 +163,7 @@ TEST(Pipeline, TracksAWalkAccuratelyInEveryMode) {
 
 TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
   for (const RunnerMode mode : {RunnerMode::kSequential, RunnerMode::kLockstep}) {
-    const WalkResult a = Walk(mode, 90), b = Walk(mode, 90);
+    const WalkResult a = RunWalk(mode, 90), b = RunWalk(mode, 90);
     ASSERT_GT(a.final_poses.size(), 60U);
     ASSERT_EQ(a.final_poses.size(), b.final_poses.size());
     for (size_t i = 0; i < a.final_poses.size(); ++i) {
@@ -177,7 +177,7 @@ TEST(Pipeline, LockstepAndSequentialRunsRepeatExactly) {
 // Which frames are tracked depends on the load of the machine; the map must be
 // consistent in any case.
 TEST(Pipeline, ACameraFasterThanTheMapperLeavesTheMapConsistent) {
-  const WalkResult run = Walk(RunnerMode::kLive, 120);
+  const WalkResult run = RunWalk(RunnerMode::kLive, 120);
   EXPECT_GE(run.map->keyframes.size(), 2U);
   EXPECT_GE(run.map->landmarks.size(), 100U);
   EXPECT_THAT(run.map->CheckInvariants(), IsEmpty());
@@ -239,14 +239,14 @@ TEST(BackgroundBundle, EndsWithItsOwnerAndCorrectsWhatHasGrown) {
 }
 
 TEST(Pipeline, LostEarlyItStartsAnew) {
-  const WalkResult run = Walk(RunnerMode::kLockstep, 70, 16, 22);
+  const WalkResult run = RunWalk(RunnerMode::kLockstep, 70, 16, 22);
   EXPECT_EQ(run.states[18], TrackingState::kInitializing);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   EXPECT_LT(AbsoluteError(run), 0.02);
 }
 
 TEST(Pipeline, FramesBeforeItCameBackAreFoundFromThere) {
-  const WalkResult run = Walk(RunnerMode::kLockstep, 130, 100, 103, false, 110);
+  const WalkResult run = RunWalk(RunnerMode::kLockstep, 130, 100, 103, false, 110);
   EXPECT_EQ(run.states[105], TrackingState::kLost);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   std::vector<int> frames;
@@ -258,7 +258,7 @@ TEST(Pipeline, FramesBeforeItCameBackAreFoundFromThere) {
 }
 
 TEST(Pipeline, LostWithARealMapItComesBackToIt) {
-  const WalkResult run = Walk(RunnerMode::kLockstep, 160, 100, 106);
+  const WalkResult run = RunWalk(RunnerMode::kLockstep, 160, 100, 106);
   EXPECT_EQ(run.states[103], TrackingState::kLost);
   EXPECT_EQ(run.states.back(), TrackingState::kTracking);
   EXPECT_GT(run.trajectory.size(), 135U);

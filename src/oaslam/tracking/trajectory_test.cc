@@ -8,7 +8,7 @@
 namespace oaslam {
 namespace {
 
-struct Scene {
+struct TrajectoryScene {
   synthetic::World world = synthetic::MakeWorld({});
   synthetic::MappedWorld mapped = synthetic::MakeMap(world, {});
   Rigid3 truth = synthetic::PoseOnArc({}, 3);
@@ -16,7 +16,7 @@ struct Scene {
   std::vector<LandmarkId> landmarks;
   Rigid3 wrong = Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.02, 0, 0)) * truth;
 
-  Scene() {
+  TrajectoryScene() {
     Rng rng(4);
     const synthetic::View view = synthetic::MakeView(world, truth, {}, rng);
     frame = {20, 0.6, 0, view.features, {}};
@@ -37,7 +37,7 @@ struct Scene {
 };
 
 TEST(Trajectory, RefinesAFrameWithTheMapAsItIsLater) {
-  const Scene s;
+  const TrajectoryScene s;
   Trajectory trajectory;
   trajectory.Add(s.Pose(20), s.frame, s.landmarks);
   trajectory.RefinePosesBefore(s.mapped.map, 20);
@@ -47,7 +47,7 @@ TEST(Trajectory, RefinesAFrameWithTheMapAsItIsLater) {
 }
 
 TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
-  Scene s;
+  TrajectoryScene s;
   Trajectory trajectory;
   trajectory.Add(s.Pose(20), s.frame, s.landmarks);
   int seen = 0;
@@ -59,7 +59,7 @@ TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
 }
 
 TEST(Trajectory, FramesComeInAnyOrderAndKeyframesCarryThemselves) {
-  const Scene s;
+  const TrajectoryScene s;
   Trajectory trajectory;
   for (const int index : {5, 9, 7, 20}) trajectory.Add(s.Pose(index), s.frame, s.landmarks);
   trajectory.MakeKeyframe(trajectory.poses().back().frame_index, KeyframeId(3));
