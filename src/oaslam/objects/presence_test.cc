@@ -16,7 +16,6 @@ namespace oaslam {
 namespace {
 
 using synthetic::OnCircle;
-using synthetic::TrueObject;
 using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
@@ -25,7 +24,7 @@ using testing::Not;
 constexpr int kCup = 41, kBook = 73, kBottle = 39, kPerson = 0;
 const Camera kPresenceCamera = synthetic::World().camera;
 
-std::vector<TrueObject> PresenceTable() {
+std::vector<synthetic::TrueObject> PresenceTable() {
   return {synthetic::Upright(kCup, {-0.1, 0, 0.06}, {0.05, 0.05, 0.06}),
           synthetic::Upright(kBook, {0.3, -0.3, 0.03}, {0.15, 0.1, 0.03}),
           synthetic::Upright(kBottle, {-0.3, 0.3, 0.12}, {0.04, 0.04, 0.12}),
@@ -34,7 +33,7 @@ std::vector<TrueObject> PresenceTable() {
 
 struct Shot {
   Rigid3 cam_from_world;
-  std::vector<TrueObject> objects;
+  std::vector<synthetic::TrueObject> objects;
   synthetic::DetectorOptions detector{.miss_rate = 0.1};
 };
 
