@@ -24,6 +24,7 @@ POSE = {"position": [0, 0, 1], "rotation": [0, 0, 0, 1]}
 class Asking(cluster.MapFolder):
     @classmethod
     def prepare(cls):
+        super().prepare()
         cls.images = cluster.images_of("query_around", cls.folder, 0, 60, 15)
         cls.photo = cls.path("photo.png")
         with open(cls.photo, "wb") as f:

@@ -66,7 +66,7 @@ class TestDeploy(harness.InFolder):
         process.send_signal(getattr(signal, settings["KillSignal"]))
         assert process.wait(timeout=int(settings["TimeoutStopSec"])) == 0
 
-    @pytest.mark.skipif(not cluster.HAPROXY and shutil.which("openssl"), reason="there is no HAProxy or no openssl")
+    @pytest.mark.skipif(not (cluster.HAPROXY and shutil.which("openssl")), reason="there is no HAProxy or no openssl")
     def test_haproxy_takes_its_configuration(self):
         pem, config = self.path("oaslam.pem"), self.path("haproxy.cfg")
         subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost", "-keyout", pem + "1", "-out", pem + "2"],

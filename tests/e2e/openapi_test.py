@@ -25,6 +25,7 @@ def escaped(*keys):
 class TestOpenApi(cluster.MapFolder):
     @classmethod
     def prepare(cls):
+        super().prepare()
         cls.image = cluster.images_of("query_around", cls.folder, 0, 1, 1)[0]
         cls.server = cluster.Server(cls.folder, cls.path("maps"), ["--detector", "none"])
         cls.cleanup.callback(lambda: cls.server.end(signal.SIGKILL))

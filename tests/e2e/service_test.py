@@ -40,6 +40,7 @@ class Stream(WebSocket):
 class TestService(cluster.MapFolder):
     @classmethod
     def prepare(cls):
+        super().prepare()
         cls.images = cluster.images_of("query_around", cls.folder, 0, 300, 15)
         with open(os.path.join(harness.SAMPLE, "query_around", "detections.json")) as f:
             cls.boxes = [image["detections"] for image in json.load(f)][::15]

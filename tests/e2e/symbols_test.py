@@ -31,6 +31,7 @@ def exported():
     return symbols
 
 
+@unittest.skipUnless(shutil.which("nm"), "there is no nm (Debian: binutils)")
 class Symbols(unittest.TestCase):
     def setUp(self):
         text = header_text()
