@@ -5,6 +5,7 @@ import harness
 from harness import oaslam
 
 
+@harness.needs_detector
 def test_the_same_with_a_detector_where_the_camera_is_lost(tmp_path):
     # On one processor the detector has fewer threads, reads less far ahead, and is slower.
     clip, processors, outs = harness.clip("lost_and_back")[:4], os.sched_getaffinity(0), (str(tmp_path / "lost"), str(tmp_path / "again"))
