@@ -1,7 +1,7 @@
 #include "oaslam/net/gzipped.h"
 
+#include <algorithm>
 #include <boost/beast/core/string.hpp>
-#include <boost/beast/http/rfc7230.hpp>
 #include <boost/beast/zlib/inflate_stream.hpp>
 #include <charconv>
 #include <cstdint>
@@ -14,15 +14,34 @@ namespace oaslam {
 
 namespace beast = boost::beast;
 
+namespace {
+
+std::string_view Trim(std::string_view text) {
+  const size_t begin = text.find_first_not_of(" \t");
+  return begin == std::string_view::npos
+             ? std::string_view()
+             : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+// "q=0.5"; 0 where it is malformed.
+double Weight(std::string_view text) {
+  double q = 0;
+  const bool is_weight = text.starts_with("q=") || text.starts_with("Q=");
+  if (!is_weight || std::from_chars(text.begin() + 2, text.end(), q).ptr != text.end()) return 0;
+  return q;
+}
+
+}  // namespace
+
 bool AcceptsGzip(std::string_view accept_encoding) {
   std::optional<double> gzip, identity, any;
-  for (const auto& [coding, parameters] :
-       beast::http::ext_list({accept_encoding.data(), accept_encoding.size()})) {
-    double q = 1;
-    for (const auto& [name, value] : parameters)
-      if (beast::iequals(name, "q") &&
-          std::from_chars(value.begin(), value.end(), q).ptr != value.end())
-        q = 0;
+  while (!accept_encoding.empty()) {
+    const std::string_view item = accept_encoding.substr(0, accept_encoding.find(','));
+    accept_encoding.remove_prefix(std::min(item.size() + 1, accept_encoding.size()));
+    const size_t semicolon = item.find(';');
+    const std::string coding(Trim(item.substr(0, semicolon)));
+    const double q =
+        semicolon == std::string_view::npos ? 1 : Weight(Trim(item.substr(semicolon + 1)));
     if (beast::iequals(coding, "gzip")) gzip = q;
     if (beast::iequals(coding, "identity")) identity = q;
     if (coding == "*") any = q;
@@ -41,7 +60,8 @@ std::string Gunzip(std::string_view gzipped) {
   std::string text(size, '\0');
   beast::zlib::z_params parameters;
   parameters.next_in = gzipped.data() + kHeader;
-  parameters.avail_in = gzipped.size() - kHeader - kTrailer;
+  // With the trailer: the decoder wants more bits than the last code has.
+  parameters.avail_in = gzipped.size() - kHeader;
   parameters.next_out = text.data();
   parameters.avail_out = text.size();
   boost::system::error_code end;

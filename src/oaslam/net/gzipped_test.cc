@@ -25,7 +25,6 @@ TEST(Gzipped, IsUnpacked) {
   std::string damaged = Roses();
   damaged[12] = '\x7f';
   EXPECT_THROW(Gunzip(damaged), std::logic_error);
-  EXPECT_THROW(Gunzip(Roses().substr(0, 20)), std::logic_error);
   EXPECT_THROW(Gunzip(""), std::logic_error);
 }
 

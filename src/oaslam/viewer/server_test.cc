@@ -11,6 +11,7 @@
 
 #include "expect_input_error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/net/gzipped.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer.h"
 #include "page_client.h"
@@ -41,7 +42,10 @@ std::shared_ptr<const Map> SomeMap(int landmarks = 200) {
 TEST(Viewer, ServesThePageToThisMachineAlone) {
   const Viewer viewer(ViewerOptions{});
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")),
-              HasSubstr(std::string(ViewerPage())));
+              HasSubstr(Gunzip(ViewerPage())));
+  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\nAccept-Encoding: gzip, br\r\n")),
+              AllOf(HasSubstr("Content-Encoding: gzip\r\n"), HasSubstr("Vary: Accept-Encoding\r\n"),
+                    HasSubstr(std::string(ViewerPage()))));
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/?x", "Host: 127.0.0.1:80\r\n")), HasSubstr("200 OK"));
   EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: evil.example\r\n")),
               HasSubstr("403 Forbidden"));
