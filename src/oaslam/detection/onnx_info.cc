@@ -76,7 +76,7 @@ std::optional<OnnxInfo> ParseOnnxInfo(std::string_view bytes) try {
 std::map<int, std::string> ParseNamesMetadata(std::string_view text) try {
   // In a name with quotes of both kinds, Python escapes the single ones, and YAML doubles them.
   std::string yaml(text);
-  for (size_t at = 0; (at = yaml.find("\\'", at)) != std::string::npos;) yaml.replace(at, 2, "''");
+  for (size_t at = 0; (at = yaml.find("\\'", at)) != std::string::npos;) yaml[at] = '\'';
   std::map<int, std::string> names;
   const YAML::Node dictionary = YAML::Load(yaml);
   if (!dictionary.IsMap()) return {};

@@ -33,7 +33,7 @@ std::optional<std::string> DecodeBase64(std::string_view text) {
   std::string bytes(text.size() / 4 * 3, '\0');
   if (EVP_DecodeBlock(Bytes(bytes), Bytes(text), static_cast<int>(text.size())) < 0)
     return std::nullopt;
-  bytes.resize(bytes.size() - padding);
+  bytes.erase(text.size() / 4 * 3 - padding);
   return bytes;
 }
 
