@@ -58,7 +58,7 @@ void SetObject(const Map& map, const std::string& id, const std::string& whole,
   request.object = ParseId(id, whole);
   request.direction = Eigen::Vector3d::UnitZ();
   const Object* object = map.objects.Find(ObjectId(*request.object));
-  if (!object || object->observations.empty()) return;  // refused later
+  if (!object || object->observations.empty()) return;  // PlaceAnchor refuses the request then
   if (const auto pose = map.ResolvePose(object->observations.back().reference))
     request.origin = pose->OriginInSource();
 }

@@ -34,9 +34,9 @@ struct PlainChoices {
   std::string& out;
 };
 
-// Chooses the images, the detector and the folder, with this suffix, if this form is used. Throws
-// InputError if there are no such images, or if the folder has results already and is not to be
-// overwritten.
+// If the short form is used, sets the images, the detector and the folder, whose name ends with
+// `suffix`. Throws InputError if there are no such images, or if the folder has results already and
+// --force is not given.
 void Complete(const PlainForm& form, const std::string& suffix, const PlainChoices& choices);
 
 }  // namespace oaslam::apps

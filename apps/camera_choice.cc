@@ -52,8 +52,7 @@ double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   return found.readout_s;
 }
 
-// Converts the pieces besides the map to the camera of the map, and undoes the rolling shutter in
-// them, too.
+// Converts the other pieces to the camera of the map, and undoes the rolling shutter in them.
 void BringAlong(const SlamConfig& config, int camera, double readout_s, SavedMap& saved) {
   constexpr int kIterations = 20;  // at most: it begins near the optimum
   for (Piece& piece : saved.pieces) {
@@ -73,7 +72,7 @@ void Refine(const SlamConfig& config, int index, CameraEstimate& camera, SavedMa
   SelfCalibration found = SelfCalibrate(saved.map, index);
   camera.why_not = found.why_not;
   if (!found.success) return;
-  // The standard deviation is no smaller than the difference between two maps of the same images.
+  // The difference between two maps of the same images is a lower bound on the standard deviation.
   if (camera.is_determined)
     found.focal_sigma_px =
         std::max(found.focal_sigma_px, std::abs(found.camera.fx - camera.camera.fx));

@@ -23,7 +23,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr const char* kPlainPattern = "%^%l%$: %v";
 constexpr const char* kClearLine = "\r\033[K";
-// Frames between plain lines when the total is not known.
+// Frames between plain lines when the total is not known: a line every few seconds.
 constexpr int kPlainStepUnknownTotal = 100;
 
 std::string Duration(double seconds) {

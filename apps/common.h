@@ -41,8 +41,8 @@ SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config = {
 Classes LoadClasses(const CommonOptions& options);
 ImageSourceOptions FrameRange(const CommonOptions& options);
 
-// A folder for results. What was created is removed at the end if it is still empty, as it is where
-// the input is refused.
+// A folder for results. The destructor removes the folders that it created and that are still
+// empty, as they are where the input was refused.
 class OutputFolder {
  public:
   // Creates the folder and checks that it can be written to. Throws InputError.

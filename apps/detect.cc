@@ -29,8 +29,8 @@ struct Found {
   double ms = 0;
 };
 
-// Processes the images except those that `found` contains already. Saves now and then, so that a
-// kill does not lose everything.
+// Processes the images except those that `found` contains already. Saves every kSaveEvery images,
+// so that a kill does not lose everything.
 void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options,
                Found& found) {
   constexpr int kSaveEvery = 200;  // images: 10 s of work at 50 ms an image

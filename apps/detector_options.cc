@@ -10,9 +10,8 @@ namespace oaslam::apps {
 namespace fs = std::filesystem;
 namespace {
 
-// Errors come as exceptions. What else is written to std::cerr is discarded: Debian's build of ONNX
-// Runtime (1.21) registers each operator twice when it loads a network, and writes a line about
-// that.
+// Discards what is written to std::cerr while a network is loaded: Debian's build of ONNX Runtime
+// (1.21) registers each operator twice and prints a line about each. Errors come as exceptions.
 class QuietStderr {
  public:
   QuietStderr() = default;

@@ -22,8 +22,8 @@ SideInputs::SideInputs(const std::string& detections_file, const std::string& gr
 
 FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
     : side_(std::move(side)), is_lost_(sources.in_map) {
-  // For the small images of a pyramid OpenCV's threads cost more than they gain, and a detector
-  // that works ahead has threads of its own.
+  // One thread for OpenCV: for the small images of a pyramid its threads cost more than they gain,
+  // and a detector that works ahead has its own threads.
   cv::setNumThreads(side_.detector && sources.live ? -1 : 1);
   ImageSourceOptions range = FrameRange(common);
   range.color = side_.detector != nullptr;
@@ -41,7 +41,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
   if (side_.detector) StartDetector(sources);
-  // A growing folder, or a camera, would keep an image waiting for the ones after it.
+  // Not for a growing folder or a camera, where an image would have to wait for the ones after it.
   if (pool_ && !range.follow && !sources.images.starts_with("webcam:"))
     most_ahead_ = pool_->MostAhead(first->image);
   const bool is_chosen = Choose(*first);
@@ -100,7 +100,7 @@ void FrameInputs::Read(size_t ahead, bool looks_at_all) {
     read_.push_back({std::move(*image), is_chosen});
     ++read_count_;
   }
-  // While the camera is lost, images that are not chosen will probably be asked for, too.
+  // A lost camera will probably need the detections of images that are not chosen, too.
   if (pool_)
     for (ReadImage& read : read_)
       if ((read.is_chosen || looks_at_all) && !read.found.valid())

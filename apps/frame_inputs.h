@@ -34,8 +34,8 @@ struct DetectorPace {
   double busy_ms = 0;
 };
 
-// What a command is given besides images: read before any image is looked at, so that a mistake in
-// it is said at once.
+// The inputs of a command besides images. They are read before the first image, so that errors in
+// them are reported at once.
 struct SideInputs {
   // Throws InputError. Empty paths: nothing.
   SideInputs(const std::string& detections_file, const std::string& gravity_file,
@@ -59,8 +59,8 @@ class FrameInputs {
     // A camera or a growing folder gives its newest image, and the detector
     // works in the background.
     bool live = false;
-    bool for_display = false;  // in colour where that costs nothing
-    // The camera looks for itself in a map: it is lost until it is found.
+    bool for_display = false;  // in colour where the source decodes to colour anyway
+    // The camera begins in a given map, lost until it is found.
     bool in_map = false;
     std::optional<Camera> known_camera{};  // used instead of `camera`
   };
@@ -73,7 +73,7 @@ class FrameInputs {
   bool is_live() const { return latest_ != nullptr; }
   // The number of images of a live source that were missed while another was processed.
   int dropped() const { return latest_ ? latest_->dropped() : 0; }
-  // The next image. While the camera is lost, objects are looked for even where the view has hardly
+  // The next image. While the camera is lost, the detector runs even where the view has hardly
   // changed.
   std::optional<FrameInput> Next();
   // The state after the last image. The camera counts as lost unless points gave its pose.
@@ -93,7 +93,7 @@ class FrameInputs {
   void FinishLate() {
     if (background_) background_->Wait();
   }
-  // To be called once all images are read: warns where no gravity sample was near any image.
+  // Call it once all images are read. Warns where no gravity sample was near any image.
   void CheckGravity() const { side_.gravity.WarnIfUnused(); }
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
@@ -119,8 +119,9 @@ class FrameInputs {
 
   std::unique_ptr<ImageSource> images_;
   const LatestImageSource* latest_ = nullptr;  // images_ if the source is live
-  std::deque<ReadImage> read_;                 // ahead: the first one early, for its size
-  size_t most_ahead_ = 0;                      // images
+  std::deque<ReadImage>
+      read_;               // read ahead; the first image is read in the constructor, for its size
+  size_t most_ahead_ = 0;  // images
   int read_count_ = 0, looked_at_ = 0;
   Camera camera_;
   SideInputs side_;

@@ -14,7 +14,7 @@
 namespace oaslam::apps {
 namespace {
 
-constexpr int kCheckMs = 100;  // interval at which Ctrl-C is checked
+constexpr int kCheckMs = 100;  // milliseconds between checks for Ctrl-C
 
 ServerOptions ServerOf(const ViewerSettings& settings) {
   ServerOptions server = settings.server;

@@ -84,7 +84,7 @@ class LocalizeResults {
   }
 
  private:
-  // Only with the first image: input that is refused leaves no file behind.
+  // Opened with the first image, so that refused input leaves no file behind.
   void OpenFrames() {
     frames_.open(folder_ + "/frames.csv");
     if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written", folder_));
@@ -141,13 +141,13 @@ void UseClassFile(const CommonOptions& options, Slam& slam) {
   if (!options.classes.empty()) slam.SetClassRelations(LoadClasses(options).relations);
 }
 
-// Begins to look for the camera, knowing nothing of it.
+// Makes the camera lost, so that the first image is relocalized.
 void BeginInMap(const LocalizeOptions& options, Slam& slam) {
   slam.Load(options.map, options.piece);
   UseClassFile(options.common, slam);
 }
 
-// Whether to forget what the images told, before the next one is looked for.
+// Whether to forget the earlier images before the next one is relocalized.
 bool MustForget(const LocalizeOptions& options, int done) {
   return options.forget_every > 0 && done > 0 && done % options.forget_every == 0;
 }
@@ -166,8 +166,8 @@ SideInputs SideInputsOf(const LocalizeOptions& options) {
   return {options.detections, options.gravity, options.detector};
 }
 
-// The camera of a source with one camera: among the first images found in the map, that of the one
-// with the most points.
+// Estimates the one camera of a source: relocalizes images until some are found, and takes the
+// camera of the one with the most points.
 std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamConfig& config) {
   // Images found, of which the best is taken; images looked at, seven seconds of a video.
   constexpr int kEnough = 5, kMaxImages = 200;

@@ -34,9 +34,9 @@ class Recording {
   // To be called before the first image.
   void Begin(const Slam& slam, const Camera& camera);
 
-  // Adds an image just given to Process, with the map that the tracker saw.
+  // Adds an image that was just given to Process, drawn with the map that the tracker saw.
   void Add(const Slam& slam, const FrameInput& frame, const TrackingResult& result);
-  // Adds an image that was relocalized; the map is that of the beginning.
+  // Adds an image that was relocalized, drawn with the map as it was at Begin.
   void Add(const FrameInput& frame, const RelocalizationResult& result);
   // Completes the file; returns the error, if any.
   std::exception_ptr Finish();
@@ -44,13 +44,14 @@ class Recording {
  private:
   void Add(const FrameInput& frame, ArFrame shown);
 
-  static constexpr int kMaxSide = 1920;  // of the video, pixels
+  // Of the longer side, pixels; a larger video takes long to encode.
+  static constexpr int kMaxSide = 1920;
 
   std::shared_ptr<const ModelLibrary> models_;
   Camera camera_;
   IdealPictureMaker pictures_{kMaxSide};
   ClassNames names_;
-  Map map_;  // of the beginning; shares its content
+  Map map_;  // as it was at Begin
   std::optional<VideoFile> video_;
 };
 

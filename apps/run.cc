@@ -124,14 +124,14 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
   }
 }
 
-// Estimates the camera before the run where it is not given.
+// Estimates the camera before the run, unless it is given.
 std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
   if (!options.camera.IsEstimated()) return std::nullopt;
   return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config,
                         options.common);
 }
 
-// Refines the camera by the whole map, which is converted to it.
+// Refines the camera by the whole map, and converts the map to it.
 std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& first,
                                            const SlamConfig& config, bool find_readout,
                                            SavedMap& saved) {
@@ -178,7 +178,8 @@ RunOptions Complete(RunOptions options) {
   return options;
 }
 
-// The images, for `oaslam view`; empty where it could not read them with the same time stamps.
+// The path of the images, so that `oaslam view` finds them; empty where it could not read them with
+// the same time stamps.
 std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
   if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s ||

@@ -144,7 +144,7 @@ void RunResults::Scale(double factor) {
 // Each piece has its own frame and unit.
 void RunResults::WritePieces(const std::vector<std::vector<StampedPose>>& pieces) const {
   for (int i = 1; std::filesystem::remove(fmt::format("{}/piece_{}.txt", folder_, i)); ++i)
-    ;  // remove files of an earlier run
+    ;  // removes files of an earlier run
   for (size_t i = 0; i < pieces.size(); ++i)
     SaveTrajectory(fmt::format("{}/piece_{}.txt", folder_, i + 1), pieces[i]);
 }

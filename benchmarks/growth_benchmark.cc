@@ -39,7 +39,7 @@ const Building& BuildingOf(const benchmark::State& state) {
   return BuildingOf(state.range(0), state.range(1));
 }
 
-// Allocated memory, with the large blocks, which are counted apart.
+// Allocated memory. mallinfo counts large blocks separately.
 double AllocatedBytes() {
   const auto info = mallinfo2();
   return static_cast<double>(info.uordblks + info.hblkhd);
@@ -117,7 +117,8 @@ void TrackAnImage(benchmark::State& state) {
   median.Report(state);
 }
 
-// What the mapper does for a keyframe, with its snapshot; ten images were tracked since the last.
+// The mapper's work for a keyframe, and its snapshot; ten images were tracked since the last
+// keyframe.
 void MapAKeyframe(benchmark::State& state) {
   const Building& building = BuildingOf(state);
   SlamConfig config;

@@ -1,4 +1,4 @@
-// The kernels of a frame, on a rendered texture of 640 x 480; OpenCV's own beside them where it has
+// The kernels of a frame, on a rendered texture of 640 x 480, beside OpenCV's where it has the same
 // one.
 #include <benchmark/benchmark.h>
 

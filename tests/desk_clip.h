@@ -15,7 +15,7 @@
 
 namespace oaslam {
 
-// Images of the desk sample, with their detections apart.
+// Images of the desk sample, and their detections separately.
 struct Clip {
   explicit Clip(int from, int to)
       : camera(LoadCamera(kFolder + "/camera.yaml", {0, 0})),

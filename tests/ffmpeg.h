@@ -9,7 +9,7 @@
 
 namespace oaslam {
 
-// Whether there is the program ffmpeg, and in it this encoder.
+// Whether the program ffmpeg is installed and has this encoder.
 inline bool HasFfmpegEncoder(const std::string& name) {
   std::FILE* pipe = popen("ffmpeg -hide_banner -encoders 2>/dev/null", "r");
   std::string text;

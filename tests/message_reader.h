@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// Reads messages of MessageBuilder, as the page does.
+// Reads the messages of MessageBuilder as the page does.
 struct DecodedMessage {
   nlohmann::json header;
   std::string bytes;

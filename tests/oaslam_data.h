@@ -7,8 +7,8 @@
 
 namespace oaslam::testing {
 
-// A file or folder of the real sequences that OASLAM_DATA points to; nothing where it is not there,
-// and the test skips, saying so.
+// A file or folder of the real sequences below OASLAM_DATA; nothing where it is absent: the test
+// should skip then and say so.
 inline std::optional<std::filesystem::path> FindData(const std::string& relative_path) {
   const char* root = std::getenv("OASLAM_DATA");
   if (root == nullptr) return std::nullopt;

@@ -1,4 +1,4 @@
-// A desk with objects, and the boxes that a detector gives of it.
+// A desk with objects, and the boxes that a detector finds there.
 
 #pragma once
 
@@ -88,8 +88,8 @@ struct Query {
   std::vector<ObjectDetection> detections;
 };
 
-// An image from anywhere around. `roll`: the rotation of the camera about its optical axis, besides
-// the trembling of the hand.
+// An image from a random place around. `roll`: the rotation of the camera about its optical axis,
+// in addition to the trembling of the hand.
 inline Query Photograph(const Map& map, Rng& rng, double miss_rate = 0.15, double roll = 0) {
   const double angle = rng.Uniform(0, 2 * std::numbers::pi), distance = rng.Uniform(1.2, 2.2);
   const Rigid3 pose =

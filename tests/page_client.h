@@ -52,7 +52,7 @@ class PageClient {
     socket_.read(buffer);
     return DecodedMessage(boost::beast::buffers_to_string(buffer.data()));
   }
-  // That the server has closed meanwhile is only noticed by reading.
+  // Only reading shows whether the server has closed the connection.
   void Send(const std::string& text) {
     boost::system::error_code ignored;
     socket_.text(true);

@@ -52,10 +52,10 @@ class PostgresServer {
     Call("pg_ctl -w -D " + folder_ / "data" + " -l " + folder_ / "log" + " -o \"-c fsync=off -c " +
          "listen_addresses='' -k " + folder_.path() + "\" start");
   }
-  // At once: connections are broken.
+  // Stops at once, which breaks connections.
   void Stop() { Call("pg_ctl -w -m immediate -D " + folder_ / "data" + " stop"); }
 
-  // Its processes do nothing until they go on.
+  // Suspends its processes until they are resumed.
   void Freeze() { Signal(SIGSTOP); }
   void GoOn() { Signal(SIGCONT); }
 

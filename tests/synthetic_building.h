@@ -46,7 +46,7 @@ class Building {
 
   const Map& map() const { return map_; }
 
-  // The true pose of a camera that has walked so far, in steps between keyframes.
+  // The true pose of the camera after so many steps; a step is the distance between keyframes.
   Rigid3 PoseAt(double steps) const {
     const double turn = steps * kStep / radius_;
     const Eigen::Vector3d out(std::cos(turn), std::sin(turn), 0);
@@ -54,7 +54,7 @@ class Building {
     return LookAt(center, center + out);
   }
 
-  // What a camera sees from there: key points, matched landmarks and detections.
+  // The camera's view from there: key points, matched landmarks and detections.
   TrackedFrame FrameAt(double steps, Rng& rng) const {
     const auto [view, first] = ViewAt(steps, rng);
     TrackedFrame tracked;
@@ -85,7 +85,7 @@ class Building {
 
  private:
   static constexpr double kStep = 0.7, kRadius = 12, kStorey = 4, kWall = 3, kPointsPerMetre = 120;
-  static constexpr double kInView = 5;  // steps: more than half of the wall that an image shows
+  static constexpr double kInView = 5;  // steps; covers more than half of the wall in an image
   static constexpr int kKeypoints = 1000, kOverlap = 12;
 
   double Height(double turn) const {
@@ -105,7 +105,7 @@ class Building {
   void MakeWall() {
     Rng rng(1);
     const double steps = options_.is_loop ? options_.keyframes - kOverlap : options_.keyframes;
-    const double metre = kStep * (radius_ + kWall) / radius_;  // of wall in a step
+    const double metre = kStep * (radius_ + kWall) / radius_;  // a metre of wall, in steps
     const int margin = options_.is_loop ? 0 : static_cast<int>(kInView);
     points_per_step_ = metre * kPointsPerMetre;
     const int count = static_cast<int>((steps + 2 * margin) * points_per_step_);
@@ -224,7 +224,7 @@ class Building {
     }
   }
 
-  // Turns and scales the walk more and more.
+  // Turns and scales the walk, increasingly.
   void Drift() {
     const auto at = [&](KeyframeId id) {
       const double share = static_cast<double>(id.value) / options_.keyframes;

@@ -22,7 +22,7 @@
 
 namespace oaslam {
 
-// How long tests wait for what must happen; only reached where it does not.
+// How long tests wait for an event that must happen; reached only in failing tests.
 constexpr std::chrono::seconds kAtMost{60};
 
 inline bool Comes(const std::future<void>& event) {
@@ -128,12 +128,12 @@ class RawClient {
     stream_.expires_after(kAtMost);
   }
 
-  // False where the server has closed the connection, and this is known here already.
+  // False once this end knows that the server has closed the connection.
   bool Send(const std::string& bytes) {
     stream_ << bytes << std::flush;
     return stream_.good();
   }
-  // All until the server ends the connection. Throws where it does not.
+  // Reads until the server ends the connection. Throws where it does not.
   std::string ReadAll() {
     std::string bytes{std::istreambuf_iterator<char>(stream_), {}};
     if (stream_.error() != boost::asio::error::eof &&
@@ -147,7 +147,7 @@ class RawClient {
     bytes.resize(static_cast<size_t>(stream_.gcount()));
     return bytes;
   }
-  // One answer, by its length: the header, and the body.
+  // Reads one answer, whose header states its length.
   std::string ReadAnswer() {
     std::string header;
     while (!header.ends_with("\r\n\r\n")) {

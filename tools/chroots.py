@@ -27,19 +27,19 @@ class Chroot:
                 shutil.copy(file, bare + file)
             open(os.path.join(bare, "complete"), "w").close()
         self.path = os.path.realpath(os.path.join(root, f"{suite}-{name}"))
-        self.remove()  # what a run that was killed has left
+        self.remove()  # left by a run that was killed
         atexit.register(self.remove)
         subprocess.run(["cp", "-a", bare, self.path], check=True)
         subprocess.run(["mount", "-t", "proc", "proc", self.path + "/proc"], check=True)
 
     def processes(self):
-        """The numbers of those that run in it."""
+        """The ids of the processes that run in it."""
         for process in glob.glob("/proc/[0-9]*"):
             try:
                 if os.readlink(process + "/root") == self.path:
                     yield int(os.path.basename(process))
             except OSError:
-                pass  # it has ended meanwhile, or is none of ours
+                pass  # it has ended, or belongs to another user
 
     def remove(self):
         while running := list(self.processes()):

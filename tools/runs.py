@@ -1,4 +1,4 @@
-"""What the programs of tools/ share: where the sequences are, running the built command, and reading what it writes and prints.
+"""Shared by the programs of tools/: finds the sequences, runs the built command, and reads what it writes and prints.
 
 Python's standard library only; the yardstick needs python3-opencv.
 """
@@ -25,7 +25,7 @@ SAMPLE = os.path.join(ROOT, "data", "sample")
 RELEASE = os.path.join(ROOT, "build", "release")
 BUILD = os.environ.get("OASLAM_BUILD", RELEASE)
 OASLAM = os.path.join(RELEASE, "oaslam")
-SEEDS = [(0, 2), (1, 2), (2, 1), (3, 3), (4, 4)]  # and lags
+SEEDS = [(0, 2), (1, 2), (2, 1), (3, 3), (4, 4)]  # (seed, lag) of five runs; the first is the default
 PROGRAM = os.path.basename(sys.argv[0])
 
 
@@ -126,7 +126,7 @@ def slam(binary, folder, out, *args, camera=None, yardstick_of=None):
 
 
 def in_child(function, *args):
-    """Calls a function in a process of its own: the peak memory of a command counts that of the process which starts it."""
+    """Calls a function in its own process, since the peak memory of a command includes that of the process that starts it."""
     with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("fork")) as pool:
         return pool.submit(function, *args).result()
 

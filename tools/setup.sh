@@ -84,7 +84,7 @@ done
 
 if [ "$mode" = --optional ]; then
   here=()
-  # What a suite does not have is no reason to fetch its lists again.
+  # Packages that the suite does not have are left out, so that their lists are not fetched at each call.
   for package in "${missing[@]}"; do
     ! available "$package" && compgen -G '/var/lib/apt/lists/*Packages*' >/dev/null || here+=("$package")
   done
@@ -95,7 +95,7 @@ if [ "$mode" = --optional ]; then
       trap '"${as_root[@]}" rm -f $policy; rm -f "$log"' EXIT
       { printf '#!/bin/sh\nexit 101\n' | "${as_root[@]}" tee $policy && "${as_root[@]}" chmod 755 $policy; } >/dev/null
     fi
-    # One that cannot be installed does not keep the others away.
+    # If this fails, one at a time, so that one package does not prevent the others.
     install "${here[@]}" || for package in "${here[@]}"; do apt install --no-install-recommends "$package" || true; done
   fi
   absent=()

@@ -1,4 +1,4 @@
-"""What the programs of tools/ share about true objects (objects_gt.json): which detections show which of them, and a map's objects beside them. Needs numpy."""
+"""Shared by the programs of tools/: reads true objects (objects_gt.json), finds which detection shows which of them, and compares a map's objects. Needs numpy."""
 import collections
 import os
 import re
@@ -8,7 +8,7 @@ import numpy as np
 import runs
 
 MIN_SCORE = 0.5  # objects.min_score: detections at or below are not mapped
-MIN_BOX_IOU = 0.25  # of a detection with the box of the true thing it shows, which may be hidden in part
+MIN_BOX_IOU = 0.25  # of a detection with the box of the true object it shows; low, since the object may be partly hidden
 MAX_CENTRE = 0.75  # of the longest half axis: the rule of `oaslam evaluate objects`
 NEAR = 0.05  # metres
 

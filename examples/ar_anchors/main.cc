@@ -10,7 +10,7 @@
 
 namespace {
 
-// Pixel of a point, for a camera without distortion; what is behind it is nowhere.
+// Pixel of a point, for a camera without distortion; nothing for a point behind it.
 std::optional<cv::Point> Project(const oaslam::Camera& camera, const oaslam::Rigid3& world_from_cam,
                                  const Eigen::Vector3d& point) {
   const Eigen::Vector3d p = world_from_cam.Inverse() * point;

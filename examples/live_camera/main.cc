@@ -1,9 +1,8 @@
-// A camera that does not wait: live_camera SOURCE CAMERA PICTURE [SECONDS]
-// SOURCE: webcam:0, or a video that is played at its own speed. CAMERA: a calibration or
-// fov:DEGREES. Tracking and mapping, a detector, a display and a viewer run side by side; the
-// display gets the newest state without a lock, the viewer is a page for browsers. What was drawn
-// last is written to PICTURE. Without a detector (`oaslam models get yolox_nano` fetches one) there
-// are no objects.
+// A camera that does not wait: live_camera SOURCE CAMERA PICTURE [SECONDS] SOURCE: webcam:0, or a
+// video that is played at its own speed. CAMERA: a calibration or fov:DEGREES. Tracking and
+// mapping, a detector, a display and a viewer run side by side; the display gets the newest state
+// without a lock, the viewer is a page for browsers. The last drawn image is written to PICTURE.
+// Without a detector (`oaslam models get yolox_nano` fetches one) there are no objects.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -17,7 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-// Prints a line for each state that is new when the one before is printed.
+// Prints a line for each new state; skips states that are replaced while a line is printed.
 void Show(const oaslam::SlamStates& states, const std::stop_token& stop) {
   std::shared_ptr<const oaslam::SlamState> shown;
   while (!stop.stop_requested()) {
@@ -58,7 +57,8 @@ int main(int argc, char** argv) {
   if (argc < 4)
     return std::fprintf(stderr, "usage: live_camera SOURCE CAMERA PICTURE [SECONDS]\n"), 2;
   try {
-    // For a camera, LatestImageSource would drop images that come while one is tracked.
+    // A program with a camera would use LatestImageSource here, which drops images that come while
+    // one is tracked.
     const auto images = oaslam::OpenImages(argv[1], {.color_if_free = true});
     std::optional<oaslam::InputImage> image = images->Next();
     if (!image) return std::fprintf(stderr, "live_camera: no image\n"), 1;

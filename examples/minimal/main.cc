@@ -7,8 +7,7 @@
 
 #include "oaslam/slam.h"
 
-// Any detector can be used. This one reports every large, strongly coloured region as an object of
-// class 0.
+// Stands for any detector: reports every large, strongly coloured region as an object of class 0.
 std::vector<oaslam::Detection> Detect(const cv::Mat& bgr) {
   cv::Mat hsv, saturated;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);

@@ -6,8 +6,8 @@
 
 namespace oaslam::python {
 
-// Each adds what a group of public headers declares. What a function takes must have been added
-// before it, so that signatures name it.
+// Each binds a group of public headers. The types of a function's arguments must be bound before
+// it, so that its signature has their Python names.
 void AddErrors(py::module_& m);
 void AddTypes(py::module_& m);
 void AddCameras(py::module_& m);

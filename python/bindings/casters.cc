@@ -75,7 +75,7 @@ Rigid3 PoseOf(py::handle object) {
   const auto array = Numbers(object, "a pose", {4, 4});
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> m(array.data());
   const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
-  constexpr double kTolerance = 1e-6;  // that of numbers that were written with seven digits
+  constexpr double kTolerance = 1e-6;  // enough for numbers that were written with seven digits
   if (!(r * r.transpose()).isApprox(Eigen::Matrix3d::Identity(), kTolerance) || r.determinant() < 0)
     throw py::value_error("a pose has a rotation in its first three rows and columns");
   if (m.row(3) != Eigen::RowVector4d(0, 0, 0, 1))

@@ -12,9 +12,8 @@
 
 #include "oaslam/rigid3.h"
 
-// How values pass between Python and C++: images and poses as NumPy arrays. What does not fit is
-// refused with TypeError (type of the elements) or ValueError (shape, value), which say what was
-// expected.
+// How values pass between Python and C++: images and poses as NumPy arrays. Other types of elements
+// raise TypeError, other shapes and values ValueError; both say what was expected.
 namespace oaslam::python {
 
 namespace py = pybind11;
@@ -25,23 +24,22 @@ cv::Mat ImageView(py::handle object);
 // The image as an array that shares its memory and keeps it; None for an empty one.
 py::object ArrayOf(const cv::Mat& image);
 
-// A 4x4 array, whose rotation must be one up to 1e-6.
+// A 4x4 array, whose rotation part must be orthonormal to 1e-6.
 Rigid3 PoseOf(py::handle object);
 py::array_t<double> ArrayOf(const Rigid3& pose);
 
-// A path: str, bytes, or anything with a path (os.PathLike). A name that is not UTF-8 is what
-// os.fsencode makes of it.
+// A path: str, bytes, or os.PathLike. Encoded as by os.fsencode, also where it is not UTF-8.
 struct PathText : std::string {};
 PathText PathOf(py::handle object);
-// The name of a file, or a text that may have one in it: as PathText, but only str.
+// The name of a file, or a text that may contain one: as PathText, but only str.
 struct FileText : std::string {};
-// As os.fsdecode makes it.
+// Decoded as by os.fsdecode.
 py::str FileTextOf(const std::string& text);
 
 // Three finite numbers.
 Eigen::Vector3d VectorOf(py::handle object);
 
-// A copy of a matrix in rows, of the shape (rows, columns); (rows) if it is a vector.
+// A row-major copy of a matrix, of shape (rows, columns); (rows) for a vector.
 template <typename Matrix>
 py::array_t<double> ArrayOf(const Eigen::MatrixBase<Matrix>& matrix) {
   constexpr int kRows = Matrix::RowsAtCompileTime, kColumns = Matrix::ColsAtCompileTime;
@@ -53,7 +51,7 @@ py::array_t<double> ArrayOf(const Eigen::MatrixBase<Matrix>& matrix) {
   return array;
 }
 
-// The elements of a vector as an array of records (PYBIND11_NUMPY_DTYPE), which takes them over.
+// An array of records (PYBIND11_NUMPY_DTYPE) that takes over the elements of a vector.
 template <typename Row>
 py::array_t<Row> ArrayOfRows(std::vector<Row> rows) {
   auto* kept = new std::vector<Row>(std::move(rows));

@@ -5,8 +5,8 @@
 
 namespace oaslam::python {
 
-// What holds containers is not changed in place: a change of the copy that Python gets would be
-// lost without a word.
+// Members that are containers are read-only: Python gets a copy, and changes of that would silently
+// be lost.
 void AddClasses(py::module_& m) {
   py::class_<ClassRelations>(m, "ClassRelations", doc::ClassRelations)
       .def(py::init([](const std::map<int, int>& whole_of, const std::set<int>& movable) {

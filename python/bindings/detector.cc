@@ -24,7 +24,7 @@ std::shared_ptr<ExclusiveDetector> LoadDetector(const PathText& model, double mi
   return MakeWithoutGil<ExclusiveDetector>(std::move(detector));
 }
 
-// Its thread calls a function of Python, which may have forgotten to return what it found.
+// Its thread calls a Python function, which may return None by mistake.
 std::shared_ptr<BackgroundDetector> MakeBackgroundDetector(BackgroundDetector::Detect detect) {
   if (!detect) return MakeWithoutGil<BackgroundDetector>(nullptr);  // throws
   return MakeWithoutGil<BackgroundDetector>([kept = KeptFromPython(std::move(detect))](

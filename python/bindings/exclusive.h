@@ -10,9 +10,9 @@
 
 namespace oaslam::python {
 
-// An object of which C++ allows one call at a time. Python lets go of its lock while we work, so
-// that its other threads could call in between: they get RuntimeError. Its functions work, and it
-// ends, without Python's lock, which our own threads may need to get done.
+// An object that allows one call at a time. Its functions and its destructor run without Python's
+// lock, since threads of the library may need that to finish. Calls of other Python threads
+// meanwhile get RuntimeError.
 template <typename T>
 class Exclusive {
  public:
@@ -25,7 +25,7 @@ class Exclusive {
     const WithoutPythonsLock without_gil;
     return function(value_);
   }
-  // Within Use of another object, which has let go of Python's lock.
+  // Within Use of another object, which has released Python's lock.
   template <typename Function>
   auto UseToo(Function&& function) {
     const Turn turn(is_used_);
@@ -64,7 +64,7 @@ struct DeleteWithoutGil {
   }
 };
 
-// Made and deleted without Python's lock.
+// Constructed and deleted without Python's lock.
 template <typename T, typename... Args>
 std::shared_ptr<T> MakeWithoutGil(Args&&... args) {
   const WithoutPythonsLock without_gil;

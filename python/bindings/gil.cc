@@ -8,8 +8,8 @@ namespace {
 
 std::mutex mutex;
 std::condition_variable at_rest;
-int at_work = 0;       // calls under way; guarded, as the next one
-bool is_over = false;  // the interpreter ends
+int at_work = 0;       // calls under way; guarded by the mutex, as is the next one
+bool is_over = false;  // the interpreter is ending
 
 }  // namespace
 

@@ -8,10 +8,10 @@
 
 namespace oaslam::python {
 
-// Lets go of Python's lock while it exists, as pybind11's gil_scoped_release does, but ends well on
-// a daemon thread that is still at work when the interpreter ends. Before 3.14, Python then ends
-// the thread by unwinding its stack, which must not leave a destructor: here the thread stays where
-// it is until the program has ended, as in Python 3.14.
+// Releases Python's lock while it exists, as pybind11's gil_scoped_release does, but is safe on a
+// daemon thread that still works when the interpreter ends. Python before 3.14 then unwinds the
+// thread's stack, which aborts the program where a destructor is on it. Here the thread blocks
+// until the program has ended, as in Python 3.14.
 class WithoutPythonsLock {
  public:
   WithoutPythonsLock() : state_(PyEval_SaveThread()) {}
@@ -31,26 +31,26 @@ class WithoutPythonsLock {
 
 using WithoutGil = pybind11::call_guard<WithoutPythonsLock>;
 
-// A time in which a thread of ours may call Python: EndPythonCalls waits for its end.
+// While it exists, a thread of the library may call Python; EndPythonCalls waits for its end.
 class PythonCall {
  public:
   PythonCall();
   ~PythonCall();
   PythonCall(const PythonCall&) = delete;
   PythonCall& operator=(const PythonCall&) = delete;
-  // Not once the interpreter ends.
+  // False once the interpreter is ending.
   bool is_allowed() const { return is_allowed_; }
 
  private:
   const bool is_allowed_;
 };
 
-// Waits for the calls under way; later ones are not allowed. For the end of the interpreter,
+// Waits for the calls under way, and forbids later ones. Called at the end of the interpreter,
 // without Python's lock.
 void EndPythonCalls();
 
-// Calls a function with Python's lock, on any thread, unless the interpreter ends. No lock of ours
-// is held meanwhile.
+// Calls a function with Python's lock, on any thread, unless the interpreter is ending. The
+// library's locks are not held meanwhile.
 template <typename Function>
 void CallPython(Function&& function) {
   const PythonCall call;
@@ -59,8 +59,7 @@ void CallPython(Function&& function) {
   function();
 }
 
-// A callable of Python that may be deleted on any thread; where the interpreter has ended it is
-// not.
+// A Python callable that may be deleted on any thread; leaked where the interpreter has ended.
 template <typename Callable>
 std::shared_ptr<Callable> KeptFromPython(Callable callable) {
   return {new Callable(std::move(callable)), [](Callable* c) { CallPython([c] { delete c; }); }};

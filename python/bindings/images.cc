@@ -8,7 +8,7 @@
 namespace oaslam::python {
 namespace {
 
-// Reads a source that is someone else's, too.
+// Reads a source that another object owns, too.
 class SharedSource : public ImageSource {
  public:
   explicit SharedSource(std::shared_ptr<ImageSource> source) : source_(std::move(source)) {}
@@ -41,7 +41,7 @@ class Images {
     const WithoutPythonsLock without_gil;
     source_->Stop();
   }
-  // The source, for who alone reads it from then on.
+  // Hands over the source to its only reader from then on.
   std::shared_ptr<ImageSource> Take() {
     if (is_read_.exchange(true))
       throw std::runtime_error("this image source is read by another thread");
@@ -65,8 +65,7 @@ class LatestImages : public Images {
   const LatestImageSource* latest_;
 };
 
-// Ends the wait for an image where Python has been told to end (Ctrl-C), which it looks after on
-// its main thread only.
+// Stops waiting for an image after Ctrl-C, for which Python checks on its main thread only.
 std::function<bool()> StoppedBySignals() {
   return [reader = std::this_thread::get_id()] {
     if (std::this_thread::get_id() != reader) return false;

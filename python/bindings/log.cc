@@ -7,13 +7,13 @@
 namespace oaslam::python {
 namespace {
 
-// As the library does by itself.
+// The library's default sink.
 void SayWarnings(LogLevel level, const std::string& message) {
   if (level == LogLevel::kWarning) std::cerr << "oaslam: warning: " + message + "\n";
 }
 
-// What the callable raises is written to the standard error stream: the message comes from the
-// midst of our work, which goes on.
+// An exception of the callable goes to sys.unraisablehook, since the library must go on with its
+// work.
 LogSink SinkOf(const py::function& callable) {
   return [kept = KeptFromPython(callable)](LogLevel level, const std::string& message) {
     CallPython([&] {
@@ -26,13 +26,13 @@ LogSink SinkOf(const py::function& callable) {
   };
 }
 
-// The sink of before, which needs Python's lock to be deleted, may be deleted here.
+// Releases Python's lock, since this may delete the previous sink, which takes it.
 void Set(LogSink sink) {
   const WithoutPythonsLock without_gil;
   SetLogSink(std::move(sink));
 }
 
-// Our threads may have something to say when the interpreter is no more.
+// Threads of the library may still log after the interpreter has ended.
 void End() {
   const WithoutPythonsLock without_gil;
   EndPythonCalls();

@@ -30,8 +30,8 @@ ObservationRow RowOf(const MapSnapshot::Observation& o) {
   return {o.keyframe, o.landmark, {o.pixel.x(), o.pixel.y()}, o.sigma_px};
 }
 
-// What a function of a snapshot returns as an array of records. It may take a while for a large
-// map: others go on meanwhile.
+// The result of a function of a snapshot as an array of records. Releases Python's lock, since it
+// takes a while for a large map.
 template <typename Row, typename Value, typename... Args>
 auto AsRows(std::vector<Value> (MapSnapshot::*function)(Args...) const) {
   return [function](const MapSnapshot& map, Args... args) {

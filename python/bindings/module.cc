@@ -3,7 +3,7 @@
 PYBIND11_MODULE(_oaslam, m) {
   using namespace oaslam::python;
   m.doc() = "Object-aided monocular visual SLAM.";
-  // Types and functions name the package that they are imported from.
+  // Types and functions show the name of the package, not of the extension module.
   const py::object own_name = m.attr("__name__");
   m.attr("__name__") = "oaslam";
   m.attr("__version__") = OASLAM_VERSION;

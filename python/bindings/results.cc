@@ -65,8 +65,8 @@ void AddRelocalizationResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(RelocalizationResult, ms));
 }
 
-// pybind11 holds what never changes by a pointer that would let it be changed; all that is bound
-// only reads it.
+// The const is cast away, since pybind11 has no holder for const objects; all bound functions only
+// read.
 using HeldState = std::optional<std::shared_ptr<SlamState>>;
 
 HeldState Held(const std::shared_ptr<const SlamState>& state) {

@@ -13,7 +13,7 @@ using OptionalPose = std::optional<Rigid3>;
 using OptionalVector = std::optional<Eigen::Vector3d>;
 using Detections = std::vector<Detection>;
 
-// What an ImageInput holds, as arguments.
+// The members of an ImageInput as arguments.
 std::string WithImageDocs(const char* text, bool in_sequence) {
   const auto line = [](const char* name, const char* comment) {
     return std::string("\n") + name + ": " + comment;

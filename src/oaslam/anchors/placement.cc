@@ -121,7 +121,7 @@ Surroundings LandmarksAbout(const Map& map, const Eigen::Vector3d& origin,
 // on are level.
 PlaneFit FitLevel(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
                   const Eigen::Vector3d& viewpoint, double tolerance) {
-  // heights to try, each that of a point; bounds the time, which is quadratic in the points
+  // Heights to try, each that of a point; bounds the time, which is quadratic in the points.
   constexpr size_t kMaxTried = 200;
   std::vector<double> all, reach;
   for (const Eigen::Vector3d& x : points) {

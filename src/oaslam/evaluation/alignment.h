@@ -9,7 +9,8 @@
 
 namespace oaslam {
 
-// Poses whose time stamps differ by more belong to different images.
+// Poses whose time stamps differ by more belong to different images: more than half an interval at
+// 30 Hz.
 constexpr double kMaxTimeDifference = 0.02;  // seconds
 
 struct AssociatedPair {

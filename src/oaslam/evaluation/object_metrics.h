@@ -21,7 +21,8 @@ std::vector<EvaluatedObject> LoadObjects(const std::string& path);
 std::vector<EvaluatedObject> LoadTrueObjects(const std::string& path);
 
 // A mapped object is correct if the centre of a true object of its class, not matched by another
-// one, is within this share of that object's longest half axis.
+// one, is within this share of that object's longest half axis: inside the object, so that two
+// neighbours are told apart.
 constexpr double kMaxCentreShare = 0.75;
 
 struct ObjectMatch {

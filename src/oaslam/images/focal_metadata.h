@@ -6,8 +6,8 @@ namespace oaslam {
 // millimetres.
 inline constexpr double kFrameDiagonal35mm = 43.266615305567875;
 
-// Whether a lens may have this 35 mm equivalent (mm): with it, an image of any shape has a focal
-// length that CheckCalibration accepts.
+// Whether a lens may have this 35 mm equivalent (mm). Within these bounds, CheckCalibration accepts
+// the focal length for an image of any shape.
 inline constexpr bool CanBeFocalLength35mm(double mm) { return mm >= 2 && mm <= 3000; }
 
 }  // namespace oaslam

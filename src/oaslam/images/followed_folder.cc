@@ -50,7 +50,7 @@ class FolderWatch {
     pollfd ready{descriptor_, POLLIN, 0};
     Changes changes;
     if (poll(&ready, 1, wait_ms) <= 0) return changes;
-    alignas(inotify_event) std::array<char, 16384> buffer;
+    alignas(inotify_event) std::array<char, 16384> buffer;  // some hundred names at once
     ssize_t size = 0;
     while ((size = read(descriptor_, buffer.data(), buffer.size())) > 0)
       for (const char* at = buffer.data(); at < buffer.data() + size;) {
@@ -89,7 +89,8 @@ class FollowedFolder : public ImageSource {
         const std::string path = (fs::path(folder_) / name).string();
         InputImage image{index_, index_ / fps_, name,
                          ReadImage(path, options_.color, options_.orientation)};
-        // An image that cannot be read comes again, with the same index, when its writer closes it.
+        // An image that cannot be read is tried again, with the same index, when its writer closes
+        // it.
         if (!image.image.empty()) {
           taken_.insert(name);
           ++index_;
@@ -127,7 +128,8 @@ class FollowedFolder : public ImageSource {
 
   // False when nothing more will come.
   bool WaitForMore() {
-    constexpr int kSlice_ms = 100;  // interval at which `stopped` is checked
+    // Interval at which `stopped` is checked; Ctrl-C feels immediate.
+    constexpr int kSlice_ms = 100;
     FolderWatch::Changes changes = watch_.Wait(kSlice_ms);
     for (std::string& name : changes.names) {
       if (name == kStopFile) has_ended_ = true;
@@ -139,8 +141,8 @@ class FollowedFolder : public ImageSource {
     } else if (changes.is_lossy) {
       AddAllImages();
     }
-    // This is checked only now, since images that came while the caller was busy were still in the
-    // kernel's queue.
+    // Checked after the queue was read, since images that arrived while the caller was busy were
+    // still in the kernel's queue.
     const double quiet_s = std::chrono::duration<double>(Clock::now() - last_arrival_).count();
     if (!waiting_.empty() || options_.follow->quiet_s == 0 || quiet_s <= options_.follow->quiet_s)
       return true;

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDefaultFps = 30;
+constexpr double kDefaultFps = 30;  // of most cameras
 
 class ListSource : public ImageSource {
  public:
@@ -52,6 +52,7 @@ class WebcamSource : public ImageSource {
  public:
   WebcamSource(const std::string& source, const ImageSourceOptions& options) : options_(options) {
     const auto number = ParseNumber(source.substr(7));
+    // No system has a larger number of cameras.
     if (!number || *number < 0 || *number > 1000 || *number != std::floor(*number))
       throw InputError(fmt::format("{}: expected webcam:N with N from 0", source));
     if (!capture_.open(static_cast<int>(*number)))
@@ -119,7 +120,7 @@ std::vector<ListedImage> ReadList(const std::string& path, double fps) {
 
 bool IsText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::array<char, 4096> head{};
+  std::array<char, 4096> head{};  // enough to tell text from binary data
   file.read(head.data(), head.size());
   return std::find(head.begin(), head.begin() + file.gcount(), '\0') ==
          head.begin() + file.gcount();

@@ -33,7 +33,7 @@ class OASLAM_LOCAL LatestImageSource::Impl {
       newest_.reset();
       if (std::exchange(is_stopped_, true)) return;
     }
-    // Otherwise the thread, which is joined in the end, might wait for an image that never comes.
+    // Else the thread might wait forever for an image, and the destructor for the thread.
     source_->Stop();
   }
 
@@ -67,7 +67,7 @@ class OASLAM_LOCAL LatestImageSource::Impl {
     return true;
   }
 
-  // The first end counts: what a source throws because it was stopped is of no interest.
+  // Only the first end counts: an exception that a source throws because it was stopped is dropped.
   void End(std::exception_ptr failure) {
     {
       const std::lock_guard lock(mutex_);
@@ -80,7 +80,7 @@ class OASLAM_LOCAL LatestImageSource::Impl {
   std::unique_ptr<ImageSource> source_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::optional<InputImage> newest_;  // guarded, as the next four
+  std::optional<InputImage> newest_;  // guarded by the mutex, as are the next four
   bool has_ended_ = false, is_stopped_ = false;
   std::exception_ptr failure_;
   int dropped_ = 0;

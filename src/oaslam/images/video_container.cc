@@ -114,7 +114,7 @@ void SayNothing(void*, int, const char*, va_list) {}
 
 }  // namespace
 
-// The log level is no use here, since OpenCV resets it whenever it opens a video.
+// Sets the callback, not the log level, which OpenCV resets whenever it opens a video.
 void SilenceFfmpeg() { av_log_set_callback(SayNothing); }
 
 int SpreadEqualTimes(std::vector<double>& ascending) {
@@ -154,7 +154,7 @@ VideoContainer ReadVideoContainer(const std::string& path) {
 }
 
 size_t TimeIndexOf(const VideoTimes& times, size_t next, double reported) {
-  constexpr double kSame_s = 1e-6;  // below the finest unit in use
+  constexpr double kSame_s = 1e-6;  // seconds; below the finest unit in use
   const double time = reported - times.start;
   const auto begin =
       times.seconds.begin() + static_cast<std::ptrdiff_t>(std::min(next, times.seconds.size()));

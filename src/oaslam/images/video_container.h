@@ -11,7 +11,7 @@ namespace oaslam {
 struct VideoTimes {
   // Strictly ascending, the first is 0; empty where the container has no usable times.
   std::vector<double> seconds;
-  double start = 0;  // seconds of the first image after the start of the stream as FFmpeg has it
+  double start = 0;  // seconds from the start of the stream, as FFmpeg has it, to the first image
   int repaired = 0;  // number of times that were equal to the previous one and have been moved
 };
 
@@ -41,8 +41,8 @@ int SpreadEqualTimes(std::vector<double>& ascending);
 // nothing where there is none or no video.
 std::optional<std::string> ReadVideoTag(const std::string& path, std::string_view name_end);
 
-// From now on FFmpeg's libraries print nothing to stderr, in the whole program: for programs, which
-// report what matters, and not for the library, since it would replace an application's callback.
+// Keeps FFmpeg's libraries from printing to stderr, in the whole program. Only for programs, which
+// report errors themselves: in the library it would replace an application's callback.
 void SilenceFfmpeg();
 
 }  // namespace oaslam

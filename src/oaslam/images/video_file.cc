@@ -22,9 +22,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFirst = 16;  // pictures that determine the rate
+// Pictures that determine the rate; their median interval is robust against a few pauses.
+constexpr size_t kFirst = 16;
 
-// Encoders halve the resolution of colours and need even sides; the last row or column is repeated.
+// Repeats the last row or column of a picture with odd sides: encoders halve the resolution of
+// colours and need even sides.
 cv::Mat WithEvenSides(const cv::Mat& picture) {
   if (picture.cols % 2 == 0 && picture.rows % 2 == 0) return picture;
   cv::Mat even;
@@ -41,6 +43,7 @@ int FramesIn(const std::string& path) {
 }  // namespace
 
 double FrameRateOf(const std::vector<double>& timestamps) {
+  // Players stutter beyond these; 30 is the rate of most cameras.
   constexpr double kLowest = 1, kHighest = 60, kUnknown = 30;
   std::vector<double> intervals;
   for (size_t i = 1; i < timestamps.size(); ++i)

@@ -47,6 +47,7 @@ class VideoSource : public ImageSource {
     // wrong direction.
     capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
     const double rate = capture_.get(cv::CAP_PROP_FPS);
+    // Damaged headers have rates beyond these.
     if (std::isfinite(rate) && rate > 0.1 && rate < 10000) rate_ = rate;
     if (options.fps) rate_ = *options.fps;
     Warn();
@@ -117,7 +118,7 @@ class VideoSource : public ImageSource {
     const size_t i =
         TimeIndexOf(container_.times, next_time_, capture_.get(cv::CAP_PROP_POS_MSEC) / 1000);
     next_time_ = i + 1;
-    // There may be more images than the container announced.
+    // The container may have announced fewer images.
     const double time = i < times.size()
                             ? times[i]
                             : times.back() + static_cast<double>(i + 1 - times.size()) / rate_;

@@ -226,8 +226,7 @@ TEST(VideoSource, SizesAndDepths) {
                 c.size);
       EXPECT_EQ(image->image.type(), CV_8UC3);
       EXPECT_NEAR(image->timestamp, i / 30.0, kMillisecond);
-      // The test picture's bars are of all colours, as they would not be if ten bits were taken for
-      // eight.
+      // The bars of the test picture have all colours; ten bits read as eight would not.
       cv::Mat channels[3];
       cv::split(image->image, channels);
       for (const cv::Mat& channel : channels) {
@@ -262,7 +261,7 @@ TEST(VideoSource, LeavesTheCallbackOfTheApplication) {
   av_log_set_callback(av_log_default_callback);
 }
 
-// As in our command, which says it instead of FFmpeg.
+// Silences FFmpeg, as the command does, which reports errors itself.
 TEST(VideoSource, WhatCannotBeDecodedIsSaidInOneLine) {
   SilenceFfmpeg();
   const TempFolder folder;

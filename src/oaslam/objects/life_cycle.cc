@@ -5,7 +5,7 @@
 namespace oaslam {
 
 bool IsForgotten(const Unseen& unseen, const ObjectsConfig& config) {
-  // a slow video shows an object in few images within objects.drop_after_s
+  // A slow video shows an object in few images within objects.drop_after_s.
   constexpr int kFewImages = 5;
   return unseen.seconds > config.drop_after_s && unseen.images >= kFewImages;
 }
@@ -21,7 +21,7 @@ bool IsConfirmed(const ViewOverlap& overlap, const ObjectsConfig& config) {
 }
 
 bool IsContradicted(const ViewOverlap& overlap, const ObjectsConfig& config) {
-  // of objects.min_accept_share; lower, so that an object does not alternate between states
+  // Of objects.min_accept_share; lower, so that an object does not alternate between states.
   constexpr double kKeptShare = 0.6;
   return overlap.accept_share < kKeptShare * config.min_accept_share;
 }

@@ -18,7 +18,7 @@
 namespace oaslam {
 namespace {
 
-// logarithm of the ratio of two sizes: a factor of 1.6, as sizes from few views are off
+// Logarithm of the ratio of two sizes: a factor of 1.6, as sizes from few views are off.
 constexpr double kSameSize = 0.5;
 // Observations in another place needed to move an object, converted to a video of 30 Hz; fewer than
 // for a new object, since its class and size are known.

@@ -19,7 +19,7 @@ namespace {
 // Two objects that this many images show in separate boxes are not the same; one or two such images
 // may be errors of the detector.
 constexpr int kSideBySide = 3;
-// least mean overlap of the common model; two objects side by side reach less
+// Least mean overlap of the common model; two objects side by side reach less.
 constexpr double kMinMergedIoU = 0.5;
 
 int CountSharedLandmarks(const Object& a, const Object& b) {

@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-// below this overlap the fit starts again from a sphere: the old shape may be a local minimum
+// Below this overlap the fit starts again from a sphere: the old shape may be a local minimum.
 constexpr double kBadIoU = 0.5;
 
 EllipsoidFitOptions OptionsOf(const Map& map, const ObjectsConfig& config) {

@@ -9,9 +9,9 @@
 namespace oaslam {
 namespace {
 
-// detectors miss an object for several images in a row (presence.h)
+// Detectors miss an object for several images in a row (presence.h).
 constexpr double kSecondsPerView = 0.5;
-// rate of false detections in the place of an object that is gone
+// Rate of false detections in the place of an object that is gone.
 constexpr double kFalseRate = 0.05;
 // Bounds on the detection rate; a higher measured rate may be chance.
 constexpr double kMinRate = 0.1, kMaxRate = 0.8;

@@ -17,8 +17,8 @@ namespace {
 constexpr double kRadius = 0.12;
 const Eigen::Vector3d kPlace(0, 0, 0.3);
 
-// A camera that walks to the left and comes back, past a ball in front of a wall. Every landmark is
-// seen that the ball does not hide, and others on the ball.
+// A camera that walks to the left and comes back, past a ball in front of a wall. It sees every
+// landmark that the ball does not hide, and others on the ball.
 class Hall {
  public:
   enum class Ball { kThere, kGone, kOfGlass };
@@ -34,7 +34,7 @@ class Hall {
       }
   }
 
-  // A pass of six keyframes at y, that look at the wall or turn away by an angle. Returns them.
+  // Adds a pass of six keyframes at y, which look at the wall or are turned away by an angle.
   std::vector<KeyframeId> Pass(Ball ball, double y = -2, double turned = 0) {
     std::vector<KeyframeId> pass;
     for (int i = 0; i < 6; ++i) pass.push_back(AddKeyframe({-0.5 + 0.2 * i, y, 0.5}, turned, ball));
@@ -139,7 +139,7 @@ TEST(SightLines, SayNothingWhereOneInFiveStops) {
   Hall hall;
   const ObjectId ball = hall.Map(hall.Pass(Hall::Ball::kThere));
   const Object& object = hall.map().objects.At(ball);
-  // Something stands there that one looks through, as through a chair.
+  // Something transparent stands there, as a chair does.
   const auto after = hall.Pass(Hall::Ball::kOfGlass);
   const SightLines lines = CountSightLines(hall.map(), object.ellipsoid, after);
   ASSERT_GT(lines.through, 8);
@@ -190,7 +190,7 @@ TEST(SightLines, SayNothingWhereThePlaceIsNotKnownFromCommonLandmarks) {
 TEST(SightLines, FromInsideAThingTellNothing) {
   Hall hall;
   const auto pass = hall.Pass(Hall::Ball::kGone);
-  // As a bed is: the cameras are over it.
+  // Wide and low, so that the cameras are above it.
   const Ellipsoid bed{{0, -1.5, 0.4}, {2, 2, 1}, Eigen::Quaterniond::Identity()};
   EXPECT_EQ(CountSightLines(hall.map(), bed, pass).through, 0);
 }

@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kReturned = 5;
+constexpr size_t kReturned = 5;  // as many as candidates.txt lists for an image
 
 // Selects distinct poses from `refined`, which is sorted best first, and computes their margins.
 std::vector<ObjectPoseCandidate> DistinctCandidates(const std::vector<FoundPose>& refined) {

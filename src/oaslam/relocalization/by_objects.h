@@ -38,16 +38,16 @@ struct ObjectPoseCandidate {
 // Estimates the pose of a camera in the map from its detected objects alone. Returns up to five
 // distinct poses, best first, of which only the first can be accepted; none where there are no
 // hypotheses. `gravity_in_cam`: direction of gravity in the camera's frame (any length) where a
-// sensor gives it; used if the map knows its vertical. `rng` selects triplets of objects where
-// there are too many.
+// sensor gives it; used if the map knows its vertical. `rng` draws triplets of objects where there
+// are too many to try all.
 std::vector<ObjectPoseCandidate> RelocalizeByObjects(
     std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
     const RelocalizationConfig& config, const std::optional<Eigen::Vector3d>& gravity_in_cam,
     Rng& rng);
 
 // Refines a pose by points together with the detected objects. `by_points` must be a success.
-// Points of a view from an unusual side have correlated errors, so that all of them count as one:
-// their covariance is multiplied by their number.
+// Points of a view from an unusual side have correlated errors. So all of them together count as
+// one: their covariance is multiplied by their number.
 ObjectPoseCandidate RefineByPointsAndObjects(std::span<const ObjectDetection> detections,
                                              const Camera& camera, const Map& map,
                                              const RelocalizationConfig& config,

@@ -14,12 +14,12 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kReturned = 5;
+constexpr size_t kReturned = 5;  // as RelocalizeByObjects, to compare the two
 // The paper does not state a least overlap of a detection and its object; this is the value in the
 // authors' program.
 constexpr double kMinIoU = 0.2;
-// The paper gives no uncertainty of a pose, but the callers need a sigma: it is a share of the
-// distance to the objects.
+// The paper gives no uncertainty of a pose, but the callers need a sigma: a share of the distance
+// to the objects, about the error of a pose by objects (docs/lab/objects.md).
 constexpr double kSigmaPerDistance = 0.05;
 
 // A detection and an object of its class: indices into the lists of an ObjectScene.

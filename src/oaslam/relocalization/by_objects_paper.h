@@ -12,9 +12,9 @@
 
 namespace oaslam {
 
-// The largest number of triplets that are tried for an image. It suffices for all triplets of a map
-// with about ten objects; their number grows with the cube of the number of boxes and of objects of
-// each class.
+// The largest number of triplets that are tried for an image, which bounds the time: their number
+// grows with the cube of the number of boxes, and of objects of each class. Maps of about ten
+// objects have fewer.
 constexpr int kMaxPaperTriplets = 10000;
 
 // Finds the camera by its detected objects alone, as the paper describes it (OA-SLAM, Zins et al.,

@@ -14,10 +14,13 @@
 namespace oaslam {
 namespace {
 
+// Each takes a match and a RANSAC; the right one is mostly among the first.
 constexpr int kMaxPlaces = 6;
-constexpr int kMinMatches = 10;
-// Largest ratio of the nearest to the second-nearest descriptor distance in a place.
+constexpr int kMinMatches = 10;  // a RANSAC on fewer finds a pose by chance
+// Largest ratio of the nearest to the second-nearest descriptor distance in a place; loose, since
+// RANSAC rejects wrong matches.
 constexpr double kRatio = 0.85;
+// Around a place: they see most landmarks that the image may show.
 constexpr int kLocalKeyframes = 15;
 
 struct Match {
@@ -94,13 +97,13 @@ Map WithCameraOf(const Map& map, const Frame& frame, const Camera& camera) {
   return changed;
 }
 
-// Estimates pose and focal length: the focal length for which most matches agree on a pose; nothing
-// where none does.
+// Estimates pose and focal length: of the focal lengths tried, takes the one for which most matches
+// agree on a pose. Returns nothing where none has such a pose.
 std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
                                             const std::vector<Match>& matches, int iterations,
                                             Rng& rng) {
-  // Focal lengths from wide to long, so dense that the one nearest to the true one finds most of
-  // its inliers.
+  // Focal lengths from wide to long (96 to 20 degrees over the longer side), so dense that the one
+  // nearest to the true one finds most of its inliers.
   constexpr double kShortest = 0.45, kLongest = 2.8, kStep = 1.2;  // of the longer side
   const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
   const double longer = std::max(camera.width, camera.height);
@@ -175,7 +178,8 @@ FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
   result.report.cam_from_world = refined.cam_from_world;
   result.report.covariance = refined.covariance;
   result.report.sigma_position = std::sqrt(refined.covariance.topLeftCorner<3, 3>().trace());
-  // Where the focal length is uncertain, so is the distance to the scene.
+  // An uncertain focal length makes the distance to the scene uncertain, too: Judge allows twice as
+  // much as for a known camera.
   constexpr double kMaxRelativeSigma = 0.06;
   Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers,
         result.report, kMaxRelativeSigma);

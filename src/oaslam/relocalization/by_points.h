@@ -35,9 +35,9 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
 FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
                                 const RelocalizationReport& found, const TrackingConfig& tracking);
 
-// Confirms and refines a pose from another source, such as objects: landmarks are searched
-// around their projections, within `search_radius_px` at first (the error of the guess in
-// the image), then closer.
+// Confirms and refines a pose from another source, such as objects. Landmarks are searched around
+// their projections, first within `search_radius_px` (the error of the guess in the image), then
+// closer.
 RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
                                     const Rigid3& cam_from_world_guess, double search_radius_px,
                                     const RelocalizationConfig& config,

@@ -9,8 +9,8 @@ double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
 }  // namespace
 
-// An object that a wrong pose matches by chance adds about 4 to the score: only the score beyond
-// that counts.
+// An object that a wrong pose matches by chance adds about 4 to the score, so that only the score
+// beyond that counts. The numbers are fitted by tools/acceptance.
 double ConfidenceOf(const ObjectPoseCandidate& best) {
   constexpr double kByChance = 3.6, kOfMargin = 0.3;
   const double beyond_chance =
@@ -18,6 +18,7 @@ double ConfidenceOf(const ObjectPoseCandidate& best) {
   return Logistic(0.28 * (beyond_chance - 16));
 }
 
+// Fitted by tools/acceptance, too.
 double ConfidenceOfPoints(int inliers) { return Logistic(3.7 * std::log(inliers / 16.0 + 1e-9)); }
 
 double ConfidenceOfBoth(double by_points, double by_objects) {

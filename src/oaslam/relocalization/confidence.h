@@ -4,11 +4,12 @@
 
 namespace oaslam {
 
-// How often a best hypothesis with this evidence is right, in [0, 1]: not of another place or of
-// the wrong side of the desk (within 0.5 m and 30 deg on table tops seen from 1 to 3 m; how
-// accurate a right pose is, its sigma tells). Logistic curves fitted by tools/acceptance to a part
-// of the data at hand, where one question in six is asked of a wrong map. How right they are on
-// each sequence, also on those they were not fitted to: docs/lab/relocalization.md.
+// The probability, in [0, 1], that a best hypothesis with this evidence is right: within 0.5 m and
+// 30 degrees of the truth on table tops seen from 1 to 3 m, which excludes another place and the
+// wrong side of the desk. (The sigma of a pose tells how accurate a right one is.) Logistic curves
+// fitted by tools/acceptance, with one image in six looked for in a wrong map.
+// docs/lab/relocalization.md has their error on each sequence, also on those they were not fitted
+// to.
 double ConfidenceOf(const ObjectPoseCandidate& best);
 double ConfidenceOfPoints(int inliers);
 

@@ -12,9 +12,11 @@
 namespace oaslam {
 namespace {
 
-// Where few landmarks are found, at least this share of them must agree with the pose.
+// Where few landmarks are found, at least this share of them must agree with the pose: of the
+// matches of a wrong pose, fewer do.
 constexpr double kMinShare = 0.4;
-// Inliers must exceed this factor times the number expected by chance, plus a constant.
+// Inliers must exceed this factor times the number expected by chance, plus 8, since the estimate
+// of so small a number is uncertain.
 constexpr double kChanceFactor = 4;
 
 struct Round {
@@ -22,12 +24,15 @@ struct Round {
   int max_hamming;
   double ratio;
 };
+// First as wide as the guess may be off (px), then as narrow as the refined pose allows, which
+// leaves fewer wrong matches.
 constexpr Round kRounds[] = {{12, 80, 0.9}, {6, 80, 0.95}};
 
 // The number of inliers that a wrong pose would get: the same search with the projections shifted
 // far within the image.
 double ChanceInliers(const Features& features, const Map& map,
                      std::vector<ProjectedLandmark> projected, const Round& round) {
+  // Of the image's sides; arbitrary, but far.
   constexpr double kShifts[][2] = {{0.31, 0.43}, {0.57, 0.23}};
   double sum = 0;
   for (const auto& [shift_x, shift_y] : kShifts) {

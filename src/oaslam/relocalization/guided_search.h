@@ -24,11 +24,11 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map,
                                   std::span<const LandmarkId> landmarks,
                                   const Rigid3& cam_from_world);
 
-// Decides whether the evidence suffices. It takes `enough_inliers`; or at least `few_inliers` that
-// are most of the matches. The inliers must be many more than expected by chance. They must also
-// determine the position to `max_relative_sigma` of their median distance even if all were off by
-// one pixel in common: matches seen from an unusual side have correlated errors, and more of them
-// in one corner of the image do not help.
+// Decides whether the evidence suffices. There must be `enough_inliers`, or `few_inliers` that are
+// a good share of the matches; and many more than expected by chance. They must also determine the
+// position to `max_relative_sigma` of their median distance even if all were off by the same pixel:
+// matches seen from an unusual side have correlated errors, so that more of them in one corner of
+// the image do not help.
 void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report,
            double max_relative_sigma = 0.03);
 

@@ -19,7 +19,7 @@ Eigen::Array3<std::int64_t> ObjectGrid::CellOf(const Eigen::Vector3d& point) con
 // Cells that differ in z only have keys in a row. Cells of one key, which are a million cells
 // apart, are told apart by the distance.
 ObjectGrid::Key ObjectGrid::KeyOf(const Eigen::Array3<std::int64_t>& cell) {
-  constexpr int kBits = 21;
+  constexpr int kBits = 21;  // three of them fit into a key of 64 bits
   constexpr Key kMask = (Key{1} << kBits) - 1, kMiddle = Key{1} << (kBits - 1);
   Key key = 0;
   for (const std::int64_t c : cell) key = key << kBits | ((static_cast<Key>(c) + kMiddle) & kMask);

@@ -15,10 +15,11 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr size_t kMaxTriplets = 1500;    // at most, from one start
-constexpr size_t kTripletBudget = 2500;  // at most, from all starts, in a large map
+constexpr size_t kMaxTriplets = 1500;    // at most, from one start; bounds the time
+constexpr size_t kTripletBudget = 2500;  // at most, from all starts in a large map; bounds the time
+// Refinement converges from half a step. The margin covers views steeper than those of mapping.
 constexpr double kTiltStep = 7 * kDegree, kTiltMargin = 12 * kDegree;
-constexpr int kYaws = 36;
+constexpr int kYaws = 36;  // steps of 10 degrees, half of which refinement corrects
 
 // The ratio of predicted to measured size of one of the boxes from which a pose was made; 0 behind
 // the camera.
@@ -85,7 +86,7 @@ class GroupGuesser {
 
   // Pairs of neighbours that are compatible: of all, or of as many drawn at random.
   void FindTriplets(const std::vector<Node>& neighbours, Rng& rng) {
-    constexpr size_t kMostPairs = 20'000;
+    constexpr size_t kMostPairs = 20'000;  // bounds the time in a large map
     triplets_.clear();
     const size_t count = neighbours.size();
     const auto try_pair = [&](size_t i, size_t j) {
@@ -168,6 +169,7 @@ std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
         // The depth is corrected: it came from a sphere, but the object's outline from this side
         // has another size.
         const double ratio = SizeRatio(scene, node, pose, rotation);
+        // The outline of no likely object differs more from a sphere's.
         if (!(ratio > 0.3 && ratio < 3)) continue;
         pose.translation = ratio * node.depth * detection.ray - rotation * center;
         guesses.push_back({pose, scene.ScorePose(pose, scope), ratio * node.depth});
@@ -178,7 +180,8 @@ std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
 }
 
 std::vector<PoseGuess> SelectDistinct(std::vector<PoseGuess> guesses, size_t count) {
-  constexpr double kDistancePerDepth = 0.08, kAngle = 6 * kDegree;  // 12 cm at 1.5 m
+  constexpr double kDistancePerDepth = 0.08,
+                   kAngle = 6 * kDegree;  // 12 cm at 1.5 m, which refinement corrects
   std::ranges::stable_sort(guesses, std::greater<>(), &PoseGuess::score);
   std::vector<PoseGuess> chosen;
   for (const PoseGuess& guess : guesses) {

@@ -18,13 +18,13 @@ struct PoseGuess {
 bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angle_rad);
 
 // Guesses from pairs (with a known vertical) and triplets of detections whose sizes are compatible
-// with the distances between their objects. Each contains one of three detections, those that no
-// border cuts first, then those whose classes have the fewest objects, so that the number of
-// guesses does not grow with the cube of the map.
+// with the distances between their objects. Each group contains one of three chosen detections, so
+// that the number of guesses does not grow with the cube of the map. Chosen are detections that no
+// border cuts, and of these the ones whose classes have the fewest objects.
 std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng);
 
-// Guesses from single detections, over a grid of camera orientations; in a large map from those
-// that most other detections are compatible with. Empty unless the map knows its vertical.
+// Guesses from single detections, over a grid of camera orientations; in a large map only from
+// those with which most other detections are compatible. Empty unless the map knows its vertical.
 std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene);
 
 // The best `count` guesses that differ from each other.

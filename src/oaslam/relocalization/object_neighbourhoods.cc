@@ -8,15 +8,19 @@
 namespace oaslam {
 namespace {
 
-// The depth estimated from the size of a box is right within this factor.
+// The depth estimated from the size of a box is right within this factor: the object's outline
+// depends on the side from which it is seen.
 constexpr double kDepthFactor = 1.7;
-constexpr size_t kStarts = 3;  // number of detections that hypotheses start from
+// Detections that hypotheses start from; more than one, since some are false.
+constexpr size_t kStarts = 3;
 // In a large map a start is used only if it is compatible with nearly as many detections as the
 // best one: at least this share.
 constexpr double kLeastSupport = 0.9;
-constexpr size_t kMostStarts = 30;
-constexpr size_t kSmallMap = 40;  // in maps with at most this many objects, all are scored
-// In larger maps objects are scored within this many times the greatest depth of the start.
+constexpr size_t kMostStarts = 30;  // bounds the time
+// in maps with at most this many objects, all are scored, which takes little time
+constexpr size_t kSmallMap = 40;
+// In larger maps objects are scored within this many times the greatest depth of the start; the
+// margin covers errors of that depth.
 constexpr double kScopeDepths = 1.2;
 
 Node MakeNode(const ObjectScene& scene, int detection, int object) {
@@ -48,15 +52,16 @@ std::vector<Eigen::Vector3d> Centers(const ObjectScene& scene) {
 
 // How well they agree, at most 1.
 double Agreement(double squared_ratio) {
-  constexpr double kSigma = 0.3;  // of the logarithm of the ratio
+  // Of the logarithm of the ratio: sizes of boxes give depths to about 30 %.
+  constexpr double kSigma = 0.3;
   const double off = std::log(squared_ratio) / 2 / kSigma;
   return std::exp(-off * off / 2);
 }
 
 }  // namespace
 
-// The squared distance |s p - t q|^2 is convex and without bounds smallest at
-// depth 0: within them it is largest in a corner and smallest on a side.
+// The squared distance |s p - t q|^2 is a convex function of the depths s and t with its minimum at
+// 0. Within the bounds it is therefore largest in a corner and smallest on a side.
 bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b) {
   if (a.detection == b.detection || a.object == b.object) return false;
   const Eigen::Vector3d &p = scene.detections[a.detection].ray,
@@ -110,7 +115,7 @@ std::vector<Neighbourhoods::Depths> Neighbourhoods::DepthsOf(const ObjectScene& 
   return depths;
 }
 
-// About the distance within which neighbours are looked for, and some more: few large cells are
+// A cell size somewhat above the distance within which neighbours are searched: few large cells are
 // faster than many small ones.
 double Neighbourhoods::UsualReach(const std::vector<Depths>& depths) {
   double reach = 1e-9;

@@ -9,8 +9,8 @@
 
 namespace oaslam {
 
-// The depth estimated from the size of a truncated box is right within this factor: the object may
-// be much nearer.
+// The depth estimated from the size of a truncated box is right within this factor. It is larger
+// than for whole boxes, since the object may be much nearer.
 constexpr double kTruncatedFactor = 3;
 
 // A hypothesis that a detection shows an object, with the depth that its size suggests.
@@ -19,8 +19,8 @@ struct Node {
   double depth = 0, min_depth = 0, max_depth = 0;
 };
 
-// Whether both can be true: some depths within the bounds of both put the objects at their distance
-// in the map.
+// Whether both can be true, i.e. some depths within the bounds of both put the objects at their
+// distance in the map.
 bool AreCompatible(const ObjectScene& scene, const Node& a, const Node& b);
 
 // A node that hypotheses start from, and the nodes that are compatible with it.
@@ -41,8 +41,8 @@ class Neighbourhoods {
   bool IsLargeMap() const;
   // The objects that a pose from this node is scored by.
   std::vector<int> ScopeOf(const Node& origin) const;
-  // In a large map only the starts that most other detections are compatible with, and of these the
-  // ones that agree best: elsewhere the detection probably shows another object.
+  // In a large map returns only the starts with which most other detections are compatible, and of
+  // these those that agree best: any other start is probably of another object.
   std::vector<Start> FindStarts() const;
 
  private:

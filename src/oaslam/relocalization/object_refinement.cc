@@ -14,14 +14,18 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+// Scale of the kernel in sigma; with 2.5, fewer poses were within 5 cm (docs/lab).
 constexpr double kCauchy = 0.8;
+// How level a hand holds a camera, and the error of a phone's sensor with its mounting.
 constexpr double kRollSigma = 8 * kDegree, kGravitySigma = 2 * kDegree;
-// An object of which at least this share is in the image, and of this size in
-// detector pixels, should have been detected.
+// An object of which at least this share is in the image, and of this size in detector pixels,
+// should have been detected (as in objects/association.cc).
 constexpr double kMissedShare = 0.8, kMissedSizePx = 14;
-// An object of which more than this share is behind something that moves is not expected.
+// An object of which more than this share is behind something that moves is not expected (as
+// kMaxHiddenShare of objects/presence.h).
 constexpr double kHiddenShare = 0.3;
-constexpr int kRounds = 3, kIterationsPerRound = 4;  // matches are renewed each round
+constexpr int kRounds = 3,
+              kIterationsPerRound = 4;  // each round matches anew; poses hardly change in a fourth
 
 // A detection matched with an object, and the inverse standard deviations of the edges at the pose
 // where they were matched.
@@ -51,8 +55,8 @@ struct Seen {
   bool is_expected = false;  // it should have been detected
 };
 
-// The objects that are not too far from a camera for being a detection, or for being missed. The
-// camera may come closer by half.
+// The objects near enough to be detected or to count as missed. Refinement may halve the distance
+// of the camera.
 std::vector<int> FindNear(const ObjectScene& scene, const Rigid3& pose) {
   double least_px = kMissedSizePx * scene.score.pixel_unit();
   for (const SceneDetection& d : scene.detections) least_px = std::min(least_px, d.size);
@@ -96,8 +100,8 @@ bool IsBehindMoving(const ObjectScene& scene, const Box& box) {
       scene.moving, [&](const Box& moving) { return ShareInside(box, moving) > kHiddenShare; });
 }
 
-// An object is not expected where a part of it, or the whole it is a part of, is matched: detectors
-// see wholes from afar and parts from near.
+// An object is not expected where a part of it, or the whole it belongs to, is matched: detectors
+// find wholes from afar and parts from near.
 void ExcusePartsAndWholes(const ObjectScene& scene, const std::vector<Match>& matches,
                           std::vector<Seen>& in_view) {
   if (scene.classes.whole_of.empty()) return;

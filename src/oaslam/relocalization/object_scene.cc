@@ -16,7 +16,7 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr size_t kMaxScored = 64;  // detections
+constexpr size_t kMaxScored = 64;  // detections; bounds the time of a score
 
 SceneObject Prepare(ObjectId id, const Object& object) {
   SceneObject scene;
@@ -35,7 +35,7 @@ SceneObject Prepare(ObjectId id, const Object& object) {
 }
 
 CameraAttitudes AttitudesOf(const Map& map, const Eigen::Vector3d& up) {
-  constexpr size_t kEnough = 200;
+  constexpr size_t kEnough = 200;  // keyframes, evenly spaced; bounds the time
   const auto stride = static_cast<uint32_t>(map.keyframes.size() / kEnough + 1);
   CameraAttitudes attitudes{1e9, -1e9, 0};
   size_t count = 0;
@@ -126,7 +126,7 @@ void AssignDetections(const std::vector<std::vector<ObjectMatch>>& matches,
 
 }  // namespace
 
-// For a point of a ball of radius a around c, the coordinate x / z differs from that of c by at
+// For any point of a ball of radius a around c, the coordinate x / z differs from that of c by at
 // most a (1 + |c_x / c_z|) / (c_z - a).
 bool MayOverlap(const Box& box, const Camera& camera, const Eigen::Vector3d& center, double reach) {
   if (center.z() + reach <= 0) return false;
@@ -224,8 +224,10 @@ bool ObjectScene::AreTogether(int object_a, int object_b) const {
 }
 
 bool ObjectScene::IsPlausiblyHeld(const Eigen::Matrix3d& cam_from_world) const {
+  // Wide, since guesses are coarse and the vertical has an error: 15 degrees from measured gravity,
+  // 25 for the roll of a hand.
   static const double kCosMaxTilt = std::cos(15 * kDegree), kCosMaxRoll = std::cos(25 * kDegree);
-  constexpr double kSteep = 0.9;
+  constexpr double kSteep = 0.9;  // sine of 64 degrees
   if (!up) return true;
   const Eigen::Vector3d u = cam_from_world * *up;
   if (up_in_cam) return u.dot(*up_in_cam) > kCosMaxTilt;

@@ -88,7 +88,7 @@ struct ObjectScene {
 };
 
 // Returns false only where an object whose longest half axis is `reach` cannot project into the
-// box. It takes no more than some nanoseconds.
+// box. A cheap test before the exact projection.
 bool MayOverlap(const Box& box, const Camera& camera, const Eigen::Vector3d& center_in_cam,
                 double reach);
 

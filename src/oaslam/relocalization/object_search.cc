@@ -9,8 +9,9 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kRefined = 12;  // the number of best guesses that are refined
-constexpr size_t kFewGuesses = 5;
+// Best guesses that are refined, which takes most of the time of a search.
+constexpr size_t kRefined = 12;
+constexpr size_t kFewGuesses = 5;  // so few guesses may all be wrong
 // Poses that differ by more than this are distinct: 15 cm at 1.5 m, or 8 degrees.
 constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::pi / 180;
 // Where the vertical is measured, wrong poses have less freedom, and this share of the evidence

@@ -10,12 +10,14 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kFollowed = 8, kReturned = 5;  // poses
-constexpr double kForgotten = 1;                // seconds without a detection
-// The time in which an image's share of the mean score falls to 1/e, seconds.
+constexpr size_t kFollowed = 8, kReturned = 5;  // poses; following one takes time
+// seconds without a detection: the predicted pose is too uncertain by then
+constexpr double kForgotten = 1;
+// The time in seconds in which an image's share of the mean score falls to 1/e. Tuned on fr2/desk
+// and the sample (docs/lab/relocalization.md).
 constexpr double kMemory = 0.6;
-// The errors of boxes are alike for about this long (as in the fit of ellipsoids, six images at 30
-// Hz): images that follow each other faster count less as evidence.
+// The errors of boxes are correlated for about this long (six images at 30 Hz, as in the fit of
+// ellipsoids), so that images which follow each other faster count less as evidence.
 constexpr double kIndependent = 0.2;  // seconds
 
 double WeightOf(double seconds) { return std::clamp(seconds / kIndependent, 1e-3, 1.0); }

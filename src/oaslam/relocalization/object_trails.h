@@ -17,10 +17,10 @@
 
 namespace oaslam {
 
-// Finds a camera by its detected objects over successive images: the poses that it may have are
-// each followed by the boxes, as a camera moves that keeps its velocity. A pose is judged by its
-// mean score over the last images, and so is that of its best rival: a wrong pose rarely explains
-// the boxes of many images as well as those of one.
+// Finds a camera by its detected objects over successive images. Each candidate pose is followed
+// through the images: predicted with constant velocity, and refined by the boxes. A pose and its
+// best rival are judged by their mean scores over the last images, since a wrong pose rarely
+// explains the boxes of many images as well as those of one.
 class ObjectTrails {
  public:
   // As RelocalizeByObjects, for an image with a time stamp (seconds) after that of the last call;
@@ -38,7 +38,7 @@ class ObjectTrails {
   struct Trail {
     FoundPose newest;
     MotionFilter motion;
-    // Sums over its images, of which those long ago count less: of scores and of weights.
+    // Sums of scores and of weights over its images; older images count less.
     double score = 0, weight = 1;
     std::map<ObjectId, double> matched_at;  // time stamp
   };

@@ -29,7 +29,7 @@ Rigid3 PoseAt(double seconds, double start) {
 
 struct Walk {
   int images = 0, accepted = 0, wrong = 0;
-  int by_themselves = 0;  // images that are accepted by themselves
+  int by_themselves = 0;  // images that are accepted without the others
 };
 
 Walk Follow(const Map& seen, const Map& known, double start, bool with_gravity = false) {

@@ -14,7 +14,7 @@ namespace {
 // The farthest that key points may move between two images, as a share of the focal length: a
 // rotation of about eleven degrees. A wider window finds more wrong matches.
 constexpr double kWindow = 0.2;
-// of descriptor distances; loose, since the two-view estimate rejects wrong matches
+// Of descriptor distances; loose, since the two-view estimate rejects wrong matches.
 constexpr double kRatio = 0.9;
 constexpr size_t kMaxReferences = 4;  // each costs one matching per image
 // A new reference begins once the newest one keeps less than this share of its first matches.

@@ -5,7 +5,7 @@
 namespace oaslam {
 
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config) {
-  // a keyframe with so few landmarks would hardly constrain its pose
+  // A keyframe with so few landmarks would hardly constrain its pose.
   constexpr int kMinInliers = 15;
   constexpr double kTimeSlack = 1e-3;  // seconds: time stamps are rounded
   if (evidence.inliers <= kMinInliers) return KeyframeNeed::kNone;

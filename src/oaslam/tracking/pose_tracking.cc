@@ -21,7 +21,7 @@ namespace {
 constexpr int kMinMatches = 20, kMinFirstInliers = 10;
 // Pixels of the lowest level; small, since the first pose is refined already.
 constexpr double kLocalRadius = 4;
-// bounds the landmarks to project, and so the time for an image
+// Bounds the landmarks to project, and so the time for an image.
 constexpr int kMaxLocalKeyframes = 40;
 
 double MedianDepth(const PoseReport& pose, const MatchedPoints& matched) {
@@ -149,7 +149,7 @@ namespace {
 // Matches key points with the previous image, around where they would be if all were at `depth`.
 KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before,
                            const Rigid3& cam_from_before, double depth, double radius) {
-  // loose, since the robust kernel of the refinement outweighs wrong matches
+  // Loose, since the robust kernel of the refinement outweighs wrong matches.
   constexpr double kRatio = 0.9;
   const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(-1e6);
   std::vector<Eigen::Vector2d> expected;

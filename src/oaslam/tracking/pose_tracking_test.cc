@@ -62,8 +62,7 @@ TEST(PoseTracking, AnImageOfNothingFails) {
       TrackByDescriptors(clutter, s.mapped.map, *last.features, last.landmarks, rng).success);
 }
 
-// As at a place that only looks alike in part: two thirds of the landmarks are found beside where
-// they should be.
+// A place that looks like the mapped one in part: two thirds of the landmarks are displaced.
 TEST(PoseTracking, MayDemandThatWhatIsExpectedAgrees) {
   const Scene s;
   const Keyframe& last = s.mapped.map.keyframes.At(KeyframeId(4));
@@ -87,7 +86,7 @@ TEST(PoseTracking, MayDemandThatWhatIsExpectedAgrees) {
   EXPECT_FALSE(TrackLocalMap(s.frame, elsewhere, first, {.agreement = 0.8}).success);
   EXPECT_TRUE(TrackLocalMap(s.frame, s.mapped.map, first, {.agreement = 0.8}).success);
 
-  // All matches agree, but two thirds of what is expected is not found.
+  // All matches agree, but two thirds of the expected landmarks are not found.
   Map unlike = s.mapped.map;
   TrackReport third = first;
   Rng rng(4);

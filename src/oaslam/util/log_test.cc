@@ -16,7 +16,7 @@
 namespace oaslam {
 namespace {
 
-// Constructed before any sink, and so destroyed after all that is: as a Slam of the application.
+// Constructed before any sink and destroyed after all, as a static Slam of an application may be.
 struct LastOfAll {
   ~LastOfAll() {
     if (speaks) Log(LogLevel::kInfo, "the end");
@@ -52,7 +52,8 @@ TEST(Log, ASinkMayReplaceItselfAndCauseMessages) {
   EXPECT_THAT(told, testing::ElementsAre("second: from within", "first: a", "second: b"));
 }
 
-// Else a sink that takes a lock of the application would wait for who holds it, and logs.
+// A sink that waited for another would deadlock with a thread that logs while it holds a lock which
+// the sink takes.
 TEST(Log, NoSinkWaitsForAnother) {
   std::promise<void> first, second;
   SetLogSink([&](LogLevel, const std::string& message) {
