@@ -19,17 +19,18 @@
 namespace oaslam {
 namespace {
 
-// Images with more pixels are scaled down: the focal length is estimated as accurately, with less
-// time and memory.
+// Images with more pixels are scaled down, which saves time and memory and keeps the focal length
+// as accurate.
 constexpr double kMaxPixels = 640 * 480;
-// The number of images kept and their highest rate: enough for one walk around a table.
+// The number of images kept and their highest rate: 20 s of video, enough for one walk around a
+// table.
 constexpr size_t kMaxImages = 600;
 constexpr double kMaxRateHz = 32;
 // Fields of view to begin with, degrees of the longer side: that of phones, then
 // narrower and wider lenses.
 constexpr double kUsualFov[] = {65, 50, 85, 105};
-// Relative standard deviations of the focal length: at kRoughSigma a first pass ends, at kFineSigma
-// the final one.
+// Relative standard deviations of the focal length at which a first pass ends, and at which the
+// final one ends: more views would take longer than they improve the result.
 constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
 // Prior standard deviation of the readout time of a rolling shutter: phones take 10 to 30 ms, from
 // the top or the bottom row.
@@ -96,8 +97,8 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       const Pass pass = Map(start, kRoughSigma);
       Keep(pass);
       if (pass.calibration.success && CalibrateUntilStable(pass)) break;
-      // Where one map of many views does not determine the camera, a map from another guess does
-      // not either.
+      // Where a map of many views does not determine the camera, a map from another guess does not,
+      // either.
       constexpr int kManyKeyframes = 20, kEnoughMaps = 2;
       undetermined += pass.calibration.keyframes >= kManyKeyframes;
       if (undetermined >= kEnoughMaps) break;
@@ -114,7 +115,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
              std::max(1, static_cast<int>(std::lround(scale * size.height)))};
   }
 
-  // The lens that is expected, but for its focal length.
+  // The expected lens; its focal length is still a guess.
   Camera Expected() const {
     return options_.start ? Scaled(*options_.start, size_.width, size_.height)
                           : Guess(FocalLengthOf(original_, kUsualFov[0]));
@@ -139,8 +140,9 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   // Maps the images until the relative standard deviation of the focal length is below `enough`, or
   // to the last image.
   Pass Map(const Camera& camera, double enough) const {
-    constexpr size_t kFirstCheck = 8;
-    // The calibration is tried again at this many times the keyframes.
+    constexpr size_t kFirstCheck = 8;  // keyframes before the first attempt
+    // After this factor of keyframes the calibration is tried again, so that its time is a constant
+    // share.
     constexpr double kNextCheck = 1.35;
     Slam slam(config_, camera);
     CalibrationPrior prior;
@@ -181,10 +183,10 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     return pass;
   }
 
-  // Maps the images again with the camera found, until the camera changes no more. Returns false
-  // where such a map does not determine the camera.
+  // Maps the images again with the camera found, until it no longer changes. Returns false where
+  // such a map does not determine the camera.
   bool CalibrateUntilStable(const Pass& rough) {
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 4;       // bounds the time
     constexpr double kStays = 0.01;  // relative; the final map of all images corrects what is left
     Pass before = rough;
     for (int round = 0; round < kRounds; ++round) {
@@ -192,7 +194,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       if (!pass.calibration.success) return false;
       const double change = Change(pass.calibration.camera, before.calibration.camera);
       const bool stays = change < std::max(kStays, pass.calibration.RelativeSigma());
-      // The standard deviation is no smaller than the change between two maps.
+      // The change between two maps is a lower bound on the standard deviation.
       pass.calibration.focal_sigma_px =
           std::max(pass.calibration.focal_sigma_px, change * pass.calibration.camera.fx);
       best_ = before = pass;
@@ -209,6 +211,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   }
 
   CameraEstimate Answer() {
+    // Relative sigma; a guess of the field of view is off by more.
     constexpr double kWorthMoreThanAGuess = 0.1;
     const SelfCalibration& found = best_->calibration;
     CameraEstimate estimate;

@@ -48,7 +48,7 @@ void CheckMode(RelocalizationMode mode) {
 }
 
 void CheckPose(const std::optional<Rigid3>& pose) {
-  constexpr double kMaxError = 1e-6;
+  constexpr double kMaxError = 1e-6;  // of the inverse of the lens model, pixels; rounding only
   if (pose && !(pose->translation.allFinite() && std::abs(pose->rotation.norm() - 1) < kMaxError))
     throw InputError("pose: must be finite, and its rotation a unit quaternion");
 }
@@ -93,9 +93,9 @@ std::vector<Box> FrameMaker::MovingBoxes(const Frame& frame, const ClassRelation
   return boxes;
 }
 
-// Extracts about `count` key points outside of `moving`, the boxes of objects that can move. All
-// key points inside a box are dropped, also those of a static thing that stands in front of the
-// object: a box cannot tell them apart.
+// Extracts about `count` key points outside of `moving`, the boxes of objects that can move. A box
+// does not tell the object from a static one in front of it, so that all key points inside are
+// dropped.
 Features FrameMaker::ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
   if (moving.empty()) return extractor_.Extract(grey, count);
   const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);

@@ -16,18 +16,18 @@ namespace oaslam {
 // A grey image as it is; one in BGR or BGRA converted. Throws InputError for any other type.
 cv::Mat ToGrey(const cv::Mat& image);
 
-// Checks of what an application gives to Slam; they throw InputError, which says what is wrong.
+// Check the inputs of Slam; throw InputError.
 void CheckConfig(const SlamConfig& config);
 void CheckCamera(const Camera& camera);
 void CheckMode(RelocalizationMode mode);
 void CheckPose(const std::optional<Rigid3>& pose);
 void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam);
 
-// IdealDetections of boxes that are checked first; throws InputError for one that is not valid.
+// IdealDetections of checked boxes; throws InputError for an invalid one.
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
                                                const std::vector<Detection>& detections);
 
-// Makes frames of images: checks what is given, and extracts features.
+// Makes frames of images: checks the input and extracts features.
 class FrameMaker {
  public:
   FrameMaker(const SlamConfig& config, const Camera& camera)
@@ -46,7 +46,7 @@ class FrameMaker {
   Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving);
 
   Camera camera_;
-  double min_score_;  // of a detection that is believed where it hides key points
+  double min_score_;  // of a detection inside of which key points are dropped
   OrbExtractor extractor_;
 };
 

@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// An index of the places of a map, and the landmarks from which it was made. Shared by all who find
-// images in that map.
+// An index of the places of a map, and the landmarks from which it was made. All searches in that
+// map share it.
 struct LandmarkIndex {
   explicit LandmarkIndex(const Map& map) : landmarks(map.landmarks), places(map) {}
   // Whether the map still has the landmarks from which the index was made. Their number and the

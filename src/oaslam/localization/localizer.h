@@ -37,9 +37,9 @@ class Localizer {
  public:
   Localizer(const SlamConfig& config, IndexedMap map) : config_(config), map_(std::move(map)) {}
 
-  // `camera`: has the size of the image. An input without image is found by its detections alone.
-  // `prior`: where the camera is thought to be, world_from_cam; tried first, and never trusted.
-  // Throws InputError.
+  // `camera`: that of the image, with its size. An input without image is found by its detections
+  // alone. `prior`: the camera's supposed pose, world_from_cam; tried first, but the answer must
+  // hold without it. Throws InputError.
   RelocalizationResult Find(const ImageInput& input, const Camera& camera, RelocalizationMode mode,
                             const std::optional<Rigid3>& prior = std::nullopt) const;
   // For an image whose camera is not known.

@@ -22,26 +22,27 @@ double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
              : 1;
 }
 
-constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;  // 1.6 and 6.5 degrees
+// 1.6 and 6.5 degrees; wider finds wrong matches.
+constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;
 
-// The search radius for landmarks about a pose whose error is an angle of the image.
+// The search radius for landmarks around a pose, given its error as an angle in the image.
 double SearchRadius(const Map& map, const Frame& frame, double error_rad) {
   const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
   return error_rad * std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
 }
 
-// The search radius for landmarks about a pose from objects: the pixels by which its error moves
-// the image at the objects' depth.
+// The search radius for landmarks around a pose from objects: the pixels by which its error moves
+// points at the objects' depth.
 double SearchRadius(const Map& map, const Frame& frame, const ObjectPoseCandidate& candidate) {
-  constexpr double kSigmas = 3;
+  constexpr double kSigmas = 3;  // 99.7 % of normal errors
   return SearchRadius(
       map, frame, std::clamp(kSigmas * RelativeSigma(map, candidate), kMinErrorRad, kMaxErrorRad));
 }
 
 // Whether two poses agree. A few points in one corner of the image can agree on a pose that is far
-// off; boxes that are spread over the image cannot.
+// off, which boxes spread over the image reveal.
 bool Agree(const RelocalizationReport& by_points, const ObjectPoseCandidate& by_objects) {
-  constexpr double kMaxSigmas = 4;
+  constexpr double kMaxSigmas = 4;  // wide, since the sigmas neglect that errors are correlated
   const double distance =
       (by_points.cam_from_world.OriginInSource() - by_objects.cam_from_world.OriginInSource())
           .norm();
@@ -73,7 +74,7 @@ std::string WhyNeither(const std::string& points, const std::string& objects) {
 
 }  // namespace
 
-// Puts the accepted pose in front of the candidates. It is one of them, or the refinement of one.
+// Puts the accepted pose, which is one of the candidates or a refinement of one, in front of them.
 void Relocalizer::LeadWithAccepted(Relocalization& found) {
   if (found.evidence == PoseEvidence::kNone) return;
   if (found.candidates_are_by == PoseEvidence::kNone)

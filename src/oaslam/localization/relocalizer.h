@@ -23,8 +23,9 @@ struct Relocalization {
   std::vector<LandmarkId> landmarks;  // by key point; empty where objects alone support the pose
   int inliers = 0;
   int matched_objects = 0;
-  bool objects_suffice = false;  // where points confirm objects: these would be enough evidence
-  double sigma_position = 0;     // map units
+  // Where points confirm objects: whether the objects alone would be enough evidence.
+  bool objects_suffice = false;
+  double sigma_position = 0;  // map units
   // Of the pose by objects, before points are joined: sigma of its position divided by the mean
   // distance to its objects.
   double relative_sigma = 0;
@@ -35,7 +36,7 @@ struct Relocalization {
   std::string why_not;                                   // where evidence is kNone
 };
 
-// The same for a frame whose camera is not known.
+// The same for a frame whose camera is unknown.
 struct UnknownCameraRelocalization {
   Relocalization found;
   Camera camera;  // a camera of the map, or one whose focal length was estimated from the points
@@ -47,7 +48,7 @@ struct UnknownCameraRelocalization {
 // by objects alone as a last resort, if their evidence is strong.
 class Relocalizer {
  public:
-  // `index`: of a map in which frames will be found; without one, or for another map, it is made.
+  // `index`: of a map in which frames will be found; made at need for any other map.
   explicit Relocalizer(const SlamConfig& config,
                        std::shared_ptr<const LandmarkIndex> index = nullptr)
       : config_(config), index_(std::move(index)) {}
@@ -56,9 +57,9 @@ class Relocalizer {
   void Use(std::shared_ptr<const LandmarkIndex> index) { index_ = std::move(index); }
 
   // `gravity_in_cam`: direction of gravity in the camera's frame, where known. A frame without
-  // features is found by objects only. `trails`: what the objects of the frames before told, which
-  // counts, too (not by the paper's method); none to find each frame by itself. `prior`: where the
-  // camera is thought to be, world_from_cam; landmarks are looked for about it first.
+  // features is found by objects only. `trails`: the evidence of objects in earlier frames, which
+  // counts, too (not by the paper's method); null to find each frame by itself. `prior`: the
+  // camera's supposed pose, world_from_cam; landmarks are looked for around it first.
   Relocalization Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
                       ObjectTrails* trails = nullptr,
@@ -66,9 +67,9 @@ class Relocalizer {
 
   // Finds a frame whose camera is not known. `raw` holds key points and boxes of the original
   // image, and its camera in `map` gives the image's size and has no distortion; the focal length
-  // of that camera is not used. First each camera of the map that fits the image's size is tried;
-  // where the points contradict it, or nothing is found, the focal length is estimated together
-  // with the pose.
+  // of that camera is not used. First tries each camera of the map that fits the image's size.
+  // Where the points contradict it, or nothing is found, estimates the focal length together with
+  // the pose.
   UnknownCameraRelocalization FindWithUnknownCamera(
       const Frame& raw, const Map& map, RelocalizationMode mode,
       const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng);
@@ -78,8 +79,8 @@ class Relocalizer {
   std::optional<Relocalization> Near(const Rigid3& world_from_cam, const Frame& frame,
                                      const Map& map, Rng& rng) const;
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
-  // Refines a pose that few points support by the objects it shows. (This is not in the paper,
-  // which refines with points.)
+  // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
+  // with points.)
   Relocalization JoinObjects(const Frame& frame, const Map& map,
                              const RelocalizationReport& by_points, PoseEvidence evidence) const;
   std::vector<ObjectPoseCandidate> CandidatesByObjects(

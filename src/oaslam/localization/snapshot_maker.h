@@ -9,7 +9,7 @@
 
 namespace oaslam {
 
-// Makes the handle to a map that applications get.
+// Makes the MapSnapshots that applications get.
 class SnapshotMaker {
  public:
   // Shares both. `names`: of the classes. `first_frame`: keyframes of earlier frames are from a

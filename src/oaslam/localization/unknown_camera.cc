@@ -15,7 +15,7 @@ namespace {
 
 // The camera scaled to another image size; nothing where the aspect ratio differs.
 std::optional<Camera> ForSize(const Camera& camera, int width, int height) {
-  constexpr double kSameShape = 0.01;
+  constexpr double kSameShape = 0.01;  // relative; rounding of the size of a scaled image
   const double scale = static_cast<double>(width) / camera.width;
   if (std::abs(scale * camera.height / height - 1) > kSameShape) return std::nullopt;
   return Scaled(camera, width, height);
@@ -50,7 +50,7 @@ Seen SeenBy(const Camera& camera, const Frame& raw, const Map& map) {
   return seen;
 }
 
-// Whether the points contradict the focal length of a camera. The bound is many sigmas wide, since
+// Whether the points contradict the focal length of a camera. The bound is ten sigmas wide, since
 // errors of points are correlated and the covariance is too small.
 enum class Contradiction { kNone, kPossible, kCertain };
 

@@ -10,7 +10,7 @@ uint32_t KeyframesSince(KeyframeId first, KeyframeId newest) { return newest.val
 
 // Whether at least three other keyframes see the landmark at about the same level or a finer one.
 bool SeenElsewhere(const Map& map, const Landmark& landmark, KeyframeId except, int octave) {
-  constexpr int kOthers = 3;
+  constexpr int kOthers = 3;  // so that three views still constrain the landmark
   int count = 0;
   for (const Observation& o : landmark.observations) {
     if (o.keyframe == except) continue;
@@ -37,9 +37,10 @@ bool IsRedundant(const Map& map, KeyframeId id, double share) {
 
 std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest,
                                             Map& map) {
+  // Of the frames that should show it; wrong landmarks are seldom found.
   constexpr double kMinFoundRatio = 0.25;
-  constexpr size_t kMinObservations = 3;
-  constexpr uint32_t kTrial = 3;  // keyframes for which a new landmark is watched
+  constexpr size_t kMinObservations = 3;  // keyframes: two define a point, a third confirms it
+  constexpr uint32_t kTrial = 3;          // keyframes for which a new landmark is on trial
   std::vector<LandmarkId> watched;
   for (const LandmarkId id : recent) {
     const Landmark* landmark = map.landmarks.Find(id);
@@ -73,7 +74,8 @@ int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map) {
 }
 
 std::vector<KeyframeId> PackSettledKeyframes(std::vector<KeyframeId> unsettled, Map& map) {
-  constexpr size_t kUnsettled = 500;  // a flat has some hundred
+  // A flat has some hundred; with 30, accuracy may suffer (docs/lab/speed.md).
+  constexpr size_t kUnsettled = 500;
   std::erase_if(unsettled, [&](KeyframeId id) { return !map.keyframes.Contains(id); });
   const size_t settled = unsettled.size() - std::min(unsettled.size(), kUnsettled);
   for (size_t i = 0; i < settled; ++i) map.DropFreeKeypoints(unsettled[i]);

@@ -21,8 +21,8 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
 }  // namespace
 
 bool InsertInitialMap(const InitialMap& initial, Map& map) {
-  constexpr int kIterations = 20;
-  constexpr size_t kFewestLandmarks = 15;
+  constexpr int kIterations = 20;          // two views start far from the minimum
+  constexpr size_t kFewestLandmarks = 15;  // tracking needs 15 inliers (TrackDemands)
   Map fresh;
   fresh.cameras = map.cameras;
   fresh.next_landmark = map.next_landmark;

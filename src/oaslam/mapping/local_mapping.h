@@ -24,9 +24,8 @@ void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& con
 // Adds the tracker's counts of how often each landmark was expected and found.
 void CountLandmarkUse(std::span<const LandmarkUse> uses, Map& map);
 
-// Erases those of the `recent` landmarks that were found in less than a quarter of the
-// frames that should show them, or that too few keyframes have observed. Returns those that
-// must still be watched.
+// Erases those of the `recent` landmarks that were found in less than a quarter of the frames that
+// should show them, or that too few keyframes observe. Returns those that are still on trial.
 std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, KeyframeId newest,
                                             Map& map);
 
@@ -45,10 +44,9 @@ void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
 // how many were retired.
 int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
-// Drops the key points that show no landmark of the oldest of the `unsettled` keyframes
-// (ascending): all but the newest 500. Their neighbours have tried to triangulate these and could
-// not; they are half of what a large map takes in memory. Returns the keyframes that are still
-// unsettled.
+// Drops the key points without a landmark from all but the newest 500 of the `unsettled` keyframes
+// (ascending), since their neighbours could not triangulate them; in a large map they take half of
+// the memory. Returns the keyframes that are still unsettled.
 std::vector<KeyframeId> PackSettledKeyframes(std::vector<KeyframeId> unsettled, Map& map);
 
 }  // namespace oaslam

@@ -29,17 +29,17 @@ struct KeyframePlace {
 };
 
 // Detects loops. Keeps the places of the keyframes, and an index of the map's landmarks that is
-// made anew when the map has grown: of a large map on a thread of its own, and used after a fixed
-// number of keyframes, so that no keyframe waits and all runs are alike.
+// rebuilt when the map has grown. For a large map its own thread rebuilds it, so that no keyframe
+// waits; it is used after a fixed number of keyframes, so that results do not depend on timing.
 class LoopDetector {
  public:
-  // Candidates are keyframes that share no landmarks with `current` and its neighbours, and are
-  // near to it in position and viewing direction, or similar in appearance, or show the things
-  // about it a second time (loop_proposals.h). A candidate is verified by matching descriptors, P3P
-  // and a guided search for its landmarks. Where its position does not suggest it, a similarity
-  // must also map landmarks of one end to those of the other. Where objects propose it, the points
-  // must give their pose, and are also looked for about it, since another view changes descriptors.
-  // The objects about both ends must not refute it (loop_objects.h).
+  // Candidates are keyframes that share no landmarks with `current` and its neighbours, and that
+  // are near to it in position and viewing direction, similar in appearance, or proposed by objects
+  // that were mapped twice (loop_proposals.h). A candidate is verified by matching descriptors, P3P
+  // and a guided search for its landmarks. A candidate that is not near must also have a similarity
+  // that maps landmarks of one end to those of the other. Where objects propose it, points are also
+  // searched around the pose from objects, since another view changes descriptors, and must confirm
+  // that pose. The objects around both ends must not refute the loop (loop_objects.h).
   std::optional<LoopClosure> Detect(const Map& map, KeyframeId current, Rng& rng);
 
  private:
@@ -61,16 +61,16 @@ class LoopDetector {
   LoopProposals proposals_;
 };
 
-// Finds a keyframe among `others` that sees the same place as `current`, where `others` belong to
-// another piece that was just joined: the two share no landmarks yet, and their relative pose is
-// right but for small errors.
+// Finds a keyframe among `others` that sees the same place as `current`. `others` belong to another
+// piece that was just joined: they share no landmarks with `current` yet, and their relative pose
+// has small errors only.
 std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
                                    const std::set<KeyframeId>& others, Rng& rng);
 
 // Distributes the correction over the keyframes by a pose graph of similarities (Strasdat et al.
 // 2010); landmarks and objects move with their keyframes. Then merges the landmarks of both ends. A
-// global bundle adjustment should follow. `held`: a keyframe that stays fixed besides the ends of
-// the loop; if it is invalid, the first one. Returns false and leaves the map as it was if no
+// global bundle adjustment should follow. `held`: a keyframe that stays fixed, as both ends of the
+// loop do; if it is invalid, the first one. Returns false and leaves the map as it was if no
 // correction was found.
 bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held = {});
 

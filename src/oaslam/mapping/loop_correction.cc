@@ -12,8 +12,8 @@
 namespace oaslam {
 namespace {
 
-constexpr int kNeighbours = 10;
-constexpr double kFusionRadiusPx = 5;
+constexpr int kNeighbours = 10;        // keyframes around each end, whose landmarks are fused
+constexpr double kFusionRadiusPx = 5;  // the error left after the pose graph
 
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
   std::vector<KeyframeId> group = map.CovisibleKeyframes(keyframe, kNeighbours);
@@ -21,15 +21,17 @@ std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
   return LandmarksSeenBy(map, group);
 }
 
-// Keyframes that share this many landmarks get an edge in the pose graph, and each keyframe gets
-// one to the earlier keyframe with which it shares most.
+// Keyframes that share this many landmarks get an edge in the pose graph, so that only well
+// determined relative poses count; and each keyframe gets one to the earlier keyframe with which it
+// shares most, so that the graph is connected.
 constexpr int kMinEdgeShared = 50;
 
-// The largest number of nodes. In larger maps every n-th keyframe is one, and carries those after
-// it.
+// The largest number of nodes, which bounds the time. In larger maps every n-th keyframe is a node,
+// and the keyframes up to the next node move with it.
 constexpr size_t kMaxNodes = 500;
 
-// Whether a keyframe sees nothing of what the one before it saw: the camera was elsewhere, or lost.
+// Whether a keyframe shares no landmark with the one before it, since the camera was lost in
+// between.
 bool IsAfterGap(const Map& map, KeyframeId before, KeyframeId id) {
   const std::vector<Covisible>& covisible = map.keyframes.At(id).covisible;
   return std::ranges::find(covisible, before, &Covisible::keyframe) == covisible.end();
@@ -44,7 +46,7 @@ std::vector<KeyframeId> NodesOf(const Map& map, const std::vector<KeyframeId>& i
   return {always.begin(), always.end()};
 }
 
-// The index of the node that is the keyframe, or carries it.
+// The index of the node with which the keyframe moves.
 int NodeOf(const std::vector<KeyframeId>& nodes, KeyframeId id) {
   return static_cast<int>(std::ranges::upper_bound(nodes, id) - nodes.begin()) - 1;
 }
@@ -107,8 +109,8 @@ void MoveObjects(const NodeMotions& motions, Map& map) {
   }
 }
 
-// The motion of a keyframe between two nodes: it is moved as they are, each according to how near
-// it is, in the order of keyframes.
+// The motion of a keyframe between two nodes, interpolated between theirs by its position in the
+// order of keyframes.
 Similarity Between(const Similarity& first, const Similarity& second, double share,
                    const Eigen::Vector3d& center) {
   const double scale = std::exp(std::lerp(std::log(first.scale), std::log(second.scale), share));
@@ -140,7 +142,7 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
     node_motions.push_back((*moved)[i].Inverse() * nodes[i]);
   for (const KeyframeId id : motions.ids) {
     const auto node = static_cast<size_t>(NodeOf(node_ids, id));
-    // Beyond a gap another part of the map begins.
+    // A keyframe moves only with nodes on its own side of a gap.
     const auto next = std::ranges::lower_bound(
         motions.ids, node + 1 < node_ids.size() ? node_ids[node + 1] : KeyframeId());
     const bool is_last = next == motions.ids.end() || IsAfterGap(map, *std::prev(next), *next);
@@ -166,7 +168,7 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   return true;
 }
 
-// The keyframes whose covisibility is computed anew: all of a small map, of a large one those about
+// The keyframes whose covisibility is recomputed: in a small map all, in a large one those around
 // the ends of the loop, where landmarks will be merged.
 std::vector<KeyframeId> KeyframesToLink(const Map& map, const std::vector<KeyframeId>& ends,
                                         const std::vector<LandmarkId>& old) {

@@ -15,11 +15,11 @@
 namespace oaslam {
 namespace {
 
-constexpr double kMaxDistanceToDepth = 0.5;
-constexpr double kMinAxisCos = 0.8;
-constexpr uint32_t kMinKeyframesApart = 15;
-constexpr uint32_t kEvery = 3;  // keyframes: a place stays in view for several
-constexpr int kMaxCandidates = 3;
+constexpr double kMaxDistanceToDepth = 0.5;  // from farther away, descriptors hardly match
+constexpr double kMinAxisCos = 0.8;          // 37 degrees; more, and the views hardly overlap
+constexpr uint32_t kMinKeyframesApart = 15;  // a shorter loop has hardly any drift
+constexpr uint32_t kEvery = 3;  // keyframes between two searches: a place stays in view for several
+constexpr int kMaxCandidates = 3;  // to verify for a keyframe, which takes time
 
 KeyframePlace PlaceOf(KeyframeId id, const Keyframe& keyframe) {
   return {id, keyframe.cam_from_world.OriginInSource(),
@@ -86,8 +86,9 @@ double DistanceMoved(const Map& map, const LoopClosure& loop) {
   return (loop.old_from_current * center - center).norm();
 }
 
-// Whether drift explains the correction: drift is a share of the path travelled. A larger
-// correction means that two different places look the same, such as two windows.
+// Whether drift explains the correction: drift is a share of the path travelled (tuned on walk a,
+// docs/lab/loops.md). A larger correction means that two different places look the same, such as
+// two windows.
 bool IsDrift(const Map& map, const LoopClosure& loop) {
   constexpr double kMaxShare = 0.25;
   return DistanceMoved(map, loop) < kMaxShare * PathLength(map, loop.old, loop.current) &&
@@ -104,7 +105,7 @@ bool IsBelieved(const Map& map, const LoopClosure& loop) {
   return !AreObjectsAgainst(objects);
 }
 
-// Whether the correction is as small as the error with which the pieces were joined.
+// Whether the correction is as small as the error of joining pieces.
 bool IsSmall(const Map& map, const LoopClosure& tie) {
   constexpr double kMaxAngle = 0.3, kMaxScale = 1.3;
   return DistanceMoved(map, tie) < kMaxDistanceToDepth * map.MedianDepth(tie.old) &&
@@ -142,11 +143,11 @@ std::vector<KeyframeId> KeyframesThatShow(const Map& map, std::span<const Object
 }  // namespace
 
 void LoopDetector::UpdateIndex(const Map& map, KeyframeId current) {
-  // The index is made anew when the landmarks have grown by this factor; the newest do not matter
-  // for a loop.
+  // The index is rebuilt when the landmarks have grown by this factor; a loop does not need the
+  // newest ones.
   constexpr double kGrowth = 1.2;
-  constexpr size_t kLarge = 30000;  // landmarks; an index of fewer takes some 30 ms
-  constexpr uint32_t kKeyframesToMakeIt = 30;
+  constexpr size_t kLarge = 30000;             // landmarks; an index of fewer takes some 30 ms
+  constexpr uint32_t kKeyframesToMakeIt = 30;  // some seconds, in which the thread is done
   if (next_index_.valid() && current.value >= next_begun_at_.value + kKeyframesToMakeIt) {
     index_ = next_index_.get();
   }
@@ -192,7 +193,7 @@ std::optional<LoopClosure> LoopDetector::DetectByObjects(
   const Keyframe& here = map.keyframes.At(current);
   const Rigid3 expected = MovedCamera(here, proposal->old_from_current);
   const double depth = proposal->old_from_current.scale * map.MedianDepth(current);
-  // Refused proposals change nothing of what is random elsewhere.
+  // Its own generator, so that refused proposals do not change other random numbers.
   Rng rng(current.value);
   int tried = 0;
   for (const KeyframeId old : KeyframesThatShow(map, proposal->old_objects, expected, depth)) {

@@ -13,7 +13,7 @@
 namespace oaslam {
 namespace {
 
-constexpr int kGroup = 10;  // keyframes about an end
+constexpr int kGroup = 10;  // keyframes around an end: they see it from several sides
 
 std::set<KeyframeId> Around(const Map& map, KeyframeId end) {
   const std::vector<KeyframeId> neighbours = map.CovisibleKeyframes(end, kGroup);
@@ -30,7 +30,7 @@ struct Shot {
   std::vector<std::pair<const Object*, Box>> boxes;  // and what they show
 };
 
-// What was seen about one end of the loop.
+// The detections around one end of the loop.
 struct End {
   std::map<int, Shot> shots;   // by frame
   std::set<ObjectId> objects;  // mapped ones
@@ -60,8 +60,7 @@ Ellipsoid Moved(const Ellipsoid& ellipsoid, const Similarity& motion) {
           (motion.rotation * ellipsoid.rotation).normalized()};
 }
 
-// Whether half of the landmarks in a box are nearer than the object, as those of a wall in front of
-// it are.
+// Whether half of the landmarks in a box are nearer than the object, as on a wall in front of it.
 bool IsBehindLandmarks(const Map& map, const Keyframe& keyframe, const Ellipsoid& ellipsoid) {
   const auto box = ProjectToBox(ellipsoid, keyframe.cam_from_world, map.cameras[keyframe.camera]);
   if (!box) return true;
@@ -81,11 +80,13 @@ bool IsBehindLandmarks(const Map& map, const Keyframe& keyframe, const Ellipsoid
 
 enum class Showing { kNothing, kObject, kNoObject };
 
-// What an image says of an object with these labels that is there: nothing where it would be small,
-// cut or hidden.
+// Whether an image shows an object with these labels in this place; kNothing where it would be
+// small, cut or hidden.
 Showing Judge(const Map& map, const Shot& shot, const LabelsRef& labels,
               const Ellipsoid& ellipsoid) {
-  constexpr double kLeastSize = 40;  // detector pixels
+  constexpr double kLeastSize = 40;  // detector pixels: detectors miss smaller objects more often
+  // Strict on what counts as missing (share inside the image, share hidden), and generous on what
+  // counts as seen (overlap), since a wrong veto loses a right loop.
   constexpr double kInside = 0.95, kSameBox = 0.1, kHidden = 0.2;
   const Camera& camera = map.cameras[shot.camera];
   const Keyframe& keyframe = map.keyframes.At(shot.reference);
@@ -102,10 +103,10 @@ Showing Judge(const Map& map, const Shot& shot, const LabelsRef& labels,
   return Showing::kNoObject;
 }
 
-// Adds what the images of one end say of the objects of the other, taken there by `motion`.
+// Compares the objects of one end, moved by `motion`, with the images of the other end.
 void Compare(const Map& map, const End& from, const Similarity& motion, const End& to,
              LoopObjects& result) {
-  constexpr int kShots = 3;
+  constexpr int kShots = 3;  // images: detectors miss an object in single ones
   for (const ObjectId id : from.objects) {
     if (to.objects.contains(id)) continue;
     const Object& object = map.objects.At(id);

@@ -6,20 +6,20 @@
 
 namespace oaslam {
 
-// What the objects about both ends of a loop say of it.
+// The evidence of the objects around both ends for a loop, and against it.
 struct LoopObjects {
-  int agreeing = 0;       // objects that the images of the other end show where the loop takes them
-  int contradicting = 0;  // objects that they would show there, and do not
+  int agreeing = 0;       // objects that the images of the other end show where the loop moves them
+  int contradicting = 0;  // objects that these images should show there, and do not
 };
 
-// Looks for the mapped objects about each end of the loop in the images about the other end, where
-// the loop's similarity takes them: for a detection of their class, mapped or not. An object
-// contradicts only if several images would show it large, well inside, and not behind boxes or
-// landmarks. Objects that were seen from both ends, or whose classes move, say nothing.
+// Moves the mapped objects around each end by the loop's similarity, and looks for a detection of
+// their class there, mapped or not, in the images around the other end. An object contradicts only
+// if several images should show it large, well inside, and not behind boxes or landmarks. Objects
+// that were seen from both ends, or whose classes move, do not count.
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop);
 
 // Whether the objects refute the loop: several contradict, and more than twice as many as agree.
-// Corridors, windows and posters look alike by their points; what stands about them does not.
+// Corridors, windows and posters often have the same points, but other objects around them.
 bool AreObjectsAgainst(const LoopObjects& objects);
 
 }  // namespace oaslam

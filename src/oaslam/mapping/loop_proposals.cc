@@ -9,10 +9,11 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMostThings = 12;  // of a constellation
-constexpr size_t kFewestThings = 4;
-constexpr double kSameSize = 1.6;  // ratio of radii that two views of a thing explain
-// In the order in which they were seen last, things of one place follow each other closely.
+constexpr size_t kMostThings = 12;   // of a constellation; bounds the pairs to try
+constexpr size_t kFewestThings = 4;  // two determine the similarity, the others confirm it
+constexpr double kSameSize = 1.6;    // ratio of radii that two views of a thing explain
+// Objects of one place follow each other closely in the order in which they were seen last, so that
+// only pairs this near in that order are tried.
 constexpr size_t kWindow = 32;
 
 bool AreOfOneSize(double a, double b) { return a < kSameSize * b && b < kSameSize * a; }
@@ -21,14 +22,14 @@ struct Match {
   const ObjectPlaceInTime *here, *there;
 };
 
-// Things of the old part, with those of the constellation that they may be.
+// An object of the old part, with those of the constellation that it may be.
 struct OldThing {
   const ObjectPlaceInTime* place;
   std::vector<const ObjectPlaceInTime*> alike;
 };
 
-// The turn that takes the directions `from` nearest to `to`: about `up`, if that is known, else any
-// (Umeyama 1991). Nothing where the directions do not determine it.
+// The rotation that best aligns the directions `from` with `to`: about `up`, if that is known, else
+// any (Umeyama 1991). Nothing where the directions do not determine it.
 std::optional<Eigen::Quaterniond> FitTurn(const Eigen::Matrix3d& to_from_covariance,
                                           const std::optional<Eigen::Vector3d>& up) {
   if (!up) {
@@ -48,8 +49,8 @@ std::optional<Eigen::Quaterniond> FitTurn(const Eigen::Matrix3d& to_from_covaria
   return Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(sine, cosine), *up));
 }
 
-// The similarity that takes the centres of things to those of their copies, in the least-squares
-// sense. Two of them determine it where the vertical is known.
+// The similarity that best aligns the centres of objects with those of their copies (least
+// squares). Two pairs determine it where the vertical is known.
 std::optional<Similarity> Fit(std::span<const Match> matches,
                               const std::optional<Eigen::Vector3d>& up) {
   Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
@@ -70,8 +71,8 @@ std::optional<Similarity> Fit(std::span<const Match> matches,
   return Similarity(scale, *turn, to - scale * (*turn * from));
 }
 
-// The similarity by two things. Without a vertical it turns as little as possible: drift turns
-// little, and what is missing is found in the fit to all.
+// The similarity by two objects. Without a vertical it takes the smallest rotation, since drift
+// turns little; the fit to all objects corrects it.
 std::optional<Similarity> FitTwo(const Match& a, const Match& b,
                                  const std::optional<Eigen::Vector3d>& up) {
   const Match both[] = {a, b};
@@ -83,13 +84,13 @@ std::optional<Similarity> FitTwo(const Match& a, const Match& b,
   return Similarity(scale, turn, a.there->center - scale * (turn * a.here->center));
 }
 
-// Whether two things are far enough apart to tell a direction, relative to their size.
+// Whether two objects are far enough apart, relative to their size, to determine a direction.
 bool AreApart(const ObjectPlaceInTime& a, const ObjectPlaceInTime& b) {
   return (a.center - b.center).norm() > a.radius + b.radius;
 }
 
-// The things of the constellation that have a copy where the similarity takes them; no copy serves
-// twice.
+// The objects of the constellation that have a copy where the similarity moves them; each copy is
+// used once.
 std::vector<Match> CopiesOf(const Similarity& old_from_current,
                             std::span<const OldThing> candidates) {
   struct Near {
@@ -114,7 +115,7 @@ std::vector<Match> CopiesOf(const Similarity& old_from_current,
   return matches;
 }
 
-// A row of chairs is found again one chair farther on; things of several classes are not.
+// Requires objects of several classes: a row of chairs also fits itself one chair farther on.
 bool IsConstellation(std::span<const Match> matches, size_t things) {
   return matches.size() >= std::max(kFewestThings, (things + 1) / 2) &&
          std::ranges::any_of(matches, [&](const Match& m) {
@@ -122,7 +123,7 @@ bool IsConstellation(std::span<const Match> matches, size_t things) {
          });
 }
 
-// The things seen in the last keyframes that are nearest to the camera.
+// Of the objects seen in the last keyframes, those nearest to the camera.
 std::vector<const ObjectPlaceInTime*> ThingsAbout(const Eigen::Vector3d& camera, KeyframeId since,
                                                   std::span<const ObjectPlaceInTime> places) {
   std::vector<std::pair<double, const ObjectPlaceInTime*>> near;
@@ -135,7 +136,7 @@ std::vector<const ObjectPlaceInTime*> ThingsAbout(const Eigen::Vector3d& camera,
   return things;
 }
 
-// The things not seen since `before` that may be one of the constellation, in the order in which
+// The objects not seen since `before` that may be one of the constellation, in the order in which
 // they were seen last.
 std::vector<OldThing> OldThings(std::span<const ObjectPlaceInTime* const> constellation,
                                 KeyframeId before, std::span<const ObjectPlaceInTime> places) {
@@ -154,6 +155,7 @@ std::vector<OldThing> OldThings(std::span<const ObjectPlaceInTime* const> conste
 }  // namespace
 
 bool IsTurnAndScaleOfDrift(const Similarity& correction) {
+  // 34 degrees; wide, since points verify the loop.
   constexpr double kMaxAngle = 0.6, kMaxScale = 2.5;
   return correction.rotation.angularDistance(Eigen::Quaterniond::Identity()) < kMaxAngle &&
          std::abs(std::log(correction.scale)) < std::log(kMaxScale);

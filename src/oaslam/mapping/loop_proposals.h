@@ -8,7 +8,7 @@
 
 namespace oaslam {
 
-// A mapped object, as loops are proposed by it.
+// A mapped object with what proposals need of it.
 struct ObjectPlaceInTime {
   ObjectId id;
   int category_id = 0;
@@ -17,21 +17,21 @@ struct ObjectPlaceInTime {
   KeyframeId newest;                                 // the last that its observations refer to
 };
 
-// A part of the map that seems to hold the things about a keyframe a second time.
+// A part of the map that seems to contain the objects around a keyframe a second time.
 struct LoopProposal {
   Similarity old_from_current;
   std::vector<ObjectId> old_objects;  // those of the old part that have a copy, ascending
 };
 
-// Finds where drift has mapped things twice. Keeps the places of the mapped objects.
+// Finds where drift has mapped objects twice. Keeps the places of the mapped objects.
 class LoopProposals {
  public:
-  // Looks for the constellation of the things seen lately among those that have not been seen for
-  // `min_apart` keyframes: at least four of the same classes and sizes, half of the constellation
-  // or more, must be in the places where one similarity takes them. It may turn and scale no more
-  // than drift does, and where the map knows its vertical it turns about that only. Proposes the
-  // similarity that most things support, if there is one; whether it is right is for others to
-  // verify, since one set of furniture may stand in two rooms.
+  // Compares the objects seen lately (the constellation) with those that have not been seen for
+  // `min_apart` keyframes. One similarity must move at least four objects, and half of the
+  // constellation or more, to places where objects of the same classes and sizes are. It may turn
+  // and scale no more than drift does; where the map knows its vertical, it turns about that only.
+  // Returns the similarity that most objects support, if there is one. The caller must verify it,
+  // since the same furniture may stand in two rooms.
   std::optional<LoopProposal> Find(const Map& map, KeyframeId current, uint32_t min_apart);
 
  private:

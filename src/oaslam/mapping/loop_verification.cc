@@ -15,10 +15,12 @@
 namespace oaslam {
 namespace {
 
-constexpr int kGroupSize = 8;
+constexpr int kGroupSize = 8;  // keyframes around an end, which see most of its landmarks
+// A wrong loop destroys the map, while a missed one is found by a later keyframe: as many inliers
+// as tracking.min_relocalization_inliers.
 constexpr int kMinMatches = 20, kMinRansacInliers = 15, kMinInliers = 50, kMinScalePairs = 10;
-constexpr double kGuidedRadiusPx = 8;
-// Where the things about both ends are the same, too, fewer points suffice.
+constexpr double kGuidedRadiusPx = 8;  // the error of a pose by RANSAC
+// Where the objects around both ends agree, too, half of the points suffice.
 constexpr int kMinInliersByObjects = 25;
 
 // Key points that show a landmark of the current part and one of the old part:
@@ -51,7 +53,7 @@ std::optional<double> ScaleOf(
 // their distance.
 int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& shared,
                     const Similarity& old_from_current, const Rigid3& cam_from_old) {
-  constexpr double kMaxRelativeError = 0.1;
+  constexpr double kMaxRelativeError = 0.1;  // the error of depth from few views
   return static_cast<int>(std::ranges::count_if(shared, [&](const auto& pair) {
     return (old_from_current * pair.first - pair.second).norm() <
            kMaxRelativeError * (cam_from_old * pair.second).norm();
@@ -89,7 +91,7 @@ std::optional<Rigid3> PoseByMatches(const Map& map, const Keyframe& here,
   return pose.cam_from_world;
 }
 
-// Whether the pose that points give is the one that objects give, to their accuracy.
+// Whether the poses from points and from objects agree within the accuracy of objects.
 bool AreAlike(const Rigid3& by_points, const Rigid3& by_objects, double depth) {
   constexpr double kMaxAngle = 0.2, kMaxDistance = 0.2;  // rad; of the depth
   return by_points.rotation.angularDistance(by_objects.rotation) < kMaxAngle &&
@@ -104,7 +106,8 @@ Rigid3 MovedCamera(const Keyframe& keyframe, const Similarity& old_from_current)
 
 std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
                                       const LoopCandidate& candidate, Rng& rng) {
-  constexpr double kRadiusByObjectsPx = 32;  // of the places that a pose by objects predicts
+  // Around projections by a pose from objects, which is less accurate.
+  constexpr double kRadiusByObjectsPx = 32;
   const KeyframeId old = candidate.old;
   const Keyframe& here = map.keyframes.At(current);
   const Camera& camera = map.cameras[here.camera];
@@ -140,7 +143,7 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
   const bool is_scale_by_points = scale.has_value();
   if (!scale && candidate.by_objects) scale = candidate.by_objects->scale;
   if (!scale && !candidate.is_near) return std::nullopt;
-  // Both poses are of one camera: s (R_current x + t_current) = R_old x' + t_old.
+  // Both poses are of the same camera: s (R_current x + t_current) = R_old x' + t_old.
   loop.old_from_current =
       Similarity(pose.cam_from_world.Inverse()) *
       Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *

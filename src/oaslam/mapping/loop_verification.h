@@ -14,13 +14,13 @@ struct LoopCandidate {
   std::optional<Similarity> by_objects = {};  // old_from_current
 };
 
-// Looks for the landmarks of the old end in the image of `current`: descriptors, P3P and a guided
-// search; where objects propose the loop, also about the pose they give, which the points must
-// confirm. Nothing where too few are found.
+// Looks for the landmarks of the old end in the image of `current` by descriptors, P3P and a guided
+// search. Where objects propose the loop, it also searches around the pose from objects, which the
+// points must confirm. Returns nothing where too few are found.
 std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
                                       const LoopCandidate& candidate, Rng& rng);
 
-// Where the similarity takes the camera of a keyframe.
+// The camera of a keyframe, moved by the similarity.
 Rigid3 MovedCamera(const Keyframe& keyframe, const Similarity& old_from_current);
 
 }  // namespace oaslam

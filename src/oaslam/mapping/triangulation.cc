@@ -52,10 +52,10 @@ std::optional<Eigen::Vector3d> Triangulated(const View& a, const View& b, double
 
 namespace {
 
-// The covisible keyframes and the few just before this one. A camera that turns fast shares few
-// landmarks with those, but much of the view.
+// The covisible keyframes, and the few just before this one: a camera that turns fast shares few
+// landmarks with them, but much of the view.
 std::vector<KeyframeId> TriangulationPartners(const Map& map, KeyframeId id, int count) {
-  constexpr uint32_t kJustBefore = 3;
+  constexpr uint32_t kJustBefore = 3;  // at 0.1 s apart; a fast turn has left the view after more
   std::vector<KeyframeId> partners = map.CovisibleKeyframes(id, count);
   for (uint32_t back = 1; back <= std::min(kJustBefore, id.value); ++back) {
     const KeyframeId before(id.value - back);
@@ -69,7 +69,7 @@ std::vector<KeyframeId> TriangulationPartners(const Map& map, KeyframeId id, int
 
 std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConfig& config,
                                                 Map& map) {
-  constexpr double kMinBaselineToDepth = 0.01;
+  constexpr double kMinBaselineToDepth = 0.01;  // 0.6 degrees of parallax at the median depth
   std::vector<LandmarkId> created;
   for (const KeyframeId neighbour : TriangulationPartners(map, id, config.covisible_neighbors)) {
     const Keyframe& here = map.keyframes.At(id);
@@ -96,8 +96,8 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConf
 }
 
 void FuseLandmarks(KeyframeId id, const MappingConfig& config, Map& map) {
-  constexpr double kRadiusPx = 3;
-  constexpr int kSecondNeighbours = 5;
+  constexpr double kRadiusPx = 3;       // the pose is adjusted already
+  constexpr int kSecondNeighbours = 5;  // of each neighbour; bounds the time
   std::vector<KeyframeId> targets = map.CovisibleKeyframes(id, config.covisible_neighbors);
   const size_t direct = targets.size();
   for (size_t i = 0; i < direct; ++i)

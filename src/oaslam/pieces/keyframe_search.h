@@ -9,10 +9,10 @@
 
 namespace oaslam {
 
-// How many keyframes are looked for; where a piece has more, they are spread evenly over it.
+// How many keyframes to look for, spread evenly over the piece where it has more.
 struct SearchEffort {
   size_t max_keyframes = 60;
-  size_t max_in_vain = 15;  // from the first one on, until one is found
+  size_t max_in_vain = 15;  // number of keyframes after which it gives up if none was found
 };
 
 struct SearchResult {

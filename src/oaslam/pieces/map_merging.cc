@@ -22,7 +22,7 @@
 namespace oaslam {
 namespace {
 
-// Two walks may share one room of many, so that all keyframes are looked for.
+// Two walks may share one room of many, so that nearly all keyframes are looked for.
 constexpr SearchEffort kEffort{.max_keyframes = 400,
                                .max_in_vain = std::numeric_limits<size_t>::max()};
 
@@ -64,7 +64,7 @@ struct Placement {
   std::optional<PieceAlignment> alignment;
 };
 
-// How a piece lies in another map, by its keyframes that are found there.
+// The place of a piece in another map, from its keyframes that are found there.
 Placement PlaceIn(const Piece& piece, const Map& world, RelocalizationMode mode,
                   const SlamConfig& config) {
   Relocalizer relocalizer(config);
@@ -89,7 +89,8 @@ struct Relation {
   std::string evidence;
 };
 
-// Looks for the keyframes of the second piece in the first one, or else the other way round.
+// Looks for the keyframes of the second piece in the first one, and if that fails the other way
+// round.
 Relation Relate(const Piece& first, const Piece& second, RelocalizationMode mode,
                 const SlamConfig& config) {
   const Placement there = PlaceIn(second, first.map, mode, config);
@@ -117,7 +118,7 @@ std::vector<FramePose> WithKeyframes(std::vector<FramePose> trajectory, const Ma
   return trajectory;
 }
 
-// The length of the way along keyframes.
+// The length of the path along keyframes.
 double LengthOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
   double length = 0;
   for (size_t i = 1; i < keyframes.size(); ++i)
@@ -156,7 +157,8 @@ MapMerging MergeMaps(const SavedMap& a, const SavedMap& b, RelocalizationMode mo
 
   Rng rng(static_cast<uint64_t>(config.runner.seed));
   merged.trajectory = here.trajectory;
-  // Where the pieces are related by one end alone, their errors grow towards the other.
+  // Twelve ties, spread over the piece: with ties at one end only, errors would grow towards the
+  // other.
   JoinPiece(joining.map, world_from_joining, config, rng, merged.map,
             {.most = 12, .are_spread = true});
   AdoptPoses(joining.trajectory, world_from_joining.scale, merged.trajectory);

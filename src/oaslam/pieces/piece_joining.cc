@@ -17,8 +17,7 @@
 namespace oaslam {
 namespace {
 
-// In an order in which the first few are spread over all of them: first, middle, quarters,
-// eighths...
+// Sorts so that any first few are spread over all: first, middle, quarters, eighths...
 std::vector<KeyframeId> Spread(const std::vector<KeyframeId>& ids) {
   std::vector<KeyframeId> spread;
   const size_t whole = std::bit_ceil(ids.size());
@@ -59,7 +58,7 @@ bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamC
 }
 
 void OptimizePiece(const SlamConfig& config, Map& map) {
-  constexpr int kIterations = 20;
+  constexpr int kIterations = 20;  // at most; joined pieces start with the error of their alignment
   if (map.keyframes.size() > 2) {
     for (const std::vector<KeyframeId>& window : AdjustmentWindows(map))
       ApplyCorrection(WindowBundleAdjustment(map, window, kIterations, config.bundle), map);

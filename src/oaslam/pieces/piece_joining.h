@@ -7,19 +7,19 @@
 
 namespace oaslam {
 
-// Loops that are closed between two pieces that were joined.
+// The loops to close between two pieces that were joined.
 struct PieceTies {
   int most = 3;
-  bool are_spread = false;  // over the whole piece, else from its first keyframe on
+  bool are_spread = false;  // over the whole piece; else at its first keyframes
 };
 
 // Adds another piece to a map (JoinMap; the two share no ids), merges objects that both contain,
-// and closes loops between keyframes of both where they see the same place. A global bundle
-// adjustment should follow where this returns true: then landmarks are shared between the pieces.
+// and closes loops between keyframes of both where they see the same place. Returns true where the
+// pieces now share landmarks; a global bundle adjustment should follow then.
 bool JoinPiece(const Map& other, const Similarity& world_from_other, const SlamConfig& config,
                Rng& rng, Map& map, const PieceTies& ties = {});
 
-// A bundle adjustment of all of a map that no session works on; objects follow.
+// Adjusts all of a map on which no session works, and refits its objects.
 void OptimizePiece(const SlamConfig& config, Map& map);
 
 }  // namespace oaslam

@@ -12,12 +12,15 @@
 namespace oaslam {
 namespace {
 
+// Of frames that agree (WeightOf): ten by points, or four such keyframes.
 constexpr int kMinWeight = 20;
-constexpr double kMinShare = 0.6;        // of the frames that must agree
-constexpr double kMaxScaleSigma = 0.06;  // relative
+constexpr double kMinShare = 0.6;  // of the frames that must agree: at a wrong place few do
+// Relative; the ties and the adjustment after joining correct such an error.
+constexpr double kMaxScaleSigma = 0.06;
 
 // A pose by points is more accurate than one by objects.
 int WeightOf(bool by_points, bool of_keyframe) {
+  // The errors of keyframes are less correlated than those of successive frames.
   return of_keyframe ? (by_points ? 5 : 2) : (by_points ? 2 : 1);
 }
 
@@ -148,15 +151,15 @@ std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory,
 
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other) {
-  // A longer step is one between two videos, or after a long time.
+  // Longer steps are between two videos, or after a pause, and tell nothing of speed.
   constexpr double kMaxSeconds = 3;
-  constexpr double kMaxTimes = 2;
+  constexpr double kMaxTimes = 2;  // faster than within the pieces
   constexpr double kHandTurn = 3,
                    kHandSpeed = 1;  // that a hand is always capable of: rad/s, depths/s
   const auto is_step = [](const Step& step) {
     return step.seconds > 0 && step.seconds <= kMaxSeconds;
   };
-  // The tolerance for the fit of the pieces, as a share of the depth and in rad.
+  // The error of the alignment of the pieces, as a share of the depth and in rad.
   constexpr double kTolerance = 0.03;
   std::vector<Passed> way;
   Append(map, trajectory, Similarity(), false, way);

@@ -28,7 +28,7 @@ struct LocatedPose {
 // The pose of a relocalized frame; nothing where it was not found.
 std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map& map);
 
-// How a piece of map lies to another, and the evidence for it.
+// The transformation between two pieces of map, and the evidence for it.
 struct PieceAlignment {
   Similarity other_from_this;
   // Frames that have a pose in both pieces: those that agree with the similarity, by points and by
@@ -51,8 +51,8 @@ class PieceLink {
   void Add(int frame_index, const LocatedPose& in_other) {
     located_.insert_or_assign(frame_index, Located{in_other, false});
   }
-  // Adds the pose of a keyframe. It counts more: keyframes share less of their view than successive
-  // frames of a video, and their errors are less alike.
+  // Adds the pose of a keyframe. It counts more than other frames, since keyframes share less of
+  // their view than successive frames and their errors are less correlated.
   void AddKeyframe(int frame_index, const LocatedPose& in_other) {
     located_.insert_or_assign(frame_index, Located{in_other, true});
   }
@@ -63,9 +63,9 @@ class PieceLink {
 
   // Whether there would be enough evidence for Align if `keyframes` more keyframes were found.
   bool CanAlign(size_t keyframes) const;
-  // Nothing while the similarity is not well determined. `map` and `trajectory` are those of this
-  // piece. Only the newest `max_frames` frames that have a pose in the other piece are used: the
-  // scale of a long piece may drift, so that they tell best where its newest frames are.
+  // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
+  // those of this piece. Uses only the newest `max_frames` frames that have a pose in the other
+  // piece: the scale of a long piece may drift, so that the newest frames place it best.
   std::optional<PieceAlignment> Align(const Map& map, std::span<const FramePose> trajectory,
                                       size_t max_frames = SIZE_MAX) const;
 
@@ -77,13 +77,13 @@ class PieceLink {
   std::map<int, Located> located_;  // by frame
 };
 
-// The poses of the last minute before `now`, which are enough to tell the usual speed of a camera.
+// The poses of the last minute before `now`, enough to know the usual speed of a camera.
 std::span<const FramePose> NewestPoses(const std::vector<FramePose>& trajectory, double now);
 
-// Whether the camera moves plausibly between two pieces that `world_from_other` brings together:
-// where frames of one piece come shortly after frames of the other, it may be neither much faster
-// nor turn much faster than within the pieces. This rejects similarities that fit at one end only
-// because a piece is bent or has a wrong scale.
+// Whether the camera moves plausibly between two pieces under `world_from_other`. From a frame of
+// one piece to a frame of the other shortly after, it may neither move nor turn much faster than
+// within the pieces. This rejects similarities that fit at one end only, because a piece is bent or
+// has a wrong scale.
 bool IsContinuous(const Map& map, std::span<const FramePose> trajectory, const Map& other,
                   std::span<const FramePose> other_trajectory, const Similarity& world_from_other);
 

@@ -28,8 +28,8 @@ bool IsLost(const Tracker::Outcome& outcome) {
 }
 
 // The poses of a piece since the last frame that was tracked in another map; none where that was
-// too long ago. (Where the scale of the piece drifts, earlier ones do not lie where the newest ones
-// tell.)
+// too long ago. Earlier poses are left out, since they may have another scale than the newest ones
+// where the piece drifts.
 std::span<const FramePose> SinceTracked(std::span<const FramePose> other,
                                         const std::vector<FramePose>& piece) {
   const auto is_tracked = [](const FramePose& p) { return p.state != TrackingState::kObjects; };
@@ -85,17 +85,16 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   return outcome;
 }
 
-// Whether to look for the camera in the main piece. After a failed attempt the next one waits,
-// while a new piece is being made to be kept.
+// Whether to look for the camera in the main piece. With mapping, while a new piece grows, it waits
+// after a failed attempt.
 bool Atlas::MayLook(const Frame& frame) const {
-  constexpr double kSeconds = 0.09;
+  constexpr double kSeconds = 0.09;  // three images at 30 Hz; searches take more time than tracking
   if (!mapping_ || !growing_ || !last_vain_look_) return true;
   return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
-// Decides, after a frame was processed in the main piece, on the piece that is made while the
-// camera is lost: it is begun, continued, joined with the main one, promoted or ended. Returns the
-// outcome to report.
+// After a frame was processed in the main piece: begins, continues, joins, promotes or ends the
+// growing piece. Returns the outcome to report.
 Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
   if (outcome.state == TrackingState::kInitializing) return outcome;
   const bool is_lost = IsLost(outcome);
@@ -103,8 +102,8 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
     lost_since_.reset();
   else if (!lost_since_)
     lost_since_ = frame.timestamp;
-  // The camera is found by points for good. While it is on probation (`outcome.located` is set) it
-  // makes no keyframes in the main map and the new piece may still be joined.
+  // The camera is found by points and has passed its probation. On probation (`outcome.located` is
+  // set) it makes no keyframes in the main map, and the new piece may still be joined.
   if (!is_lost && !outcome.located) EndGrowingPiece(frame.index);
   if (outcome.is_keyframe) waiting_.LookFor(frame, mode_, *main_);
   const bool is_lost_for_long =
@@ -129,14 +128,14 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
   return now.cam_from_world ? now : outcome;
 }
 
-// Without mapping, a new piece is a means to find the camera: many of its frames tell together
-// where it lies in the main one, which gives a pose there to each further frame. It is followed
-// until the camera has been tracked in the main piece for a while, since frames with a pose in both
-// show best how they lie to each other; then it is dropped.
+// Without mapping, a new piece serves to find the camera. Many of its frames together determine the
+// transformation to the main piece, which gives each further frame a pose there. The camera is
+// followed in the new piece until it has been tracked in the main one for a while, since frames
+// with a pose in both determine the transformation best; then the new piece is dropped.
 Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
   constexpr double kFollowed = 10;                             // seconds
   constexpr size_t kNewestLocated = 100, kMostLocated = 1000;  // frames
-  constexpr size_t kMostKeyframes = 300;
+  constexpr size_t kMostKeyframes = 300;                       // bounds the memory and the time
   if (outcome.state == TrackingState::kInitializing) return outcome;
   const bool is_lost = IsLost(outcome);
   if (is_lost || outcome.inliers < Tracker::kFewLandmarks) few_in_view_at_ = frame.timestamp;
@@ -152,7 +151,7 @@ Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome
   const Tracker::Outcome there = growing_->Process(frame, located);
   if (there.gives_up || growing_->session().failure()) BeginGrowingPiece(frame.index);
   if (!is_lost || !there.cam_from_world) return outcome;
-  // The newest frames alone may not tell the scale, as when the camera only turned.
+  // The newest frames alone may not determine the scale, for example where the camera only turned.
   std::optional<PieceAlignment> alignment = growing_->Align(kNewestLocated);
   if (!alignment) alignment = growing_->Align(kMostLocated);
   if (!alignment) return outcome;
@@ -188,7 +187,7 @@ void Atlas::EndGrowingPiece(int frame_index) {
   if (mapping_) main_->SkipIds(free_ids_, frame_index);
 }
 
-// Joins the new piece with the main one; false where the transformation is not known yet.
+// Joins the growing piece with the main one; false where the transformation is not known yet.
 bool Atlas::JoinGrowingPiece(int frame_index) {
   if (!growing_->Align()) return false;
   Session& found = growing_->session();
@@ -209,7 +208,7 @@ bool Atlas::JoinGrowingPiece(int frame_index) {
   return true;
 }
 
-// The piece made while the camera was lost is now larger than the main one and replaces it.
+// Makes the growing piece, now larger than the main one, the main piece.
 void Atlas::PromoteGrowingPiece() {
   Park(*main_);
   End(std::exchange(main_, growing_->TakeSession()));
@@ -217,8 +216,8 @@ void Atlas::PromoteGrowingPiece() {
   main_number_ = ++last_number_;
 }
 
-// A live camera does not wait for the end of an adjustment in the background, which takes some
-// tenths of a second.
+// Ends a session. In live mode another thread does that, since a background adjustment takes some
+// tenths of a second to stop and the camera must not wait for it.
 void Atlas::End(std::unique_ptr<Session> session) {
   if (config_.runner.mode == RunnerMode::kLive)
     ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
@@ -250,14 +249,14 @@ std::vector<Piece> Atlas::Others() {
   return others;
 }
 
-// Whether the user needs poses in the frame of the main piece: it was loaded, has anchors, or is in
-// metres by the user's word.
+// Whether the user needs poses in the frame of the main piece: it was loaded, has anchors, or was
+// scaled to metres by the user.
 bool Atlas::MustStayMain() const {
   const Map& map = *main_->snapshot();
   return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric;
 }
 
-// Where a waiting piece is larger than the main one, they change places.
+// Exchanges the main piece with a larger waiting one, if there is one.
 void Atlas::PromoteLargest() {
   if (MustStayMain()) return;
   auto largest = waiting_.TakeLargest(main_->snapshot()->keyframes.size());
@@ -269,7 +268,7 @@ void Atlas::PromoteLargest() {
   main_number_ = largest->number;
 }
 
-// Tracks the frames without a pose once more. Those that are found may link a piece that waits.
+// Tracks the frames without a pose once more. Those that are found may link a waiting piece.
 void Atlas::LookBack() {
   const int found =
       main_->LookBack(passed_.All(), [&](const Map& map, const std::vector<FramePose>& trajectory) {

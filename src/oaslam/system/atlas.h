@@ -15,24 +15,23 @@
 
 namespace oaslam {
 
-// All pieces of map of a run. There is the main piece, in whose frame poses are reported; while the
-// camera is lost there, a new piece that is being made; and pieces that wait until their place in
-// one of the others is known. Pieces are joined as soon as enough frames have a pose in both, by
-// points or objects; none is thrown away. That is so with mapping; without, a new piece is made
-// only to find the camera (PlaceByGrowingPiece), and dropped.
-// - While the camera is tracked in the main piece, no other piece is being made.
-// - Once it has been lost there for longer than GrowingPiece::kPatience, a new piece is begun,
-// while the camera is still looked for in the main one, after a failed attempt at most every 0.09
-// s.
-// - While frames are found in the main piece by objects only, or by points on probation, both go on
-// until the transformation between them is known; then they are joined.
-// - Once the camera is found in the main piece for good, or is lost in the new piece, too, the new
-// piece waits. Where the new piece has become larger than the main one, it takes its place and the
-// main one waits.
+// All pieces of map of a run: the main piece, in whose frame poses are reported; while the camera
+// is lost there, a growing piece; and waiting pieces, whose place in the others is not known yet.
+// Two pieces are joined as soon as enough frames have a pose in both, by points or objects. No
+// piece is dropped with mapping; without mapping, a piece grows only to find the camera
+// (PlaceByGrowingPiece), and is dropped then.
+// - While the camera is tracked in the main piece, no other piece grows.
+// - Once it has been lost there for longer than GrowingPiece::kPatience, a new piece begins. The
+//   camera is still looked for in the main piece, after a failed attempt at most every 0.09 s.
+// - While frames are found in the main piece by objects only, or by points on probation, both
+//   pieces are kept up until the transformation between them is known; then they are joined.
+// - Once the camera is found in the main piece and passes its probation, or is lost in the new
+//   piece, too, the new piece waits. A new piece that has become larger than the main one takes its
+//   place, and the main one waits.
 class Atlas {
  public:
-  // `is_loaded`: the camera is looked for in `map`, and no initial map is made. No two of the
-  // pieces share an id.
+  // `is_loaded`: the camera is looked for in `map`, and no initial map is made. No two pieces share
+  // an id.
   Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
 
   // Tracks the next frame.
@@ -43,15 +42,15 @@ class Atlas {
   // Joins the pieces that can be joined, tracks frames without a pose once more (not in live mode),
   // and waits for the last optimisation. Without mapping the map does not change.
   void Finish();
-  // The exception that ended the mapping of any piece (MapPipeline); null while mapping goes on.
-  // From then on no frame is mapped and no piece is lost; Finish may still join and optimise pieces
-  // whose own mapping works.
+  // The exception that ended the mapping of any piece (MapPipeline); null while mapping works. From
+  // then on no frame is mapped, but all pieces are kept, and Finish may still join and optimise
+  // those whose own mapping works.
   std::exception_ptr failure();
 
   void SetRelocalizationMode(RelocalizationMode mode);
   void SetMapping(bool enabled);
   void ForceRelocalization(const std::optional<Rigid3>& near);
-  // Makes the metre the unit of the main piece.
+  // Scales the main piece to metres.
   void SetMetresPerUnit(double metres);
   void SetClassRelations(const ClassRelations& relations);
 
@@ -62,8 +61,8 @@ class Atlas {
   const Session& main() const { return *main_; }
   // The number of the main piece, in whose frame poses are reported. Each piece has its own number.
   int main_number() const { return main_number_; }
-  // All pieces but the main one, that with the most keyframes first. Waits for the mapping of the
-  // one that is being made.
+  // All pieces but the main one, by descending number of keyframes. Waits for the mapping of the
+  // growing one.
   std::vector<Piece> Others();
 
  private:
@@ -86,9 +85,10 @@ class Atlas {
   bool mapping_ = true;
   bool is_loaded_ = false;
   std::unique_ptr<Session> main_;
-  std::optional<GrowingPiece> growing_;  // while the camera is lost; without mapping, or nearly
-  std::optional<double> lost_since_;     // time stamp, seconds; with mapping
-  // Time stamp, seconds, at which few landmarks were in view last, or none; without mapping.
+  // While the camera is lost; without mapping, already when few landmarks are in view.
+  std::optional<GrowingPiece> growing_;
+  std::optional<double> lost_since_;  // time stamp, seconds; with mapping
+  // Time stamp, seconds, of the last frame with few landmarks in view, or none; without mapping.
   std::optional<double> few_in_view_at_;
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;

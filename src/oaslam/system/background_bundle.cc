@@ -8,7 +8,7 @@ BackgroundBundle::BackgroundBundle(const Map& map, std::vector<KeyframeId> windo
                                    const BundleConfig& config, int frame_index,
                                    const WindowAdjustment& adjust)
     : begun_at_(frame_index), work_(new Work{map, std::move(window), {}, nullptr, false}) {
-  constexpr int kIterations = 20;
+  constexpr int kIterations = 20;  // at most; after a loop the start is far from the minimum
   thread_ = std::jthread([work = work_.get(), config, adjust](const std::stop_token& stop) {
     try {
       work->correction = adjust(work->map, work->window, kIterations, config, stop);

@@ -7,8 +7,8 @@
 #include "oaslam/system/tracker.h"
 #include "oaslam/util/median.h"
 
-// Tracking from frame to frame: the predicted pose, the search for the actual one, and the state
-// kept for the next frame.
+// Tracking from frame to frame: predicts the pose, searches for the actual one, and keeps the state
+// for the next frame.
 namespace oaslam {
 namespace {
 
@@ -35,11 +35,11 @@ double PredictionError(const Frame& frame, const Map& map, const TrackReport& tr
   }
   return errors.empty() ? 0 : Median(std::move(errors)) / frame.features->pyramid.working_pixel();
 }
-constexpr double kProbation = 0.5;    // seconds
-constexpr double kMotionWindow = 15;  // smallest search radius, pixels of the lowest level
-constexpr double kErrorsSearched = 4;
-// Poses are refined after this many frames; until then the matches of a frame are
-// kept, about 5 KB each.
+constexpr double kProbation = 0.5;     // seconds, in which a false pose should fail
+constexpr double kMotionWindow = 15;   // smallest search radius, pixels of the lowest level
+constexpr double kErrorsSearched = 4;  // times the last prediction error: the search radius
+// Poses are refined after this many frames (5 s at 30 Hz), when the map around them has settled;
+// until then the matches of a frame are kept, about 5 KB each.
 constexpr int kRefineAfter = 150;
 
 }  // namespace
@@ -54,11 +54,12 @@ TrackDemands Tracker::Demands(const Frame& frame) const {
   return demands;
 }
 
-// The least spread of landmarks in the image that a pose needs. With a few landmarks in one corner
-// of the image, a rotation cannot be told from a sideways motion, and the scale of the map drifts.
-// Where landmarks have been few and close together for seconds, as on an object on a plain table,
-// less spread is demanded.
+// The least spread of landmarks in the image that a pose needs. A few landmarks in one corner of
+// the image cannot tell a rotation from a sideways motion, so that the scale of the map drifts.
+// Less spread is demanded where landmarks have been few and close together for seconds, as on an
+// object on a plain table.
 double Tracker::LeastSpread() const {
+  // Of the usual spread; set on the doorways of the flat (docs/lab/tracking.md).
   constexpr double kShare = 0.1;
   constexpr double kEnough = 0.36;  // e.g. a hundred landmarks in a fifth of the image's width
   return takes_thin_evidence_ ? 0 : std::min(kShare * usual_spread_, kEnough);
@@ -70,7 +71,7 @@ bool Tracker::IsOnProbation(const Frame& frame) const {
 
 Rigid3 Tracker::Predict(const Rigid3& last_pose, double timestamp) const {
   if (!motion_) return last_pose;
-  constexpr double kMaxSteps = 3;
+  constexpr double kMaxSteps = 3;  // after a longer gap the motion tells nothing
   const double steps = std::min((timestamp - last_->frame.timestamp) / motion_->seconds, kMaxSteps);
   return Fraction(motion_->cam_from_before, steps) * last_pose;
 }
@@ -132,7 +133,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
   } else {
     motion_.reset();
   }
-  constexpr double kSpreadSeconds = 3;
+  constexpr double kSpreadSeconds = 3;  // time constant of usual_spread_
   const double seconds = last_ ? std::abs(frame.timestamp - last_->frame.timestamp) : 0;
   usual_spread_ = usual_spread_ > 0 ? std::lerp(tracked.spread, usual_spread_,
                                                 std::exp(-seconds / kSpreadSeconds))

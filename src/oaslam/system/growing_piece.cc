@@ -22,7 +22,7 @@ void GrowingPiece::AddDetections(int frame_index, const std::vector<ObjectDetect
 }
 
 std::optional<PieceAlignment> GrowingPiece::Align(size_t max_frames) const {
-  constexpr size_t kMinKeyframes = 5;
+  constexpr size_t kMinKeyframes = 5;  // smaller maps have hardly any parallax
   const Map& map = *session_->snapshot();
   if (lost_since_ || map.keyframes.size() < kMinKeyframes) return std::nullopt;
   return to_old_.Align(map, session_->tracker().trajectory(), max_frames);

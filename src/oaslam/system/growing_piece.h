@@ -13,10 +13,10 @@
 
 namespace oaslam {
 
-// While the camera is lost in the old map, a new map is begun and the camera is tracked in it by
-// points. It is also looked for in the old map, mostly by objects. Once enough frames are found
-// there and agree, the transformation between the maps is known much better than the pose of
-// any single frame (paper, section "Application to AR": resuming SLAM).
+// A new map in which the camera is tracked by points while it is lost in the old one. It is also
+// looked for in the old map, mostly by objects. Once enough frames are found there and agree, the
+// transformation between the maps is known much better than the pose of any single frame (paper,
+// section "Application to AR": resuming SLAM).
 class GrowingPiece {
  public:
   // `empty`: a map without content, with the cameras and class relations of the old one.
@@ -31,12 +31,12 @@ class GrowingPiece {
                      const std::optional<LocatedPose>& in_old);
   bool IsInitializing() const { return session_->tracker().IsInitializing(); }
 
-  // Whether the camera has been lost in the new map, too, for longer than kPatience.
+  // Whether the camera has also been lost in the new map for longer than kPatience.
   bool IsLost(double now) const { return lost_since_ && now - *lost_since_ >= kPatience; }
   static constexpr double kPatience = 0.33;  // seconds; most losses are shorter
 
-  // How the new map lies to the old one, once that is well determined and while the camera is
-  // tracked in the new map (PieceLink::Align).
+  // The transformation between the maps (PieceLink::Align), once it is well determined and while
+  // the camera is tracked in the new map.
   std::optional<PieceAlignment> Align(size_t max_frames = SIZE_MAX) const;
 
   Session& session() { return *session_; }

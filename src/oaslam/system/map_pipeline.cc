@@ -41,7 +41,7 @@ void MapPipeline::Apply(const MapCommand& command) {
   }
 }
 
-// From now on every waiting call gets the newest map.
+// Ends the mapping. Waiting calls return with the newest map.
 void MapPipeline::Fail(std::exception_ptr failure) {
   {
     const std::scoped_lock lock(mutex_);
@@ -73,7 +73,7 @@ void MapPipeline::Work(std::stop_token stop) {
 }
 
 std::shared_ptr<const Map> MapPipeline::WaitFor(uint64_t sequence) {
-  std::vector<Published> outdated;  // freed after the lock
+  std::vector<Published> outdated;  // destroyed after the lock is released
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return published_.back().sequence >= sequence; });
   while (published_.front().sequence < sequence) {

@@ -16,16 +16,16 @@ namespace oaslam {
 // Carries map commands from the tracker to the mapper, and snapshots of the map back. Sequential:
 // the mapper works inside Submit. Lockstep: the mapper has its own thread, and the tracker of frame
 // k gets exactly the snapshot that contains the commands of frames up to k - lag, so that results
-// are the same on every run. Live: the mapper has its own thread and the tracker gets the newest
-// snapshot; the tracker makes no keyframe while the last one is not in the map yet, which keeps the
-// queue short, and the queue is bounded in any case. An exception while the mapper works (memory
-// runs out, an invariant is violated) ends the mapping, not the program: the map stays as it was
-// before the command that failed, later commands are dropped, and no call waits any longer.
+// are the same on every run. Live: the mapper has its own thread, and the tracker gets the newest
+// snapshot. The tracker makes no keyframe before the last one is in the map, which keeps the queue
+// short; kMaxQueued bounds it in any case. An exception of the mapper (memory runs out, an
+// invariant is violated) ends the mapping, not the program: the map stays as it was before the
+// command that failed, later commands are dropped, and no call waits any longer.
 class MapPipeline {
  public:
   MapPipeline(const SlamConfig& config, Map map);
 
-  static constexpr size_t kMaxQueued = 8;
+  static constexpr size_t kMaxQueued = 8;  // bounds how old the tracker's map may be
 
   // Submits a command; blocks while kMaxQueued commands are queued. With `wait`, every snapshot
   // from now on contains the command, in any mode.
@@ -34,14 +34,14 @@ class MapPipeline {
   // The snapshot for the tracker of a frame.
   std::shared_ptr<const Map> SnapshotFor(int frame_index);
 
-  // The exception that has ended the mapping; null while it goes on.
+  // The exception that ended the mapping; null while it works.
   std::exception_ptr failure();
 
   // Waits for all commands, runs the last optimisation, and returns the map.
   std::shared_ptr<const Map> Finish();
-  // Waits for all commands, and takes their result for the tracker.
+  // Waits for all commands and returns the map, which the tracker sees from then on.
   std::shared_ptr<const Map> Newest();
-  // The same for another reader: the tracker gets no other snapshots than without this call.
+  // The same for another reader: does not change which snapshots the tracker gets.
   std::shared_ptr<const Map> Mapped();
 
   size_t QueueLength();

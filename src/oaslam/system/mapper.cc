@@ -63,7 +63,7 @@ void Mapper::ScaleToMetres(double metres_per_unit, int frame_index) {
 void Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = map_.keyframes.Ids();
-  // An adjustment that began before the piece came would leave it where it is.
+  // A background adjustment that began before the piece came would not move its keyframes.
   const bool is_outdated = IsLive() && background_bundle_;
   if (is_tied || is_outdated) AdjustInBackground(frame_index);
 }
@@ -86,7 +86,7 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
 
 void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
   if (!config_.mapping.loop_closing) return;
-  constexpr uint32_t kMinKeyframesBetween = 10;
+  constexpr uint32_t kMinKeyframesBetween = 10;  // the adjustment after a loop must settle first
   if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
   if (!loop) return;
@@ -104,7 +104,7 @@ void Mapper::AdjustInBackground(int frame_index) {
   BeginNextWindow(frame_index);
 }
 
-// To end takes an adjustment some tenths of a second, for which a live camera does not wait.
+// Stopping an adjustment takes some tenths of a second. In live mode another thread waits for that.
 void Mapper::DropBackgroundBundle() {
   if (IsLive() && background_bundle_)
     ending_ = std::jthread([bundle = std::move(background_bundle_)]() mutable { bundle.reset(); });
@@ -120,24 +120,26 @@ void Mapper::BeginNextWindow(int frame_index) {
                                                           frame_index, adjust_);
 }
 
-// Whether the background bundle adjustment is applied now. In live mode that is with the first
-// keyframe after it is ready: nothing waits for it, and while the camera is lost, which makes no
-// keyframe then, the map stays where it is. Else a fixed number of frames after its start, so that
+// Whether to apply the background bundle adjustment now. Live: with the first keyframe after it is
+// ready, so that nothing waits for it, and the map does not move while the camera is lost, since a
+// lost camera makes no keyframes. Otherwise a fixed number of frames after its start, so that
 // results are the same on every run.
 bool Mapper::IsAdjustmentDue(const MapCommand& command) const {
-  constexpr int kFrames = 30;  // the mapper waits for it where it takes longer
+  // 1 s at 30 Hz; if the adjustment takes longer, the mapper waits for it.
+  constexpr int kFrames = 30;
   if (!background_bundle_) return false;
   if (IsLive()) return command.keyframe && background_bundle_->IsReady();
   return command.adopt_adjustment ||
          command.frame_index >= background_bundle_->begun_at() + kFrames;
 }
 
-// Returns whether the background bundle adjustment has moved the map.
+// Applies the background bundle adjustment if it is due. Returns whether it has moved the map.
 bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   if (!IsAdjustmentDue(command)) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
-  // The other windows wait for the next keyframe where nothing may move the map for now.
+  // With adopt_adjustment the map must not move for now: the next window starts at the next
+  // keyframe.
   if (!command.adopt_adjustment) BeginNextWindow(command.frame_index);
   return true;
 }
@@ -145,7 +147,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 void Mapper::Finish() {
   background_bundle_.reset();  // the adjustment below replaces it
   windows_.clear();
-  constexpr int kIterations = 20;
+  constexpr int kIterations = 20;  // at most; the start may be far from the minimum after a loop
   if (map_.keyframes.size() <= 2) return;
   for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))
     ApplyCorrection(WindowBundleAdjustment(map_, window, kIterations, config_.bundle), map_);

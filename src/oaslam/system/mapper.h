@@ -23,13 +23,13 @@ struct JoiningMap {
   Similarity world_from_map;
 };
 
-// The changes that the tracker requests of the mapper after a frame.
+// The changes of the map that the tracker requests after a frame.
 struct MapCommand {
   int frame_index = 0;
   // New landmarks get this id or a higher one.
   uint32_t first_landmark = 0;
-  // Wait for the bundle adjustment in the background and apply it, so that nothing moves the map
-  // later. In live mode nothing waits for it; the map does not move until its next keyframe.
+  // Waits for the background bundle adjustment and applies it, so that nothing moves the map later.
+  // Live mode does not wait; the map does not move until its next keyframe.
   bool adopt_adjustment = false;
   std::optional<ClassRelations> classes;
   // Replaces all anchors.
@@ -38,17 +38,17 @@ struct MapCommand {
   // Replaces the map by this one, which was made from it.
   std::shared_ptr<const Map> successor;
   std::optional<JoiningMap> joining;
-  // Makes the metre the unit of the map; the tracker, too, must change its unit.
+  // Scales the map to metres; the caller must scale the tracker, too.
   std::optional<double> metres_per_unit;
   std::optional<KeyframeInsertion> keyframe;
   std::vector<LandmarkUse> uses;
   std::vector<ObjectSighting> sightings;  // since the previous command, in order of frames
 };
 
-// The one writer of the map.
+// Applies commands to the map; nothing else writes it.
 class Mapper {
  public:
-  // `adjust` is what the background does after a loop; tests replace it.
+  // `adjust`: the background bundle adjustment after a loop, which tests replace.
   Mapper(const SlamConfig& config, Map map, WindowAdjustment adjust = WindowBundleAdjustment)
       : config_(config),
         map_(std::move(map)),
@@ -61,7 +61,7 @@ class Mapper {
   // A last optimisation over everything.
   void Finish();
 
-  // A snapshot of the map as it is now; it shares unchanged memory with later ones.
+  // A snapshot of the map, which shares unchanged memory with later ones.
   std::shared_ptr<const Map> Publish();
 
  private:
@@ -86,7 +86,7 @@ class Mapper {
   KeyframeId last_loop_;                                 // keyframe that closed the last loop
   std::unique_ptr<BackgroundBundle> background_bundle_;  // after a loop
   std::vector<std::vector<KeyframeId>> windows_;         // still to be adjusted, the next one last
-  std::jthread ending_;  // waits for an adjustment that is no longer wanted
+  std::jthread ending_;  // stops an adjustment that is no longer needed
 };
 
 }  // namespace oaslam

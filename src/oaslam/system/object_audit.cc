@@ -7,7 +7,7 @@ namespace oaslam {
 
 void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Map& map,
                       const ObjectsConfig& config) {
-  // Single images, whose time stamps do not ascend, each count as much as an image of a video.
+  // Single images have no ascending time stamps; each counts as much as an image of a video.
   const bool follows = last_time_ && frame.timestamp > *last_time_;
   const double interval = follows ? frame.timestamp - *last_time_ : kVideoInterval;
   last_time_ = frame.timestamp;

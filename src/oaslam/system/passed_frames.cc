@@ -5,8 +5,9 @@
 namespace oaslam {
 namespace {
 
-constexpr size_t kMaxKept = 1200, kMaxRecent = 150;  // frames of about 50 KB
-// Frames kept on either side of a gap: they may have poses in two pieces and link them.
+constexpr size_t kMaxKept = 1200, kMaxRecent = 150;  // frames of about 50 KB, 60 MB in all
+// Frames kept on either side of a gap, 1 s at 30 Hz: they may have poses in two pieces and link
+// them.
 constexpr int kBeside = 30;
 
 }  // namespace

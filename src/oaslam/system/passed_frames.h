@@ -24,7 +24,7 @@ class PassedFrames {
     bool is_tracked = false;
   };
   std::deque<Passed> kept_, recent_;
-  std::optional<int> last_lost_;  // the newest frame not tracked, among those older than `recent_`
+  std::optional<int> last_lost_;  // the newest frame older than `recent_` that was not tracked
 };
 
 }  // namespace oaslam

@@ -86,7 +86,7 @@ int Session::Extend(const Way& way, size_t first, size_t last, bool on_thin_evid
 
 // Whether a frame that has a pose gets the same pose when it is tracked from the last frame.
 bool Session::AgreesWith(const Frame& frame) const {
-  constexpr double kMaxDistance = 0.1, kMaxAngle = 0.05;  // of the depth; rad
+  constexpr double kMaxDistance = 0.1, kMaxAngle = 0.05;  // of the depth; rad: drift over a gap
   Tracker tracker = tracker_;
   const std::optional<Rigid3> known = tracker.PoseOf(frame.index, *snapshot_);
   const std::optional<Tracker::Outcome> followed = tracker.Extend(frame, *snapshot_);
@@ -97,10 +97,10 @@ bool Session::AgreesWith(const Frame& frame) const {
          known->rotation.angularDistance(followed->cam_from_world->rotation) < kMaxAngle;
 }
 
-// Tracks the frames of each gap, from the frame with a pose in front of it, in a copy of the
-// session. The result is dropped where it reaches the end of the gap and disagrees with the pose
-// known there. With `is_confirmed` less evidence is accepted for each frame, and the result must
-// either reach the end of the gap and agree, or be confirmed.
+// Tracks the frames of each gap in a copy of the session, from the last frame with a pose before
+// it. Drops the result where it reaches the end of the gap and disagrees with the pose there. With
+// `is_confirmed`, each frame needs less evidence, but the result must either reach the end of the
+// gap and agree, or be confirmed.
 int Session::FollowAlong(const Way& way, const Confirmation* is_confirmed) {
   int found = 0;
   const auto is_tracked = [&](const Frame* frame) { return tracker_.HasTracked(frame->index); };

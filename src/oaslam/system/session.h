@@ -28,28 +28,27 @@ class Session {
   }
   // Submits a command, waits until the mapper has applied it, and takes the resulting map.
   void SubmitAndWait(MapCommand command);
-  // Waits for all commands submitted, and except in live mode for the bundle adjustment in the
-  // background, and takes the resulting map, which does not move before its next keyframe.
+  // Waits for all commands submitted and, except in live mode, for the background bundle
+  // adjustment. Takes the resulting map, which does not move before its next keyframe.
   // `frame_index`: the newest frame.
   void FinishAdjustment(int frame_index);
-  // Multiplies all lengths of the map and of what the tracker knows, once everything seen is in the
-  // map, whose unit is the metre from then on. `frame_index`: the newest frame.
+  // Waits until everything seen is in the map, then scales map and tracker to metres.
+  // `frame_index`: the newest frame.
   void ScaleToMetres(double factor, int frame_index);
-  // Adds another piece to the map and waits until the mapper has done so. Returns false if mapping
-  // has ended before.
+  // Adds another piece to the map and waits for the mapper. Returns false where mapping has failed.
   bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
-  // Decides whether independent evidence supports frames that were tracked on thin evidence; it is
-  // given the map and trajectory that contain them.
+  // Decides whether independent evidence supports frames that were tracked on thin evidence. Gets
+  // the map and trajectory that contain them.
   using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
-  // Tracks frames once more that have no pose, with mapping, from both ends of each gap: first with
-  // the usual evidence, then with less, in which case the result must agree with the known pose at
+  // Tracks frames without a pose once more, with mapping, from both ends of each gap. The first
+  // attempt needs the usual evidence. The second needs less, but must agree with the known pose at
   // the other end of the gap or be confirmed. `frames` are in order and may have gaps. Returns how
   // many frames got a pose.
   int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
   // Submits the remaining observations and waits for the last optimisation, which is omitted
   // without mapping.
   void Finish();
-  // The exception that ended the mapping (MapPipeline); null while mapping goes on.
+  // The exception that ended the mapping (MapPipeline); null while mapping works.
   std::exception_ptr failure() { return failure_ ? failure_ : pipeline_.failure(); }
 
   Tracker& tracker() { return tracker_; }
@@ -62,7 +61,7 @@ class Session {
   void SkipIds(const NextIds& ids, int frame_index);
   // Waits for all commands submitted and returns the map that contains them.
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
-  // The same, and the tracker goes on as without this call.
+  // The same without effect on the tracker.
   std::shared_ptr<const Map> Mapped() { return pipeline_.Mapped(); }
 
  private:

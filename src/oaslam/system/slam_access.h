@@ -18,8 +18,7 @@ class SlamAccess {
   static FrameView View(const Slam& slam);
   // Slam::Load of a map that is in memory: shares it.
   static void Load(Slam& slam, const IndexedMap& map);
-  // A number that tells the map that a Slam has begun with, by Load, Reset or from nothing, from
-  // all others.
+  // A number that changes whenever a Slam begins with another map: by construction, Load or Reset.
   static uint64_t BeginningOf(const Slam& slam);
   // The names of classes.
   static const ClassNames& NamesOf(const Slam& slam);

@@ -19,8 +19,8 @@
 
 namespace oaslam {
 
-// The pieces of map, and what goes on around them: settings, class names, numbers of frames, and
-// the states that other threads read.
+// The pieces of map, with the settings, the class names, the numbers of frames, and the states that
+// other threads read.
 class OASLAM_LOCAL Slam::Impl {
  public:
   Impl(const SlamConfig& config, const Camera& camera);
@@ -31,7 +31,7 @@ class OASLAM_LOCAL Slam::Impl {
   // Begins with another map; the settings stay. Throws before anything is changed.
   void Begin(SavedMap saved);
 
-  // Throws if mapping has ended, for functions that would change the map.
+  // For functions that would change the map: throws MappingError where mapping has failed.
   void ExpectMapping();
 
   TrackingResult Process(const ImageInput& input);
@@ -52,8 +52,8 @@ class OASLAM_LOCAL Slam::Impl {
   MapSnapshot Snapshot() const {
     return snapshots_.Of(session().snapshot(), class_names_, first_index_);
   }
-  // Shows other threads the map after a change that no image has made, with the newest image's pose
-  // in it.
+  // Posts the map to other threads after a change by another call than Process, with the newest
+  // image's pose in it.
   void PostChange();
 
   SlamConfig config_;
@@ -71,7 +71,7 @@ class OASLAM_LOCAL Slam::Impl {
   uint64_t beginning_ = 0;  // SlamAccess::BeginningOf
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool is_mapping_ = true;
-  // Whether the reason why mapping has ended was thrown already.
+  // Whether a call has thrown the MappingError already.
   bool has_told_failure_ = false;
   ObjectAudit audit_;
   int first_index_ = 0, next_index_ = 0;  // frames of a loaded map have smaller indices

@@ -39,7 +39,7 @@ class OASLAM_LOCAL SlamStates::Board {
   }
   std::shared_ptr<const SlamState> WaitForNext(const std::shared_ptr<const SlamState>& last,
                                                std::chrono::milliseconds timeout) const {
-    // The clock cannot count much further.
+    // The clock's counter would overflow at longer waits.
     constexpr std::chrono::milliseconds kLongest = std::chrono::years(100);
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, std::clamp(timeout, std::chrono::milliseconds(0), kLongest),

@@ -46,7 +46,8 @@ Tracker::Outcome Tracker::PassOver(const Frame& frame) {
 }
 
 void Tracker::Take(const Frame& frame) {
-  constexpr size_t kMaxUndetected = 120;  // frames, some 50 KB each
+  // Frames of some 50 KB; 4 s at 30 Hz, which bounds the memory.
+  constexpr size_t kMaxUndetected = 120;
   if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
   newest_ = frame;
@@ -168,7 +169,8 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 
-// A pose that is not sure enough to build on is reported only without mapping, and not kept.
+// A pose too uncertain for tracking.max_object_sigma is reported only without mapping, and not
+// kept.
 Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
                                            const Relocalization& found) {
   const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
@@ -188,7 +190,7 @@ Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
 // Confirms a pose that was found by points in the local map.
 TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
                                 const Relocalization& found) const {
-  constexpr double kWiderSearch = 2;
+  constexpr double kWiderSearch = 2;  // the error of a pose by relocalization
   TrackReport first;
   first.success = true;
   first.cam_from_world = found.cam_from_world;

@@ -41,16 +41,16 @@ class Tracker {
     bool map_required = false;
     bool is_urgent = false;  // the next frame must see a map that contains the command
     bool is_keyframe = false;
-    // The camera is lost and the map is too small to find it again there: a new tracker should
-    // begin with an empty map.
+    // The camera is lost and the map is too small to find it again: the caller should begin a new
+    // tracker with an empty map.
     bool gives_up = false;
 
     static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched,
                            int inliers);
   };
 
-  // Where fewer landmarks than this are in view, all key points are matched with the last image as
-  // well, and the camera may be lost soon.
+  // With fewer landmarks in view, the camera may soon be lost, and the pose is strengthened by
+  // matches of all key points with the last image.
   static constexpr int kFewLandmarks = 200;
 
   // `map_is_loaded`: the tracker begins as lost in a map that exists already, and does not
@@ -65,19 +65,19 @@ class Tracker {
   void Use(std::shared_ptr<const LandmarkIndex> index) { relocalizer_.Use(std::move(index)); }
 
   Outcome Track(const Frame& frame, const Map& map);
-  // Takes note of a frame without looking for the lost camera in it.
+  // Records a frame without looking for the lost camera in it.
   Outcome PassOver(const Frame& frame);
-  // Reports a pose, known from other sources than points of this map, for this frame only: tracking
-  // does not continue from it. The newest frame, in which the camera is lost.
+  // Reports a pose from another source than points of this map for the newest frame, in which the
+  // camera is lost. Tracking does not continue from it.
   Outcome ShowPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world);
-  // Takes over the initial map that Track asked for. Where the mapper refused it, the tracker goes
-  // on initialising.
+  // Takes over the initial map that Track asked for, or continues to initialise where the mapper
+  // refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
 
-  // Detections of a frame that was given without them (Frame::detections_follow). A frame with a
-  // pose: the detections are associated with objects at the pose it has by now. A frame in which
-  // the camera was lost and since which it still is: the frame is relocalized by them, and tracking
-  // goes on from there. Frames ascend. Returns nothing where the frame is too old.
+  // Detections of a frame that was given without them (Frame::detections_follow). If the frame has
+  // a pose, they are associated with objects at its present pose. If the camera was lost in it and
+  // still is, they relocalize the frame, and tracking continues from there. Frames ascend. Returns
+  // nothing where the frame is too old.
   std::optional<Outcome> AddDetections(int frame_index, std::vector<ObjectDetection> detections,
                                        const Map& map);
 
@@ -91,19 +91,19 @@ class Tracker {
   NextIds next_ids() const { return {next_keyframe_, 0, object_tracks_.next_object}; }
   void SkipIds(const NextIds& ids);
 
-  // For following frames once more after the end of a video (Session::LookBack). TakeUp continues
-  // from a frame that has a pose by points; Extend then follows frame after frame, forward or
-  // backward in time. Keyframes are made as usual; objects are not observed. `on_thin_evidence`: a
-  // few landmarks that lie close together in the image are enough. TakeUp returns false where the
-  // frame has no such pose or it cannot be confirmed.
+  // For tracking frames once more after the end of a video (Session::LookBack). TakeUp starts at a
+  // frame that has a pose by points, and returns false where there is none or it cannot be
+  // confirmed; Extend then tracks frame after frame, forward or backward in time. Keyframes are
+  // made as usual; objects are not observed. `on_thin_evidence`: a few landmarks that lie close
+  // together in the image are enough.
   bool TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence);
-  // Returns nothing where the frame cannot be followed.
+  // Returns nothing where the frame cannot be tracked.
   std::optional<Outcome> Extend(const Frame& frame, const Map& map);
   // Whether a frame has a pose by points.
   bool HasTracked(int frame_index) const;
   // cam_from_world of a frame, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
-  // Takes over the results of a copy of this tracker that followed frames once more.
+  // Takes over the results of a copy of this tracker that tracked frames once more.
   void Learn(Tracker other);
 
   // What a viewer shows of the newest frame; the caller adds the map.
@@ -111,7 +111,7 @@ class Tracker {
   // Makes the tracker lose its pose, if it has one: the next frame is relocalized. `near`: where
   // the camera may be, world_from_cam; it is looked for there first until it is found.
   void ForceRelocalization(const std::optional<Rigid3>& near);
-  // Goes on in the same map after all of its lengths were multiplied by `factor`.
+  // Continues in the same map after all of its lengths were multiplied by `factor`.
   void Scale(double factor);
 
   // The outcome of the newest frame, computed again with `map`; lost where the
@@ -124,10 +124,10 @@ class Tracker {
   bool IsMapping() const { return mapping_; }
   // Removes and returns the observations of landmarks and objects since the last command.
   MapCommand TakeRest();
-  // Poses of all frames so far, relative to keyframes of the map or retired from it.
+  // Poses of all frames so far, relative to keyframes of the map or retired ones.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
-  // Refines the poses of frames that are not refined yet, against the finished map, and tracks the
-  // lost frames before the last relocalization if that is proven.
+  // Refines the poses of frames that are not refined yet against the finished map, and tracks the
+  // lost frames before the last relocalization if that has passed its probation.
   void RefineTrajectory(const Map& map);
 
  private:
@@ -141,7 +141,7 @@ class Tracker {
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
-  // Whether a camera that was where it was seen last can be there by now (IsContinuous).
+  // Whether the camera can have moved from its last pose to this one (IsContinuous).
   bool CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const;
   Outcome FindLate(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
@@ -196,8 +196,8 @@ class Tracker {
     TrackedFrame tracked;
     bool has_pose = false;  // by points
   };
-  // After a relocalization the lost frames before it are tracked backwards in time: the last frame
-  // that was reached.
+  // After a relocalization the lost frames before it are tracked backwards in time. This is the
+  // last frame reached.
   struct Backfill {
     std::shared_ptr<const Features> features;
     TrackReport after;
@@ -229,7 +229,8 @@ class Tracker {
   std::optional<int> relocalized_frame_;  // the newest frame at the last relocalization by points
   double relocalized_time_ = 0;
   bool takes_thin_evidence_ = false;
-  bool is_pose_doubted_ = false;   // by the user: the last pose tells nothing of the next
+  // By the user (ForceRelocalization): the last pose does not predict the next.
+  bool is_pose_doubted_ = false;
   std::optional<Rigid3> prior_;    // from the user, world_from_cam, while the camera is lost
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe

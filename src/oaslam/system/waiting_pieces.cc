@@ -15,8 +15,8 @@
 namespace oaslam {
 namespace {
 
-// world_from_piece, by frames that have a pose in both maps and by relocalizing keyframes of the
-// piece in the other map. Returns nothing where these do not determine it.
+// Estimates world_from_piece from frames that have a pose in both maps, and by relocalizing
+// keyframes of the piece in the other map. Returns nothing where these do not determine it.
 std::optional<Similarity> Align(const Piece& piece, const Map& world,
                                 const std::vector<FramePose>& trajectory, RelocalizationMode mode,
                                 const SlamConfig& config, Relocalizer& relocalizer) {
@@ -63,7 +63,7 @@ void WaitingPieces::LookFor(const Frame& keyframe, RelocalizationMode mode, Sess
     return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
   };
   if (!align()) return;
-  session.FinishAdjustment(keyframe.index);  // queued work may still move the map
+  session.FinishAdjustment(keyframe.index);  // queued commands may still move the map
   const auto piece_from_world = align();
   if (piece_from_world &&
       Join(waiting->piece, piece_from_world->other_from_this.Inverse(), keyframe.index, session))

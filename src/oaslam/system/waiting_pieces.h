@@ -15,22 +15,22 @@
 
 namespace oaslam {
 
-// The pieces of map that wait until their place in another one is known. A piece is joined as soon
-// as enough frames have a pose in both; none is thrown away.
+// The pieces of map whose place in another one is not known yet. A piece is joined as soon as
+// enough frames have a pose in both; none is dropped.
 class WaitingPieces {
  public:
   explicit WaitingPieces(const SlamConfig& config) : config_(config) {}
 
-  // `number`: the piece's own, by which it is told from others.
+  // `number` identifies the piece.
   void Add(Piece piece, int number);
 
-  // Looks for a keyframe of a session in one of the pieces, by turns, and joins that piece with the
+  // Looks for a keyframe of a session in one of the pieces, in turn, and joins that piece with the
   // session's map once its place is known.
   void LookFor(const Frame& keyframe, RelocalizationMode mode, Session& session);
 
-  // Relocalizes keyframes of the pieces in the map of a session, whose number is given, and in each
-  // other, and joins the pieces where this tells their place. Pairs that have not changed since
-  // they were compared are skipped. `frame_index`: the newest frame, for the mapper's clock.
+  // Relocalizes keyframes of the pieces in the map of a session and in each other, and joins pieces
+  // where this determines their place. Skips pairs that have not changed since they were compared.
+  // `frame_index`: the newest frame, for the mapper's clock.
   void JoinAll(RelocalizationMode mode, int frame_index, int session_number, Session& session);
 
   // Whether a map agrees with one of the pieces on frames that have a pose in both.
@@ -43,12 +43,13 @@ class WaitingPieces {
   // Removes the piece with the most keyframes, if these are more than `keyframes`.
   std::optional<Numbered> TakeLargest(size_t keyframes);
 
-  // A last global bundle adjustment of each piece of more than two keyframes; objects follow.
+  // Runs a last global bundle adjustment on each piece of more than two keyframes, and refits its
+  // objects.
   void Optimize();
 
   void SetClassRelations(const ClassRelations& relations);
 
-  // The pieces, that with the most keyframes first.
+  // The pieces, by descending number of keyframes.
   std::vector<Piece> All() const;
 
  private:
@@ -60,8 +61,7 @@ class WaitingPieces {
     size_t keyframes() const { return piece.map.keyframes.size(); }
   };
 
-  // Whether this pair was not compared before in its present state; from now on it counts as
-  // compared.
+  // Whether this pair has not been compared in its present state; marks it as compared.
   bool BeginComparison(const Waiting& waiting, int other, uint64_t state_of_other);
   bool JoinWithSession(RelocalizationMode mode, int frame_index, int session_number,
                        Session& session);
@@ -69,7 +69,7 @@ class WaitingPieces {
 
   SlamConfig config_;
   std::list<Waiting> waiting_;
-  size_t turn_ = 0;  // counts which piece the next keyframe is looked for in
+  size_t turn_ = 0;  // selects the piece in which to look for the next keyframe
   // Pairs of pieces, with their sizes or versions, that were compared.
   std::set<std::tuple<int, size_t, int, uint64_t>> tried_;
 };

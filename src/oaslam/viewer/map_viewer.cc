@@ -33,7 +33,7 @@ class OASLAM_LOCAL MapViewer::Impl {
   }
 
  private:
-  // Nothing that was shown belongs to a map that was loaded or begun since.
+  // Clears the page where another map was loaded or begun, to which nothing shown belongs.
   void ClearAfterBeginning(const Slam& slam) {
     const uint64_t beginning = SlamAccess::BeginningOf(slam);
     if (std::exchange(beginning_, beginning) != beginning) viewer_.Clear();
