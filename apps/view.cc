@@ -143,7 +143,7 @@ std::string CarryOut(const ViewerCommand& command, const Map& map, Anchors& anch
 // Carries out commands of viewers until it is stopped; commands that come
 // together are written at once.
 void Obey(AnchorFile file, Map map, Viewer& viewer, const std::stop_token& stop) {
-  constexpr int kWaitMs = 100, kNoFrame = -1;
+  constexpr int kWaitMs = 100, kNoFrame = -1;  // milliseconds between checks for the end
   while (!stop.stop_requested()) {
     Anchors anchors = map.anchors;
     for (const ViewerCommand& command : viewer.TakeCommands(kWaitMs))

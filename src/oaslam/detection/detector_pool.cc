@@ -29,6 +29,7 @@ std::future<std::vector<Detection>> DetectorPool::Add(const cv::Mat& image) {
 }
 
 size_t DetectorPool::MostAhead(const cv::Mat& image) const {
+  // Images that wait: enough that no thread idles, within a bound of memory.
   constexpr size_t kForEachThread = 4, kMostBytes = size_t{256} << 20;
   const size_t bytes = std::max(image.total() * image.elemSize(), size_t{1});
   return std::clamp(kMostBytes / bytes, size_t{1}, kForEachThread * threads_.size());

@@ -22,8 +22,8 @@ RelocalizationErrors CompareRelocalization(const std::vector<StampedPose>& groun
                                            const Alignment& groundtruth_from_map);
 
 constexpr std::array kRecallDistances = {
-    0.05, 0.1, 0.2, 0.3, 0.5, 1.0};  // metres; content on a desk needs the first ones
-constexpr double kRecallMaxRotationDeg = 15;
+    0.05, 0.1, 0.2, 0.3, 0.5, 1.0};           // metres; content on a desk needs the first ones
+constexpr double kRecallMaxRotationDeg = 15;  // a larger error shows content in a wrong pose
 constexpr double kFalseDistance = 0.5,
                  kFalseRotationDeg = 30;  // beyond either: a false pose, of another place or side
 

@@ -6,19 +6,19 @@
 
 namespace oaslam {
 
-// How often a thing is given a label.
+// How often an object is given a label.
 struct LabelShare {
   int category_id = 0;
   double share = 0;
   bool operator==(const LabelShare&) const = default;
 };
 
-// The labels that a detector gives one thing (a detection, or an object over many of these):
-// ascending by class, with shares that sum to 1. Empty where it is only ever given one, which is
-// the category of its owner.
+// The labels that a detector gives to a detection, or to an object over many detections: ascending
+// by class, with shares that sum to 1. Empty where it is only ever given one, which is the category
+// of its owner.
 using LabelShares = std::vector<LabelShare>;
 
-// The labels of a thing. Refers to its owner.
+// The labels of a detection or object. Refers to its owner.
 struct LabelsRef {
   int category_id;
   const LabelShares& shares;
@@ -49,7 +49,7 @@ double LabelNorm(const LabelsRef& labels);
 
 // How well the labels of two things agree, in [0, 1]: the cosine of the angle between their shares
 // as vectors. 1 where these are equal, 0 where no class is in both. It stands for the likelihood
-// that two things of these labels are the same.
+// that two detections or objects with these labels are the same.
 double LabelAgreement(const LabelsRef& a, const LabelsRef& b);
 
 // Things whose labels agree less than this are not the same. Small, since it only excludes: a

@@ -59,8 +59,8 @@ class Table {
     uint64_t owner = 0;  // the epoch of the one table that may write to this page
 
    private:
-    static constexpr uint32_t kChunk = 8;
-    static constexpr uint8_t kNone = 255;
+    static constexpr uint32_t kChunk = 8;  // values that are allocated together
+    static constexpr uint8_t kNone = 255;  // no place; above all places in a page
     using Chunk = std::array<std::optional<T>, kChunk>;
 
     uint8_t FreePlace() {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kMostThings = 12;   // of a constellation; bounds the pairs to try
 constexpr size_t kFewestThings = 4;  // two determine the similarity, the others confirm it
-constexpr double kSameSize = 1.6;    // ratio of radii that two views of a thing explain
+constexpr double kSameSize = 1.6;    // ratio of radii: sizes from few views differ by as much
 // Objects of one place follow each other closely in the order in which they were seen last, so that
 // only pairs this near in that order are tried.
 constexpr size_t kWindow = 32;

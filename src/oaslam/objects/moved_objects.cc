@@ -87,8 +87,8 @@ size_t FirstElsewhere(const Map& map, const Object& object, const ObjectsConfig&
   return first;
 }
 
-// Whether `other` may be the same thing in another place: by its labels, and first detected
-// after `object` was last detected.
+// Whether `other` may be the same object in another place: its labels agree, and it was first
+// detected after `object` was last detected.
 bool MaySucceed(const Object& object, const Object& other) {
   return MayBeTheSame(LabelsOf(other), LabelsOf(object)) && !other.observations.empty() &&
          other.observations.front().frame_index > object.last_seen_frame;

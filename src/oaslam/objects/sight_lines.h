@@ -10,7 +10,8 @@ namespace oaslam {
 // The keyframes, and for each of them those with which it shares most landmarks.
 std::vector<KeyframeId> WithNeighbours(const Map& map, std::span<const KeyframeId> keyframes);
 
-// What the sight lines from keyframes to their landmarks show of a thing that fills an ellipsoid.
+// The evidence of sight lines from keyframes to their landmarks on an object that fills an
+// ellipsoid.
 struct SightLines {
   int through = 0;  // landmarks seen well behind it, through its middle
   int stopped = 0;  // landmarks seen on it, where its middle is

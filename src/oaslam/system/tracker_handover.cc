@@ -1,4 +1,4 @@
-// How the tracker goes on where its map was joined with another, or scaled.
+// Continues the tracker where its map was joined with another, or scaled.
 #include <utility>
 
 #include "oaslam/system/tracker.h"
