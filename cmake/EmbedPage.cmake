@@ -1,12 +1,8 @@
-# Makes a document part of a target, compressed by gzip, as the bytes that a function returns. `header` declares it, in namespace oaslam:
-# std::string_view NAME();
-function(oaslam_embed_page target name header file)
+# oaslam_embed(TARGET NAME HEADER FILE): makes a file part of a target, as the bytes that a function returns. The header
+# declares it, in namespace oaslam: std::string_view NAME();
+function(oaslam_embed target name header file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
-  set(gzipped ${PROJECT_BINARY_DIR}/generated/${name}.gz)
-  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/generated)
-  # Without the name and time of the file, so that the same document is the same bytes.
-  execute_process(COMMAND gzip -9nc ${file} OUTPUT_FILE ${gzipped} COMMAND_ERROR_IS_FATAL ANY)
-  file(READ ${gzipped} bytes HEX)
+  file(READ ${file} bytes HEX)
   string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
   set(source ${PROJECT_BINARY_DIR}/generated/${name}.cc)
   file(CONFIGURE OUTPUT ${source} CONTENT [=[
@@ -22,4 +18,14 @@ std::string_view @name@() {
 }  // namespace oaslam
 ]=] @ONLY)
   target_sources(${target} PRIVATE ${source})
+endfunction()
+
+# oaslam_embed_page(TARGET NAME HEADER FILE): the same, compressed by gzip.
+function(oaslam_embed_page target name header file)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  set(gzipped ${PROJECT_BINARY_DIR}/generated/${name}.gz)
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/generated)
+  # Without the name and time of the file, so that the same document is the same bytes.
+  execute_process(COMMAND gzip -9nc ${file} OUTPUT_FILE ${gzipped} COMMAND_ERROR_IS_FATAL ANY)
+  oaslam_embed(${target} ${name} ${header} ${gzipped})
 endfunction()

@@ -23,7 +23,7 @@ struct TrueObject {
 };
 
 // A table with two cups side by side, a book and a bottle.
-inline std::vector<TrueObject> Table() {
+inline std::vector<TrueObject> TableTop() {
   const auto turned = [](double yaw) {
     return Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
   };

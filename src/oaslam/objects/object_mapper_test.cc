@@ -17,11 +17,11 @@ using object_table::DistanceToNearest;
 using object_table::Film;
 using object_table::kCamera;
 using object_table::MappedObjects;
-using object_table::Table;
+using object_table::TableTop;
 using object_table::TrueObject;
 
 TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
-  const auto objects = Table();
+  const auto objects = TableTop();
   for (const ObjectMethod model : {ObjectMethod::kRobust, ObjectMethod::kPaper}) {
     ObjectsConfig config;
     config.model = model;
@@ -45,7 +45,7 @@ TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
 }
 
 TEST(ObjectMapping, IsTheSameOnEveryRun) {
-  const auto film = Film(Table(), 80, {}, 2);
+  const auto film = Film(TableTop(), 80, {}, 2);
   const KnownPoseMap a = MapObjectsFromKnownPoses(film, kCamera, {}),
                      b = MapObjectsFromKnownPoses(film, kCamera, {});
   ASSERT_FALSE(a.map.objects.empty());
@@ -55,11 +55,11 @@ TEST(ObjectMapping, IsTheSameOnEveryRun) {
 }
 
 TEST(ObjectMapping, ScaleOfTheMapDoesNotMatter) {
-  auto film = Film(Table(), 120, {}, 3);
+  auto film = Film(TableTop(), 120, {}, 3);
   const auto near = MappedObjects(MapObjectsFromKnownPoses(film, kCamera, {}).map);
   for (PosedDetections& frame : film) frame.cam_from_world.translation *= 50;
   const auto far = MappedObjects(MapObjectsFromKnownPoses(film, kCamera, {}).map);
-  ASSERT_EQ(near.size(), Table().size());
+  ASSERT_EQ(near.size(), TableTop().size());
   ASSERT_EQ(near.size(), far.size());
   for (size_t i = 0; i < near.size(); ++i) {
     EXPECT_LT((far[i].ellipsoid.center - 50 * near[i].ellipsoid.center).norm(), 0.01 * 50);
@@ -69,7 +69,7 @@ TEST(ObjectMapping, ScaleOfTheMapDoesNotMatter) {
 
 TEST(ObjectMapping, SlowVideoNeedsNoMoreTime) {
   // Five seconds of video: each image of a slower video counts more.
-  const auto film = Film(Table(), 150, {}, 8);
+  const auto film = Film(TableTop(), 150, {}, 8);
   for (const size_t step : {1, 3, 6, 15}) {
     std::vector<PosedDetections> slow;
     for (size_t i = 0; i < film.size(); i += step) {
@@ -77,29 +77,29 @@ TEST(ObjectMapping, SlowVideoNeedsNoMoreTime) {
       slow.back().frame_index = static_cast<int>(i / step);
     }
     const auto mapped = MappedObjects(MapObjectsFromKnownPoses(slow, kCamera, {}).map);
-    EXPECT_EQ(mapped.size(), Table().size()) << step;
-    for (const TrueObject& truth : Table())
+    EXPECT_EQ(mapped.size(), TableTop().size()) << step;
+    for (const TrueObject& truth : TableTop())
       EXPECT_LT(DistanceToNearest(truth, mapped), 0.02) << step;
   }
 }
 
 TEST(ObjectMapping, FastVideoNeedsNoLessTime) {
   // At 120 Hz 20 detections are a sixth of a second.
-  auto film = Film(Table(), 150, {}, 8);
+  auto film = Film(TableTop(), 150, {}, 8);
   const auto mapped_after = [&](size_t count) {
     return MappedObjects(MapObjectsFromKnownPoses(std::span(film).first(count), kCamera, {}).map)
         .size();
   };
-  EXPECT_EQ(mapped_after(60), Table().size());
+  EXPECT_EQ(mapped_after(60), TableTop().size());
   for (PosedDetections& frame : film) frame.timestamp /= 4;
   EXPECT_EQ(mapped_after(60), 0U);
 }
 
 TEST(ObjectMapping, SizeAndOrientationOfTheImageDoNotMatter) {
-  const auto film = Film(Table(), 120, {.box_px = 3, .miss_rate = 0.1, .false_rate = 0.1}, 9);
+  const auto film = Film(TableTop(), 120, {.box_px = 3, .miss_rate = 0.1, .false_rate = 0.1}, 9);
   const auto known = MapObjectsFromKnownPoses(film, kCamera, {});
   const auto expected = MappedObjects(known.map);
-  ASSERT_EQ(expected.size(), Table().size());
+  ASSERT_EQ(expected.size(), TableTop().size());
   for (const double scale : {0.25, 6.0})
     for (const bool is_turned : {false, true}) {
       Camera camera = kCamera;
@@ -141,16 +141,16 @@ TEST(ObjectMapping, SizeAndOrientationOfTheImageDoNotMatter) {
 }
 
 TEST(ObjectMapping, OnlyBriefSightingsAreDropped) {
-  auto film = Film(Table(), 200, {}, 4);
+  auto film = Film(TableTop(), 200, {}, 4);
   for (int i = 10; i < 25; ++i)
     film[i].detections.push_back({0, 0.9, {100.0 + i, 100, 160.0 + i, 220}, 0});
   const KnownPoseMap result = MapObjectsFromKnownPoses(film, kCamera, {});
-  EXPECT_EQ(MappedObjects(result.map).size(), Table().size());
+  EXPECT_EQ(MappedObjects(result.map).size(), TableTop().size());
   result.map.objects.ForEach([&](ObjectId, const Object& o) { EXPECT_NE(o.category_id, 0); });
 }
 
 TEST(ObjectMapping, FollowsCorrectedKeyframes) {
-  const auto film = Film(Table(), 120, {}, 5);
+  const auto film = Film(TableTop(), 120, {}, 5);
   Map map = MapObjectsFromKnownPoses(film, kCamera, {}).map;
   const Rigid3 moved_from_world(
       Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())),
@@ -162,7 +162,7 @@ TEST(ObjectMapping, FollowsCorrectedKeyframes) {
   const auto before = MappedObjects(map);
   UpdateObjects(map, {}, {120, 4}, {});
   const auto after = MappedObjects(map);
-  ASSERT_EQ(before.size(), Table().size());
+  ASSERT_EQ(before.size(), TableTop().size());
   ASSERT_EQ(before.size(), after.size());
   for (size_t i = 0; i < before.size(); ++i)
     EXPECT_LT((after[i].ellipsoid.center - moved_from_world * before[i].ellipsoid.center).norm(),

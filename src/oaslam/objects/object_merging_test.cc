@@ -19,12 +19,12 @@ using object_table::EmptyMap;
 using object_table::Film;
 using object_table::kCamera;
 using object_table::LookAt;
-using object_table::Table;
+using object_table::TableTop;
 using object_table::TrueObject;
 
 // Cup 0 mapped as two objects: from observations before frame `split` and after it.
 Map SplitMap(bool really_two) {
-  std::vector<TrueObject> objects = {Table()[0]};
+  std::vector<TrueObject> objects = {TableTop()[0]};
   if (really_two)
     objects.push_back({41, {{-0.1, 0, 0.05}, {0.02, 0.02, 0.02}, Eigen::Quaterniond::Identity()}});
   Map map = EmptyMap();
@@ -70,7 +70,7 @@ TEST(Merging, OneObjectTrackedTwiceBecomesOne) {
 // is, and tracked as two objects. `own` landmarks are on it.
 Map PassedTwice(int own, const ObjectsConfig& config) {
   constexpr int kImages = 15, kPause = 900;
-  const TrueObject book = Table()[2];
+  const TrueObject book = TableTop()[2];
   Map map = EmptyMap();
   const auto features = std::make_shared<const Features>();
   std::vector<LandmarkId> landmarks;
@@ -105,7 +105,7 @@ TEST(Merging, WhatIsPassedTwiceBrieflyIsKnownByItsLandmarks) {
   ASSERT_EQ(map.objects.size(), 1U);
   const Object& book = map.objects.At(ObjectId(0));
   EXPECT_EQ(book.state, ObjectState::kMapped);
-  EXPECT_LT((book.ellipsoid.center - Table()[2].ellipsoid.center).norm(), 0.02);
+  EXPECT_LT((book.ellipsoid.center - TableTop()[2].ellipsoid.center).norm(), 0.02);
 }
 
 TEST(Merging, AMappedObjectKeepsItsId) {

@@ -233,8 +233,8 @@ TEST_P(MapStoreTest, TheLaterEditWinsAndSinceTellsIt) {
 
 // Nobody sees both names, or neither.
 TEST_P(MapStoreTest, ARenameIsOneEdit) {
-  store_->EditAnchor("desk", "a", Flag(1), true);
-  EXPECT_EQ(store_->EditAnchor("desk", "b", Flag(1), true, "a"), 2);
+  store_->EditAnchor("desk", "a", StoreFlag(1), true);
+  EXPECT_EQ(store_->EditAnchor("desk", "b", StoreFlag(1), true, "a"), 2);
   const AnchorEdits edits = Another()->AnchorsSince("desk", 0);
   EXPECT_EQ(edits.version, 2);
   ASSERT_EQ(edits.entries.size(), 2u);
@@ -242,8 +242,8 @@ TEST_P(MapStoreTest, ARenameIsOneEdit) {
     EXPECT_EQ(entry.version, 2);
     EXPECT_EQ(entry.anchor.has_value(), entry.name == "b");
   }
-  store_->EditAnchor("desk", "c", Flag(2), true);
-  EXPECT_EQ(store_->EditAnchor("desk", "c", Flag(1), true, "b"), std::nullopt);
+  store_->EditAnchor("desk", "c", StoreFlag(2), true);
+  EXPECT_EQ(store_->EditAnchor("desk", "c", StoreFlag(1), true, "b"), std::nullopt);
   EXPECT_EQ(store_->AnchorsSince("desk", 0).version, 3);
   for (const AnchorEntry& entry : store_->AnchorsSince("desk", 0).entries)
     EXPECT_EQ(entry.anchor.has_value(), entry.name != "a");
@@ -318,17 +318,17 @@ TEST_P(MapStoreTest, ThatAMapIsReplacedOrRemovedIsAnEditOfItsAnchors) {
   const auto edits = [&] { return Another()->AnchorsSince("desk", 0); };
   store_->Put("desk", File("1"));
   EXPECT_EQ(edits().version, 0);
-  store_->EditAnchor("desk", "a", Flag(), true);
+  store_->EditAnchor("desk", "a", StoreFlag(), true);
   EXPECT_EQ(edits().map_version, 0);
   store_->Put("desk", File("2"));
   EXPECT_EQ(edits().version, 2);
   EXPECT_EQ(edits().map_version, 2);
   EXPECT_EQ(edits().entries.size(), 1u);  // it stays
-  store_->EditAnchor("desk", "a", Flag(2), false);
+  store_->EditAnchor("desk", "a", StoreFlag(2), false);
   EXPECT_EQ(edits().map_version, 2);
   store_->Remove("desk");
   store_->Put("desk", File("2"));
-  store_->EditAnchor("desk", "b", Flag(), true);
+  store_->EditAnchor("desk", "b", StoreFlag(), true);
   EXPECT_EQ(edits().map_version, 4);
   EXPECT_EQ(edits().version, 5);
   EXPECT_EQ(edits().entries.size(), 1u);

@@ -23,7 +23,8 @@ std::optional<std::string> DecodePercent(std::string_view text) {
     }
     const std::string_view digits = text.substr(i + 1, 2);
     unsigned char byte = 0;
-    if (digits.size() < 2 || std::from_chars(digits.begin(), digits.end(), byte, 16).ptr != digits.end())
+    if (digits.size() < 2 ||
+        std::from_chars(digits.begin(), digits.end(), byte, 16).ptr != digits.end())
       return std::nullopt;
     decoded += static_cast<char>(byte);
     i += 2;
