@@ -7,7 +7,8 @@
 #   --optional  those of ./test --all, without which some tests are skipped: Chromium, npm and the packages of web/ (the pages),
 #               clang-format 14, PostgreSQL and HAProxy (the service; they are installed without being started), doxygen (the
 #               interface), zsh (the completions), COLMAP and Assimp (readers of what is exported), OpenCV, Matplotlib and mypy
-#               (examples in Python), pip and venv (the wheel), Google Benchmark and OpenCV's features2d (benchmarks)
+#               (examples in Python), pip and venv (the wheel), Google Benchmark and OpenCV's features2d (benchmarks),
+#               clang 16 or later (tools/fuzz)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=${1:-}
@@ -66,7 +67,7 @@ installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null || tr
 available() { apt-cache show "$1" >/dev/null 2>&1; }
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-# Without fsync after each file, unpacking takes half the time; a container's apt does so, too.
+# Without fsync after each file: what a power cut leaves half unpacked can be installed again.
 apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Options::=--force-unsafe-io "$@" >"$log" 2>&1; }
 update() {
   [ ${#as_root[@]} -eq 0 ] || command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: $*" >&2; return 1; }
@@ -89,6 +90,9 @@ if [ "$mode" = --optional ]; then
     ! available "$package" && compgen -G '/var/lib/apt/lists/*Packages*' >/dev/null || here+=("$package")
   done
   if [ ${#here[@]} -gt 0 ] && update "${here[@]}"; then
+    for version in 16 17 18 19; do
+      if available libclang-rt-$version-dev; then here+=(clang-$version libclang-rt-$version-dev); break; fi
+    done
     # Servers are installed without being started: tests start their own.
     policy=/usr/sbin/policy-rc.d
     if [ ! -e $policy ]; then
