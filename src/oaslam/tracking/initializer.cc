@@ -15,7 +15,7 @@ namespace {
 // rotation of about eleven degrees. A wider window finds more wrong matches.
 constexpr double kWindow = 0.2;
 // Of descriptor distances; loose, since the two-view estimate rejects wrong matches.
-constexpr double kRatio = 0.9;
+constexpr double kMatchRatio = 0.9;
 constexpr size_t kMaxReferences = 4;  // each costs one matching per image
 // A new reference begins once the newest one keeps less than this share of its first matches.
 constexpr double kLostShare = 0.7;
@@ -43,7 +43,7 @@ int Initializer::NeededMatches(const Frame& frame) const {
 KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame,
                                   const Camera& camera) const {
   KeypointPairs pairs = MatchWithinWindow(*reference.frame.features, *frame.features,
-                                          reference.last_seen, kWindow * camera.fx, kRatio);
+                                          reference.last_seen, kWindow * camera.fx, kMatchRatio);
   for (const auto& [a, b] : pairs)
     reference.last_seen[a] = frame.features->keypoints[b].px.cast<double>();
   reference.matches = static_cast<int>(pairs.size());
