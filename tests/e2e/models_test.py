@@ -14,11 +14,11 @@ import ssl
 import subprocess
 import threading
 import time
-import unittest
-import unittest.mock
+from unittest import mock
 
 import harness
-from harness import oaslam
+import pytest
+from harness import must_run, oaslam
 
 CONTENT = b"".join(hashlib.sha256(str(i).encode()).digest() for i in range(20000))  # 640,000 bytes
 SIZE, HALF = len(CONTENT), len(CONTENT) // 2
@@ -93,23 +93,24 @@ class Server(http.server.ThreadingHTTPServer):
         self.server_close()
 
 
-class WithServer(harness.InFolder, unittest.TestCase):
-    def setUp(self):
-        self.server = Server()
-        self.addCleanup(self.server.close)
-        self.home = self.path(self._testMethodName)
+class WithServer:
+    @pytest.fixture(autouse=True)
+    def with_server(self, tmp_path):
+        self.home = str(tmp_path)
         self.models = os.path.join(self.home, "data", "oaslam", "models")
         self.file, self.part = (os.path.join(self.models, name) for name in ("tiny.onnx", "tiny.onnx.part"))
-        os.makedirs(self.home)
-        entries = [{"name": name, "finds": "nothing", "bytes": SIZE, "sha256": hashlib.sha256(CONTENT).hexdigest(), "licence": "CC0-1.0", "author": "us",
-                    "url": f"{self.server.url}/files/{name}.onnx"} for name in ("yolox_nano", "tiny")]
-        catalogue = os.path.join(self.home, "catalogue.json")
-        with open(catalogue, "w") as f:
-            json.dump({"models": entries}, f)
-        patch = unittest.mock.patch.dict(os.environ, OASLAM_MODELS="", OASLAM_MODELS_CATALOGUE=catalogue, no_proxy="127.0.0.1",
-                                         XDG_DATA_HOME=os.path.join(self.home, "data"), XDG_STATE_HOME=os.path.join(self.home, "state"))
-        patch.start()
-        self.addCleanup(patch.stop)
+        with contextlib.ExitStack() as self.cleanup:
+            self.server = Server()
+            self.cleanup.callback(self.server.close)
+            entries = [{"name": name, "finds": "nothing", "bytes": SIZE, "sha256": hashlib.sha256(CONTENT).hexdigest(), "licence": "CC0-1.0", "author": "us",
+                        "url": f"{self.server.url}/files/{name}.onnx"} for name in ("yolox_nano", "tiny")]
+            catalogue = os.path.join(self.home, "catalogue.json")
+            with open(catalogue, "w") as f:
+                json.dump({"models": entries}, f)
+            self.cleanup.enter_context(mock.patch.dict(
+                os.environ, OASLAM_MODELS="", OASLAM_MODELS_CATALOGUE=catalogue, no_proxy="127.0.0.1",
+                XDG_DATA_HOME=os.path.join(self.home, "data"), XDG_STATE_HOME=os.path.join(self.home, "state")))
+            yield
 
     def leave_part(self, content):
         os.makedirs(self.models, exist_ok=True)
@@ -117,47 +118,47 @@ class WithServer(harness.InFolder, unittest.TestCase):
             f.write(content)
 
     def assert_fetched(self, done):
-        self.assertEqual(done.code, 0, done)
-        self.assertEqual(done.out, f"tiny is in {self.file}\n")
-        self.assertEqual(harness.read_bytes(self.file), CONTENT)
-        self.assertEqual(os.listdir(self.models), ["tiny.onnx"])
+        assert done.code == 0, done
+        assert done.out == f"tiny is in {self.file}\n"
+        assert harness.read_bytes(self.file) == CONTENT
+        assert os.listdir(self.models) == ["tiny.onnx"]
 
     def assert_refused(self, done, *words, kept=None):
         """`kept`: how much of the file is left as the part of a later attempt."""
-        self.assertEqual(done.code, 1, done)
+        assert done.code == 1, done
         for word in words:
-            self.assertIn(word, done.err)
-        self.assertEqual(len(done.err.strip().splitlines()), done.err.count(" %, ") + 1, done)  # one message, and progress
+            assert word in done.err
+        assert len(done.err.strip().splitlines()) == done.err.count(" %, ") + 1, done  # one message, and progress
         files = os.listdir(self.models) if os.path.isdir(self.models) else []
-        self.assertEqual(files, ["tiny.onnx.part"] if kept else [])
+        assert files == (["tiny.onnx.part"] if kept else [])
         if kept:
-            self.assertEqual(harness.read_bytes(self.part), CONTENT[:kept])
+            assert harness.read_bytes(self.part) == CONTENT[:kept]
 
 
-class Get(WithServer):
+class TestGet(WithServer):
     def test_whole(self):
-        self.assertIn("not here: oaslam models get tiny", oaslam("models").out)
+        assert "not here: oaslam models get tiny" in oaslam("models").out
         done = oaslam("models", "get", "tiny")
         self.assert_fetched(done)
-        self.assertIn("100 %, 0.6 of 0.6 MB", done.err)
-        self.assertEqual(self.server.requests, [("/files/tiny.onnx", None)])
+        assert "100 %, 0.6 of 0.6 MB" in done.err
+        assert self.server.requests == [("/files/tiny.onnx", None)]
         again = oaslam("models", "get", "tiny", "--quiet")
         self.assert_fetched(again)
-        self.assertEqual((again.err, len(self.server.requests)), ("", 1))
-        self.assertIn(f"\ntiny: nothing, 0.6 MB, CC0-1.0 (us)\n  published at {self.server.url}/files/tiny.onnx\n  here: {self.file}\n", oaslam("models").out)
+        assert (again.err, len(self.server.requests)) == ("", 1)
+        assert f"\ntiny: nothing, 0.6 MB, CC0-1.0 (us)\n  published at {self.server.url}/files/tiny.onnx\n  here: {self.file}\n" in oaslam("models").out
 
     def test_goes_on_by_itself_after_a_break(self):
         self.server.breaks, self.server.most = 2, HALF // 2
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        self.assertEqual([asked for _, asked in self.server.requests], [None, f"bytes={HALF // 2}-", f"bytes={HALF}-"])
+        assert [asked for _, asked in self.server.requests] == [None, f"bytes={HALF // 2}-", f"bytes={HALF}-"]
 
     def test_broken_off_and_resumed(self):
         self.server.breaks, self.server.most = 99, HALF
-        with unittest.mock.patch.object(self.server, "has_ranges", False):
+        with mock.patch.object(self.server, "has_ranges", False):
             self.assert_refused(oaslam("models", "get", "tiny"), f"{HALF} of {SIZE} bytes are here", "goes on from there", kept=HALF)
         self.server.breaks, self.server.requests = 0, []
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        self.assertEqual([asked for _, asked in self.server.requests], [f"bytes={HALF}-"])
+        assert [asked for _, asked in self.server.requests] == [f"bytes={HALF}-"]
 
     def test_a_server_without_ranges_begins_anew(self):
         self.leave_part(CONTENT[:HALF])
@@ -178,7 +179,7 @@ class Get(WithServer):
     def test_a_whole_part_needs_no_server(self):
         self.leave_part(CONTENT)
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        self.assertEqual(self.server.requests, [])
+        assert self.server.requests == []
 
     def test_the_file_of_the_server_has_another_size(self):
         self.leave_part(CONTENT[:HALF])
@@ -195,11 +196,11 @@ class Get(WithServer):
 
     def test_redirects(self):
         other = Server()
-        self.addCleanup(other.close)
+        self.cleanup.callback(other.close)
         self.server.location = other.url + "/elsewhere{path}"
         self.leave_part(CONTENT[:HALF])
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        self.assertEqual(other.requests, [("/elsewhere/files/tiny.onnx", f"bytes={HALF}-")])
+        assert other.requests == [("/elsewhere/files/tiny.onnx", f"bytes={HALF}-")]
         os.remove(self.file)
         secret = os.path.join(self.home, "secret")
         with open(secret, "wb") as f:
@@ -208,7 +209,7 @@ class Get(WithServer):
             self.server.location = location
             self.assert_refused(oaslam("models", "get", "tiny"), self.server.url)
 
-    @unittest.skipUnless(shutil.which("openssl"), "needs openssl")
+    @pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
     def test_https(self):
         certificate = os.path.join(self.home, "certificate.pem")
         subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=mirror",
@@ -216,32 +217,32 @@ class Get(WithServer):
         with open(certificate, "ab") as f:
             f.write(harness.read_bytes(certificate + ".own"))
         server = Server(certificate=certificate)
-        self.addCleanup(server.close)
-        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL=server.url):
+        self.cleanup.callback(server.close)
+        with mock.patch.dict(os.environ, OASLAM_MODELS_URL=server.url):
             self.assert_refused(oaslam("models", "get", "tiny"), server.url, "certificate")
             os.environ["SSL_CERT_FILE"] = certificate
             server.location = self.server.url + "{path}"
             self.assert_refused(oaslam("models", "get", "tiny"), server.url, "http")
-            self.assertEqual(self.server.requests, [])
+            assert self.server.requests == []
             server.location = None
             self.assert_fetched(oaslam("models", "get", "tiny"))
 
     def test_a_mirror(self):
-        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL="http://user:password@" + self.server.url[len("http://"):] + "/mirror/"):
+        with mock.patch.dict(os.environ, OASLAM_MODELS_URL="http://user:password@" + self.server.url[len("http://"):] + "/mirror/"):
             self.server.status = 404
             done = oaslam("models", "get", "tiny")
             self.assert_refused(done, self.server.url + "/mirror/tiny.onnx")
-            self.assertNotIn("password", done.err + oaslam("models").out)
+            assert "password" not in done.err + oaslam("models").out
             self.server.status = 200
             self.assert_fetched(oaslam("models", "get", "tiny"))
-        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL="file:///mirror"):
-            self.assertIn("OASLAM_MODELS_URL: file:///mirror: expected https://", oaslam("models").err)
+        with mock.patch.dict(os.environ, OASLAM_MODELS_URL="file:///mirror"):
+            assert "OASLAM_MODELS_URL: file:///mirror: expected https://" in oaslam("models").err
 
     def test_no_network(self):
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
         for base in (f"http://127.0.0.1:{port}", "http://nowhere.invalid"):
-            with unittest.mock.patch.dict(os.environ, OASLAM_MODELS_URL=base):
+            with mock.patch.dict(os.environ, OASLAM_MODELS_URL=base):
                 self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 5, timeout=60), base, "nothing was fetched; `oaslam models add FILE`")
 
     def test_a_server_that_stalls(self):
@@ -250,18 +251,18 @@ class Get(WithServer):
         self.server.has_ranges = False
         begin = time.time()
         self.assert_refused(oaslam("models", "get", "tiny", "--timeout", 1), f"{HALF} of {SIZE} bytes are here", kept=HALF)
-        self.assertLess(time.time() - begin, 60)
+        assert time.time() - begin < 60
 
     def start(self, *args):
         process = subprocess.Popen([harness.BINARY, "models", "get", "tiny", *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
+        self.cleanup.callback(process.communicate)
+        self.cleanup.callback(process.kill)
         return process
 
     def wait_until(self, is_so):
         deadline = time.time() + 60
         while not is_so():
-            self.assertLess(time.time(), deadline)
+            assert time.time() < deadline
             time.sleep(0.02)
 
     def wait_for_half(self):
@@ -278,11 +279,11 @@ class Get(WithServer):
         self.wait_for_half()
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=30)
-        self.assertEqual(process.returncode, 130, err)
-        self.assertIn("interrupted: the same command goes on", err)
-        self.assertEqual(harness.read_bytes(self.part), CONTENT[:HALF])
+        assert process.returncode == 130, err
+        assert "interrupted: the same command goes on" in err
+        assert harness.read_bytes(self.part) == CONTENT[:HALF]
         self.assert_fetched(oaslam("models", "get", "tiny"))
-        self.assertEqual(self.server.requests[-1][1], f"bytes={HALF}-")
+        assert self.server.requests[-1][1] == f"bytes={HALF}-"
 
     def test_two_at_once(self):
         self.server.breaks, self.server.most = 1, HALF
@@ -293,14 +294,14 @@ class Get(WithServer):
         for process in (second, third):
             self.wait_until(lambda: self.has_part_open(process))
         third.send_signal(signal.SIGINT)  # one that waits can be interrupted, too
-        self.assertEqual(third.wait(60), 130)
+        assert third.wait(60) == 130
         self.server.stall.set()
         for process in (first, second):
             out, err = process.communicate(timeout=60)
-            self.assertEqual((process.returncode, out), (0, f"tiny is in {self.file}\n"), err)
-        self.assertEqual([asked for _, asked in self.server.requests], [None, f"bytes={HALF}-"])
-        self.assertEqual(os.listdir(self.models), ["tiny.onnx"])
-        self.assertEqual(harness.read_bytes(self.file), CONTENT)
+            assert (process.returncode, out) == (0, f"tiny is in {self.file}\n"), err
+        assert [asked for _, asked in self.server.requests] == [None, f"bytes={HALF}-"]
+        assert os.listdir(self.models) == ["tiny.onnx"]
+        assert harness.read_bytes(self.file) == CONTENT
 
     def test_a_full_disk(self):
         def limit():
@@ -311,8 +312,8 @@ class Get(WithServer):
 
         disk = os.path.join(self.home, "data")
         if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "none", disk], capture_output=True).returncode != 0:
-            self.skipTest("a small disk cannot be mounted here")
-        self.addCleanup(subprocess.run, ["umount", disk], check=True)
+            pytest.skip("a small disk cannot be mounted here")
+        self.cleanup.callback(subprocess.run, ["umount", disk], check=True)
         self.assert_refused(oaslam("models", "get", "tiny"), "tiny.onnx.part: cannot be written: No space left on device")
 
     def test_folders_that_cannot_be_written(self):
@@ -320,33 +321,33 @@ class Get(WithServer):
             pass
         self.assert_refused(oaslam("models", "get", "tiny"), f"{self.models}: cannot be created: Not a directory")
         env = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_DATA_HOME")}
-        with unittest.mock.patch.dict(os.environ, env, clear=True):
+        with mock.patch.dict(os.environ, env, clear=True):
             self.assert_refused(oaslam("models", "get", "tiny"), "neither XDG_DATA_HOME nor HOME")
 
     def test_another_file_of_that_name(self):
         os.makedirs(self.models)
         with open(self.file, "wb") as f:
             f.write(ONNX)
-        self.assertIn(f"here: {self.file}, which is not the published file", oaslam("models").out)
+        assert f"here: {self.file}, which is not the published file" in oaslam("models").out
         done = oaslam("models", "get", "tiny")
-        self.assertEqual(done.code, 1, done)
-        self.assertIn("--force replaces it", done.err)
-        self.assertEqual(harness.read_bytes(self.file), ONNX)
+        assert done.code == 1, done
+        assert "--force replaces it" in done.err
+        assert harness.read_bytes(self.file) == ONNX
         self.assert_fetched(oaslam("models", "get", "tiny", "--force"))
 
     def test_a_model_of_another_folder(self):
         first = os.path.join(self.home, "first")
         os.makedirs(first)
-        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS=first):
+        with mock.patch.dict(os.environ, OASLAM_MODELS=first):
             with open(os.path.join(first, "tiny.onnx"), "wb") as f:
                 f.write(ONNX)
             done = oaslam("models", "get", "tiny")
             self.assert_fetched(done)
-            self.assertIn(f"warning: {first}/tiny.onnx is found first, and used instead", done.err)
+            assert f"warning: {first}/tiny.onnx is found first, and used instead" in done.err
             os.replace(self.file, os.path.join(first, "tiny.onnx"))
             done = oaslam("models", "get", "tiny")
-            self.assertEqual((done.code, done.out), (0, f"tiny is in {first}/tiny.onnx\n"), done)
-            self.assertEqual((len(self.server.requests), os.listdir(self.models)), (1, []))
+            assert (done.code, done.out) == (0, f"tiny is in {first}/tiny.onnx\n"), done
+            assert (len(self.server.requests), os.listdir(self.models)) == (1, [])
 
     def test_what_is_not_in_the_catalogue(self):
         done = oaslam("models", "get", "yolo")
@@ -357,7 +358,7 @@ class Get(WithServer):
         self.assert_refused(oaslam("models"), f"{catalogue}: models[0].finds: expected a text")
 
 
-class Add(WithServer):
+class TestAdd(WithServer):
     def own(self, name, content=ONNX):
         path = os.path.join(self.home, name)
         with open(path, "wb") as f:
@@ -367,14 +368,14 @@ class Add(WithServer):
     def test_a_file_of_ones_own(self):
         path = self.own("museum.onnx")
         done = oaslam("models", "add", path)
-        self.assertEqual((done.code, done.out), (0, f"museum is in {self.models}/museum.onnx\n"), done)
-        self.assertEqual(oaslam("models", "add", path).code, 0)  # it is there
-        self.assertIn(f"museum\n  here: {self.models}/museum.onnx\n", oaslam("models").out)
+        assert (done.code, done.out) == (0, f"museum is in {self.models}/museum.onnx\n"), done
+        assert oaslam("models", "add", path).code == 0  # it is there
+        assert f"museum\n  here: {self.models}/museum.onnx\n" in oaslam("models").out
         done = oaslam("models", "add", self.own("museum.onnx", ONNX + b"\x32\x01x"))
-        self.assertEqual(done.code, 1, done)
-        self.assertIn("museum.onnx: another file is there", done.err)
-        self.assertEqual(oaslam("models", "add", path, "--force").code, 0)
-        self.assertEqual(harness.read_bytes(f"{self.models}/museum.onnx"), ONNX + b"\x32\x01x")
+        assert done.code == 1, done
+        assert "museum.onnx: another file is there" in done.err
+        assert oaslam("models", "add", path, "--force").code == 0
+        assert harness.read_bytes(f"{self.models}/museum.onnx") == ONNX + b"\x32\x01x"
 
     def test_a_published_file_is_known_by_its_digest(self):
         catalogue = os.environ["OASLAM_MODELS_CATALOGUE"]
@@ -382,49 +383,48 @@ class Add(WithServer):
         entries[1].update(sha256=hashlib.sha256(ONNX).hexdigest(), bytes=len(ONNX))
         with open(catalogue, "w") as f:
             json.dump({"models": entries}, f)
-        self.assertEqual(oaslam("models", "add", self.own("download(1).onnx")).out, f"tiny is in {self.file}\n")
-        self.assertIn(f"here: {self.file}\n", oaslam("models").out)
+        assert oaslam("models", "add", self.own("download(1).onnx")).out == f"tiny is in {self.file}\n"
+        assert f"here: {self.file}\n" in oaslam("models").out
 
     def test_what_is_refused(self):
         for path, words in ((self.own("noise.onnx", b"noise"), "noise.onnx: not an ONNX file"), (self.own("my net.onnx"), "--name"), (self.own("none.onnx"), "--name"),
-                            (self.own("tiny.onnx"), "not the published tiny"), (self.path("no.onnx"), "there is no such file"), (self.home, "is a folder")):
+                            (self.own("tiny.onnx"), "not the published tiny"), (os.path.join(self.home, "no.onnx"), "there is no such file"), (self.home, "is a folder")):
             done = oaslam("models", "add", path)
-            self.assertEqual(done.code, 1, done)
-            self.assertIn(words, done.err)
-        self.assertFalse(os.path.exists(self.models))
+            assert done.code == 1, done
+            assert words in done.err
+        assert not os.path.exists(self.models)
         for name in ("../x", "default", ".x", "-x"):
-            self.assertNotEqual(oaslam("models", "add", self.own("a.onnx"), "--name=" + name).code, 0, name)
-        self.assertEqual(oaslam("models", "add", self.own("tiny.onnx"), "--name", "my-net").code, 0)
+            assert oaslam("models", "add", self.own("a.onnx"), "--name=" + name).code != 0, name
+        assert oaslam("models", "add", self.own("tiny.onnx"), "--name", "my-net").code == 0
 
     def test_names_are_looked_for_in_order(self):
         def used(name):
             done = oaslam("detect", "--detector", name, os.path.join(harness.SAMPLE, "map_front", "video.mp4"), "--out", os.path.join(self.home, "x.json"))
-            self.assertEqual(done.code, 1, done)
+            assert done.code == 1, done
             return done.err
         first, second = (os.path.join(self.home, name) for name in ("first", "second"))
-        self.assertIn(f"no detector museum: museum.onnx is in none of {self.models}, ", used("museum"))
-        self.assertIn("`oaslam models get yolox_nano` fetches it", used("default"))
+        assert f"no detector museum: museum.onnx is in none of {self.models}, " in used("museum")
+        assert "`oaslam models get yolox_nano` fetches it" in used("default")
         oaslam("models", "add", self.own("museum.onnx"))
-        self.assertIn(f"error: {self.models}/museum.onnx: ", used("museum"))
-        with unittest.mock.patch.dict(os.environ, OASLAM_MODELS=f"{first}:{second}"):
+        assert f"error: {self.models}/museum.onnx: " in used("museum")
+        with mock.patch.dict(os.environ, OASLAM_MODELS=f"{first}:{second}"):
             os.makedirs(second)
             shutil.copy(f"{self.models}/museum.onnx", second)
-            self.assertIn(f"error: {second}/museum.onnx: ", used("museum"))
-        self.assertIn("museum.onnx: ", used(os.path.join(self.home, "museum.onnx")))
+            assert f"error: {second}/museum.onnx: " in used("museum")
+        assert "museum.onnx: " in used(os.path.join(self.home, "museum.onnx"))
 
     @harness.needs_detector
     def test_a_detector_by_its_name(self):
-        self.assertEqual(oaslam("models", "add", harness.MODEL, "--name", "nano").code, 0)
+        assert oaslam("models", "add", harness.MODEL, "--name", "nano").code == 0
         out = os.path.join(self.home, "x.json")
-        done = oaslam("detect", "--detector", "nano", os.path.join(harness.SAMPLE, "map_front", "video.mp4"), "--to", 2, "--out", out)
-        self.assertEqual(done.code, 0, done)
-        self.assertIn("nano: layout yolox", done.err)
-        self.assertEqual(len(harness.read_json(out)), 2)
+        done = must_run("detect", "--detector", "nano", os.path.join(harness.SAMPLE, "map_front", "video.mp4"), "--to", 2, "--out", out)
+        assert "nano: layout yolox" in done.err
+        assert len(harness.read_json(out)) == 2
 
 
-class WithoutModel(WithServer):
-    def setUp(self):
-        super().setUp()
+class TestWithoutModel(WithServer):
+    @pytest.fixture(autouse=True)
+    def with_images(self, with_server):
         self.images = os.path.join(self.home, "images")
         subprocess.run([harness.EXTRACT, os.path.join(harness.SAMPLE, "map_front", "video.mp4"), self.images, "0", "3"], check=True)
         self.command = ["run", self.images, "--camera", "fov:60", "--force"]
@@ -445,49 +445,47 @@ class WithoutModel(WithServer):
         return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), shown.decode()
 
     def test_points_alone_and_a_hint(self):
-        done = oaslam(*self.command)
-        self.assertEqual(done.code, 0, done)
-        self.assertEqual(done.err.count("oaslam models get yolox_nano"), 1)
-        self.assertNotIn("[y/N]", done.err)
-        self.assertNotIn("oaslam models get", oaslam(*self.command, "--detector", "none").err)
-        self.assertEqual(self.server.requests, [])
-        self.assertFalse(os.path.exists(os.path.join(self.home, "state")))
+        done = must_run(*self.command)
+        assert done.err.count("oaslam models get yolox_nano") == 1
+        assert "[y/N]" not in done.err
+        assert "oaslam models get" not in oaslam(*self.command, "--detector", "none").err
+        assert self.server.requests == []
+        assert not os.path.exists(os.path.join(self.home, "state"))
 
     def test_asked_once(self):
         code, shown = self.at_terminal(b"n\n")
-        self.assertEqual(code, 0, shown)
-        self.assertIn("Fetch yolox_nano (0.6 MB, CC0-1.0, from " + self.server.url, shown)
-        self.assertIn("points alone", shown)
+        assert code == 0, shown
+        assert "Fetch yolox_nano (0.6 MB, CC0-1.0, from " + self.server.url in shown
+        assert "points alone" in shown
         code, shown = self.at_terminal(b"y\n")
-        self.assertEqual(code, 0, shown)
-        self.assertNotIn("[y/N]", shown)
-        self.assertEqual(self.server.requests, [])
+        assert code == 0, shown
+        assert "[y/N]" not in shown
+        assert self.server.requests == []
 
     def test_fetched_where_it_is_wanted(self):
         code, shown = self.at_terminal(b"y\n")
-        self.assertEqual(harness.read_bytes(os.path.join(self.models, "yolox_nano.onnx")), CONTENT)
-        self.assertEqual(code, 1, shown)  # it is used, and the noise that this server sends is no network
-        self.assertIn("yolox_nano.onnx: not an ONNX file", shown)
+        assert harness.read_bytes(os.path.join(self.models, "yolox_nano.onnx")) == CONTENT
+        assert code == 1, shown  # it is used, and the noise that this server sends is no network
+        assert "yolox_nano.onnx: not an ONNX file" in shown
 
     def test_points_alone_where_it_cannot_be_fetched(self):
         self.server.status = 404
         code, shown = self.at_terminal(b"y\n")
-        self.assertEqual(code, 0, shown)
-        self.assertIn("status 404", shown)
-        self.assertIn("points alone", shown)
+        assert code == 0, shown
+        assert "status 404" in shown
+        assert "points alone" in shown
 
     def test_never_asked_where_the_answer_cannot_be_kept(self):
         with open(os.path.join(self.home, "state"), "w"):
             pass
         code, shown = self.at_terminal(b"y\n")
-        self.assertEqual(code, 0, shown)
-        self.assertNotIn("[y/N]", shown)
+        assert code == 0, shown
+        assert "[y/N]" not in shown
 
 
-class BuiltIn(unittest.TestCase):
+class TestBuiltIn:
     def test_the_catalogue(self):
-        listed = oaslam("models")
-        self.assertEqual(listed.code, 0, listed)
+        listed = must_run("models")
         for name, size in (("yolox_nano (default)", "3.7"), ("yolox_tiny", "20.2"), ("yolox_s", "35.9")):
-            self.assertIn(f"{name}: the 80 classes of COCO, {size} MB, Apache-2.0 (Megvii)\n  published at "
-                          f"https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/{name.split()[0]}.onnx\n", listed.out)
+            assert (f"{name}: the 80 classes of COCO, {size} MB, Apache-2.0 (Megvii)\n  published at "
+                          f"https://github.com/Megvii-BaseDetection/YOLOX/releases/download/0.1.1rc0/{name.split()[0]}.onnx\n") in listed.out

@@ -4,8 +4,8 @@ import os
 import re
 import shutil
 import subprocess
-import sys
-import unittest
+
+import pytest
 
 LIBRARY = os.path.join(os.environ["OASLAM_BUILD_DIR"], "src", "liboaslam.so")
 HEADERS = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "include", "oaslam", "*.h")
@@ -31,9 +31,9 @@ def exported():
     return symbols
 
 
-@unittest.skipUnless(shutil.which("nm"), "there is no nm (Debian: binutils)")
-class Symbols(unittest.TestCase):
-    def setUp(self):
+@pytest.mark.skipif(not shutil.which("nm"), reason="there is no nm (Debian: binutils)")
+class TestSymbols:
+    def setup_method(self):
         text = header_text()
         self.classes = set(re.findall(r"\bclass OASLAM_API (\w+)", text))
         self.functions = set(re.findall(r"^\s*OASLAM_API [^;(]*?(\w+)\(", text, re.M))
@@ -43,14 +43,13 @@ class Symbols(unittest.TestCase):
     def test_nothing_else_is_exported(self):
         for kind, name in self.exported:
             scopes = name.split("::")
-            with self.subTest(kind + name):
-                self.assertEqual(scopes[0], "oaslam")
-                self.assertTrue(scopes[1] in self.classes or (not kind and scopes[-1] in self.functions), "no public header marks it with OASLAM_API")
-                self.assertFalse(self.hidden & set(scopes), "its class is to be OASLAM_LOCAL")
+            assert scopes[0] == "oaslam"
+            assert scopes[1] in self.classes or (not kind and scopes[-1] in self.functions), f"{kind}{name}: no public header marks it with OASLAM_API"
+            assert not self.hidden & set(scopes), f"{kind}{name}: its class is to be OASLAM_LOCAL"
 
     def test_all_that_is_marked_is_exported(self):
         names = [name.split("::") for _, name in self.exported]
-        self.assertEqual(self.classes - {scopes[1] for scopes in names}, set())
-        self.assertEqual(self.functions - {scopes[-1] for scopes in names}, set())
-        self.assertGreater(len(self.classes), 5)
-        self.assertGreater(len(self.functions), 20)
+        assert self.classes - {scopes[1] for scopes in names} == set()
+        assert self.functions - {scopes[-1] for scopes in names} == set()
+        assert len(self.classes) > 5
+        assert len(self.functions) > 20
