@@ -48,9 +48,9 @@ class Asking(cluster.MapFolder):
     def refused(self, status, text):
         with pytest.raises(ServiceError) as caught:
             yield
-        assert caught.exception.status == status
-        assert text in caught.exception.message
-        assert "\n" not in str(caught.exception)
+        assert caught.value.status == status
+        assert text in caught.value.message
+        assert "\n" not in str(caught.value)
 
 
 class TestClient(Asking):
