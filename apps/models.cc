@@ -14,8 +14,8 @@
 #include "oaslam/detection/model_folders.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/models/digest.h"
 #include "oaslam/models/model_store.h"
+#include "oaslam/util/sha256.h"
 
 namespace oaslam::apps {
 namespace {
@@ -32,7 +32,7 @@ struct ModelsOptions {
 // Whether a file is the published one; false where it cannot be read.
 bool IsPublished(const fs::path& path, const PublishedModel& model) {
   try {
-    return Sha256(ReadTextFile(path.string())) == model.sha256;
+    return Sha256Of(ReadTextFile(path.string())) == model.sha256;
   } catch (const InputError&) {
     return false;
   }

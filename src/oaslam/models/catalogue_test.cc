@@ -10,8 +10,8 @@
 
 #include "expect_input_error.h"
 #include "oaslam/detection/model_folders.h"
-#include "oaslam/models/digest.h"
 #include "oaslam/models/download.h"
+#include "oaslam/util/sha256.h"
 
 namespace oaslam {
 namespace {
@@ -76,7 +76,7 @@ TEST(Catalogue, MistakesAreNamed) {
 }
 
 TEST(Digest, IsThatOfTheStandard) {  // FIPS 180-4, its example "abc"
-  EXPECT_EQ(Sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(Sha256Of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 TEST(Url, IsShownWithoutPassword) {

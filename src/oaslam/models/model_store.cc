@@ -9,8 +9,8 @@
 #include "oaslam/detection/onnx_info.h"
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
-#include "oaslam/models/digest.h"
 #include "oaslam/models/part_file.h"
+#include "oaslam/util/sha256.h"
 
 namespace oaslam {
 namespace {
@@ -29,7 +29,7 @@ void CreateFolder(const fs::path& folder) {
 bool IsThere(const fs::path& path, const std::string& sha256, bool replace) {
   std::error_code error;
   if (!fs::exists(path, error)) return false;
-  const std::string found = Sha256(ReadTextFile(path.string()));
+  const std::string found = Sha256Of(ReadTextFile(path.string()));
   if (found == sha256) return true;
   if (!replace)
     throw InputError(fmt::format("{}: another file is there (SHA-256 {}); --force replaces it",
@@ -42,7 +42,7 @@ bool FetchPart(const PublishedModel& model, PartFile& part, const DownloadOption
   while (true) {
     const bool is_continued = part.size() > 0;
     if (!Download(model.url, model.bytes, part, options)) return false;
-    const std::string found = Sha256(ReadTextFile(part.path()));
+    const std::string found = Sha256Of(ReadTextFile(part.path()));
     if (found == model.sha256) return true;
     part.Clear();
     // What was here before may be to blame.
@@ -78,7 +78,7 @@ fs::path AddModel(const fs::path& file, std::string name, const fs::path& folder
   const std::string bytes = ReadTextFile(file.string());
   if (!ParseOnnxInfo(bytes))
     throw InputError(fmt::format("{}: not an ONNX file, or a damaged one", file.string()));
-  const std::string sha256 = Sha256(bytes);
+  const std::string sha256 = Sha256Of(bytes);
   const auto known = std::ranges::find(catalogue, sha256, &PublishedModel::sha256);
   if (name.empty()) name = known != catalogue.end() ? known->name : file.stem().string();
   if (!IsModelName(name))

@@ -13,8 +13,8 @@
 #include "oaslam/service/database_watch.h"
 #include "oaslam/service/postgres.h"
 #include "oaslam/service/private_folder.h"
-#include "oaslam/service/sha256.h"
 #include "oaslam/util/check.h"
+#include "oaslam/util/sha256.h"
 
 namespace oaslam {
 namespace {

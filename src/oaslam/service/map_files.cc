@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "oaslam/error.h"
-#include "oaslam/service/sha256.h"
+#include "oaslam/util/sha256.h"
 
 namespace oaslam {
 namespace {

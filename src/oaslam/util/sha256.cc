@@ -1,4 +1,4 @@
-#include "oaslam/service/sha256.h"
+#include "oaslam/util/sha256.h"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -32,6 +32,12 @@ std::string Sha256::Hex() {
   std::string hex;
   for (unsigned i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
   return hex;
+}
+
+std::string Sha256Of(std::string_view bytes) {
+  Sha256 digest;
+  digest.Add(std::as_bytes(std::span(bytes)));
+  return digest.Hex();
 }
 
 }  // namespace oaslam

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace oaslam {
 
@@ -18,5 +19,8 @@ class Sha256 {
  private:
   std::shared_ptr<void> context_;
 };
+
+// The same of bytes that are here.
+std::string Sha256Of(std::string_view bytes);
 
 }  // namespace oaslam
