@@ -30,8 +30,8 @@ bool WasSeenFrom(const Map& map, const Object& object, const Rigid3& cam_from_wo
 
 // An upper bound on the share of a box that others hide, at most 1.
 double HiddenShare(const Box& box, std::span<const Box> nearer);
-// Largest hidden share at which an object is expected to be detected: detectors find most objects
-// of which two thirds are visible.
+// Largest hidden share at which an object is expected to be detected. A larger one would count as
+// missing what is merely hidden, a smaller one would leave fewer images that tell.
 constexpr double kMaxHiddenShare = 0.3;
 
 }  // namespace oaslam
