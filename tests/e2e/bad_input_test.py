@@ -264,6 +264,9 @@ class TestBadInput(harness.InFolder):
         for args in (["run"], ["nonsense"], ["run", "--imgaes", VIDEO], []):
             outcome = oaslam(*args)
             assert outcome.code > 0, outcome
+        for args in (["nonsense"], ["run", "--imgaes", VIDEO], ["run", VIDEO, "--relocalization", "smell"]):
+            outcome = oaslam(*args)
+            assert 100 <= outcome.code <= 127, outcome  # as the manual page says
         assert oaslam("--help").code == 0
         alone = oaslam()
         assert alone.code == 1, alone
