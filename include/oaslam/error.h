@@ -7,11 +7,11 @@
 
 namespace oaslam {
 
-// Bad input, such as a file, a configuration, a calibration or a detection. The message is one line
-// that names path, key, value and bound.
+// Bad input, such as a file, a configuration, a calibration or a detection. The message has one
+// line for each problem (more than one only for configurations), which names path, key, value and
+// bound.
 class OASLAM_API InputError : public std::runtime_error {
  public:
-  // `message`: one line.
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
 };
 
