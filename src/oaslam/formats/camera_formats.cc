@@ -16,8 +16,7 @@
 namespace oaslam {
 namespace {
 
-constexpr double kAny = 1e12;        // CheckCalibration has the bounds
-constexpr int kMaxSide = 1'000'000;  // pixels, likewise
+constexpr int kMaxSide = 1'000'000;  // pixels; CheckCalibration has the bounds
 
 // A mapping of a calibration file, and its path for messages.
 struct Reader {
@@ -38,7 +37,7 @@ struct Reader {
   }
   double Number(std::initializer_list<const char*> keys) const {
     const auto [key, node] = Need(keys);
-    return YamlNumber(node, path, key, -kAny, kAny);
+    return YamlNumber(node, path, key);
   }
   double NumberOr(const char* key, double fallback) const {
     return Find({key}) ? Number({key}) : fallback;
@@ -83,8 +82,8 @@ LensModel ModelOf(const std::string& name, const std::string& path, const std::s
        {"plumb_bob", "rational_polynomial", "radtan", "radial-tangential", "none", "pinhole", ""})
     if (word == known) return LensModel::kPinhole;
   throw InputError(fmt::format(
-      "{}: {}: \"{}\", allowed: radial-tangential (plumb_bob, radtan) | fisheye (equidistant)",
-      path, key, name));
+      "{}: {}: {}, allowed: radial-tangential (plumb_bob, radtan) | fisheye (equidistant)", path,
+      key, TextOfNode(YAML::Node(name))));
 }
 
 // ROS camera_info (file or message) and OpenCV FileStorage: a 3 x 3 matrix and a list of
@@ -106,8 +105,9 @@ Camera ReadMatrixKind(const Reader& reader) {
                                  matrix_key, fmt::join(k, " ")));
   camera.fx = k[0], camera.cx = k[2], camera.fy = k[4], camera.cy = k[5];
   if (const auto model = reader.Find({"distortion_model"}))
-    camera.model = ModelOf(model->second.IsScalar() ? model->second.Scalar() : Show(model->second),
-                           reader.path, model->first);
+    camera.model =
+        ModelOf(model->second.IsScalar() ? model->second.Scalar() : TextOfNode(model->second),
+                reader.path, model->first);
   if (reader.NumberOr("fisheye_model", 0) != 0) camera.model = LensModel::kFisheye;
   const auto coefficients = {"distortion_coefficients",
                              "Distortion_Coefficients",
@@ -151,8 +151,8 @@ Camera ReadKalibrKind(const Reader& reader) {
   Camera camera;
   if (const auto model = reader.Find({"camera_model"});
       model && Lower(model->second.Scalar()) != "pinhole")
-    throw InputError(fmt::format("{}: {}: \"{}\", allowed: pinhole", reader.path, model->first,
-                                 model->second.Scalar()));
+    throw InputError(fmt::format("{}: {}: {}, allowed: pinhole", reader.path, model->first,
+                                 TextOfNode(model->second)));
   const auto values = reader.Numbers({"intrinsics"});
   if (values.size() != 4)
     throw InputError(fmt::format("{}: {}intrinsics: {} values, expected fx fy cx cy", reader.path,
@@ -162,7 +162,7 @@ Camera ReadKalibrKind(const Reader& reader) {
     const auto [key, node] = reader.Need({"resolution"});
     if (!node.IsSequence() || node.size() != 2)
       throw InputError(
-          fmt::format("{}: {}: {}, expected [width, height]", reader.path, key, Show(node)));
+          fmt::format("{}: {}: {}, expected [width, height]", reader.path, key, TextOfNode(node)));
     camera.width = YamlInteger(node[0], reader.path, key, 1, kMaxSide);
     camera.height = YamlInteger(node[1], reader.path, key, 1, kMaxSide);
   }
@@ -266,7 +266,7 @@ bool IsColmap(const std::string& text) {
 Camera ReadCameraFile(const std::string& path, const cv::Size& image_size) {
   const std::string text = ReadTextFile(path);
   if (IsColmap(text)) return ReadColmapKind(text, path, image_size);
-  const Reader reader{path, LoadYamlMapping(path)};
+  const Reader reader{path, ParseYamlMapping(text, path)};
   if (reader.Find({"Camera.fx", "Camera1.fx"})) return ReadOrbSlamKind(reader);
   if (const auto cam0 = reader.Find({"cam0"}); cam0 && cam0->second.IsMap())
     return ReadKalibrKind({path, cam0->second, "cam0."});

@@ -57,7 +57,7 @@ std::string Nearest(const Words& words, const std::string& to) {
 
 void CheckKeys(const YAML::Node& root, const std::string& path) {
   for (const auto& entry : root) {
-    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : Show(entry.first);
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : TextOfNode(entry.first);
     if (std::ranges::find(kKeys, key) == kKeys.end() &&
         std::ranges::find(kOtherKeys, key) == kOtherKeys.end())
       throw InputError(fmt::format("{}:{}: {}: unknown key, the nearest is {}", path,
@@ -71,7 +71,7 @@ ClassNames ReadNames(const YAML::Node& names, const std::string& path) {
     for (size_t i = 0; i < names.size(); ++i) {
       if (!names[i].IsScalar())
         throw InputError(
-            fmt::format("{}: names[{}]: {}, expected a name", path, i, Show(names[i])));
+            fmt::format("{}: names[{}]: {}, expected a name", path, i, TextOfNode(names[i])));
       result[static_cast<int>(i)] = names[i].Scalar();
     }
   } else if (names.IsMap()) {
@@ -79,13 +79,13 @@ ClassNames ReadNames(const YAML::Node& names, const std::string& path) {
       const int id = YamlInteger(entry.first, path, "names", 0, kMaxCategory);
       if (!entry.second.IsScalar())
         throw InputError(
-            fmt::format("{}: names.{}: {}, expected a name", path, id, Show(entry.second)));
+            fmt::format("{}: names.{}: {}, expected a name", path, id, TextOfNode(entry.second)));
       if (!result.emplace(id, entry.second.Scalar()).second)
         throw InputError(fmt::format("{}: names.{}: given twice", path, id));
     }
   } else {
     throw InputError(
-        fmt::format("{}: names: {}, expected {{41: cup}} or [a, b]", path, Show(names)));
+        fmt::format("{}: names: {}, expected {{41: cup}} or [a, b]", path, TextOfNode(names)));
   }
   if (result.empty()) throw InputError(fmt::format("{}: holds no class names", path));
   return result;
@@ -96,13 +96,13 @@ std::vector<int> CategoriesNamed(const YAML::Node& node, const ClassNames& names
                                  const std::string& path, const std::string& key) {
   if (!node.IsScalar())
     throw InputError(
-        fmt::format("{}: {}: {}, expected the name of a class", path, key, Show(node)));
+        fmt::format("{}: {}: {}, expected the name of a class", path, key, TextOfNode(node)));
   std::vector<int> categories;
   for (const auto& [id, name] : names)
     if (name == node.Scalar()) categories.push_back(id);
   if (!categories.empty()) return categories;
-  throw InputError(fmt::format("{}: {}: class \"{}\" is not known, the nearest is \"{}\"", path,
-                               key, node.Scalar(),
+  throw InputError(fmt::format("{}: {}: class {} is not known, the nearest is \"{}\"", path, key,
+                               TextOfNode(node),
                                Nearest(std::views::values(names), node.Scalar())));
 }
 
@@ -111,14 +111,15 @@ std::map<int, int> ReadParts(const YAML::Node& parts, const ClassNames& names,
   std::map<int, int> whole_of;
   if (parts.IsNull()) return whole_of;
   if (!parts.IsMap())
-    throw InputError(fmt::format("{}: parts: {}, expected {{head: statue}}", path, Show(parts)));
+    throw InputError(
+        fmt::format("{}: parts: {}, expected {{head: statue}}", path, TextOfNode(parts)));
   for (const auto& entry : parts) {
     const std::string key =
-        "parts." + (entry.first.IsScalar() ? entry.first.Scalar() : Show(entry.first));
+        "parts." + (entry.first.IsScalar() ? entry.first.Scalar() : TextOfNode(entry.first));
     const std::vector<int> wholes = CategoriesNamed(entry.second, names, path, key);
     if (wholes.size() > 1)
       throw InputError(
-          fmt::format("{}: {}: several classes are named {}", path, key, Show(entry.second)));
+          fmt::format("{}: {}: several classes are named {}", path, key, TextOfNode(entry.second)));
     for (const int part : CategoriesNamed(entry.first, names, path, "parts"))
       if (!whole_of.emplace(part, wholes.front()).second)
         throw InputError(fmt::format("{}: {}: given twice", path, key));
@@ -133,15 +134,16 @@ std::set<int> ReadMovable(const YAML::Node& movable, const ClassNames& names,
   std::set<int> categories;
   if (movable.IsNull()) return categories;
   if (!movable.IsSequence())
-    throw InputError(fmt::format("{}: movable: {}, expected [person, chair]", path, Show(movable)));
+    throw InputError(
+        fmt::format("{}: movable: {}, expected [person, chair]", path, TextOfNode(movable)));
   for (const YAML::Node& name : movable)
     for (const int category : CategoriesNamed(name, names, path, "movable"))
       categories.insert(category);
   return categories;
 }
 
-Classes FromYaml(const std::string& path) {
-  const YAML::Node root = LoadYamlMapping(path);
+Classes FromYaml(const std::string& text, const std::string& path) {
+  const YAML::Node root = ParseYamlMapping(text, path);
   CheckKeys(root, path);
   const YAML::Node names = root["names"], parts = root["parts"], movable = root["movable"];
   if (!names && !parts && !movable)
@@ -172,7 +174,7 @@ const ClassNames& CocoClassNames() {
 
 Classes LoadClasses(const std::string& path) {
   const std::string text = ReadTextFile(path);
-  if (IsYaml(path, text)) return FromYaml(path);
+  if (IsYaml(path, text)) return FromYaml(text, path);
   Classes classes;
   for (const std::string_view line : SplitLines(text))
     if (!Trim(line).empty())

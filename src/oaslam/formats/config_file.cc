@@ -41,7 +41,7 @@ requires kIsNamed<Value> std::optional<std::string> Assign(const YAML::Node& nod
   const std::vector<std::string>& words = std::get<0>(std::tie(bound...));
   const auto word = node.IsScalar() ? std::ranges::find(words, node.Scalar()) : words.end();
   if (word == words.end())
-    return fmt::format("{}, allowed: {}", Show(node), fmt::join(words, " | "));
+    return fmt::format("{}, allowed: {}", TextOfNode(node), fmt::join(words, " | "));
   value = static_cast<Value>(word - words.begin());
   return std::nullopt;
 }
@@ -51,7 +51,7 @@ requires(!kIsNamed<Number>) std::optional<std::string> Assign(const YAML::Node& 
                                                               const Bound&... bound) {
   const auto [min, max] = std::tie(bound...);
   const auto number = node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
-  if (!number) return fmt::format("{}, expected a number", Show(node));
+  if (!number) return fmt::format("{}, expected a number", TextOfNode(node));
   if (std::is_integral_v<Number> && *number != std::floor(*number))
     return fmt::format("{}, expected a whole number", *number);
   if (!(*number >= static_cast<double>(min) && *number <= static_cast<double>(max)))
@@ -83,8 +83,6 @@ bool IsSection(const std::string& name) {
 }  // namespace
 
 void LoadConfig(const std::string& path, SlamConfig& config) {
-  const std::string text = ReadTextFile(path);
-  if (Trim(text).empty()) return;
   SlamConfig changed = config;
   std::vector<std::string> problems;
   std::set<std::string> seen;
@@ -95,7 +93,7 @@ void LoadConfig(const std::string& path, SlamConfig& config) {
     if (problem)
       problems.push_back(fmt::format("{}:{}: {}", path, key_node.Mark().line + 1, *problem));
   };
-  for (const auto& section : LoadYamlMapping(path)) {
+  for (const auto& section : ParseYamlMapping(ReadTextFile(path), path)) {
     const std::string name = section.first.Scalar();
     if (section.second.IsMap()) {
       for (const auto& entry : section.second)

@@ -27,6 +27,20 @@ TEST(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
   EXPECT_EQ(config.runner.seed, 7);
 }
 
+TEST(ConfigFile, AKeyMayNameItsSection) {
+  const TempFolder folder;
+  SlamConfig config;
+  LoadConfig(folder.Write("c.yaml", "tracking.min_inliers: 20\n"), config);
+  EXPECT_EQ(config.tracking.min_inliers, 20);
+}
+
+TEST(ConfigFile, CommentsAloneSetNothing) {
+  const TempFolder folder;
+  SlamConfig config;
+  LoadConfig(folder.Write("c.yaml", "# tracking:\n#   min_inliers: 20\n"), config);
+  EXPECT_EQ(ConfigToYaml(config), ConfigToYaml({}));
+}
+
 TEST(ConfigFile, AllProblemsAtOnceAndNothingSet) {
   const TempFolder folder;
   SlamConfig config;

@@ -2,15 +2,34 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 
 namespace oaslam {
+namespace {
 
-YAML::Node LoadYamlMapping(const std::string& path) {
-  std::string text = ReadTextFile(path);
+// The text on one line, without its end where that is beyond `max_bytes`; no UTF-8 character is
+// cut.
+std::string OnOneLine(std::string text, size_t max_bytes) {
+  constexpr std::string_view kCut = "...";
+  if (text.size() > max_bytes) {
+    const auto goes_on = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
+    size_t end = max_bytes - kCut.size();
+    while (end > 0 && goes_on(text[end])) --end;
+    text.replace(end, std::string::npos, kCut);
+  }
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
+  return text;
+}
+
+}  // namespace
+
+YAML::Node ParseYamlMapping(std::string text, const std::string& path) {
   // OpenCV's directive has a colon, which YAML forbids; blanking it keeps the numbers of lines.
   if (text.starts_with("%YAML")) text.replace(0, std::min(text.find('\n'), text.size()), "");
   YAML::Node root;
@@ -19,25 +38,27 @@ YAML::Node LoadYamlMapping(const std::string& path) {
   } catch (const YAML::Exception& error) {
     throw InputError(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
   }
+  if (root.IsNull()) return YAML::Node(YAML::NodeType::Map);
   if (!root.IsMap()) throw InputError(fmt::format("{}: expected \"key: value\" lines", path));
   return root;
 }
 
-std::string Show(const YAML::Node& node) {
+std::string TextOfNode(const YAML::Node& node) {
+  constexpr size_t kMaxBytes = 60;  // leaves room for path, key and bound in a line of a terminal
   if (!node || node.IsNull()) return "nothing";
-  if (node.IsScalar()) return "\"" + node.Scalar() + "\"";
+  if (node.IsScalar()) return "\"" + OnOneLine(node.Scalar(), kMaxBytes - 2) + "\"";
   YAML::Emitter emitter;
   emitter.SetSeqFormat(YAML::Flow);
   emitter.SetMapFormat(YAML::Flow);
   emitter << node;
-  std::string text = emitter.c_str();
-  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+  return OnOneLine(emitter.c_str(), kMaxBytes);
 }
 
 double YamlNumber(const YAML::Node& node, const std::string& path, const std::string& key,
                   double min, double max) {
   const auto value = node && node.IsScalar() ? ParseNumber(node.Scalar()) : std::nullopt;
-  if (!value) throw InputError(fmt::format("{}: {}: {}, expected a number", path, key, Show(node)));
+  if (!value)
+    throw InputError(fmt::format("{}: {}: {}, expected a number", path, key, TextOfNode(node)));
   if (*value < min || *value > max)
     throw InputError(fmt::format("{}: {}: {}, allowed: {} to {}", path, key, *value, min, max));
   return *value;
@@ -54,10 +75,11 @@ int YamlInteger(const YAML::Node& node, const std::string& path, const std::stri
 std::vector<double> YamlNumbers(const YAML::Node& node, const std::string& path,
                                 const std::string& key) {
   if (!node || !node.IsSequence())
-    throw InputError(fmt::format("{}: {}: {}, expected a list of numbers", path, key, Show(node)));
+    throw InputError(
+        fmt::format("{}: {}: {}, expected a list of numbers", path, key, TextOfNode(node)));
   std::vector<double> values;
   for (size_t i = 0; i < node.size(); ++i)
-    values.push_back(YamlNumber(node[i], path, fmt::format("{}[{}]", key, i), -1e9, 1e9));
+    values.push_back(YamlNumber(node[i], path, fmt::format("{}[{}]", key, i)));
   return values;
 }
 
