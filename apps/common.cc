@@ -104,7 +104,13 @@ void AddCommonOptions(CLI::App& app, CommonOptions& options) {
 
 SlamConfig LoadConfiguration(const CommonOptions& options, SlamConfig config) {
   if (!options.config.empty()) LoadConfig(options.config, config);
-  for (const std::string& assignment : options.set) ApplySetting(assignment, config);
+  for (const std::string& assignment : options.set) {
+    try {
+      ApplySetting(assignment, config);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("--set {}", error.what()));
+    }
+  }
   if (const auto problems = config.Validate(); !problems.empty())
     throw InputError(fmt::format("configuration: {}", fmt::join(problems, "\n")));
   return config;

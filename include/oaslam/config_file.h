@@ -7,11 +7,14 @@
 
 namespace oaslam {
 
-// Reads a YAML file with sections of keys into `config`; other values stay. An unknown key is an
-// error that names the nearest known one; all problems of the file are reported in one InputError.
+// Reads a YAML file, sections of keys or `section.key: value`, into `config`; what it does not name
+// stays. Throws one InputError with a line for each problem, and changes nothing then. An unknown
+// key is a problem; its line names the nearest known one. Bounds between keys are left to
+// SlamConfig::Validate.
 OASLAM_API void LoadConfig(const std::string& path, SlamConfig& config);
 
-// Applies one "section.key=value", with the same checks as for a file.
+// Applies one "section.key=value", with the same checks as for a file. Throws InputError, and
+// changes nothing then.
 OASLAM_API void ApplySetting(const std::string& assignment, SlamConfig& config);
 
 // The whole configuration as YAML.

@@ -154,7 +154,7 @@ class TestBadInput(harness.InFolder):
         self.assert_refused(self.run_slam("--config", config), "config.yaml:2", "features.cuont", "features.count")
 
     def test_value_out_of_bounds(self):
-        self.assert_refused(self.run_slam("--set", "features.count=5"), "features.count", "100")
+        self.assert_refused(self.run_slam("--set", "features.count=5"), "--set features.count", "100")
 
     # ---- detections, detectors
 

@@ -109,11 +109,10 @@ void LoadConfig(const std::string& path, SlamConfig& config) {
 void ApplySetting(const std::string& assignment, SlamConfig& config) {
   const size_t equals = assignment.find('=');
   if (equals == std::string::npos)
-    throw InputError(fmt::format("--set {}: expected section.key=value", assignment));
+    throw InputError(fmt::format("{}: expected section.key=value", assignment));
   const std::string key(Trim(std::string_view(assignment).substr(0, equals)));
   const std::string value(Trim(std::string_view(assignment).substr(equals + 1)));
-  if (const auto problem = SetField(config, key, YAML::Node(value)))
-    throw InputError("--set " + *problem);
+  if (const auto problem = SetField(config, key, YAML::Node(value))) throw InputError(*problem);
 }
 
 std::string ConfigToYaml(const SlamConfig& config) {
