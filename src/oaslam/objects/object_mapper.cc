@@ -49,8 +49,9 @@ void CountLabels(const ObjectSighting& sighting, Object& object) {
 // Adds a sighting to its object. Returns the object if it must be refitted; nothing if it was not
 // detected or has been dropped.
 std::optional<ObjectId> Receive(const ObjectSighting& sighting, Map& map) {
-  if (sighting.is_new && !map.objects.Contains(sighting.object) &&
-      !map.merged_objects.Contains(sighting.object)) {
+  // A sighting may wait while its class is declared movable (SetClassRelations).
+  if (sighting.is_new && !map.classes.IsMovable(sighting.category_id) &&
+      !map.objects.Contains(sighting.object) && !map.merged_objects.Contains(sighting.object)) {
     Object object;
     object.category_id = sighting.category_id;
     object.shares = sighting.shares;

@@ -44,6 +44,17 @@ TEST(ObjectMapping, FindsWhatIsOnTheTableAndNothingElse) {
   }
 }
 
+TEST(ObjectMapping, ASightingOfAClassThatIsNowMovableMakesNoObject) {
+  Map map;
+  map.classes.movable = {1};
+  ObjectSighting sighting;
+  sighting.object = ObjectId(0);
+  sighting.category_id = 1;
+  sighting.is_new = true;
+  UpdateObjects(map, std::span(&sighting, 1), {}, {});
+  EXPECT_TRUE(map.objects.empty());
+}
+
 TEST(ObjectMapping, IsTheSameOnEveryRun) {
   const auto film = Film(TableTop(), 80, {}, 2);
   const KnownPoseMap a = MapObjectsFromKnownPoses(film, kCamera, {}),
