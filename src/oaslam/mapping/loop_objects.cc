@@ -13,6 +13,7 @@
 namespace oaslam {
 namespace {
 
+// The values of this file were chosen by these reasons, not measured.
 constexpr int kGroup = 10;  // keyframes around an end: they see it from several sides
 
 std::set<KeyframeId> Around(const Map& map, KeyframeId end) {
@@ -24,7 +25,7 @@ std::set<KeyframeId> Around(const Map& map, KeyframeId end) {
 
 // An image in which objects were detected, mapped or not.
 struct Shot {
-  KeyframeId reference;
+  KeyframeId keyframe;  // in the map; the image was tracked from it, or from one that was culled
   Rigid3 cam_from_world;
   int camera = 0;
   std::vector<std::pair<const Object*, Box>> boxes;  // and what they show
@@ -40,13 +41,14 @@ End LookAround(const Map& map, KeyframeId keyframe) {
   const std::set<KeyframeId> group = Around(map, keyframe);
   End end;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
-    if (map.classes.IsMovable(object.category_id)) return;
     for (const ObjectObservation& o : object.observations) {
       const auto carried = map.ResolveKeyframe(o.reference);
       if (!carried || !group.contains(carried->by)) continue;
       Shot& shot = end.shots[o.frame_index];
-      shot.reference = carried->by;
-      shot.cam_from_world = o.cam_from_reference * *map.ResolvePose(o.reference);
+      shot.keyframe = carried->by;
+      const Rigid3 reference_from_world =
+          carried->cam_from_carrier * map.keyframes.At(carried->by).cam_from_world;
+      shot.cam_from_world = o.cam_from_reference * reference_from_world;
       shot.camera = o.camera;
       shot.boxes.emplace_back(&object, o.box);
       if (object.state == ObjectState::kMapped) end.objects.insert(id);
@@ -60,7 +62,9 @@ Ellipsoid Moved(const Ellipsoid& ellipsoid, const Similarity& motion) {
           (motion.rotation * ellipsoid.rotation).normalized()};
 }
 
-// Whether half of the landmarks in a box are nearer than the object, as on a wall in front of it.
+// Whether more than half of the landmarks that the keyframe sees where the object would be are
+// nearer than the object, as on a wall in front of it. Also true where the keyframe cannot see that
+// place. The keyframe stands for the images near it.
 bool IsBehindLandmarks(const Map& map, const Keyframe& keyframe, const Ellipsoid& ellipsoid) {
   const auto box = ProjectToBox(ellipsoid, keyframe.cam_from_world, map.cameras[keyframe.camera]);
   if (!box) return true;
@@ -85,11 +89,12 @@ enum class Showing { kNothing, kObject, kNoObject };
 Showing Judge(const Map& map, const Shot& shot, const LabelsRef& labels,
               const Ellipsoid& ellipsoid) {
   constexpr double kLeastSize = 40;  // detector pixels: detectors miss smaller objects more often
-  // Strict on what counts as missing (share inside the image, share hidden), and generous on what
-  // counts as seen (overlap), since a wrong veto loses a right loop.
-  constexpr double kInside = 0.95, kSameBox = 0.1, kHidden = 0.2;
+  // A wrong veto loses a right loop. So what counts as missing is strict (least share of the box in
+  // the image, most of it in the box of another object), and what counts as seen is generous (least
+  // IoU with the box of its class: ellipsoids of few views and drift displace the box).
+  constexpr double kInside = 0.95, kHidden = 0.2, kSameBox = 0.1;
   const Camera& camera = map.cameras[shot.camera];
-  const Keyframe& keyframe = map.keyframes.At(shot.reference);
+  const Keyframe& keyframe = map.keyframes.At(shot.keyframe);
   const auto box = ProjectToBox(ellipsoid, shot.cam_from_world, camera);
   if (!box || ShareInside(*box, keyframe.features->bounds) < kInside) return Showing::kNothing;
   for (const auto& [object, seen] : shot.boxes)
@@ -133,7 +138,11 @@ LoopObjects CompareObjects(const Map& map, const LoopClosure& loop) {
 }
 
 bool AreObjectsAgainst(const LoopObjects& objects) {
-  return objects.contradicting >= 3 && objects.contradicting > 2 * objects.agreeing;
+  // Fewer may be missed by the detector, or have been carried away. One object that agrees
+  // outweighs two that contradict, since a wrong veto loses a right loop.
+  constexpr int kLeastContradicting = 3, kOutweighed = 2;
+  return objects.contradicting >= kLeastContradicting &&
+         objects.contradicting > kOutweighed * objects.agreeing;
 }
 
 }  // namespace oaslam

@@ -15,7 +15,8 @@ struct LoopObjects {
 // Moves the mapped objects around each end by the loop's similarity, and looks for a detection of
 // their class there, mapped or not, in the images around the other end. An object contradicts only
 // if several images should show it large, well inside, and not behind boxes or landmarks. Objects
-// that were seen from both ends, or whose classes move, do not count.
+// that were seen from both ends do not count. Boxes of movable classes are not in the map, so that
+// a person hides nothing here. An image without any box of an object counts neither way.
 LoopObjects CompareObjects(const Map& map, const LoopClosure& loop);
 
 // Whether the objects refute the loop: several contradict, and more than twice as many as agree.

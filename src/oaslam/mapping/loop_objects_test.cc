@@ -11,6 +11,7 @@ namespace {
 
 constexpr uint32_t kWayKeyframes = 12;
 constexpr double kDrift = 0.3;
+constexpr double kSpacing = 0.6;  // of the objects in the row; they are 0.24 wide
 
 // Two passes of the same cameras; the second believes to be kDrift farther to the right.
 struct TwoPasses {
@@ -46,15 +47,14 @@ struct TwoPasses {
       object.category_id = first_category + i;
       object.state = ObjectState::kMapped;
       object.ellipsoid =
-          synthetic::Upright(0, {-0.9 + 0.6 * i + shift + (in_second ? kDrift : 0), -0.5, 0},
+          synthetic::Upright(0, {-0.9 + kSpacing * i + shift + (in_second ? kDrift : 0), -0.5, 0},
                              {0.12, 0.12, 0.12})
               .ellipsoid;
       for (uint32_t k = in_second ? kWayKeyframes : 0;
            k < (in_second ? 2 * kWayKeyframes : kWayKeyframes); ++k) {
         const Keyframe& keyframe = map.keyframes.At(KeyframeId(k));
         const auto box = ProjectToBox(object.ellipsoid, keyframe.cam_from_world, map.cameras[0]);
-        object.observations.push_back(
-            {static_cast<int>(k), KeyframeId(k), {}, 0, box.value_or(Box{})});
+        if (box) object.observations.push_back({static_cast<int>(k), KeyframeId(k), {}, 0, *box});
       }
       map.objects.Insert(ObjectId(static_cast<uint32_t>(map.objects.size())), object);
     }
@@ -74,24 +74,24 @@ TEST(LoopObjects, TheSameThingsAgree) {
 TEST(LoopObjects, OtherThingsBetweenTheirPlacesContradict) {
   TwoPasses passes;
   passes.Add(1, false);
-  passes.Add(20, true, 0.3);
+  passes.Add(20, true, kSpacing / 2);
   const LoopObjects objects = CompareObjects(passes.map, passes.loop);
   EXPECT_EQ(objects.agreeing, 0);
-  EXPECT_GE(objects.contradicting, 6);
+  EXPECT_EQ(objects.contradicting, 8);  // four of each end
   EXPECT_TRUE(AreObjectsAgainst(objects));
 }
 
 TEST(LoopObjects, AWallInFrontOfAThingExcusesThatItIsNotSeen) {
   TwoPasses passes;
   passes.Add(1, false);
-  passes.Add(20, true, 0.3);
-  // Landmarks on a plane half way to the objects.
+  passes.Add(20, true, kSpacing / 2);
+  constexpr double kDepth = 1.2;  // of landmarks on a plane, less than half way to the objects
   for (const KeyframeId id : passes.map.keyframes.Ids()) {
     const Keyframe& keyframe = passes.map.keyframes.At(id);
     const Features& features = *keyframe.features;
     for (uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
       const Eigen::Vector2d px = features.keypoints[i].px.cast<double>();
-      const Eigen::Vector3d in_cam(1.2 * (px.x() - 320) / 520, 1.2 * (px.y() - 240) / 520, 1.2);
+      const Eigen::Vector3d in_cam = kDepth * RayOf(passes.map.cameras[0], px);
       const LandmarkId landmark =
           passes.map.AddLandmark(keyframe.cam_from_world.Inverse() * in_cam, id);
       passes.map.AddObservation(landmark, id, i);
