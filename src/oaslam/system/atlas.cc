@@ -13,7 +13,7 @@
 namespace oaslam {
 namespace {
 
-// An empty map with the same cameras and class relations.
+// An empty map with the same cameras and class relations, whose versions go on from there.
 Map EmptyLike(const Map& map, uint32_t first_landmark) {
   Map empty;
   empty.cameras = map.cameras;
@@ -49,30 +49,36 @@ Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piec
     waiting_.Add(std::move(piece), ++last_number_);
   }
   BeginMain(std::move(map), is_loaded);
+  is_loaded_ = is_loaded;
 }
 
-void Atlas::BeginMain(Map map, bool is_loaded) {
+// Makes `map` the main piece. `has_map`: the camera is looked for in it, and no initial map is
+// made.
+void Atlas::BeginMain(Map map, bool has_map) {
   const NextIds ids = Behind(free_ids_, NextIdsOf(map));
   map.next_landmark = ids.landmark;
-  is_loaded_ = is_loaded;
-  End(std::exchange(main_, std::make_unique<Session>(config_, std::move(map), ids, is_loaded)));
+  is_loaded_ = false;
+  End(std::exchange(main_, std::make_unique<Session>(config_, std::move(map), ids, has_map)));
   main_->tracker().SetRelocalizationMode(mode_);
   main_->tracker().SetMapping(mapping_);
 }
 
 Tracker::Outcome Atlas::Process(const Frame& frame) {
   newest_frame_ = frame.index;
-  // Ids must stay unique across both pieces: the main one may make objects while its camera is
-  // lost, and keyframes and landmarks, too, once the camera is found.
-  if (mapping_ && growing_ && lost_since_)
-    main_->tracker().SkipIds(growing_->session().tracker().next_ids());
-  if (mapping_ && growing_ && !lost_since_)
-    main_->SkipIds(growing_->session().next_ids(), frame.index);
+  // Ids must stay unique across both pieces. While the camera is lost in the main one, that may
+  // make objects only, whose next id its tracker knows. Once the camera is found there, it may make
+  // keyframes and landmarks, too; the ids of landmarks are the mappers', for which this waits.
+  if (mapping_ && growing_) {
+    if (lost_since_)
+      main_->tracker().SkipIds(growing_->session().tracker().next_ids());
+    else
+      main_->SkipIds(growing_->session().next_ids(), frame.index);
+  }
   const bool looks = MayLook(frame);
   Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
   const bool is_vain = IsLost(outcome) && !outcome.located;
   if (looks) last_vain_look_ = is_vain ? std::optional(frame.timestamp) : std::nullopt;
-  if (outcome.gives_up) {
+  if (outcome.gives_up) {  // the main piece is too small to find the camera again
     EndGrowingPiece(frame.index);
     Park(*main_);
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
@@ -85,8 +91,8 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   return outcome;
 }
 
-// Whether to look for the camera in the main piece. With mapping, while a new piece grows, it waits
-// after a failed attempt.
+// Whether to look for the camera in the main piece. With mapping, while a new piece grows, not
+// shortly after a failed attempt.
 bool Atlas::MayLook(const Frame& frame) const {
   constexpr double kSeconds = 0.09;  // three images at 30 Hz; searches take more time than tracking
   if (!mapping_ || !growing_ || !last_vain_look_) return true;
@@ -133,9 +139,12 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
 // followed in the new piece until it has been tracked in the main one for a while, since frames
 // with a pose in both determine the transformation best; then the new piece is dropped.
 Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
-  constexpr double kFollowed = 10;                             // seconds
-  constexpr size_t kNewestLocated = 100, kMostLocated = 1000;  // frames
-  constexpr size_t kMostKeyframes = 300;                       // bounds the memory and the time
+  // The values were not measured.
+  constexpr double kFollowed = 10;  // seconds since few landmarks were in view
+  // Frames with a pose in both maps: 3 s and half a minute at 30 Hz. The newest ones place the
+  // camera best, since a piece drifts.
+  constexpr size_t kNewestLocated = 100, kMostLocated = 1000;
+  constexpr size_t kMostKeyframes = 300;  // of the new piece; bounds the memory and the time
   if (outcome.state == TrackingState::kInitializing) return outcome;
   const bool is_lost = IsLost(outcome);
   if (is_lost || outcome.inliers < Tracker::kFewLandmarks) few_in_view_at_ = frame.timestamp;
@@ -179,6 +188,7 @@ void Atlas::BeginGrowingPiece(int frame_index) {
   growing_->session().tracker().SetRelocalizationMode(mode_);
 }
 
+// Ends the growing piece, if there is one: it waits with mapping, and is dropped without.
 void Atlas::EndGrowingPiece(int frame_index) {
   if (!growing_) return;
   if (mapping_) Park(growing_->session());
@@ -187,11 +197,15 @@ void Atlas::EndGrowingPiece(int frame_index) {
   if (mapping_) main_->SkipIds(free_ids_, frame_index);
 }
 
-// Joins the growing piece with the main one; false where the transformation is not known yet.
+// Joins the growing piece with the main one, in which the camera is then tracked as it was in the
+// growing one. Returns false, and leaves the pieces as they are, where the transformation is not
+// known yet, the camera would jump, or the mapping of the main piece has failed.
 bool Atlas::JoinGrowingPiece(int frame_index) {
+  // On the map that the tracker saw, since the newest one must be waited for. The commands that are
+  // waited for may move the map, so that the alignment is made again.
   if (!growing_->Align()) return false;
   Session& found = growing_->session();
-  const std::shared_ptr<const Map> map = found.Newest();  // queued commands may have moved the map
+  const std::shared_ptr<const Map> map = found.Newest();
   const std::optional<PieceAlignment> alignment = growing_->Align();
   if (!alignment) return false;
   const Similarity& world_from_new = alignment->other_from_this;
@@ -213,20 +227,23 @@ void Atlas::PromoteGrowingPiece() {
   Park(*main_);
   End(std::exchange(main_, growing_->TakeSession()));
   growing_.reset();
+  is_loaded_ = false;
   main_number_ = ++last_number_;
 }
 
-// Ends a session. In live mode another thread does that, since a background adjustment takes some
-// tenths of a second to stop and the camera must not wait for it.
+// Destroys a session, if there is one; its background adjustment takes some tenths of a second to
+// stop. In live mode another thread does that, and the camera waits only where the session before
+// is still being destroyed.
 void Atlas::End(std::unique_ptr<Session> session) {
-  if (config_.runner.mode == RunnerMode::kLive)
+  if (session && config_.runner.mode == RunnerMode::kLive)
     ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
 }
 
-// Moves the map and the trajectory of a session to the waiting pieces.
+// Copies a session's map, with all that its tracker has seen, and its trajectory to the waiting
+// pieces, unless the map is empty. Keeps its failure, and its ids from being used again.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
-  rest.adopt_adjustment = true;
+  rest.adopt_adjustment = true;  // it would end with the session
   session.SubmitAndWait(std::move(rest));
   if (!failure_) failure_ = session.failure();
   const std::shared_ptr<const Map> map = session.snapshot();
@@ -263,7 +280,6 @@ void Atlas::PromoteLargest() {
   if (!largest) return;
   Park(*main_);
   BeginMain(std::move(largest->piece.map), true);
-  is_loaded_ = false;
   main_->tracker().Adopt(largest->piece.trajectory, 1);
   main_number_ = largest->number;
 }
@@ -281,7 +297,7 @@ void Atlas::LookBack() {
 }
 
 void Atlas::Finish() {
-  if (mapping_ && growing_) growing_->session().Newest();
+  if (mapping_ && growing_) growing_->session().Newest();  // for Align in JoinGrowingPiece
   if (growing_ && (!mapping_ || !JoinGrowingPiece(newest_frame_))) EndGrowingPiece(newest_frame_);
   if (mapping_ && !failure()) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
@@ -301,6 +317,7 @@ std::exception_ptr Atlas::failure() {
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(
     int frame_index, const std::vector<ObjectDetection>& detections) {
+  // Both pieces may make objects of them, with different ids.
   if (mapping_ && growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->state == TrackingState::kRelocalized) {
@@ -322,7 +339,7 @@ void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
 void Atlas::SetMapping(bool enabled) {
   if (mapping_ == enabled) return;
   if (!enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
-  EndGrowingPiece(newest_frame_);
+  EndGrowingPiece(newest_frame_);  // as it was made: with mapping, or without
   lost_since_.reset();
   few_in_view_at_.reset();
   mapping_ = enabled;
@@ -343,7 +360,7 @@ void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {
   MapCommand command;
-  command.frame_index = newest_frame_ + 1;
+  command.frame_index = newest_frame_ + 1;  // the first frame that they apply to
   command.classes = relations;
   waiting_.SetClassRelations(relations);
   if (growing_) growing_->session().SubmitAndWait(command);

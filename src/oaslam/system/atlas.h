@@ -26,12 +26,14 @@ namespace oaslam {
 // - While frames are found in the main piece by objects only, or by points on probation, both
 //   pieces are kept up until the transformation between them is known; then they are joined.
 // - Once the camera is found in the main piece and passes its probation, or is lost in the new
-//   piece, too, the new piece waits. A new piece that has become larger than the main one takes its
-//   place, and the main one waits.
+//   piece, too, the new piece waits.
+// - A new piece that has become larger than the main one takes its place, and the main one waits,
+//   while the camera is lost in the main one and tracked in the new one. A main piece that was
+//   loaded, has anchors or is in metres keeps its place.
 class Atlas {
  public:
-  // `is_loaded`: the camera is looked for in `map`, and no initial map is made. No two pieces share
-  // an id.
+  // `is_loaded`: the camera is looked for in `map`, which stays the main piece unless it is empty,
+  // and no initial map is made. No two pieces share an id.
   Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
 
   // Tracks the next frame.
@@ -39,12 +41,14 @@ class Atlas {
   // Detections of a frame that was processed before.
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
                                                 const std::vector<ObjectDetection>& detections);
-  // Joins the pieces that can be joined, tracks frames without a pose once more (not in live mode),
-  // and waits for the last optimisation. Without mapping the map does not change.
+  // Joins the pieces that can be joined, makes the largest one the main piece unless that must keep
+  // its place, tracks frames without a pose once more (not in live mode), and waits for the last
+  // optimisation. Without mapping the map does not change.
   void Finish();
-  // The exception that ended the mapping of any piece (MapPipeline); null while mapping works. From
-  // then on no frame is mapped, but all pieces are kept, and Finish may still join and optimise
-  // those whose own mapping works.
+  // The exception that ended the mapping of any piece (MapPipeline); null while mapping works. The
+  // caller gives no more frames then. All pieces are kept. Where the mapping of the main piece
+  // still works, Finish joins the growing one with it if it can, and optimises it. It leaves the
+  // waiting ones as they are, and tracks no frame once more.
   std::exception_ptr failure();
 
   void SetRelocalizationMode(RelocalizationMode mode);
@@ -67,7 +71,7 @@ class Atlas {
 
  private:
   bool MayLook(const Frame& frame) const;
-  void BeginMain(Map map, bool is_loaded);
+  void BeginMain(Map map, bool has_map);
   Tracker::Outcome UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
   Tracker::Outcome PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
   void BeginGrowingPiece(int frame_index);
@@ -83,7 +87,7 @@ class Atlas {
   SlamConfig config_;
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
   bool mapping_ = true;
-  bool is_loaded_ = false;
+  bool is_loaded_ = false;  // the main piece, by the user
   std::unique_ptr<Session> main_;
   // While the camera is lost; without mapping, already when few landmarks are in view.
   std::optional<GrowingPiece> growing_;
@@ -98,7 +102,7 @@ class Atlas {
   int newest_frame_ = 0;
   int main_number_ = 0, last_number_ = 0;
   std::exception_ptr failure_;  // exception of a session that has ended
-  std::jthread ending_;         // waits for the end of a session; in live mode
+  std::jthread ending_;         // destroys a session; in live mode
 };
 
 }  // namespace oaslam
