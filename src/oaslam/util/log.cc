@@ -22,7 +22,7 @@ std::shared_ptr<const LogSink>& Sink() {
   return sink;
 }
 
-std::shared_ptr<const LogSink> PresentSink() {
+std::shared_ptr<const LogSink> CurrentSink() {
   const std::lock_guard lock(sink_mutex);
   return Sink();
 }
@@ -32,11 +32,13 @@ std::shared_ptr<const LogSink> PresentSink() {
 void SetLogSink(LogSink sink) {
   auto next = std::make_shared<const LogSink>(std::move(sink));
   const std::lock_guard lock(sink_mutex);
+  // Swapped, not assigned: the previous sink is destroyed after the lock is released, since its
+  // destructor may log.
   std::swap(Sink(), next);
 }
 
 void Log(LogLevel level, const std::string& message) {
-  const std::shared_ptr<const LogSink> sink = PresentSink();
+  const std::shared_ptr<const LogSink> sink = CurrentSink();
   if (*sink) (*sink)(level, message);
 }
 
