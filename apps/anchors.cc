@@ -133,19 +133,25 @@ void AddAnchorsCommand(CLI::App& app) {
       ->required();
   command
       ->add_option("--place", options->place,
-                   "NAME=MODEL@object:ID: on top of an object; NAME=MODEL@keyframe:ID:X,Y: on the "
-                   "surface seen at a pixel of a keyframe. May be repeated")
+                   "PLACE is object:ID, on top of an object, or keyframe:ID:X,Y, on the surface "
+                   "seen at a pixel of a keyframe; may be repeated")
+      ->type_name("NAME=MODEL@PLACE")
       ->expected(1)
       ->take_all();
   command
       ->add_option("--size", options->size,
-                   "NAME=SIZE of the content's longest side, in units of the map; may be repeated")
+                   "of the content's longest side, in units of the map; may be repeated")
+      ->type_name("NAME=SIZE")
       ->expected(1)
       ->take_all();
-  command->add_option("--rename", options->rename, "NAME=OTHER; may be repeated")
+  command->add_option("--rename", options->rename, "another name for it; may be repeated")
+      ->type_name("NAME=OTHER")
       ->expected(1)
       ->take_all();
-  command->add_option("--delete", options->erase, "NAME; may be repeated")->expected(1)->take_all();
+  command->add_option("--delete", options->erase, "forget an anchor; may be repeated")
+      ->type_name("NAME")
+      ->expected(1)
+      ->take_all();
   command->add_option("--out", options->out, "write the edited map to this file instead");
   command->add_flag("--quiet", options->quiet, "print nothing");
   command->callback([options] { EditAnchors(*options); });

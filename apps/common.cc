@@ -95,6 +95,12 @@ void AddClassesOption(CLI::App& app, CommonOptions& options) {
       ->type_name("FILE");
 }
 
+void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description) {
+  app.add_option("--relocalization", mode, description)
+      ->check(CLI::IsMember({"points", "objects", "points+objects"}))
+      ->capture_default_str();
+}
+
 void AddCommonOptions(CLI::App& app, CommonOptions& options) {
   AddFrameOptions(app, options);
   AddClassesOption(app, options);

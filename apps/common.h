@@ -32,6 +32,8 @@ void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotatio
 void AddFollowOption(CLI::App& app, CommonOptions& options);   // --follow
 void AddPieceOption(CLI::App& app, int& piece);                // --piece, of a map file
 void AddClassesOption(CLI::App& app, CommonOptions& options);
+// --relocalization. `mode` must hold the default.
+void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description);
 // All of them. `options` must outlive the parsing.
 void AddCommonOptions(CLI::App& app, CommonOptions& options);
 

@@ -266,13 +266,15 @@ void AddEvaluateCommand(CLI::App& app) {
 
   CLI::App* relocalization =
       evaluate->add_subcommand("relocalization", "Recall and precision of localized poses");
-  relocalization->add_option("--poses", o.poses, "poses.txt of localize; repeat it to compare")
+  relocalization
+      ->add_option("--poses", o.poses, "poses.txt of localize; may be repeated, to compare")
       ->expected(1)
       ->take_all()
       ->required();
   relocalization
-      ->add_option("--errors", o.errors,
-                   "Errors of another system: frame,position_error_m,rotation_error_deg")
+      ->add_option(
+          "--errors", o.errors,
+          "Errors of another system: frame,position_error_m,rotation_error_deg; may be repeated")
       ->expected(1)
       ->take_all();
   relocalization->add_option("--map-groundtruth", o.map_groundtruth,
@@ -313,7 +315,7 @@ void AddEvaluateCommand(CLI::App& app) {
       "keyframes.txt or trajectory.txt of the mapping run: takes the map to the ground truth";
   relocalization
       ->add_option("--map-trajectory", o.map_trajectories,
-                   map_trajectory + "; repeat it where each --poses has a map of its own")
+                   map_trajectory + "; may be repeated, where each --poses has a map of its own")
       ->expected(1)
       ->take_all()
       ->required();

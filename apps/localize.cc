@@ -332,10 +332,7 @@ void AddLocalizeCommand(CLI::App& app) {
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   AddDetectEveryOption(*command, options->detector);
   command->add_option("--out", options->out, "folder for the results; by default beside PATH");
-  command
-      ->add_option("--relocalization", options->relocalization,
-                   "points, objects or points+objects (default)")
-      ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  AddRelocalizationOption(*command, options->relocalization, "by what images are found");
   auto* every_frame =
       command->add_flag("--every-frame", options->every_frame,
                         "find each image by itself instead of following the camera");

@@ -38,15 +38,15 @@ void AddMergeCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "merge", "Join two maps made apart into one, where a part of them shows the same place");
   const auto options = std::make_shared<MergeOptions>();
-  command->add_option("first", options->first, "map file; its frame and names are kept")
+  command
+      ->add_option(
+          "first", options->first,
+          "map file; the result has its frame, and its unit unless only the other is in metres")
       ->required();
   command->add_option("second", options->second, "map file")->required();
   command->add_option("--out", options->out, "map file to write")->required();
-  command
-      ->add_option("--relocalization", options->relocalization,
-                   "by what keyframes are found in the other map: points, objects or "
-                   "points+objects (default)")
-      ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  AddRelocalizationOption(*command, options->relocalization,
+                          "by what keyframes are found in the other map");
   AddQuietOption(*command, options->common);
   AddConfigOptions(*command, options->common);
   command->callback([options] { Merge(*options); });

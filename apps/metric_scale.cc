@@ -63,9 +63,9 @@ Eigen::Vector3d PositionAt(const std::vector<StampedPose>& trajectory, double ti
 }  // namespace
 
 void AddScaleOptions(CLI::App& app, ScaleSettings& settings) {
-  auto* object = app.add_option(
-      "--scale-object", settings.object,
-      "metric scale from mapped objects of known height: CLASS=HEIGHT_M, e.g. cup=0.095");
+  auto* object = app.add_option("--scale-object", settings.object,
+                                "metric scale from mapped objects of known height, e.g. cup=0.095")
+                     ->type_name("CLASS=HEIGHT_M");
   app.add_option("--scale-from", settings.from,
                  "metric scale from --groundtruth (gt), or from the camera's distance between two "
                  "time stamps: T1:T2=METRES")

@@ -91,17 +91,20 @@ void AddObjectsCommand(CLI::App& app) {
   const auto options = std::make_shared<ObjectsOptions>();
   command->add_option("map", options->map, "map file; edited in place unless --out is given")
       ->required();
-  command->add_option("--rename", options->rename, "ID=NAME: a name of its own; may be repeated")
+  command->add_option("--rename", options->rename, "a name of its own; may be repeated")
+      ->type_name("ID=NAME")
       ->expected(1)
       ->take_all();
   command
       ->add_option("--merge", options->merge,
-                   "ID,ID: one object was mapped twice; the first stays. May be repeated")
+                   "one object was mapped twice; the first stays. May be repeated")
+      ->type_name("ID,ID")
       ->expected(1)
       ->take_all();
   command
       ->add_option("--delete", options->erase,
-                   "ID: forget an object; may be repeated. After renaming and merging")
+                   "forget an object; may be repeated. After renaming and merging")
+      ->type_name("ID")
       ->expected(1)
       ->take_all();
   command->add_option("--out", options->out, "write the edited map to this file instead");

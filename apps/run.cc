@@ -336,10 +336,7 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("--map-in", options->map_in,
                       "start from this map: relocalize in it, go on mapping");
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
-  command
-      ->add_option("--relocalization", options->relocalization,
-                   "points, objects or points+objects (default)")
-      ->check(CLI::IsMember({"points", "objects", "points+objects"}));
+  AddRelocalizationOption(*command, options->relocalization, "by what a lost camera is found");
   command
       ->add_option("--rolling-shutter", options->readout_ms,
                    "milliseconds in which the camera reads out an image, top row to bottom row: "

@@ -67,7 +67,9 @@ class TestCommandDocs(harness.InFolder):
                             ("oaslam run --detector-ba", "run --detector-backend"), ("oaslam run --detector-backend on", "run --detector-backend onnxruntime"),
                             ("oaslam run --quiet --resu", "run --quiet --resu"), ("oaslam detect --resu", "detect --resume"),
                             ("oaslam run --camera walks/k", "run --camera walks/kitchen.mp4"), ("oaslam run walks/k", "run walks/kitchen.mp4"),
-                            ("oaslam run --seed walks/k", "run --seed walks/k"), ("oaslam run --viewer walks/k", "run --viewer walks/kitchen.mp4")):
+                            ("oaslam merge --relocalization obj", "merge --relocalization objects"),
+                            ("oaslam evaluate relocalization --poses a --pos", "evaluate relocalization --poses a --poses"),
+                            ("oaslam objects --rename walks/k", "objects --rename walks/k"), ("oaslam run --seed walks/k", "run --seed walks/k"), ("oaslam run --viewer walks/k", "run --viewer walks/kitchen.mp4")):
             assert shell.completed(line) == ["oaslam", *words.split()], line
         assert shell.completed("oaslam view walk\\ ") == ["oaslam", "view", "walk one.mp4"]
 
