@@ -22,15 +22,15 @@ namespace {
 // Images with more pixels are scaled down, which saves time and memory and keeps the focal length
 // as accurate.
 constexpr double kMaxPixels = 640 * 480;
-// The number of images kept and their highest rate: 20 s of video, enough for one walk around a
-// table.
+// The number of images kept: 20 s of video, enough for one walk around a table.
 constexpr size_t kMaxImages = 600;
-constexpr double kMaxRateHz = 32;
+constexpr double kMaxRateHz = 32;  // of images kept: all of a video of 30 Hz whose times vary
 // Fields of view to begin with, degrees of the longer side: that of phones, then
 // narrower and wider lenses.
 constexpr double kUsualFov[] = {65, 50, 85, 105};
 // Relative standard deviations of the focal length at which a first pass ends, and at which the
-// final one ends: more views would take longer than they improve the result.
+// final one ends. A lower bound takes more views and time, for a focal length that the map of the
+// whole run corrects anyway.
 constexpr double kRoughSigma = 0.01, kFineSigma = 0.005;
 // Prior standard deviation of the readout time of a rolling shutter: phones take 10 to 30 ms, from
 // the top or the bottom row.
@@ -99,7 +99,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       if (pass.calibration.success && CalibrateUntilStable(pass)) break;
       // Where a map of many views does not determine the camera, a map from another guess does not,
       // either.
-      constexpr int kManyKeyframes = 20, kEnoughMaps = 2;
+      constexpr int kManyKeyframes = 20, kEnoughMaps = 2;  // chosen so, not measured
       undetermined += pass.calibration.keyframes >= kManyKeyframes;
       if (undetermined >= kEnoughMaps) break;
     }
@@ -140,7 +140,8 @@ class OASLAM_LOCAL CameraEstimator::Impl {
   // Maps the images until the relative standard deviation of the focal length is below `enough`, or
   // to the last image.
   Pass Map(const Camera& camera, double enough) const {
-    constexpr size_t kFirstCheck = 8;  // keyframes before the first attempt
+    // Keyframes before the first attempt, since few hardly determine a camera; not measured.
+    constexpr size_t kFirstCheck = 8;
     // After this factor of keyframes the calibration is tried again, so that its time is a constant
     // share.
     constexpr double kNextCheck = 1.35;

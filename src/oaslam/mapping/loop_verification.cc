@@ -15,13 +15,16 @@
 namespace oaslam {
 namespace {
 
+// The values of this file were chosen by these reasons, not measured.
 constexpr int kGroupSize = 8;  // keyframes around an end, which see most of its landmarks
 // A wrong loop destroys the map, while a missed one is found by a later keyframe: as many inliers
-// as tracking.min_relocalization_inliers.
-constexpr int kMinMatches = 20, kMinRansacInliers = 15, kMinInliers = 50, kMinScalePairs = 10;
-constexpr double kGuidedRadiusPx = 8;  // the error of a pose by RANSAC
+// as tracking.min_relocalization_inliers. The first pose needs fewer, since it only guides the
+// search for these.
+constexpr int kMinInliers = 50, kMinMatches = 20, kMinRansacInliers = 15;
 // Where the objects around both ends agree, too, half of the points suffice.
 constexpr int kMinInliersByObjects = 25;
+constexpr int kMinScalePairs = 10;     // a median of fewer ratios may be that of wrong ones
+constexpr double kGuidedRadiusPx = 8;  // the error of a pose by RANSAC
 
 // Key points that show a landmark of the current part and one of the old part:
 // the positions of both.
@@ -108,6 +111,8 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
                                       const LoopCandidate& candidate, Rng& rng) {
   // Around projections by a pose from objects, which is less accurate.
   constexpr double kRadiusByObjectsPx = 32;
+  // Stricter than where a lost camera is looked for, since a wrong loop destroys the map.
+  constexpr double kRatio = 0.75;
   const KeyframeId old = candidate.old;
   const Keyframe& here = map.keyframes.At(current);
   const Camera& camera = map.cameras[here.camera];
@@ -115,7 +120,7 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
   group.push_back(old);
   const auto group_landmarks = [&] { return LandmarksSeenBy(map, group); };
   std::optional<Rigid3> rough = PoseByMatches(
-      map, here, MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), 0.75), rng);
+      map, here, MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), kRatio), rng);
   std::optional<Rigid3> expected;
   if (candidate.by_objects) {
     const double depth = map.MedianDepth(old);
@@ -150,7 +155,7 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
       Similarity(here.cam_from_world);
   if (!candidate.is_near && is_scale_by_points &&
       CountConsistent(shared, loop.old_from_current, pose.cam_from_world) <
-          std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))
+          std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))  // at least half of them
     return std::nullopt;
   return loop;
 }
