@@ -18,7 +18,7 @@ key for one run and wins over the file. An unknown key is an error that names th
 
 
 def word(value):
-    """As in a configuration file."""
+    """A value of C++ as a configuration file writes it."""
     return {"true": "on", "false": "off"}.get(value, re.sub(r"\w+::k", "", value).lower())
 
 

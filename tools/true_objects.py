@@ -162,7 +162,7 @@ def match(objects, true, align):
 
 
 def volume_iou(o, t, align, cells=32):
-    """Of the ellipsoid of a map's object and of a true one: by a grid of points over both."""
+    """Intersection over union of the ellipsoids of a map's object and of a true one, by a grid of points over both."""
     center, axes, turned = align(o.center), align.scale * o.half_axes, align.rotation @ o.rotation
     reach = [np.sqrt(((r * a) ** 2).sum(1)) for r, a in ((turned, axes), (t.rotation, t.half_axes))]
     low, high = np.minimum(center - reach[0], t.center - reach[1]), np.maximum(center + reach[0], t.center + reach[1])

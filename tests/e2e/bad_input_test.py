@@ -222,10 +222,10 @@ class TestBadInput(harness.InFolder):
         self.out = os.path.join(self.write("file", ""), "out")
         outcome = self.run_slam()
         self.assert_refused(outcome, self.out)
-        assert "/450" not in outcome.err  # said before the work, not after it: no line of progress
+        assert "/450" not in outcome.err  # refused before the work begins: no line of progress
 
     def test_map_file_that_cannot_be(self):
-        """Said before the work, not after it."""
+        """It is refused before the work begins."""
         in_a_file = os.path.join(self.write("file", ""), "desk.map")
         pipe = os.path.join(self.folder, "pipe")
         os.mkfifo(pipe)

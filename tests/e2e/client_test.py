@@ -230,7 +230,7 @@ class TestClient(Asking):
 
             def is_refused():
                 try:
-                    client.maps()  # works where the worker has just ended one of the eight
+                    client.maps()  # succeeds where the worker has just taken one of the eight
                 except ServiceError as error:
                     with self.refused(503, "too many requests wait"):
                         raise error

@@ -80,7 +80,7 @@ class Postgres:
                   f"-c fsync=off -p {self.port} -c listen_addresses=127.0.0.1 -k {os.path.dirname(self.data)}", "start")
 
     def stop(self):
-        """At once, so that connections break."""
+        """Stops at once: connections break."""
         self.call("pg_ctl", "-w", "-m", "immediate", "-D", self.data, "stop")
 
 

@@ -1,4 +1,4 @@
-"""The status 77 where all tests are skipped, which ctest shows as skipped."""
+"""Where all tests are skipped, pytest ends with status 77, which ctest shows as skipped."""
 
 
 def pytest_sessionfinish(session, exitstatus):

@@ -22,7 +22,7 @@ def blocks(page, language):
 
 
 def commands(page):
-    """The commands of all blocks, each of which is complete."""
+    """The commands of all blocks. One may take several lines; none goes on in the next block."""
     found = []
     for block in blocks(page, "sh"):
         command = ""
@@ -41,7 +41,7 @@ def poses(answer):
     return [result["pose"] for result in json.loads(answer)["results"]]
 
 
-# What shows that a command did what it is for, in the order of the page.
+# In the order of the page: a part of a command, and whether its answer shows that it did what it is for.
 ANSWERS = [
     ("photo.jpg 'localhost", lambda a: poses(a)),
     ("maps/desk  ", lambda a: len(json.loads(a)["objects"]) > 5),

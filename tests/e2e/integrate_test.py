@@ -71,7 +71,7 @@ class TestPage(harness.InFolder):
 
     @pytest.mark.skipif(not HAS_GSTREAMER, reason="there is no GStreamer to build with, or not its base plugins")
     def test_images_from_gstreamer(self):
-        # The same grey images, with colours.
+        # The same grey values, and a colour that must change nothing.
         with open(self.path("grey"), "rb") as planes, open(self.path("nv12"), "wb") as f:
             for i in range(FRAMES):
                 f.write(planes.read(640 * 480) + bytes([90, 160]) * (640 * 480 // 4))

@@ -66,7 +66,7 @@ class TestLocalize(harness.InFolder):
         clip = harness.clip("query_around")[2:]
         for options in (["--forget-every", "0"], ["--forget-every", "-3"], ["--forget-every", "x"], ["--forget-every", "3", "--every-frame"]):
             outcome = oaslam("localize", "--map", harness.DESK_MAP, "--out", os.path.join(self.folder, "refused"), *clip, "--relocalization", "objects", *options)
-            assert outcome.code in (105, 108), outcome  # of CLI11
+            assert outcome.code in (105, 108), outcome  # CLI11's ValidationError and ExcludesError
             assert "--forget-every" in outcome.err
 
     def test_localization_as_in_the_paper(self):

@@ -67,7 +67,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 
 class Server(http.server.ThreadingHTTPServer):
-    """Sends `content`. The next `breaks` answers end after `most` bytes, and are held open until `stall` is set."""
+    """Sends `content`. The next `breaks` answers end after `most` bytes; while `stall` is not set, they stay open there."""
     daemon_threads = True
 
     def __init__(self, content=CONTENT, certificate=None):
@@ -124,7 +124,7 @@ class WithServer:
         assert os.listdir(self.models) == ["tiny.onnx"]
 
     def assert_refused(self, done, *words, kept=None):
-        """`kept`: how much of the file is left as the part of a later attempt."""
+        """`kept`: how many bytes of the file are left, from which a later attempt goes on."""
         assert done.code == 1, done
         for word in words:
             assert word in done.err
@@ -465,7 +465,7 @@ class TestWithoutModel(WithServer):
     def test_fetched_where_it_is_wanted(self):
         code, shown = self.at_terminal(b"y\n")
         assert harness.read_bytes(os.path.join(self.models, "yolox_nano.onnx")) == CONTENT
-        assert code == 1, shown  # it is used, and the noise that this server sends is no network
+        assert code == 1, shown  # the run uses what it fetched, which is noise and no network
         assert "yolox_nano.onnx: not an ONNX file" in shown
 
     def test_points_alone_where_it_cannot_be_fetched(self):

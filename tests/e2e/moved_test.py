@@ -40,7 +40,7 @@ class TestMoved(harness.InFolder):
         return path
 
     def off(self, an_object, shift):
-        """The distance in metres from the cup's true, shifted place."""
+        """The distance in metres of an object from the cup's true place, moved by `shift`."""
         truth = next(t for t in things() if t["name"] == CUP)["ellipsoid"]["center"]
         return math.dist(harness.apply(self.to_world, an_object["center"]), [c + s for c, s in zip(truth, shift)])
 

@@ -41,7 +41,7 @@ class TestNewcomer(harness.InFolder):
         shutil.copytree(self.out, copy)
         must_run("run", self.video, "--to", 60, "--out", copy, "--force", "--detector", "none")
         assert harness.read_json(os.path.join(copy, "summary.json"))["frames"] == 60
-        for force in ([], ["--force"]):  # the form for scripts overwrites in any case
+        for force in ([], ["--force"]):  # with --images, the form for scripts, results are overwritten in any case
             must_run("run", "--images", self.video, "--to", 50, "--out", copy, *force)
             assert harness.read_json(os.path.join(copy, "summary.json"))["frames"] == 50
 

@@ -34,7 +34,7 @@ class TestOpenApi(cluster.MapFolder):
         self.api, self.checks, self.asked = harness.read_json(FILE), [], set()
 
     def resolved(self, *keys):
-        """(pointer, value) at these keys, with the last reference followed."""
+        """(JSON pointer, value) of what is at these keys; of what it refers to where it is a reference."""
         value = self.api
         for key in keys:
             value = value[key]
@@ -43,7 +43,7 @@ class TestOpenApi(cluster.MapFolder):
         return escaped(*keys), value
 
     def responses(self, path, method):
-        """{status: (pointer, response)}"""
+        """{status: (JSON pointer, response)} of an operation."""
         return {status: self.resolved("paths", path, method, "responses", status) for status in self.api["paths"][path][method]["responses"]}
 
     def operations(self):
@@ -53,7 +53,7 @@ class TestOpenApi(cluster.MapFolder):
         self.checks.append({"what": what, "schema": schema, "value": value})
 
     def wrong(self):
-        """What node says of all checks."""
+        """What is wrong by all checks so far, a line each: openapi_check.mjs, run by node, says it."""
         if not (shutil.which("node") and os.path.isdir(VALIDATOR)):
             pytest.skip("there is no node, or no " + VALIDATOR)
         done = subprocess.run(["node", os.path.join(HERE, "openapi_check.mjs"), FILE], input=json.dumps(self.checks), capture_output=True, text=True, timeout=60)

@@ -44,7 +44,7 @@ def images_of(thing, folder):
 
 
 def share_off(an_object, thing, to_world):
-    """How far an object is from the place of a thing, in its longest half axes."""
+    """The distance between the centres of an object and of a true thing, in longest half axes of the thing."""
     return math.dist(harness.apply(to_world, an_object["center"]), thing["ellipsoid"]["center"]) / max(thing["ellipsoid"]["semi_axes"])
 
 
@@ -115,7 +115,7 @@ class TestDays(harness.InFolder):
     def test_moved_things_stand_in_their_new_place(self):
         assert len(self.moved) >= 3
         standing, _ = told_apart(self.after, self.things_b, self.to_world)
-        # One may fail: rooms tip over with the last bits of the arithmetic, which differ between processors.
+        # One may fail: the last bits of the arithmetic differ between processors, and a walk through rooms comes out differently.
         assert len(set(self.moved) - set(standing)) <= 1
 
     def left_behind(self):

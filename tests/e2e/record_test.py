@@ -29,7 +29,7 @@ class TestRecord(harness.InFolder):
     def test_a_frame_for_each_image(self):
         assert len(frames_of(self.video, self.path("frames"))) == COUNT
         assert "FFMPEG" not in self.recorded.err
-        assert "[" not in self.recorded.err.replace("[info]", "")  # and no other messages of libraries
+        assert "[" not in self.recorded.err.replace("[info]", "")  # no other library says anything, as "[name @ address] ..."
 
     def test_the_results_are_the_same(self):
         must_run("run", *self.clip, "--out", self.path("plain"), "--map-out", self.path("plain.map"))

@@ -279,7 +279,7 @@ class TestService(cluster.MapFolder):
                    for _ in range(3)]
         for thread in threads:
             thread.start()
-        # One is worked at then, and the others wait.
+        # The worker has one of the three then.
         cluster.wait_until(lambda: b"oaslam_waiting_requests 2\n" in server.request("GET", "/metrics").body, 60, "two requests wait")
         assert server.end(signal.SIGTERM) == 0
         for thread in threads:

@@ -158,7 +158,7 @@ class TestViewer(harness.InFolder):
             assert f"port {program.port}" in outcome.err
 
     def test_edits_of_a_saved_map_are_written(self):
-        """One after another; what something else has written meanwhile is not overwritten."""
+        """One edit after another; what another program has written to the file meanwhile is not overwritten."""
         path = os.path.join(self.folder, "edited.map")
         shutil.copy(self.map, path)
         first = next(o for o in harness.read_json(os.path.join(self.out, "objects.json")))["id"]
@@ -167,7 +167,7 @@ class TestViewer(harness.InFolder):
         viewer = self.watch(program)
 
         def answer():
-            """The next that is said of anchors: their names, or why an edit cannot be."""
+            """What the next message on anchors says: their names, or why an edit is refused."""
             while True:
                 header = viewer.receive()[0]
                 if "anchors" in header and header["type"] == "update":
