@@ -17,8 +17,6 @@ struct BundleCorrection {
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // ascending
   std::vector<std::pair<ObjectId, Ellipsoid>> objects;  // ascending; where bundle.objects is full
   std::vector<std::pair<LandmarkId, KeyframeId>> outliers;  // observations to erase
-  // Half the sum of Huber's kernel of chi^2, over the same observations.
-  double initial_cost = 0, final_cost = 0;
   int iterations = 0;
 };
 

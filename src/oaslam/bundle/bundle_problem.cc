@@ -39,7 +39,7 @@ class StopCallback final : public ceres::IterationCallback {
 class BundleProblem {
  public:
   BundleProblem(const Map& map, const BundleSelection& selection)
-      : map_(map), selection_(selection), huber_(std::sqrt(kChi2TwoDof)) {
+      : map_(map), selection_(selection) {
     poses_.reserve(selection.free_keyframes.size());
     for (const KeyframeId id : selection.free_keyframes)
       poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
@@ -94,16 +94,6 @@ class BundleProblem {
       if (observations_[i].fixed_cost) observations_[i].fixed_cost->set_active(active);
     }
     return static_cast<double>(outliers) / static_cast<double>(chi2.size());
-  }
-
-  double RobustCost() const {
-    double sum = 0;
-    for (const double chi2 : Chi2OfAll()) {
-      double rho[3];
-      huber_.Evaluate(std::min(chi2, 1e6), rho);  // it is infinite behind the camera
-      sum += rho[0] / 2;
-    }
-    return sum;
   }
 
   BundleCorrection Correction() const {
@@ -296,7 +286,7 @@ class BundleProblem {
   std::deque<BoxEdgeCost> box_costs_;
   std::deque<ShapePriorCost> shape_priors_;
   PoseManifold manifold_;
-  ceres::HuberLoss huber_, box_loss_{1};
+  ceres::HuberLoss box_loss_{1};
   ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)),
                                    ceres::TAKE_OWNERSHIP};
   std::unique_ptr<ceres::Problem> problem_;
@@ -312,7 +302,6 @@ BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection,
   if (selection.free_keyframes.empty()) return {};
   BundleProblem problem(map, selection);
   if (problem.observation_count() == 0) return {};
-  const double initial_cost = problem.RobustCost();
   const int first_stage = (effort.iterations + 1) / 2;
   if (!problem.Solve(first_stage, effort)) return {};
   // For fewer outliers the second stage is not worth its time: the kernel bounds their influence,
@@ -321,10 +310,7 @@ BundleCorrection SolveBundle(const Map& map, const BundleSelection& selection,
   if (problem.DropOutliers() > kNegligibleOutliers &&
       !problem.Solve(std::max(1, effort.iterations - first_stage), effort))
     return {};
-  BundleCorrection correction = problem.Correction();
-  correction.initial_cost = initial_cost;
-  correction.final_cost = problem.RobustCost();
-  return correction;
+  return problem.Correction();
 }
 
 }  // namespace oaslam
