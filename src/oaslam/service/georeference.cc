@@ -26,14 +26,11 @@ Eigen::Vector3d Geocenter(const GeoPosition& p) {
   return x;
 }
 
-using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-// A place in the tangent plane at another one. The rotation is from the tangent plane at the place.
-Rigid3 InPlane(const LocalCartesian& plane, const GeoPosition& p) {
+// A place in the tangent plane at another one.
+Eigen::Vector3d InPlane(const LocalCartesian& plane, const GeoPosition& p) {
   Eigen::Vector3d x;
-  std::vector<double> rotation(9);
-  plane.Forward(p.latitude_deg, p.longitude_deg, p.height_m, x[0], x[1], x[2], rotation);
-  return {Eigen::Matrix3d(Eigen::Map<const RowMajor>(rotation.data())), x};
+  plane.Forward(p.latitude_deg, p.longitude_deg, p.height_m, x[0], x[1], x[2]);
+  return x;
 }
 
 // The columns are the body's axes in the camera's.
@@ -71,7 +68,7 @@ Georeference ReadPoints(const JsonInput& document) {
   for (size_t i = 0; i < items.size(); ++i) {
     items[i].Only({"map", "latitude", "longitude", "height"});
     in_map.col(i) = items[i]["map"].Vector();
-    in_enu.col(i) = InPlane(plane, ReadPosition(items[i])).translation;
+    in_enu.col(i) = InPlane(plane, ReadPosition(items[i]));
   }
   // Below, an error of a centimetre over a metre turns the map about the line by half a turn.
   constexpr double kMinFlatness = 0.01;
@@ -175,6 +172,7 @@ GeoPose GeoPoseOfCamera(const Georeference& georeference, const Rigid3& world_fr
   const Eigen::Vector3d x = enu_from_map * world_from_cam.translation;
   GeoPose pose;
   GeoPosition& p = pose.position;
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   std::vector<double> rotation(9);
   PlaneAt(georeference.origin)
       .Reverse(x[0], x[1], x[2], p.latitude_deg, p.longitude_deg, p.height_m, rotation);
@@ -186,15 +184,6 @@ GeoPose GeoPoseOfCamera(const Georeference& georeference, const Rigid3& world_fr
   // Of the two quaternions of a rotation the same one, whatever it was computed from.
   if (pose.enu_from_body.w() < 0) pose.enu_from_body.coeffs() *= -1;
   return pose;
-}
-
-Rigid3 CameraOfGeoPose(const Georeference& georeference, const GeoPose& pose) {
-  const Rigid3 origin_from_here = InPlane(PlaneAt(georeference.origin), pose.position);
-  const Similarity map_from_enu = georeference.enu_from_map.Inverse();
-  return {(map_from_enu.rotation * origin_from_here.rotation * pose.enu_from_body *
-           CamFromBody().conjugate())
-              .normalized(),
-          map_from_enu * origin_from_here.translation};
 }
 
 }  // namespace oaslam

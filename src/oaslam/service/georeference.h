@@ -63,8 +63,7 @@ Georeference ReadGeoreference(const std::string& document, const GeoreferencedMa
 // The origin of the georeference of a document, which is read without the map. Throws InputError.
 GeoPosition ReadOrigin(const std::string& document);
 
-// The pose of a camera of the map, and back.
+// The pose of a camera of the map.
 GeoPose GeoPoseOfCamera(const Georeference& georeference, const Rigid3& world_from_cam);
-Rigid3 CameraOfGeoPose(const Georeference& georeference, const GeoPose& pose);
 
 }  // namespace oaslam
