@@ -37,15 +37,14 @@ Camera StartFor(const CameraSettings& settings, const cv::Size& size) {
 
 // Undoes a rolling shutter if the map shows one; returns its readout time in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
-  CalibrationPrior prior;
-  prior.readout_sigma_s = 0.02;
-  const SelfCalibration found = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
+  const SelfCalibrationOptions quickly{.readout_sigma_s = 0.02, .compares_parts = false};
+  const SelfCalibration found = SelfCalibrate(saved.map, camera, quickly, saved.trajectory);
   if (found.SureReadout() == 0) return 0;
   const Map with =
       Recalibrated(saved.map, camera, found, config.bundle, config.mapping.min_shared_landmarks);
   saved.map = WithoutReadout(with, saved.trajectory, found.readout_s, config.bundle,
                              config.mapping.min_shared_landmarks);
-  const SelfCalibration rest = SelfCalibrateQuickly(saved.map, camera, prior, saved.trajectory);
+  const SelfCalibration rest = SelfCalibrate(saved.map, camera, quickly, saved.trajectory);
   spdlog::debug("rolling shutter: {:.2f} +- {:.2f} ms, left {:.2f}, residuals {:.3f}, then {:.3f}",
                 1000 * found.readout_s, 1000 * found.readout_sigma_s, 1000 * rest.readout_s,
                 found.rmse, rest.rmse);

@@ -87,9 +87,8 @@ TEST(RollingShutter, TheReadoutIsFoundWithTheCamera) {
   Film film = MakeFilm();
   const double focal = film.world.camera.fx;
   film.map.cameras[0].fx = film.map.cameras[0].fy = 1.05 * focal;
-  CalibrationPrior prior;
-  prior.readout_sigma_s = 0.02;
-  const SelfCalibration found = SelfCalibrate(film.map, 0, prior, film.trajectory);
+  const SelfCalibration found =
+      SelfCalibrate(film.map, 0, {.readout_sigma_s = 0.02}, film.trajectory);
   ASSERT_TRUE(found.success) << found.why_not;
   EXPECT_NEAR(found.readout_s, kReadoutS, 0.003);
   EXPECT_NEAR(found.camera.fx / focal, 1, 0.01);
@@ -98,9 +97,7 @@ TEST(RollingShutter, TheReadoutIsFoundWithTheCamera) {
 TEST(RollingShutter, NoneIsFoundWhereThereIsNone) {
   const Film film = MakeFilm();
   const Map still = WithoutReadout(film.map, film.trajectory, kReadoutS, {}, 15);
-  CalibrationPrior prior;
-  prior.readout_sigma_s = 0.02;
-  const SelfCalibration found = SelfCalibrate(still, 0, prior, film.trajectory);
+  const SelfCalibration found = SelfCalibrate(still, 0, {.readout_sigma_s = 0.02}, film.trajectory);
   ASSERT_TRUE(found.success) << found.why_not;
   EXPECT_NEAR(found.readout_s, 0, 0.002);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -96,12 +97,14 @@ Problem Collect(const Map& map, int camera, std::span<const FramePose> trajector
   return problem;
 }
 
-IntrinsicsPrior PriorOf(const Camera& camera, const CalibrationPrior& prior) {
-  const double longer = std::max(camera.width, camera.height);
-  IntrinsicsPrior p{prior.camera.value_or(camera), 0, {}};
-  const double center = prior.center_sigma * longer;
-  p.sigma << prior.focal_sigma, center, center, prior.k1_sigma, prior.k2_sigma,
-      prior.readout_sigma_s;
+IntrinsicsPrior PriorOf(const Camera& camera, const SelfCalibrationOptions& options) {
+  // Lenses of one kind differ little: the principal point of a phone is off by about 1 % of the
+  // longer side of the image, and a strongly distorting wide lens has a k1 of about -0.3.
+  constexpr double kCenterSigma = 0.01, kDistortionSigma = 0.2;
+  const double center = kCenterSigma * std::max(camera.width, camera.height);
+  IntrinsicsPrior p{options.expected.value_or(camera), 0, {}};
+  p.sigma << std::numeric_limits<double>::infinity(), center, center, kDistortionSigma,
+      kDistortionSigma, options.readout_sigma_s;
   return p;
 }
 
@@ -213,11 +216,10 @@ std::string WhyNot(const SelfCalibration& found, const IntrinsicsState& state,
   return {};
 }
 
-bool Solve(Problem& problem, const CalibrationPrior& prior) {
+bool Solve(Problem& problem, const IntrinsicsPrior& known) {
   // The focal length is weakly determined: it still changes where the cost hardly does.
   constexpr int kIterations = 40;
   constexpr double kTolerance = 1e-5;
-  IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
   // The principal point is fixed at first: far from the solution it would compensate for a wrong
   // focal length.
   IntrinsicsPrior held = known;
@@ -294,8 +296,10 @@ double BirgeRatio(const Problem& whole, const IntrinsicsPrior& known) {
   return told > 1 ? std::sqrt(std::max(1.0, sum / (told - 1))) : 1;
 }
 
-SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationPrior& prior,
-                                  std::span<const FramePose> trajectory, bool with_parts) {
+}  // namespace
+
+SelfCalibration SelfCalibrate(const Map& map, int camera, const SelfCalibrationOptions& options,
+                              std::span<const FramePose> trajectory) {
   Problem problem = Collect(map, camera, trajectory);
   SelfCalibration found;
   found.camera = problem.state.camera;
@@ -306,8 +310,8 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
                                 found.keyframes, problem.landmarks.size());
     return found;
   }
-  const IntrinsicsPrior known = PriorOf(problem.state.camera, prior);
-  if (!Solve(problem, prior)) {
+  const IntrinsicsPrior known = PriorOf(problem.state.camera, options);
+  if (!Solve(problem, known)) {
     found.why_not = "bundle adjustment with a free focal length finds no solution";
     return found;
   }
@@ -326,15 +330,13 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
   if (covariance.allFinite() && covariance(0, 0) > 0) {
     const SharedStep sigma =
         (noise.variance * noise.design_effect * covariance.diagonal()).cwiseMax(0).cwiseSqrt();
-    if (with_parts) {
+    double parts_ratio = 1;
+    if (options.compares_parts) {
       Problem kept = problem;
       kept.measurements = inliers;
-      found.parts_ratio = BirgeRatio(kept, known);
+      parts_ratio = BirgeRatio(kept, known);
     }
-    found.focal_sigma_px = sigma[0] * found.camera.fx * found.parts_ratio;
-    found.center_sigma_px = std::max(sigma[1], sigma[2]);
-    found.k1_sigma = sigma[3];
-    found.k2_sigma = sigma[4];
+    found.focal_sigma_px = sigma[0] * found.camera.fx * parts_ratio;
     found.readout_sigma_s = sigma[kIntrinsics];
   }
   for (size_t i = 0; i < problem.keyframes.size(); ++i)
@@ -344,18 +346,6 @@ SelfCalibration SelfCalibrateHere(const Map& map, int camera, const CalibrationP
   found.why_not = WhyNot(found, problem.state, inliers);
   found.success = found.why_not.empty();
   return found;
-}
-
-}  // namespace
-
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior,
-                              std::span<const FramePose> trajectory) {
-  return SelfCalibrateHere(map, camera, prior, trajectory, true);
-}
-
-SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior,
-                                     std::span<const FramePose> trajectory) {
-  return SelfCalibrateHere(map, camera, prior, trajectory, false);
 }
 
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,

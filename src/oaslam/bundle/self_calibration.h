@@ -13,19 +13,16 @@
 
 namespace oaslam {
 
-// Prior assumptions about a camera. Lenses of one kind differ little: the principal
-// point of a phone is off by about 1 % of the image, and a strongly distorting wide lens
-// has a k1 of about -0.3.
-struct CalibrationPrior {
-  // The mean of the prior of the other parameters; if it is absent, the camera of the map.
-  std::optional<Camera> camera{};
-  // Relative; infinite: the focal length is unknown.
-  double focal_sigma = std::numeric_limits<double>::infinity();
-  double center_sigma = 0.01;  // of the longer side of the image
-  double k1_sigma = 0.2, k2_sigma = 0.2;
-  // Standard deviation of the readout time of a rolling shutter, around 0; 0: there
-  // is no rolling shutter.
+struct SelfCalibrationOptions {
+  // The mean of the prior of principal point and distortion; if it is absent, the camera of the
+  // map. The focal length has no prior.
+  std::optional<Camera> expected{};
+  // Prior standard deviation of the readout time of a rolling shutter, around 0; 0: there is no
+  // rolling shutter.
   double readout_sigma_s = 0;
+  // Parts of the walk are compared, for the standard deviation. Without, it takes a third of the
+  // time, and the standard deviation is that of one map, which can be bent as a whole.
+  bool compares_parts = true;
 };
 
 // The result of calibrating a camera by a map.
@@ -36,13 +33,10 @@ struct SelfCalibration {
   std::string why_not;
   Camera camera;
   // 1 sigma; it accounts for correlated errors of neighbours in an image, and for how much parts of
-  // the walk differ. Infinite: not determined.
+  // the walk differ (if these were compared). Infinite: not determined.
   double focal_sigma_px = std::numeric_limits<double>::infinity();
-  double center_sigma_px = 0, k1_sigma = 0, k2_sigma = 0;
   double readout_s = 0, readout_sigma_s = 0;  // of a rolling shutter, where it was estimated
-  // The factor for the difference between parts, contained in focal_sigma_px.
-  double parts_ratio = 1;
-  double rmse = 0;  // of the inliers, in units of the key points' scale
+  double rmse = 0;                            // of the inliers, in units of the key points' scale
   int keyframes = 0, observations = 0, inliers = 0;
   std::vector<std::pair<KeyframeId, Rigid3>> poses;            // of the keyframes used, ascending
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;  // of the landmarks used, ascending
@@ -58,13 +52,9 @@ struct SelfCalibration {
 // where the motion does not determine the focal length: turning on the spot, moving without
 // turning, or whatever else leaves its standard deviation above 2 %. `trajectory` gives the motion
 // of the camera while it read out its images.
-SelfCalibration SelfCalibrate(const Map& map, int camera, const CalibrationPrior& prior = {},
+SelfCalibration SelfCalibrate(const Map& map, int camera,
+                              const SelfCalibrationOptions& options = {},
                               std::span<const FramePose> trajectory = {});
-
-// The same in a third of the time, without comparing parts of the walk: the standard deviation is
-// that of one map, which can be bent as a whole.
-SelfCalibration SelfCalibrateQuickly(const Map& map, int camera, const CalibrationPrior& prior = {},
-                                     std::span<const FramePose> trajectory = {});
 
 // The map with the calibrated camera, after a global bundle adjustment.
 Map Recalibrated(const Map& map, int camera, const SelfCalibration& calibration,

@@ -146,9 +146,8 @@ class OASLAM_LOCAL CameraEstimator::Impl {
     // share.
     constexpr double kNextCheck = 1.35;
     Slam slam(config_, camera);
-    CalibrationPrior prior;
-    prior.camera = Expected();
-    prior.readout_sigma_s = kReadoutSigmaS;
+    const SelfCalibrationOptions quickly{
+        .expected = Expected(), .readout_sigma_s = kReadoutSigmaS, .compares_parts = false};
     Pass pass;
     pass.calibration.camera = camera;
     pass.calibration.why_not = "the images could not be mapped";
@@ -157,7 +156,7 @@ class OASLAM_LOCAL CameraEstimator::Impl {
       const SavedMap saved = SlamAccess::Export(slam);
       if (saved.map.keyframes.empty() || saved.map.keyframes.size() == checked) return;
       checked = saved.map.keyframes.size();
-      pass.calibration = SelfCalibrateQuickly(saved.map, 0, prior, saved.trajectory);
+      pass.calibration = SelfCalibrate(saved.map, 0, quickly, saved.trajectory);
     };
     for (size_t i = 0; i < images_.size(); ++i) {
       slam.Process({images_[i], times_[i], {}, false});
