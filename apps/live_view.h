@@ -39,7 +39,6 @@ class LiveView {
            const std::vector<StampedPose>& groundtruth, std::shared_ptr<const ModelLibrary> models,
            bool quiet);
 
-  bool IsOpen() const { return viewer_ != nullptr; }
   // Carries out the commands of viewers since the last image; calls `reset` for a new map. Blocks
   // while the run is paused. Returns the seconds it was blocked.
   double Obey(Slam& slam, const std::function<void()>& reset);

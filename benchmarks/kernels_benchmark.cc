@@ -49,7 +49,6 @@ GreyImage View(const cv::Mat& image) {
 void Fast(benchmark::State& state) {
   std::vector<uint8_t> scores;
   for (auto _ : state) benchmark::DoNotOptimize(DetectFast(View(Scene()), 7, scores));
-  state.SetLabel(KernelTarget());
 }
 BENCHMARK(Fast)->Apply(FixedCalls);
 

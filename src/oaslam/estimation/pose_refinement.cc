@@ -77,7 +77,6 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
         });
     const Eigen::Matrix3d r = report.cam_from_world.rotation.toRotationMatrix();
     int changed = 0;
-    double sum = 0;
     report.inliers = 0;
     for (size_t i = 0; i < observations.size(); ++i) {
       const PointObservation& o = observations[i];
@@ -89,9 +88,7 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
       changed += inlier != report.inlier[i];
       report.inlier[i] = inlier;
       report.inliers += inlier;
-      if (inlier) sum += chi2;
     }
-    report.rmse_px = report.inliers > 0 ? std::sqrt(sum / report.inliers) : 0;
     if (round == kRounds - 1) {
       const auto covariance = CovarianceOf(end);
       report.success = report.inliers >= kMinInliers && covariance;

@@ -22,7 +22,6 @@ struct PoseReport {
   Rigid3 cam_from_world;
   std::vector<uint8_t> inlier;  // by observation
   int inliers = 0;
-  double rmse_px = 0;  // of the inliers, in pixels of their own octave
   // Covariance of a small motion (translation, rotation [rad]) applied after cam_from_world, given
   // the stated variances.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();

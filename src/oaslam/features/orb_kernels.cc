@@ -327,11 +327,6 @@ const std::array<int, kPatchRadius + 1>& DiscHalfWidths() {
   return widths;
 }
 
-const char* KernelTarget() {
-  const int64_t targets = hwy::SupportedTargets() & HWY_TARGETS;
-  return hwy::TargetName(targets & -targets);
-}
-
 }  // namespace oaslam
 
 #endif  // HWY_ONCE

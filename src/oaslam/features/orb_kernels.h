@@ -68,7 +68,4 @@ const OrbPattern& GetOrbPattern();
 // Half width of the disc of kPatchRadius at each distance from its middle row.
 const std::array<int, kPatchRadius + 1>& DiscHalfWidths();
 
-// Name of the instruction set in use.
-const char* KernelTarget();
-
 }  // namespace oaslam
