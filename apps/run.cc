@@ -86,20 +86,6 @@ void AddLateDetections(FrameInputs& inputs, Slam& slam, RunResults& results) {
                      slam.AddDetections(found.frame, found.detections));
 }
 
-// The final poses of images from `first_frame` on: earlier frames belong to the map that the run
-// began with.
-std::vector<StampedPose> FinalTrajectory(const Map& map, const std::vector<FramePose>& frames,
-                                         int first_frame) {
-  std::vector<StampedPose> trajectory;
-  for (const FramePose& frame : frames) {
-    const auto reference =
-        frame.frame_index < first_frame ? std::nullopt : map.ResolvePose(frame.reference);
-    if (reference)
-      trajectory.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
-  }
-  return trajectory;
-}
-
 std::optional<Camera> CameraOfMap(const std::string& path) {
   if (path.empty()) return std::nullopt;
   const std::vector<Camera> cameras = LoadMap(path).map.cameras;
@@ -291,12 +277,13 @@ int Run(const RunOptions& given) {
   std::optional<CameraEstimate> estimate = first_estimate;
   attempt([&] { estimate = RefineWholeMap(options, config, first_estimate, saved); });
   results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
-  std::vector<StampedPose> trajectory = FinalTrajectory(saved.map, saved.trajectory, first_frame);
+  // Earlier frames belong to the map that the run began with.
+  std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
   if (const auto unscaled = ScaleToMetres(scale, saved, trajectory, results); !failure)
     failure = unscaled;
   std::vector<std::vector<StampedPose>> pieces;
   for (const Piece& piece : saved.pieces)
-    pieces.push_back(FinalTrajectory(piece.map, piece.trajectory, first_frame));
+    pieces.push_back(WorldPoses(piece.map, piece.trajectory, first_frame));
   size_t tracked = 0;
   attempt([&] {
     tracked =

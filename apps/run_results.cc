@@ -91,15 +91,6 @@ nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPos
 
 }  // namespace
 
-std::vector<StampedPose> KeyframeTrajectory(const Map& map) {
-  std::vector<StampedPose> poses;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
-    poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
-  });
-  std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
-  return poses;
-}
-
 RunResults::RunResults(const std::string& folder, const SlamConfig& config)
     : folder_(folder), config_(config) {}
 
@@ -166,7 +157,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   WritePieces(pieces);
   SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
   SaveTrajectory(folder_ + "/trajectory_live.txt", live);
-  SaveTrajectory(folder_ + "/keyframes.txt", KeyframeTrajectory(saved.map));
+  SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map));
   SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names);
 
   nlohmann::ordered_json summary;

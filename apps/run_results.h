@@ -60,6 +60,4 @@ class RunResults {
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source
 };
 
-std::vector<StampedPose> KeyframeTrajectory(const Map& map);
-
 }  // namespace oaslam::apps

@@ -1,6 +1,5 @@
 #include "oaslam/exports/map_scene.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -50,16 +49,8 @@ std::vector<ExportedObject> ExportedObjects(const SavedMap& saved) {
 }
 
 std::vector<StampedPose> FinalTrajectory(const SavedMap& saved) {
-  std::vector<StampedPose> poses;
-  for (const FramePose& frame : saved.trajectory)
-    if (const auto reference = saved.map.ResolvePose(frame.reference))
-      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
-  if (!poses.empty()) return poses;
-  saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
-    poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
-  });
-  std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
-  return poses;
+  std::vector<StampedPose> poses = WorldPoses(saved.map, saved.trajectory);
+  return poses.empty() ? KeyframePoses(saved.map) : poses;
 }
 
 Eigen::Matrix3d YUpFromWorld(const Map& map) {

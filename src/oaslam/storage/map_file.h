@@ -1,10 +1,12 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "oaslam/class_names.h"
 #include "oaslam/map/piece.h"
+#include "oaslam/trajectory_file.h"
 
 namespace oaslam {
 
@@ -21,6 +23,13 @@ struct SavedMap {
 // The number of frames that the map, its pieces and their trajectories refer to: one more than the
 // largest frame index.
 int FramesOf(const SavedMap& saved);
+
+// The poses in the world of those frames from `first_frame` on whose keyframe is, or was, in the
+// map.
+std::vector<StampedPose> WorldPoses(const Map& map, const std::vector<FramePose>& frames,
+                                    int first_frame = std::numeric_limits<int>::min());
+// The poses of the keyframes, by time.
+std::vector<StampedPose> KeyframePoses(const Map& map);
 
 // Writes one SQLite file under another name and renames it to `path`, so that a crash leaves the
 // old one intact (docs/formats.md has the schema). Equal maps give equal content:

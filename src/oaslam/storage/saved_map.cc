@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "oaslam/error.h"
@@ -20,6 +21,25 @@ int FramesOf(const SavedMap& saved) {
   count(saved.map, saved.trajectory);
   for (const Piece& piece : saved.pieces) count(piece.map, piece.trajectory);
   return last + 1;
+}
+
+std::vector<StampedPose> WorldPoses(const Map& map, const std::vector<FramePose>& frames,
+                                    int first_frame) {
+  std::vector<StampedPose> poses;
+  for (const FramePose& frame : frames)
+    if (const auto reference =
+            frame.frame_index < first_frame ? std::nullopt : map.ResolvePose(frame.reference))
+      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
+  return poses;
+}
+
+std::vector<StampedPose> KeyframePoses(const Map& map) {
+  std::vector<StampedPose> poses;
+  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
+    poses.push_back({k.timestamp, k.cam_from_world.Inverse()});
+  });
+  std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
+  return poses;
 }
 
 void LeadWithPiece(const std::string& path, int piece, SavedMap& saved) {

@@ -143,13 +143,8 @@ void Slam::Finish() {
 void Slam::SetMetresPerUnit(double metres) { impl_->SetMetresPerUnit(metres); }
 
 std::vector<StampedPose> Slam::Trajectory() const {
-  std::vector<StampedPose> poses;
-  for (const FramePose& frame : impl_->session().tracker().trajectory())
-    if (const auto reference = frame.frame_index < impl_->first_index_
-                                   ? std::nullopt
-                                   : impl_->session().snapshot()->ResolvePose(frame.reference))
-      poses.push_back({frame.timestamp, (frame.cam_from_reference * *reference).Inverse()});
-  return poses;
+  const Session& session = impl_->session();
+  return WorldPoses(*session.snapshot(), session.tracker().trajectory(), impl_->first_index_);
 }
 
 uint64_t SlamAccess::BeginningOf(const Slam& slam) { return slam.impl_->beginning_; }

@@ -15,6 +15,7 @@
 #include <sys/resource.h>
 #endif
 
+#include "oaslam/storage/map_file.h"
 #include "oaslam/util/log.h"
 #include "oaslam/viewer/viewer_service.h"
 
@@ -219,12 +220,9 @@ class Viewer::Impl {
     if (!now && Clock::now() - last_alignment_ < kAlignInterval) return;
     last_alignment_ = Clock::now();
     aligned_path_ = scene_.path().version();
-    std::vector<StampedPose> trajectory;
-    for (const FramePose& pose : scene_.path().poses())
-      if (const auto reference = scene_.map()->ResolvePose(pose.reference))
-        trajectory.push_back({pose.timestamp, (pose.cam_from_reference * *reference).Inverse()});
     std::vector<float> positions;
-    for (const StampedPose& pose : options_.align_groundtruth(trajectory)) {
+    for (const StampedPose& pose :
+         options_.align_groundtruth(WorldPoses(*scene_.map(), scene_.path().poses()))) {
       const Eigen::Vector3f x = pose.world_from_cam.translation.cast<float>();
       positions.insert(positions.end(), x.data(), x.data() + 3);
     }
