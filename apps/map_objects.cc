@@ -75,14 +75,12 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
   const std::filesystem::path out(options.out);
   SavedMap saved{result.map, {}, names};
   std::vector<StampedPose> trajectory;
-  int objects = 0;
   result.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     trajectory.push_back({keyframe.timestamp, keyframe.cam_from_world.Inverse()});
     saved.trajectory.push_back(
         {keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
   });
-  result.map.objects.ForEach(
-      [&](ObjectId, const Object& object) { objects += object.state == ObjectState::kMapped; });
+  const int objects = result.map.CountMappedObjects();
   SaveTrajectory((out / "trajectory.txt").string(), trajectory);
   SaveTrajectory((out / "keyframes.txt").string(), trajectory);
   SaveObjectsJson((out / "objects.json").string(), result.map, names);

@@ -39,13 +39,6 @@ double MeanObjectIou(const Map& map) {
   return count > 0 ? sum / count : 0;
 }
 
-int CountMappedObjects(const Map& map) {
-  int count = 0;
-  map.objects.ForEach(
-      [&](ObjectId, const Object& object) { count += object.state == ObjectState::kMapped; });
-  return count;
-}
-
 std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference,
                                     const Alignment& map_from_reference) {
   std::vector<StampedPose> poses;
@@ -81,7 +74,7 @@ nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPos
   summary["images"] = trajectory.size();
   summary["keyframes"] = map.keyframes.size();
   summary["landmarks"] = map.landmarks.size();
-  summary["objects"] = CountMappedObjects(map);
+  summary["objects"] = map.CountMappedObjects();
   if (!trajectory.empty()) {
     summary["from"] = trajectory.front().timestamp;
     summary["to"] = trajectory.back().timestamp;
@@ -169,7 +162,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["tracked"] = trajectory.size();
   summary["keyframes"] = saved.map.keyframes.size();
   summary["landmarks"] = saved.map.landmarks.size();
-  summary["objects"] = CountMappedObjects(saved.map);
+  summary["objects"] = saved.map.CountMappedObjects();
   summary["pieces"] = nlohmann::ordered_json::array({PieceSummary(saved.map, trajectory)});
   for (size_t i = 0; i < pieces.size(); ++i)
     summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));

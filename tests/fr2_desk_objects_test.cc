@@ -47,12 +47,6 @@ Desk LoadDesk(const std::string& folder) {
   return desk;
 }
 
-size_t CountMapped(const Map& map) {
-  size_t count = 0;
-  map.objects.ForEach([&](ObjectId, const Object& o) { count += o.state == ObjectState::kMapped; });
-  return count;
-}
-
 // The same classes at exchanged places.
 Map Permuted(const Map& map) {
   Map permuted = map;
@@ -101,13 +95,13 @@ TEST(Fr2DeskObjects, MappedAndFoundAgain) {
   const auto mapping = std::span(desk.frames).first(first_query);
 
   const KnownPoseMap robust = MapObjectsFromKnownPoses(mapping, desk.camera, {});
-  EXPECT_GE(CountMapped(robust.map), 14U);
+  EXPECT_GE(robust.map.CountMappedObjects(), 14);
   EXPECT_GE(robust.mean_iou, 0.8);
   ASSERT_TRUE(robust.map.up);
   ObjectsConfig paper;
   paper.model = ObjectMethod::kPaper;
   const KnownPoseMap wasserstein = MapObjectsFromKnownPoses(mapping, desk.camera, paper);
-  EXPECT_GE(CountMapped(wasserstein.map), 14U);
+  EXPECT_GE(wasserstein.map.CountMappedObjects(), 14);
   EXPECT_GE(wasserstein.mean_iou, 0.65);
 
   const Recall recall = Relocalize(desk, robust.map, first_query, 6);

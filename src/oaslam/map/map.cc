@@ -243,6 +243,13 @@ int Map::CountTrackedLandmarks(KeyframeId id, int min_observations) const {
   return count;
 }
 
+int Map::CountMappedObjects() const {
+  int count = 0;
+  objects.ForEach(
+      [&](ObjectId, const Object& object) { count += object.state == ObjectState::kMapped; });
+  return count;
+}
+
 double Map::MedianDepth(KeyframeId id) const {
   std::vector<double> depths;
   const Keyframe& keyframe = keyframes.At(id);

@@ -170,6 +170,8 @@ struct Map {
   // The number of key points of the keyframe whose landmark has at least
   // `min_observations` observations.
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;
+  // The number of objects that are mapped.
+  int CountMappedObjects() const;
   // Median depth of the keyframe's landmarks; 0 without any.
   double MedianDepth(KeyframeId id) const;
 

@@ -78,13 +78,13 @@ void Recording::EstimateCamera(const cv::Mat& image, double time) {
 
 Json Recording::Progress(const char* phase, const std::string& text) const {
   Json message = {{"type", "progress"}, {"phase", phase}};
-  size_t objects = 0, keyframes = 0, landmarks = 0;
+  size_t keyframes = 0, landmarks = 0;
+  int objects = 0;
   if (slam_) {
     const std::shared_ptr<const Map> map = SlamAccess::View(*slam_).map;
     keyframes = map->keyframes.size();
     landmarks = map->landmarks.size();
-    map->objects.ForEach(
-        [&](ObjectId, const Object& object) { objects += object.state == ObjectState::kMapped; });
+    objects = map->CountMappedObjects();
   }
   message["keyframes"] = keyframes;
   message["landmarks"] = landmarks;
