@@ -90,16 +90,13 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
              estimate.size(), o.align, scale);
   if (!o.plot_errors.empty()) PlotErrors(o, groundtruth, report);
   if (o.plot.empty()) return;
-  auto aligned = estimate;
-  for (StampedPose& pose : aligned)
-    pose.world_from_cam = report.reference_from_estimate * pose.world_from_cam;
   std::vector<StampedPose> shown;  // only the time span of the estimate
   for (const StampedPose& pose : groundtruth)
     if (pose.timestamp >= estimate.front().timestamp - 0.05 &&
         pose.timestamp <= estimate.back().timestamp + 0.05)
       shown.push_back(pose);
   SaveTrajectoryPlot(
-      o.plot, shown, aligned,
+      o.plot, shown, Aligned(estimate, report.reference_from_estimate),
       fmt::format("{}: ATE {:.2f} cm over {} poses", fs::path(o.estimate).filename().string(),
                   100 * report.position.rmse, report.pairs));
 }

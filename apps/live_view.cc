@@ -47,11 +47,7 @@ std::vector<StampedPose> AlignGroundtruth(const std::vector<StampedPose>& ground
   if (trajectory.size() < kMinPoses) return {};
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
   if (!report.success) return {};
-  const Alignment map_from_reference = report.reference_from_estimate.Inverse();
-  std::vector<StampedPose> poses;
-  for (const StampedPose& pose : groundtruth)
-    poses.push_back({pose.timestamp, map_from_reference * pose.world_from_cam});
-  return poses;
+  return Aligned(groundtruth, report.reference_from_estimate.Inverse());
 }
 
 LiveView::LiveView(const ViewerSettings& settings, const std::string& title, const Slam& slam,

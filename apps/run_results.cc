@@ -39,14 +39,6 @@ double MeanObjectIou(const Map& map) {
   return count > 0 ? sum / count : 0;
 }
 
-std::vector<StampedPose> ToMapFrame(const std::vector<StampedPose>& reference,
-                                    const Alignment& map_from_reference) {
-  std::vector<StampedPose> poses;
-  for (const StampedPose& pose : reference)
-    poses.push_back({pose.timestamp, map_from_reference * pose.world_from_cam});
-  return poses;
-}
-
 // The source of the camera, its intrinsics, and the standard deviation of an
 // estimated focal length.
 nlohmann::ordered_json CameraSummary(const Camera& camera,
@@ -196,7 +188,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
     const TrajectoryReport report = EvaluateTrajectory(groundtruth, trajectory, AlignMode::kSim3);
     if (report.success) {
       summary["ate"] = Rounded(report.position.rmse, 1e-5);
-      plot.groundtruth = ToMapFrame(groundtruth, report.reference_from_estimate.Inverse());
+      plot.groundtruth = Aligned(groundtruth, report.reference_from_estimate.Inverse());
     } else {
       spdlog::warn("ground truth: {}", report.why_not);
     }

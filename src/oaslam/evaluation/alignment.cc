@@ -31,6 +31,12 @@ std::vector<StampedPose> WithoutDuplicates(const std::vector<StampedPose>& poses
   return result;
 }
 
+std::vector<StampedPose> Aligned(std::vector<StampedPose> poses,
+                                 const Alignment& reference_from_query) {
+  for (StampedPose& pose : poses) pose.world_from_cam = reference_from_query * pose.world_from_cam;
+  return poses;
+}
+
 std::optional<Alignment> AlignPositions(const std::vector<StampedPose>& reference,
                                         const std::vector<StampedPose>& query,
                                         const std::vector<AssociatedPair>& pairs, AlignMode mode) {

@@ -34,6 +34,10 @@ inline Rigid3 operator*(const Alignment& alignment, const Rigid3& world_from_cam
   return {alignment.rotation * world_from_cam.rotation, alignment * world_from_cam.translation};
 }
 
+// The poses in the reference frame.
+std::vector<StampedPose> Aligned(std::vector<StampedPose> poses,
+                                 const Alignment& reference_from_query);
+
 enum class AlignMode { kSim3, kSe3, kNone };
 
 // Aligns the positions of the pairs by least squares (Umeyama 1991). Returns nothing for fewer than

@@ -34,11 +34,6 @@ std::vector<StampedPose> Spiral(int count) {
 const Alignment kSomewhere{0.4, Eigen::Quaterniond(0.3, -0.5, 0.2, 0.7).normalized(),
                            Eigen::Vector3d(3, -2, 1)};
 
-std::vector<StampedPose> Moved(std::vector<StampedPose> poses, const Alignment& alignment) {
-  for (StampedPose& pose : poses) pose.world_from_cam = alignment * pose.world_from_cam;
-  return poses;
-}
-
 TEST(Associate, TakesTheNearestWithinTheBound) {
   const std::vector<StampedPose> reference = {{1.00, {}}, {1.03, {}}, {1.06, {}}, {5, {}}};
   const std::vector<StampedPose> query = {{0.97, {}},  {0.985, {}}, {1.02, {}},
@@ -55,17 +50,18 @@ TEST(Associate, TakesTheNearestWithinTheBound) {
 
 TEST(TrajectoryMetrics, ASimilarityIsNoError) {
   const auto truth = Spiral(100);
-  const auto report = EvaluateTrajectory(truth, Moved(truth, kSomewhere), AlignMode::kSim3);
+  const auto report = EvaluateTrajectory(truth, Aligned(truth, kSomewhere), AlignMode::kSim3);
   ASSERT_TRUE(report.success);
   EXPECT_EQ(report.position.count, 100u);
   EXPECT_LT(report.position.max, 1e-9);
   EXPECT_LT(report.rotation_deg.max, 1e-5);
   EXPECT_NEAR(report.reference_from_estimate.scale, 2.5, 1e-9);
-  const auto rigid = EvaluateTrajectory(truth, Moved(truth, kSomewhere), AlignMode::kSe3);
+  const auto rigid = EvaluateTrajectory(truth, Aligned(truth, kSomewhere), AlignMode::kSe3);
   EXPECT_GT(rigid.position.rmse, 0.5);
   EXPECT_LT(rigid.rotation_deg.max, 1e-5);
-  EXPECT_GT(EvaluateTrajectory(truth, Moved(truth, kSomewhere), AlignMode::kNone).position.rmse, 2);
-  const auto relative = EvaluateRelative(truth, Moved(truth, kSomewhere), 2.5, 1);
+  EXPECT_GT(EvaluateTrajectory(truth, Aligned(truth, kSomewhere), AlignMode::kNone).position.rmse,
+            2);
+  const auto relative = EvaluateRelative(truth, Aligned(truth, kSomewhere), 2.5, 1);
   EXPECT_EQ(relative.translation.count, 70u);
   EXPECT_LT(relative.translation.max, 1e-9);
 }
