@@ -12,8 +12,8 @@
 #include "oaslam/evaluation/plots.h"
 #include "oaslam/evaluation/relocalization_metrics.h"
 #include "oaslam/evaluation/state_plot.h"
-#include "oaslam/evaluation/table_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/formats/table_file.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam::apps {

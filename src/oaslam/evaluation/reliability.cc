@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/evaluation/table_file.h"
+#include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 
 namespace oaslam {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "oaslam/error.h"
-#include "oaslam/evaluation/table_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
+#include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 
 namespace oaslam {
@@ -88,7 +88,7 @@ std::vector<double> LoadFrameTimes(const std::string& path) {
   const std::string text = ReadTextFile(path);
   const auto lines = SplitLines(text);
   const bool is_table = !lines.empty() && lines[0].find(',') != std::string_view::npos;
-  const size_t column = is_table ? ColumnOf(lines[0], "timestamp", path) : 0;
+  const size_t column = is_table ? ColumnOf(lines[0], {"timestamp"}, path) : 0;
   std::vector<double> times;
   for (size_t i = is_table ? 1 : 0; i < lines.size(); ++i) {
     const std::string_view line = Trim(lines[i]);

@@ -6,8 +6,8 @@
 #include <array>
 #include <limits>
 
-#include "oaslam/evaluation/table_file.h"
 #include "oaslam/exports/svg.h"
+#include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 
 namespace oaslam {
@@ -33,9 +33,9 @@ StateRow LoadStates(const std::string& frames_csv) {
   const std::string text = ReadTextFile(frames_csv);
   const auto lines = SplitLines(text);
   if (lines.empty()) throw InputError(fmt::format("{}: empty", frames_csv));
-  const size_t time = ColumnOf(lines[0], "timestamp", frames_csv),
-               state = ColumnOf(lines[0], "state", frames_csv),
-               filled = ColumnOf(lines[0], "filled", frames_csv);
+  const size_t time = ColumnOf(lines[0], {"timestamp"}, frames_csv),
+               state = ColumnOf(lines[0], {"state"}, frames_csv),
+               filled = ColumnOf(lines[0], {"filled"}, frames_csv);
   StateRow row;
   for (size_t i = 1; i < lines.size(); ++i) {
     if (Trim(lines[i]).empty()) continue;

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/trajectory_file.h"
 
@@ -111,48 +112,29 @@ std::optional<TrackingState> StateOf(std::string_view word) {
   return std::nullopt;
 }
 
-std::vector<std::string_view> Columns(std::string_view line) {
-  std::vector<std::string_view> columns;
-  for (size_t begin = 0; begin <= line.size();) {
-    const size_t end = std::min(line.find(',', begin), line.size());
-    columns.push_back(line.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return columns;
-}
-
 // frames.csv of run or localize.
 std::vector<FrameNote> LoadNotes(const std::string& path) {
   const std::string text = ReadTextFile(path);
   const std::vector<std::string_view> lines = SplitLines(text);
-  const std::vector<std::string_view> names =
-      lines.empty() ? std::vector<std::string_view>{} : Columns(lines[0]);
-  const auto column = [&](std::initializer_list<const char*> any) {
-    for (const char* name : any)
-      if (const auto found = std::ranges::find(names, name); found != names.end())
-        return found - names.begin();
-    throw InputError(fmt::format("{}: no column \"{}\"", path, *any.begin()));
-  };
-  const std::array places{column({"frame"}), column({"timestamp"}),
-                          column({"inliers", "inlier_points"}), column({"ms_total", "ms"})};
-  const auto state_place = column({"state", "status"});
+  const std::string_view header = lines.empty() ? std::string_view() : lines[0];
+  const std::array places{ColumnOf(header, {"frame"}, path), ColumnOf(header, {"timestamp"}, path),
+                          ColumnOf(header, {"inliers", "inlier_points"}, path),
+                          ColumnOf(header, {"ms_total", "ms"}, path)};
+  const size_t state_place = ColumnOf(header, {"state", "status"}, path),
+               columns = SplitCommas(header).size();
   std::vector<FrameNote> notes;
   for (size_t i = 1; i < lines.size(); ++i) {
     if (Trim(lines[i]).empty()) continue;
-    const std::vector<std::string_view> fields = Columns(lines[i]);
+    const std::vector<std::string_view> fields = SplitCommas(lines[i]);
     std::array<double, 4> values{};
-    const auto fail = [&] {
+    for (size_t k = 0; k < places.size(); ++k) values[k] = NumberAt(fields, places[k], path, i + 1);
+    const std::optional<TrackingState> state =
+        state_place < fields.size() ? StateOf(fields[state_place]) : std::nullopt;
+    const auto is_huge = [](double value) { return std::abs(value) > 1e15; };
+    if (fields.size() != columns || !state || values[0] < 0 || values[0] > 1e9 ||
+        std::ranges::any_of(values, is_huge))
       throw InputError(
           fmt::format("{}:{}: \"{}\" does not fit the columns", path, i + 1, lines[i]));
-    };
-    if (fields.size() != names.size()) fail();
-    for (size_t k = 0; k < places.size(); ++k) {
-      const std::optional<double> value = ParseNumber(fields[places[k]]);
-      if (!value || std::abs(*value) > 1e15) fail();
-      values[k] = *value;
-    }
-    const std::optional<TrackingState> state = StateOf(fields[state_place]);
-    if (!state || values[0] < 0 || values[0] > 1e9) fail();
     notes.push_back({static_cast<int>(values[0]), values[1], *state,
                      static_cast<int>(std::clamp(values[2], 0.0, 1e6)), values[3]});
   }

@@ -109,7 +109,7 @@ TEST(SavedRun, BadInputIsNamed) {
     other.Write("frames.csv", text);
     return InputErrorOf([&] { LoadSavedRun(other.path(), ""); });
   };
-  EXPECT_THAT(frames_error("frame,time\n"), HasSubstr("no column \"timestamp\""));
+  EXPECT_THAT(frames_error("frame,time\n"), HasSubstr("\"timestamp\" is missing"));
   EXPECT_THAT(frames_error("frame,timestamp,state,inliers,ms_total\n1,2,dreaming,4,5\n"),
               HasSubstr("frames.csv:2"));
   EXPECT_THAT(frames_error("frame,timestamp,state,inliers,ms_total\n1,2,lost,4\n"),

@@ -1,4 +1,4 @@
-#include "oaslam/evaluation/table_file.h"
+#include "oaslam/formats/table_file.h"
 
 #include <fmt/format.h>
 
@@ -26,12 +26,13 @@ double NumberAt(const std::vector<std::string_view>& fields, size_t column, cons
   return *value;
 }
 
-size_t ColumnOf(std::string_view header, std::string_view name, const std::string& path) {
+size_t ColumnOf(std::string_view header, std::initializer_list<std::string_view> names,
+                const std::string& path) {
   const auto fields = SplitCommas(header);
-  const auto found = std::ranges::find(fields, name);
-  if (found == fields.end())
-    throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, name));
-  return static_cast<size_t>(found - fields.begin());
+  for (const std::string_view name : names)
+    if (const auto found = std::ranges::find(fields, name); found != fields.end())
+      return static_cast<size_t>(found - fields.begin());
+  throw InputError(fmt::format("{}:1: column \"{}\" is missing", path, *names.begin()));
 }
 
 std::vector<std::vector<double>> LoadColumns(const std::string& path,
@@ -40,7 +41,7 @@ std::vector<std::vector<double>> LoadColumns(const std::string& path,
   const auto lines = SplitLines(text);
   if (lines.empty()) throw InputError(fmt::format("{}: empty", path));
   std::vector<size_t> columns;
-  for (const std::string& name : names) columns.push_back(ColumnOf(lines[0], name, path));
+  for (const std::string& name : names) columns.push_back(ColumnOf(lines[0], {name}, path));
   std::vector<std::vector<double>> rows;
   for (size_t i = 1; i < lines.size(); ++i) {
     if (Trim(lines[i]).empty()) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,8 +14,10 @@ std::vector<std::string_view> SplitCommas(std::string_view line);
 // Throws InputError where there is no number. Columns count from 0, lines from 1.
 double NumberAt(const std::vector<std::string_view>& fields, size_t column, const std::string& path,
                 size_t line);
-// The index of a column in the header. Throws InputError.
-size_t ColumnOf(std::string_view header, std::string_view name, const std::string& path);
+// The index in the header of the column that has the first of these names. Throws InputError where
+// there is none of them.
+size_t ColumnOf(std::string_view header, std::initializer_list<std::string_view> names,
+                const std::string& path);
 
 // The numbers in these columns of a comma-separated file, a row each. Throws InputError.
 std::vector<std::vector<double>> LoadColumns(const std::string& path,
