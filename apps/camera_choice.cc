@@ -31,10 +31,6 @@ std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<
   return std::nullopt;
 }
 
-Camera StartFor(const CameraSettings& settings, const cv::Size& size) {
-  return LoadCamera(settings.camera, size);
-}
-
 // Undoes a rolling shutter if the map shows one; returns its readout time in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
   const SelfCalibrationOptions quickly{.readout_sigma_s = 0.02, .compares_parts = false};
@@ -111,7 +107,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
   CameraEstimationOptions options;
   if (!settings.IsAuto())
-    options.start = StartFor(settings, image->image.size());
+    options.start = LoadCamera(settings.camera, image->image.size());
   else if (known && known->width == image->image.cols && known->height == image->image.rows)
     options.start = known;
   if (!is_live) options.focal_length_35mm = FocalLength35mm(images);

@@ -347,19 +347,17 @@ void LocalizationService::Impl::Handle(HttpRequest request, Reply reply) {
   if (target.map.empty() && target.route != Route::kMaps && target.route != Route::kGeoPose)
     return finish(reply, AnswerAtOnce(target, request));
   const auto kept = std::make_shared<HttpRequest>(std::move(request));
-  const bool is_added = state_->workers.TryAdd([this, target, kept, reply, finish] {
+  const auto remove_body = [kept] {
+    std::error_code ignored;
+    if (!kept->body_file.empty()) fs::remove(kept->body_file, ignored);
+  };
+  const bool is_added = state_->workers.TryAdd([this, target, kept, remove_body, reply, finish] {
     HttpAnswer answer = Work(target, *kept);
-    if (!kept->body_file.empty()) {
-      std::error_code ignored;
-      fs::remove(kept->body_file, ignored);
-    }
+    remove_body();
     finish(reply, std::move(answer));
   });
   if (is_added) return;
-  if (!kept->body_file.empty()) {
-    std::error_code ignored;
-    fs::remove(kept->body_file, ignored);
-  }
+  remove_body();
   finish(reply, Refuse(status::service_unavailable, "too many requests wait"));
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <string_view>
-#include <utility>
 
 #include "oaslam/net/gzipped.h"
+#include "oaslam/net/request_check.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer_session.h"
 
@@ -14,14 +14,6 @@ namespace {
 namespace http = boost::beast::http;
 
 constexpr std::string_view kModels = "/models/";
-
-HttpAnswer Text(http::status status, std::string text) {
-  return {.status = status,
-          .content_type = "text/plain; charset=utf-8",
-          .body = std::move(text),
-          .file = {},
-          .fields = {}};
-}
 
 // Where there are no tokens, only pages on this machine may change anything.
 bool MayCommand(const Caller& caller) {
@@ -36,17 +28,17 @@ Access ViewerService::AccessFor(const HttpRequest& head) const {
 
 void ViewerService::Handle(HttpRequest request, Reply reply) {
   if (request.method != http::verb::get && request.method != http::verb::head)
-    return reply(Text(http::status::method_not_allowed, "only GET and HEAD\n"));
+    return reply(TextAnswer(http::status::method_not_allowed, "only GET and HEAD\n"));
   if (request.path.starts_with(kModels))
     return reply(AnswerModel(request.path.substr(kModels.size())));
-  if (request.path != "/") return reply(Text(http::status::not_found, "not found\n"));
+  if (request.path != "/") return reply(TextAnswer(http::status::not_found, "not found\n"));
   reply(GzippedAnswer(request, ViewerPage(), "text/html; charset=utf-8"));
 }
 
 // A file of a model of virtual content, or one that it refers to.
 HttpAnswer ViewerService::AnswerModel(const std::string& path) const {
   const auto found = options_.models ? options_.models->Find(path) : std::nullopt;
-  if (!found) return Text(http::status::not_found, "not found\n");
+  if (!found) return TextAnswer(http::status::not_found, "not found\n");
   HttpAnswer answer;
   answer.content_type = found->content_type;
   answer.body = found->bytes;
