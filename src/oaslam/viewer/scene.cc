@@ -7,6 +7,7 @@
 #include "oaslam/images/image_files.h"
 #include "oaslam/viewer/frame_message.h"
 #include "oaslam/viewer/map_delta.h"
+#include "oaslam/viewer/picture.h"
 
 namespace oaslam {
 
@@ -41,7 +42,7 @@ void Scene::TakePicture() {
   const cv::Mat image = InColor(grey, frame_->image_path, frame_->image_orientation);
   const Camera& camera = map_->cameras[view.frame.camera];
   picture_ = picture_maker_.Make(camera, image);
-  const double scale = PictureMaker::ScaleOf(camera);
+  const double scale = picture_maker_.ScaleOf(camera);
   if (view.frame.features) colors_.Add(picture_, scale, *view.frame.features, view.landmarks);
   for (size_t i = 0; i < view.detected.size(); ++i)
     if (view.detected[i].IsValid())
@@ -143,7 +144,7 @@ void Scene::AddPicture(int frame_index, const cv::Mat& image) {
     if (image.cols != camera.width || image.rows != camera.height) return;
     const cv::Mat picture = picture_maker_.Make(camera, image);
     if (keyframe.features)
-      colors_.Add(picture, PictureMaker::ScaleOf(camera), *keyframe.features, keyframe.landmarks);
+      colors_.Add(picture, picture_maker_.ScaleOf(camera), *keyframe.features, keyframe.landmarks);
     if (pictures_.size() < kMaxPictures) pictures_[frame_index] = EncodeJpeg(picture, kQuality);
   });
   map_->objects.ForEach([&](ObjectId id, const Object& object) {
@@ -151,8 +152,8 @@ void Scene::AddPicture(int frame_index, const cv::Mat& image) {
       if (o.frame_index != frame_index || object.state != ObjectState::kMapped) continue;
       const Camera& camera = map_->cameras[o.camera];
       if (image.cols != camera.width || image.rows != camera.height) continue;
-      crops_.Add(id, frame_index, picture_maker_.Make(camera, image), PictureMaker::ScaleOf(camera),
-                 o.box);
+      crops_.Add(id, frame_index, picture_maker_.Make(camera, image),
+                 picture_maker_.ScaleOf(camera), o.box);
     }
   });
 }

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "oaslam/class_names.h"
+#include "oaslam/exports/ideal_picture.h"
 #include "oaslam/viewer/crops.h"
 #include "oaslam/viewer/frame_record.h"
 #include "oaslam/viewer/landmark_colors.h"
 #include "oaslam/viewer/message.h"
 #include "oaslam/viewer/path.h"
-#include "oaslam/viewer/picture.h"
 
 namespace oaslam {
 
@@ -77,7 +77,8 @@ class Scene {
   Path path_;
   LandmarkColors colors_;
   Crops crops_;
-  PictureMaker picture_maker_;
+  static constexpr int kMaxPictureSide = 640;  // pixels, about as wide as the page shows it
+  IdealPictureMaker picture_maker_{kMaxPictureSide};
   std::map<int, std::vector<uint8_t>> pictures_;  // JPEG, by frame; of a saved map
   std::optional<FrameRecord> frame_;              // the newest with a view
   cv::Mat picture_;                               // picture of `frame_`

@@ -166,7 +166,7 @@ TEST(Scene, AKeyframeIsAFrame) {
 }
 
 // A point of the scene is drawn where the tracker sees it, also with a lens that distorts.
-TEST(PictureMaker, UndistortsAsTheTrackerDoes) {
+TEST(IdealPictureMaker, UndistortsAsTheTrackerDoes) {
   Camera camera{.width = 640,
                 .height = 480,
                 .fx = 500,
@@ -177,7 +177,7 @@ TEST(PictureMaker, UndistortsAsTheTrackerDoes) {
   const Eigen::Vector2d pixel(560, 400);
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(558, 398, 5, 5)) = 255;
-  PictureMaker maker;
+  IdealPictureMaker maker(640);
   const cv::Mat picture = maker.Make(camera, image);
   const Eigen::Vector2d ideal = Undistort(camera, pixel);
   ASSERT_GT((ideal - pixel).norm(), 5);
