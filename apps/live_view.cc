@@ -8,7 +8,6 @@
 #include "common.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/system/slam_access.h"
-#include "oaslam/viewer/frame_record_of.h"
 #include "optional_values.h"
 
 namespace oaslam::apps {
@@ -145,10 +144,11 @@ void LiveView::Show(const Slam& slam, const FrameInput& frame, const TrackingRes
                     int dropped) {
   if (!viewer_) return;
   frame_ = result.frame;
-  FrameRecord record = FrameRecordOf(slam, result, frame.input.image);
-  record.image_path = frame.path;
-  record.image_orientation = frame.orientation;
-  viewer_->Show(std::move(record));
+  viewer_->Show({.result = result,
+                 .view = SlamAccess::View(slam),
+                 .image = frame.input.image,
+                 .image_path = frame.path,
+                 .image_orientation = frame.orientation});
   status_.dropped = dropped;
 }
 

@@ -77,21 +77,22 @@ void AddKeypoints(const FrameView& view, MessageBuilder& message) {
 void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<const uint8_t> jpeg,
               MessageBuilder& message) {
   const FrameView& view = record.view;
+  const TrackingResult& result = record.result;
   const Camera& camera = view.map->cameras[view.frame.camera];
   json& frame = message.header["frame"];
-  frame = {{"frame", record.note.frame},
-           {"timestamp", record.note.timestamp},
-           {"state", ToString(record.note.state)},
-           {"keypoints", record.keypoints},
-           {"matched", record.matched},
-           {"inliers", record.note.inliers},
-           {"objects", record.objects},
-           {"confidence", record.confidence},
+  frame = {{"frame", result.frame},
+           {"timestamp", result.timestamp},
+           {"state", ToString(result.state)},
+           {"keypoints", result.keypoints},
+           {"matched", result.matched},
+           {"inliers", result.inliers},
+           {"objects", result.objects},
+           {"confidence", result.confidence},
            {"ms",
-            {{"total", record.note.ms_total},
-             {"features", record.ms_features},
-             {"track", record.ms_track},
-             {"objects", record.ms_objects}}},
+            {{"total", result.ms_total},
+             {"features", result.ms_features},
+             {"track", result.ms_track},
+             {"objects", result.ms_objects}}},
            {"camera",
             {{"width", camera.width},
              {"height", camera.height},
@@ -101,9 +102,9 @@ void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<cons
              {"cy", camera.cy}}},
            {"detections", DescribeDetections(view, names)},
            {"ellipses", json::array()}};
-  if (record.world_from_cam) {
-    frame["pose"] = PoseNumbers(*record.world_from_cam);
-    frame["ellipses"] = DescribeEllipses(view, record.world_from_cam->Inverse(), camera, names);
+  if (result.world_from_cam) {
+    frame["pose"] = PoseNumbers(*result.world_from_cam);
+    frame["ellipses"] = DescribeEllipses(view, result.world_from_cam->Inverse(), camera, names);
   }
   if (view.relocalization) frame["relocalization"] = DescribeRelocalization(*view.relocalization);
   AddKeypoints(view, message);

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "oaslam/system/slam_access.h"
-#include "oaslam/viewer/frame_record_of.h"
 #include "oaslam/viewer/viewer.h"
 
 namespace oaslam {
@@ -21,7 +20,7 @@ class OASLAM_LOCAL MapViewer::Impl {
 
   void Show(const Slam& slam, const cv::Mat& image, const TrackingResult& result) {
     ClearAfterBeginning(slam);
-    viewer_.Show(FrameRecordOf(slam, result, image.clone()));
+    viewer_.Show({.result = result, .view = SlamAccess::View(slam), .image = image.clone()});
     ShowLive(true);
   }
 

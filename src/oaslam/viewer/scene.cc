@@ -15,12 +15,13 @@ using nlohmann::json;
 
 void Scene::Add(FrameRecord record) {
   NoteState(record);
-  notes_.push_back(record.note);
+  const TrackingResult& result = record.result;
+  notes_.push_back({result.frame, result.timestamp, result.state, result.inliers, result.ms_total});
   const std::shared_ptr<const Map> map = record.view.map;
   if (record.view.pose && map_ && !map) path_.Add(*record.view.pose, *map_);
   if (!map) return;
   if (map != map_) {
-    NoteMap(*map, record.note.frame);
+    NoteMap(*map, result.frame);
     map_ = map;
     path_.Update(*map);
   }
@@ -46,15 +47,15 @@ void Scene::TakePicture() {
   if (view.frame.features) colors_.Add(picture_, scale, *view.frame.features, view.landmarks);
   for (size_t i = 0; i < view.detected.size(); ++i)
     if (view.detected[i].IsValid())
-      crops_.Add(view.detected[i], frame_->note.frame, picture_, scale,
+      crops_.Add(view.detected[i], frame_->result.frame, picture_, scale,
                  view.frame.detections[i].box);
 }
 
 void Scene::NoteState(const FrameRecord& record) {
-  const TrackingState now = record.note.state;
+  const TrackingState now = record.result.state;
   const std::optional<TrackingState> before =
       notes_.empty() ? std::nullopt : std::optional(notes_.back().state);
-  const int frame = record.note.frame;
+  const int frame = record.result.frame;
   if (now == TrackingState::kRelocalized) {
     const auto& found = record.view.relocalization;
     if (!found || found->evidence == PoseEvidence::kNone)

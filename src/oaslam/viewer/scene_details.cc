@@ -54,24 +54,31 @@ std::optional<std::string> Scene::DescribeKeyframe(KeyframeId id) const {
   const Keyframe* keyframe = map_ ? map_->keyframes.Find(id) : nullptr;
   if (!keyframe) return std::nullopt;
   FrameRecord record;
-  record.note = {keyframe->frame_index, keyframe->timestamp, TrackingState::kTracking, 0, 0};
+  TrackingResult& result = record.result;
+  result.frame = keyframe->frame_index;
+  result.timestamp = keyframe->timestamp;
+  result.state = TrackingState::kTracking;
   const auto note = std::ranges::lower_bound(notes_, keyframe->frame_index, {}, &FrameNote::frame);
-  if (note != notes_.end() && note->frame == keyframe->frame_index) record.note = *note;
-  record.world_from_cam = keyframe->cam_from_world.Inverse();
+  if (note != notes_.end() && note->frame == keyframe->frame_index) {
+    result.timestamp = note->timestamp;
+    result.state = note->state;
+    result.ms_total = note->ms_total;
+  }
+  result.world_from_cam = keyframe->cam_from_world.Inverse();
   record.view.map = map_;
   record.view.frame = {
       keyframe->frame_index, keyframe->timestamp, keyframe->camera, keyframe->features, {}};
   record.view.landmarks = keyframe->landmarks;
-  record.keypoints = static_cast<int>(keyframe->landmarks.size());
-  record.matched = static_cast<int>(std::ranges::count_if(
+  result.keypoints = static_cast<int>(keyframe->landmarks.size());
+  result.matched = static_cast<int>(std::ranges::count_if(
       keyframe->landmarks, [](LandmarkId landmark) { return landmark.IsValid(); }));
-  record.note.inliers = record.matched;
+  result.inliers = result.matched;
   map_->objects.ForEach([&](ObjectId object_id, const Object& object) {
     for (const ObjectObservation& o : object.observations)
       if (o.frame_index == keyframe->frame_index && object.state == ObjectState::kMapped) {
         record.view.frame.detections.push_back({object.category_id, o.score, o.box, o.truncated});
         record.view.detected.push_back(object_id);
-        ++record.objects;
+        ++result.objects;
       }
   });
   MessageBuilder message("keyframe");

@@ -40,8 +40,12 @@ Map MapWithCup() {
 FrameRecord RecordOf(const std::shared_ptr<const Map>& map, int frame,
                      TrackingState state = TrackingState::kTracking) {
   FrameRecord record;
-  record.note = {frame, frame / 30.0, state, 120, 8.5};
-  if (state != TrackingState::kLost) record.world_from_cam = Rigid3();
+  record.result.frame = frame;
+  record.result.timestamp = frame / 30.0;
+  record.result.state = state;
+  record.result.inliers = 120;
+  record.result.ms_total = 8.5;
+  if (state != TrackingState::kLost) record.result.world_from_cam = Rigid3();
   record.view.map = map;
   record.view.frame = {
       frame, frame / 30.0, 0, std::make_shared<Features>(), {{41, 0.9, Box{140, 90, 180, 150}, 0}}};

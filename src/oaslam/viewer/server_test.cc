@@ -268,7 +268,9 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < 300; ++i) {
     FrameRecord record;
-    record.note = {i, i / 30.0, TrackingState::kTracking, 100, 5};
+    record.result.frame = i;
+    record.result.timestamp = i / 30.0;
+    record.result.state = TrackingState::kTracking;
     record.view.map = i % 2 == 0 ? map : std::make_shared<const Map>(*map);
     record.view.frame.features = std::make_shared<Features>();
     record.image = cv::Mat(480, 640, CV_8UC3, cv::Scalar(i % 255, 0, 0));
