@@ -11,6 +11,7 @@
 #include "oaslam/objects/life_cycle.h"
 #include "oaslam/objects/object_model.h"
 #include "oaslam/objects/occlusion.h"
+#include "oaslam/objects/own_landmarks.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -22,25 +23,11 @@ constexpr int kSideBySide = 3;
 // Least mean overlap of the common model; two objects side by side reach less.
 constexpr double kMinMergedIoU = 0.5;
 
-int CountSharedLandmarks(const Object& a, const Object& b) {
-  constexpr int kMinVotes = 3;  // votes that chance does not explain (as in own_landmarks.cc)
-  int shared = 0;
-  for (size_t i = 0, j = 0; i < a.landmarks.size() && j < b.landmarks.size();) {
-    if (a.landmarks[i] == b.landmarks[j])
-      shared += a.landmark_votes[i] >= kMinVotes && b.landmark_votes[j] >= kMinVotes;
-    if (a.landmarks[i] <= b.landmarks[j])
-      ++i;
-    else
-      ++j;
-  }
-  return shared;
-}
-
 bool HasEllipsoid(const Object& object) { return object.state != ObjectState::kTentative; }
 
 bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
   if (!MayBeTheSame(LabelsOf(a), LabelsOf(b))) return false;
-  if (CountSharedLandmarks(a, b) > config.min_shared_points) return true;
+  if (CountShared(VotedLandmarks(a), VotedLandmarks(b)) > config.min_shared_points) return true;
   return HasEllipsoid(a) && HasEllipsoid(b) &&
          (IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
           Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center));

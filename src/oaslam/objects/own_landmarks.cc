@@ -15,16 +15,19 @@ std::vector<Eigen::Vector3d> PositionsOf(const Map& map, std::span<const Landmar
 
 }  // namespace
 
-std::vector<LandmarkId> OwnLandmarks(const Object& object) {
-  // As in the header; with fewer votes, landmarks behind an object count, too.
-  constexpr int kVoteDivisor = 3, kMinVotes = 3;
-  std::vector<LandmarkId> own;
-  if (object.landmark_votes.empty()) return own;
-  const int most = *std::ranges::max_element(object.landmark_votes);
-  const int enough = std::max(most / kVoteDivisor, kMinVotes);
+std::vector<LandmarkId> VotedLandmarks(const Object& object, int votes) {
+  constexpr int kMinVotes = 3;  // with fewer, landmarks behind an object count, too
+  std::vector<LandmarkId> voted;
   for (size_t i = 0; i < object.landmarks.size(); ++i)
-    if (object.landmark_votes[i] >= enough) own.push_back(object.landmarks[i]);
-  return own;
+    if (object.landmark_votes[i] >= std::max(votes, kMinVotes))
+      voted.push_back(object.landmarks[i]);
+  return voted;
+}
+
+std::vector<LandmarkId> OwnLandmarks(const Object& object) {
+  constexpr int kVoteDivisor = 3;  // as in the header
+  if (object.landmark_votes.empty()) return {};
+  return VotedLandmarks(object, *std::ranges::max_element(object.landmark_votes) / kVoteDivisor);
 }
 
 int CountShared(std::span<const LandmarkId> a, std::span<const LandmarkId> b) {

@@ -8,6 +8,10 @@
 
 namespace oaslam {
 
+// The landmarks that were inside the boxes of an object at least `votes` times, and more often than
+// chance explains; ascending.
+std::vector<LandmarkId> VotedLandmarks(const Object& object, int votes = 0);
+
 // The landmarks that belong to an object, ascending: those that were inside its boxes at least a
 // third as often as the most frequent one, and more often than chance explains.
 std::vector<LandmarkId> OwnLandmarks(const Object& object);
