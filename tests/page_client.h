@@ -37,15 +37,9 @@ inline std::string AnswerTo(const std::string& url, const std::string& bytes) {
 class PageClient {
  public:
   // `url`: of the viewer.
-  explicit PageClient(const std::string& url, const std::string& origin = "")
-      : socket_(ConnectTo(io_, url)) {
-    const std::string host = "127.0.0.1:" + std::to_string(PortOf(url));
-    socket_.set_option(boost::beast::websocket::stream_base::decorator(
-        [&](boost::beast::websocket::request_type& request) {
-          if (!origin.empty()) request.set(boost::beast::http::field::origin, origin);
-        }));
+  explicit PageClient(const std::string& url) : socket_(ConnectTo(io_, url)) {
     socket_.read_message_max(size_t{1} << 28);
-    socket_.handshake(host, "/ws");
+    socket_.handshake("127.0.0.1:" + std::to_string(PortOf(url)), "/ws");
   }
   DecodedMessage Read() {
     boost::beast::flat_buffer buffer;
@@ -53,10 +47,10 @@ class PageClient {
     return DecodedMessage(boost::beast::buffers_to_string(buffer.data()));
   }
   // Only reading shows whether the server has closed the connection.
-  void Send(const std::string& text) {
+  void Send(const std::string& message, bool is_text = true) {
     boost::system::error_code ignored;
-    socket_.text(true);
-    socket_.write(boost::asio::buffer(text), ignored);
+    socket_.text(is_text);
+    socket_.write(boost::asio::buffer(message), ignored);
   }
   void Acknowledge() { Send(R"({"type":"ack"})"); }
   // The next message of a type; all messages are acknowledged.

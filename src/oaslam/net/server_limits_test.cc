@@ -230,6 +230,9 @@ TEST_F(ServerLimits, OptionsThatCannotBeAreRefused) {
   ServerOptions elsewhere;
   elsewhere.address = "nowhere.example";
   EXPECT_THAT(problem(elsewhere), HasSubstr("--bind nowhere.example: expected an address"));
+  elsewhere.address = "203.0.113.7";  // an address for documentation, of no machine
+  elsewhere.insecure = true;
+  EXPECT_THAT(problem(elsewhere), HasSubstr("cannot listen at 203.0.113.7"));
   ServerOptions tokens;
   tokens.token_file = "/nowhere/tokens";
   EXPECT_THAT(problem(tokens), HasSubstr("/nowhere/tokens: cannot be read"));

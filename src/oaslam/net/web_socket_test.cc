@@ -75,6 +75,8 @@ class Client {
     socket_.text(is_text);
     socket_.write(asio::buffer(message));
   }
+  // Of a message that does not end with it.
+  void SendPart(const std::string& part) { socket_.write_some(false, asio::buffer(part)); }
   std::string Read() {
     beast::flat_buffer buffer;
     socket_.read(buffer);
@@ -149,6 +151,9 @@ TEST_F(WebSocketTest, ElsewhereThereIsNone) {
       "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
       "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
   EXPECT_THAT(AnswerTo(server, Get("/", fields)), StartsWith("HTTP/1.1 404 "));
+  // A page of another server is not even told that.
+  EXPECT_THAT(AnswerTo(server, Get("/", fields + "Origin: http://evil.example\r\n")),
+              StartsWith("HTTP/1.1 403 "));
 }
 
 TEST_F(WebSocketTest, MessagesAreBounded) {
@@ -159,6 +164,23 @@ TEST_F(WebSocketTest, MessagesAreBounded) {
   client.Send(most + "x");
   EXPECT_EQ(client.ReadClose(), 1009);
   EXPECT_TRUE(Comes(LastHandler()->Closed()));
+  Client in_parts(server);
+  for (const std::string& part : {most, std::string("x")}) in_parts.SendPart(part);
+  EXPECT_EQ(in_parts.ReadClose(), 1009);
+}
+
+TEST_F(WebSocketTest, AnOpenOneMakesNoPlaceForOthers) {
+  options_.max_connections = 2;
+  const TestServer server(service_, options_);
+  Client silent(server);
+  {
+    Client other(server);
+    EXPECT_THAT(AnswerTo(server, Get("/")), StartsWith("HTTP/1.1 503 "));
+    EXPECT_EQ(other.Ask("here"), "here");
+  }
+  EXPECT_TRUE(Comes(LastHandler()->Closed()));
+  EXPECT_THAT(AnswerTo(server, Get("/", "Connection: close\r\n")), StartsWith("HTTP/1.1 200 "));
+  EXPECT_EQ(silent.Ask("here"), "here");
 }
 
 TEST_F(WebSocketTest, MalformedFramesEndTheirConnectionOnly) {

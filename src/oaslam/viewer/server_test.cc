@@ -1,16 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
-#include <filesystem>
 #include <thread>
 
-#include "expect_input_error.h"
-#include "oaslam/formats/text.h"
 #include "oaslam/net/gzipped.h"
 #include "oaslam/viewer/page.h"
 #include "oaslam/viewer/viewer.h"
@@ -22,12 +15,9 @@ namespace oaslam {
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
 using asio::ip::tcp;
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 std::string Get(const std::string& target, const std::string& headers) {
   return "GET " + target + " HTTP/1.1\r\nConnection: close\r\n" + headers + "\r\n";
@@ -58,21 +48,9 @@ TEST(Viewer, ServesThePageToThisMachineAlone) {
   EXPECT_THAT(
       AnswerTo(viewer.url(), "POST / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
       HasSubstr("405 Method Not Allowed"));
-}
-
-TEST(Viewer, MalformedRequestsAreAnsweredAndForgotten) {
-  const Viewer viewer(ViewerOptions{});
-  EXPECT_THAT(AnswerTo(viewer.url(), "nonsense\r\n\r\n"), HasSubstr("400 Bad Request"));
-  EXPECT_THAT(AnswerTo(viewer.url(), std::string("\0\xff\x16\x03\x01 \r\n\r\n", 10)),
-              HasSubstr("400 Bad Request"));
   EXPECT_THAT(
-      AnswerTo(viewer.url(), Get("/", "Host: localhost\r\nX: " + std::string(20000, 'x') + "\r\n")),
-      HasSubstr("431 Request Header Fields Too Large"));
-  EXPECT_THAT(
-      AnswerTo(viewer.url(),
-               "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 999999999\r\n\r\nxxxx"),
+      AnswerTo(viewer.url(), "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1\r\n\r\nx"),
       HasSubstr("413 Payload Too Large"));
-  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")), HasSubstr("200 OK"));
 }
 
 TEST(Viewer, TellsAPageTheMapAndAnswersItsQuestions) {
@@ -110,13 +88,6 @@ TEST(Viewer, WhoAsksMuchIsStillToldWhatIsNew) {
   }
 }
 
-TEST(Viewer, RefusesForeignPages) {
-  const Viewer viewer(ViewerOptions{});
-  EXPECT_THROW(PageClient(viewer.url(), "http://evil.example"), beast::system_error);
-  EXPECT_NO_THROW(
-      PageClient(viewer.url(), "http://127.0.0.1:" + std::to_string(PortOf(viewer.url()))));
-}
-
 TEST(Viewer, ClosesOnWhatNoPageSends) {
   const Viewer viewer(ViewerOptions{});
   for (const std::string bad :
@@ -134,6 +105,12 @@ TEST(Viewer, ClosesOnWhatNoPageSends) {
     page.Send(bad);
     EXPECT_TRUE(page.IsClosed()) << bad;
   }
+  PageClient nested(viewer.url());
+  nested.Send(std::string(4000, '['));
+  EXPECT_TRUE(nested.IsClosed());
+  PageClient binary(viewer.url());
+  binary.Send(R"({"type":"ack"})", false);
+  EXPECT_TRUE(binary.IsClosed());
   PageClient oversized(viewer.url());
   oversized.Send(std::string(100000, ' '));
   EXPECT_TRUE(oversized.IsClosed());
@@ -239,24 +216,10 @@ TEST(Viewer, ServesModelsAndNothingElse) {
                 HasSubstr("404 Not Found"))
         << path;
   const TempFolder folder;
-  WriteTextFile(folder / "lamp.glb", std::string(3'000'000, 'x'));
-  const Viewer own(ViewerOptions{
-      .models = std::make_shared<const ModelLibrary>(std::vector{folder / "lamp.glb"})});
-  const std::string answer =
-      AnswerTo(own.url(), Get("/models/lamp/lamp.glb", "Host: localhost\r\n"));
-  EXPECT_THAT(answer, AllOf(HasSubstr("200 OK"), HasSubstr("Content-Length: 3000000"),
-                            HasSubstr(std::string(3'000'000, 'x'))));
-  EXPECT_THAT(
-      AnswerTo(
-          own.url(),
-          "HEAD /models/lamp/lamp.glb HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
-      AllOf(HasSubstr("Content-Length: 3000000"), Not(HasSubstr("xxx"))));
-  std::filesystem::remove(folder / "lamp.glb");
+  const Viewer own(ViewerOptions{.models = std::make_shared<const ModelLibrary>(
+                                     std::vector{folder.Write("lamp.glb", "a lamp")})});
   EXPECT_THAT(AnswerTo(own.url(), Get("/models/lamp/lamp.glb", "Host: localhost\r\n")),
-              HasSubstr("404 Not Found"));
-  EXPECT_THAT(
-      AnswerTo(viewer.url(), Get(models[0]["url"].get<std::string>(), "Host: evil.example\r\n")),
-      HasSubstr("403 Forbidden"));
+              AllOf(HasSubstr("200 OK"), HasSubstr("a lamp")));
 }
 
 // A viewer that stops reading holds up a message or two but no other viewer, and gets the newest
@@ -292,34 +255,6 @@ TEST(Viewer, AViewerThatStopsReadingDelaysNobody) {
   for (size_t notes = 0; notes < 300; ++messages)
     notes += stalled.ReadUntil("update").Array<uint32_t>("note_frames").size();
   EXPECT_LE(messages, 4);
-}
-
-TEST(Viewer, ManyPagesAreRefusedPolitely) {
-  const Viewer viewer(ViewerOptions{});
-  std::vector<std::unique_ptr<PageClient>> pages;
-  for (int i = 0; i < Viewer::kMaxConnections; ++i)
-    pages.push_back(std::make_unique<PageClient>(viewer.url()));
-  EXPECT_THAT(AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n")),
-              HasSubstr("503 Service Unavailable"));
-  pages.clear();
-  std::string answer;
-  for (int attempt = 0; attempt < 50 && answer.find("200 OK") == std::string::npos; ++attempt) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    answer = AnswerTo(viewer.url(), Get("/", "Host: localhost\r\n"));
-  }
-  EXPECT_THAT(answer, HasSubstr("200 OK"));
-}
-
-TEST(Viewer, PortsThatCannotBeHad) {
-  const Viewer viewer(ViewerOptions{});
-  const int port = PortOf(viewer.url());
-  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.server = {.port = port}}); }),
-              HasSubstr("port " + std::to_string(port)));
-  EXPECT_THAT(
-      InputErrorOf([&] { Viewer(ViewerOptions{.server = {.address = "nowhere.example"}}); }),
-      HasSubstr("--bind nowhere.example"));
-  EXPECT_THAT(InputErrorOf([&] { Viewer(ViewerOptions{.server = {.address = "203.0.113.7"}}); }),
-              HasSubstr("203.0.113.7"));
 }
 
 TEST(Viewer, EndsWhateverIsOpen) {
