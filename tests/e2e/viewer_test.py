@@ -1,4 +1,4 @@
-"""The viewer's server: ill-behaved viewers, many connections, ports, Ctrl-C; and a run with the same results with and without viewers."""
+"""The viewer's server: ports, Ctrl-C, edits, commands; and a run with the same results with and without viewers, also ill-behaved ones."""
 import os
 import re
 import shutil
@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import threading
-import time
 
 import harness
 import pytest
@@ -94,60 +93,6 @@ class TestViewer(harness.InFolder):
         with pytest.raises(ConnectionError):
             while True:
                 viewers[0].receive()
-
-    def test_malformed_and_oversized_messages(self):
-        program = self.view()
-        for opcode, payload in ((1, b"{"), (1, b"\xff\xfe"), (2, b"\0" * 10), (1, b"[" * 4000), (1, b"x" * 1_000_000), (3, b"reserved"), (1, b'{"type":"object","id":"1"}')):
-            viewer = self.watch(program)
-            viewer.receive()
-            try:
-                viewer.send_frame(opcode, payload)
-                with pytest.raises((ConnectionError, socket.timeout)):
-                    while True:
-                        viewer.receive()
-            except (BrokenPipeError, ConnectionResetError):
-                pass
-            viewer.close()
-        unfinished = self.watch(program)
-        try:
-            for i in range(200):  # a message that never ends
-                unfinished.send_frame(0 if i else 1, b"x" * 1000, final=False)
-        except OSError:
-            pass
-        try:
-            while unfinished.socket.recv(65536):  # until the server, which does not wait for its end, has closed
-                pass
-        except ConnectionError:
-            pass
-        for garbage in (b"\x16\x03\x01\x02\x00", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"A" * 100_000, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 5000):
-            with socket.create_connection(("127.0.0.1", program.port), 5) as s:
-                try:
-                    s.sendall(garbage)
-                    s.shutdown(socket.SHUT_WR)
-                    s.recv(4096)
-                except OSError:
-                    pass
-        assert b"200 OK" in program.get()
-        assert program.end() == 0
-
-    def test_a_thousand_connections(self):
-        program = self.view()
-        kept = self.watch(program)
-        kept.receive()
-        sockets = []
-        for _ in range(1000):
-            sockets.append(socket.create_connection(("127.0.0.1", program.port), timeout=10))
-            if len(sockets) >= 300:  # file descriptors are limited on this side, too
-                sockets.pop(150).close()
-        assert b"200 OK" in program.get()
-        kept.send({"type": "keyframe", "id": 0})
-        headers = [kept.receive()[0]["type"] for _ in range(2)]
-        assert "keyframe" in headers
-        deadline = time.monotonic() + 20
-        while b"200 OK" not in program.get() and time.monotonic() < deadline:
-            time.sleep(0.2)
-        assert b"200 OK" in program.get()
-        assert program.end() == 0
 
     def test_one_line_where_the_port_is_in_use(self):
         program = self.view()

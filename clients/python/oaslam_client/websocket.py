@@ -57,9 +57,9 @@ class WebSocket:
         else:
             self.send_frame(BINARY, message)
 
-    def send_frame(self, opcode: int, payload: bytes, final: bool = True) -> None:
+    def send_frame(self, opcode: int, payload: bytes) -> None:
         mask, length = os.urandom(4), len(payload)
-        head = bytes([(0x80 if final else 0) | opcode])
+        head = bytes([0x80 | opcode])
         if length < 126:
             head += bytes([0x80 | length])
         elif length < 65536:
