@@ -1,5 +1,5 @@
 # A room of the architecture (docs/architecture.md) is one static library: every *.cc of its folder, every *_test.cc a test
-# of its name. What it may include is what it is linked with; tests/include_graph_test.cc checks that the code agrees.
+# of its name. What it may include is what it is linked with; tests/include_graph_test.py checks that the code agrees.
 
 add_library(oaslam_options INTERFACE)
 target_compile_features(oaslam_options INTERFACE cxx_std_20)

@@ -1,0 +1,143 @@
+"""The rooms of src/CMakeLists.txt and the arrows between them: who may include whom. The build alone cannot tell, because all rooms share one include folder."""
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PUBLIC = ROOT / "include" / "oaslam"
+TYPE = r"^(?:struct|class|enum class) (?:OASLAM_\w+ )?"
+
+
+def rooms_of_build(cmake):
+    """The rooms that each room is linked with; it may also include what those may."""
+    return {room: set(re.findall(r"oaslam_(\w+)", links)) for room, links in re.findall(r"oaslam_room\((\w+)([^)]*)\)", cmake)}
+
+
+def rooms_of_page(page):
+    """The rows `room` | what it holds | the rooms that it may enter."""
+    return {room: set(re.findall(r"`(\w+)`", below)) for room, below in re.findall(r"^\| `(\w+)` \|.*\|([^|\n]*)\|$", page, re.M)}
+
+
+def files_under(folder, prefix=""):
+    """{path: text} of the C++: "tracking/motion_model.cc"; of a public header "public/slam.h"."""
+    return {prefix + path.relative_to(folder).as_posix(): path.read_text() for path in sorted(folder.rglob("*")) if path.suffix in (".h", ".cc")}
+
+
+ROOMS = rooms_of_build((ROOT / "src" / "CMakeLists.txt").read_text())
+FILES = {**files_under(ROOT / "src" / "oaslam"), **files_under(PUBLIC, "public/")}
+# The rooms that implement public headers, those with a file of the same name: only they and those above them may use these. What is not listed is for all.
+IMPLEMENTED_IN = {path.stem + ".h": path.parts[0] for path in map(pathlib.PurePath, FILES) if path.suffix == ".cc" and (PUBLIC / (path.stem + ".h")).exists()}
+
+
+def reached(rooms, room):
+    """What a room may include: itself, and all below it."""
+    found, left = {room}, [room]
+    while left:
+        new = rooms[left.pop()] - found
+        found |= new
+        left += new
+    return found
+
+
+def includes_of(text):
+    """(quote, path) of each include."""
+    return re.findall(r'^[ \t]*#[ \t]*include[ \t]*(["<])([^">]+)[">]', text, re.M)
+
+
+def problem(rooms, path, quote, include):
+    """Of one include; None if there is none."""
+    room = path.split("/")[0]
+    if not include.startswith("oaslam/"):
+        # Helpers of tests are in tests/; all other files of ours are included by their full paths.
+        return "not under oaslam/" if quote == '"' and not path.endswith("_test.cc") else None
+    target, slash, _ = include.removeprefix("oaslam/").partition("/")
+    if not slash:
+        if room == "public" or target not in IMPLEMENTED_IN:
+            return None
+        target = IMPLEMENTED_IN[target]
+    elif room == "public":
+        return "a public header may not show a room"
+    elif target not in rooms:
+        return "no such room"
+    return None if target in reached(rooms, room) else f"{room} may not enter {target}"
+
+
+def violations(rooms, files):
+    found = []
+    for path, text in files.items():
+        if path.split("/")[0] not in (*rooms, "public"):
+            found.append(f"{path}: a room that is not in the table")
+            continue
+        found += [f"{path} includes {include}: {why}" for quote, include in includes_of(text) if (why := problem(rooms, path, quote, include))]
+    return found
+
+
+def undefined_types(files):
+    """Types that the public headers name but do not define: an application could not use them."""
+    named, defined = set(), set()
+    for path, text in files.items():
+        if path.startswith("public/"):
+            for name, end in re.findall(TYPE + r"(\w+)[^;{\n]*([;{])", text, re.M):
+                (named if end == ";" else defined).add(name)
+    return named - defined
+
+
+def types_defined_twice(files):
+    """Types that two headers define: all rooms share a namespace, and the linker takes the functions of either for both."""
+    names = [name for path, text in files.items() if path.endswith(".h") for name in re.findall(TYPE + r"([\w:]+)[^;{\n]*\{", text, re.M)]
+    return {name for name in names if names.count(name) > 1}
+
+
+def test_the_code_keeps_to_the_architecture():
+    assert len(FILES) > 20
+    assert violations(ROOMS, FILES) == []
+    assert undefined_types(FILES) == set()
+    assert types_defined_twice(FILES) == set()
+
+
+def test_types_of_one_name_are_found():
+    assert types_defined_twice({"exports/a.h": "struct Scene {\n};\nstruct Other;\n", "relocalization/b.h": "class Scene : Base {\n};\nstruct Other {\n};\n"}) == {"Scene"}
+
+
+def test_types_that_are_not_installed_are_found():
+    face = "struct Inner;  // of a room\nstruct Later;\nclass OASLAM_API Slam {\n  Inner Look();\n  class Impl;\n};\n"
+    assert undefined_types({"public/slam.h": face, "public/later.h": "struct Later {\n};\n", "map/inner.h": "struct Inner {\n};\n"}) == {"Inner"}
+
+
+def test_the_page_shows_the_rooms_of_the_build():
+    assert rooms_of_page((ROOT / "docs" / "architecture.md").read_text()) == ROOMS
+    assert len(ROOMS) > 20
+    assert IMPLEMENTED_IN["slam.h"] == "system"
+
+
+def test_python_and_the_examples_see_the_public_headers_alone():
+    """What programs of others see: the module for Python and the examples are such."""
+    seen = [(path, include) for folder in ("python", "examples") for path, text in files_under(ROOT / folder).items()
+            for _, include in includes_of(text) if include.startswith("oaslam/")]
+    assert len(seen) > 10
+    assert [(path, include) for path, include in seen if not (ROOT / "include" / include).exists()] == []
+
+
+def test_no_cycles():
+    assert [(room, other) for room, below in ROOMS.items() for other in below if room in reached(ROOMS, other)] == []
+
+
+def check(path, text):
+    return violations(ROOMS, {path: text})
+
+
+def test_forbidden_arrows_are_found():
+    for path, text, why in (("tracking/a.cc", '#include "oaslam/mapping/b.h"\n', " includes oaslam/mapping/b.h: tracking may not enter mapping"),
+                            ("objects/a_test.cc", "  #  include <oaslam/tracking/b.h>\n", " includes oaslam/tracking/b.h: objects may not enter tracking"),
+                            ("map/a.h", '#include "oaslam/slam.h"', " includes oaslam/slam.h: map may not enter system"),
+                            ("public/slam.h", '#include "oaslam/map/map.h"', " includes oaslam/map/map.h: a public header may not show a room"),
+                            ("images/a.cc", '#include "common.h"', " includes common.h: not under oaslam/"),
+                            ("images/a.cc", '#include "oaslam/apps/common.h"', " includes oaslam/apps/common.h: no such room"),
+                            ("cellar/a.cc", "", ": a room that is not in the table")):
+        assert check(path, text) == [path + why]
+
+
+def test_allowed_arrows_pass():
+    for path, includes in (("tracking/a.cc", ("<vector>", "<opencv2/core.hpp>", '"oaslam/tracking/a.h"', '"oaslam/matching/b.h"', '"oaslam/util/check.h"', '"oaslam/types.h"')),
+                           ("system/a.cc", ('"oaslam/slam.h"', '"oaslam/objects/b.h"')),
+                           ("map/a_test.cc", ('"synthetic_world.h"',))):
+        assert check(path, "".join(f"#include {include}\n" for include in includes)) == []
