@@ -21,7 +21,7 @@ std::string Entry(const std::string& key, const std::string& value) {
   std::map<std::string, std::string> entry{{"name", R"("a")"},
                                            {"finds", R"("cups")"},
                                            {"bytes", "3"},
-                                           {"sha256", '"' + std::string(64, '0') + '"'},
+                                           {"sha256", fmt::format(R"("{}")", std::string(64, '0'))},
                                            {"licence", R"("MIT")"},
                                            {"author", R"("b")"},
                                            {"url", R"("https://a.example/v1/a.onnx")"}};
