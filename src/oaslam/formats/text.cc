@@ -54,13 +54,6 @@ std::optional<double> ParseNumber(std::string_view text) {
   return value;
 }
 
-std::string_view Trim(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n";
-  const size_t begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
 std::vector<std::string_view> SplitFields(std::string_view line) {
   std::vector<std::string_view> fields;
   for (size_t begin = line.find_first_not_of(" \t\r"); begin != std::string_view::npos;) {

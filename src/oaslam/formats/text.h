@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "oaslam/util/trim.h"
+
 namespace oaslam {
 
 // Reads a whole file; throws InputError when it cannot be read, or is larger than 1 GiB.
@@ -16,7 +18,6 @@ void WriteTextFile(const std::string& path, const std::string& content);
 
 // A finite decimal number and nothing else; independent of the locale.
 std::optional<double> ParseNumber(std::string_view text);
-std::string_view Trim(std::string_view text);
 // Fields separated by blanks or tabs.
 std::vector<std::string_view> SplitFields(std::string_view line);
 // Lines without their ends (LF or CRLF).

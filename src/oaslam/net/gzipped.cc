@@ -9,19 +9,13 @@
 #include <optional>
 
 #include "oaslam/util/check.h"
+#include "oaslam/util/trim.h"
 
 namespace oaslam {
 
 namespace beast = boost::beast;
 
 namespace {
-
-std::string_view Trim(std::string_view text) {
-  const size_t begin = text.find_first_not_of(" \t");
-  return begin == std::string_view::npos
-             ? std::string_view()
-             : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 // "q=0.5"; 0 where it is malformed.
 double Weight(std::string_view text) {
