@@ -46,7 +46,7 @@ YAML::Node ParseYamlMapping(std::string text, const std::string& path) {
 std::string TextOfNode(const YAML::Node& node) {
   constexpr size_t kMaxBytes = 60;  // leaves room for path, key and bound in a line of a terminal
   if (!node || node.IsNull()) return "nothing";
-  if (node.IsScalar()) return "\"" + OnOneLine(node.Scalar(), kMaxBytes - 2) + "\"";
+  if (node.IsScalar()) return fmt::format("\"{}\"", OnOneLine(node.Scalar(), kMaxBytes - 2));
   YAML::Emitter emitter;
   emitter.SetSeqFormat(YAML::Flow);
   emitter.SetMapFormat(YAML::Flow);

@@ -31,12 +31,12 @@ TEST(Yaml, ANodeIsShownOnOneShortLine) {
   EXPECT_EQ(TextOfNode(YAML::Load("a:")["a"]), "nothing");
   // 60 bytes with the quotes are shown as they are.
   const std::string longest = Repeated("x", 58);
-  EXPECT_EQ(TextOfNode(YAML::Node(longest)), "\"" + longest + "\"");
-  EXPECT_EQ(TextOfNode(YAML::Node(longest + "x")), "\"" + Repeated("x", 55) + "...\"");
+  EXPECT_EQ(TextOfNode(YAML::Node(longest)), fmt::format("\"{}\"", longest));
+  EXPECT_EQ(TextOfNode(YAML::Node(longest + "x")), fmt::format("\"{}...\"", Repeated("x", 55)));
   // The 55th byte is in the middle of a character, which is left out.
   EXPECT_EQ(TextOfNode(YAML::Node(Repeated("\u00e4", 500000))),
-            "\"" + Repeated("\u00e4", 27) + "...\"");
-  EXPECT_EQ(TextOfNode(YAML::Load("[" + Repeated("1, ", 100) + "1]")).size(), 60);
+            fmt::format("\"{}...\"", Repeated("\u00e4", 27)));
+  EXPECT_EQ(TextOfNode(YAML::Load(fmt::format("[{}1]", Repeated("1, ", 100)))).size(), 60);
 }
 
 TEST(Yaml, CommentsAloneAreAnEmptyMapping) {

@@ -140,14 +140,6 @@ TEST_F(AtlasTest, TheLargerPieceLeads) {
   EXPECT_TRUE(frames.contains(150));
 }
 
-TEST_F(AtlasTest, APieceThatReplacesALoadedEmptyMapDoesNotCountAsLoaded) {
-  Atlas atlas(SlamConfig(), map_, true, {});
-  Walk(atlas, 0, 70, 0, Scene::kLeft);
-  EXPECT_EQ(atlas.main_number(), 1);
-  Walk(atlas, 70, 90, 69, Scene::kRight, -1);
-  EXPECT_EQ(atlas.main_number(), 2);  // the larger one leads
-}
-
 // A map that is saved before the end has what is being made, too.
 TEST_F(AtlasTest, ThePieceThatIsBeingMadeIsAmongTheOthers) {
   Atlas atlas(SlamConfig(), map_, false, {});
