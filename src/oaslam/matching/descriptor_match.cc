@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/features/band_search.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/skew.h"
@@ -111,6 +110,9 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
 
   const Features& a = *first.features;
   const Features& b = *second.features;
+  // kChi2OneDof (3.841) to two digits: a wider band by 0.01 % could make other matches, and other
+  // maps.
+  constexpr double kEpipolarChi2 = 3.84;
   std::vector<int> free_second;
   BandPoints place;
   for (int k = 0; k < b.size(); ++k) {
@@ -122,7 +124,7 @@ KeypointPairs MatchAlongEpipolarLines(const Map& map, const Keyframe& first,
                                 100 * sigma * b.pyramid.working_pixel())
       continue;
     free_second.push_back(k);
-    place.Add(keypoint.px, static_cast<float>(std::sqrt(kChi2OneDof)) * sigma);
+    place.Add(keypoint.px, static_cast<float>(std::sqrt(kEpipolarChi2)) * sigma);
   }
   KeypointPairs pairs;
   std::vector<int> distances;
