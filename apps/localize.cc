@@ -53,7 +53,11 @@ class LocalizeResults {
       candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
     if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
     ++count_;
-    ++by_evidence_[static_cast<size_t>(r.evidence)];
+    // A pose that follows from those before it, by a temporary piece of map: no object tells it.
+    if (r.evidence == PoseEvidence::kObjects && r.matched_objects == 0)
+      ++followed_;
+    else
+      ++by_evidence_[static_cast<size_t>(r.evidence)];
   }
 
   // The focal length, in pixels, of images for which it is not estimated individually.
@@ -76,11 +80,11 @@ class LocalizeResults {
                                       .title = "oaslam localize"});
     if (quiet) return;
     fmt::print(
-        "{} of {} images localized ({} by points, {} by points from objects, {} by objects alone); "
-        "results in {}\n",
+        "{} of {} images localized ({} by points, {} by points from objects, {} by objects alone, "
+        "{} followed from these); results in {}\n",
         poses_.size(), count_, by_evidence_[static_cast<size_t>(PoseEvidence::kPoints)],
         by_evidence_[static_cast<size_t>(PoseEvidence::kPointsAndObjects)],
-        by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], folder_);
+        by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], followed_, folder_);
   }
 
  private:
@@ -116,7 +120,8 @@ class LocalizeResults {
   std::ofstream frames_;
   std::vector<StampedPose> poses_;
   std::vector<ScoredPose> candidates_;
-  std::array<int, 4> by_evidence_{};
+  std::array<int, 4> by_evidence_{};  // without those of followed_
+  int followed_ = 0;
   double focal_length_ = 0;
   int count_ = 0;
 };
