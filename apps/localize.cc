@@ -65,6 +65,7 @@ class LocalizeResults {
   void SetPresence(std::vector<ObjectPresence> presence) { presence_ = std::move(presence); }
 
   int count() const { return count_; }  // images so far
+  bool has_poses() const { return !poses_.empty(); }
 
   void Finish(const SavedMap& saved, bool quiet) {
     if (!frames_.is_open()) OpenFrames();
@@ -314,6 +315,9 @@ int Localize(const LocalizeOptions& given) {
   // Nothing is written where the inputs were refused.
   if (!failure || results.count() > 0) results.Finish(saved, options.common.quiet);
   if (failure) std::rethrow_exception(failure);
+  if (options.plain.IsUsed() && results.has_poses() && !options.common.quiet)
+    fmt::print("to look at it: oaslam view {} --map {}{}\n", options.out, options.map,
+               options.piece > 0 ? fmt::format(" --piece {}", options.piece) : "");
   return Interrupted() ? 130 : 0;
 }
 
