@@ -119,7 +119,7 @@ void EditAnchors(const AnchorsOptions& options) {
   const bool is_edited = !options.place.empty() || !options.rename.empty() ||
                          !options.size.empty() || !options.erase.empty();
   if (is_edited || !options.out.empty())
-    SaveMap(options.out.empty() ? options.map : options.out, saved);
+    SaveMap(options.out.empty() ? MapFileAt(options.map) : options.out, saved);
   if (!options.quiet) Print(saved.map);
 }
 

@@ -104,6 +104,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   const bool is_live = images.starts_with("webcam:");
   const auto source = OpenImages(images, FrameRange(common));
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
+  if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
   CameraEstimationOptions options;
   if (!settings.IsAuto())
@@ -123,11 +124,13 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
       estimator.Add(image->image, time);
       image = NextReadable(*source, time);
     }
+    if (Interrupted()) return estimate;
     CameraEstimate found = estimator.Estimate();
     if (part == 0 || found.is_determined || found.focal_sigma_px < estimate.focal_sigma_px)
       estimate = std::move(found);
     if (estimate.is_determined) break;
   }
+  if (Interrupted()) return estimate;
   if (estimate.is_determined)
     spdlog::info("camera: {}, estimated from {} images", Describe(estimate), estimate.images);
   else

@@ -212,6 +212,11 @@ void EvaluateReliabilityCommand(const EvaluateOptions& o) {
 void EvaluateStatesCommand(const EvaluateOptions& o) {
   std::vector<StateRow> rows;
   for (const std::string& path : o.runs) {
+    std::error_code error;
+    if (fs::exists(fs::path(path) / "poses.txt", error) &&
+        !fs::exists(fs::path(path) / "trajectory.txt", error))
+      throw InputError(
+          fmt::format("{}: is of localize; evaluate states takes folders of run", path));
     rows.push_back(LoadStates((fs::path(path) / "frames.csv").string()));
     rows.back().name = fs::absolute(path).lexically_normal().filename().string();
     fmt::print("{}:", rows.back().name);

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
@@ -27,8 +28,9 @@ void CheckExtension(const ExportOptions& options) {
   const std::string extension = std::filesystem::path(options.out).extension().string();
   if (options.format == "gltf" && extension != ".gltf" && extension != ".glb")
     throw InputError(options.out + ": --format gltf asks for a file .gltf (text) or .glb (binary)");
-  if (options.format == "obj" && extension != ".obj")
-    throw InputError(options.out + ": --format obj asks for a file .obj");
+  if ((options.format == "obj" || options.format == "ply") && extension != "." + options.format)
+    throw InputError(
+        fmt::format("{0}: --format {1} asks for a file .{1}", options.out, options.format));
 }
 
 OutputFolder Check(const ExportOptions& options) {
@@ -37,7 +39,6 @@ OutputFolder Check(const ExportOptions& options) {
   if (options.ellipsoids && options.format != "ply")
     throw InputError("--ellipsoids is for --format ply; obj and gltf always have them");
   if (IsFolderFormat(options.format)) return OutputFolder(options.out);
-  CheckExtension(options);
   return FolderOfOutputFile(options.out);
 }
 
@@ -45,6 +46,7 @@ void Export(const ExportOptions& options) {
   const SavedMap saved = LoadPiece(options.map, options.piece);
   if (saved.map.keyframes.empty()) throw InputError(options.map + ": the map is empty");
   const OutputFolder folder = Check(options);
+  CheckExtension(options);
   if (IsFolderFormat(options.format)) {
     ImageSourceOptions range = FrameRange(options.common);
     range.color = true;

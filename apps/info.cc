@@ -81,7 +81,8 @@ void PrintObjects(const SavedMap& saved) {
   }
 }
 
-void PrintInfo(const std::string& path) {
+void PrintInfo(const std::string& given) {
+  const std::string path = MapFileAt(given);
   const SavedMap saved = LoadMap(path);
   fmt::print("file         {}, {:.2f} MB\n", path,
              static_cast<double>(std::filesystem::file_size(path)) / 1e6);

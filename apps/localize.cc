@@ -53,7 +53,11 @@ class LocalizeResults {
       candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
     if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
     ++count_;
-    ++by_evidence_[static_cast<size_t>(r.evidence)];
+    // A pose that follows from those before it, by a temporary piece of map: no object tells it.
+    if (r.evidence == PoseEvidence::kObjects && r.matched_objects == 0)
+      ++followed_;
+    else
+      ++by_evidence_[static_cast<size_t>(r.evidence)];
   }
 
   // The focal length, in pixels, of images for which it is not estimated individually.
@@ -61,6 +65,7 @@ class LocalizeResults {
   void SetPresence(std::vector<ObjectPresence> presence) { presence_ = std::move(presence); }
 
   int count() const { return count_; }  // images so far
+  bool has_poses() const { return !poses_.empty(); }
 
   void Finish(const SavedMap& saved, bool quiet) {
     if (!frames_.is_open()) OpenFrames();
@@ -76,11 +81,11 @@ class LocalizeResults {
                                       .title = "oaslam localize"});
     if (quiet) return;
     fmt::print(
-        "{} of {} images localized ({} by points, {} by points from objects, {} by objects alone); "
-        "results in {}\n",
+        "{} of {} images localized ({} by points, {} by points from objects, {} by objects alone, "
+        "{} followed from these); results in {}\n",
         poses_.size(), count_, by_evidence_[static_cast<size_t>(PoseEvidence::kPoints)],
         by_evidence_[static_cast<size_t>(PoseEvidence::kPointsAndObjects)],
-        by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], folder_);
+        by_evidence_[static_cast<size_t>(PoseEvidence::kObjects)], followed_, folder_);
   }
 
  private:
@@ -116,7 +121,8 @@ class LocalizeResults {
   std::ofstream frames_;
   std::vector<StampedPose> poses_;
   std::vector<ScoredPose> candidates_;
-  std::array<int, 4> by_evidence_{};
+  std::array<int, 4> by_evidence_{};  // without those of followed_
+  int followed_ = 0;
   double focal_length_ = 0;
   int count_ = 0;
 };
@@ -309,6 +315,9 @@ int Localize(const LocalizeOptions& given) {
   // Nothing is written where the inputs were refused.
   if (!failure || results.count() > 0) results.Finish(saved, options.common.quiet);
   if (failure) std::rethrow_exception(failure);
+  if (options.plain.IsUsed() && results.has_poses() && !options.common.quiet)
+    fmt::print("to look at it: oaslam view {} --map {}{}\n", options.out, options.map,
+               options.piece > 0 ? fmt::format(" --piece {}", options.piece) : "");
   return Interrupted() ? 130 : 0;
 }
 

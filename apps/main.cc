@@ -38,9 +38,9 @@ constexpr const char* kOverview =
 Map a video:                      oaslam run walk.mp4
 Look at the map in the browser:   oaslam view walk.oaslam
 Watch it grow, from a webcam:     oaslam run webcam:0 --viewer
-Find other images in the map:     oaslam localize --map walk.oaslam/map.oaslam other.mp4
+Find other images in the map:     oaslam localize --map walk.oaslam other.mp4
 Answer cameras over the network:  oaslam serve --maps FOLDER
-Go on in the map another day:     oaslam run later.mp4 --map-in walk.oaslam/map.oaslam
+Go on in the map another day:     oaslam run later.mp4 --map-in walk.oaslam
 Join two maps made apart:         oaslam merge a.map b.map --out both.map
 Export to Blender, COLMAP, ...:   oaslam export --map FILE --format gltf --out desk.glb
 Map objects from known poses:     oaslam map-objects --help

@@ -101,7 +101,9 @@ MetricScale::MetricScale(const ScaleSettings& settings, const ClassNames& names,
 double MetricScale::FromObjects(const Map& map) const {
   if (!map.up)
     throw InputError(
-        text_ + ": the map's vertical is not known: the camera has turned too little about it");
+        text_ +
+        ": the map's vertical is not known: the camera has turned too little about it; --gravity "
+        "FILE gives it, --scale-from does without");
   std::vector<double> heights;
   map.objects.ForEach([&](ObjectId, const Object& object) {
     if (object.state == ObjectState::kMapped && object.category_id == category_id_)

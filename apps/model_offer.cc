@@ -74,8 +74,8 @@ bool NoteQuestion() {
 
 bool AskToFetch(const PublishedModel& model) {
   fmt::print(stderr,
-             "Objects are found by a detector, and there is none here yet. Fetch {} ({}, {}, from "
-             "{})? [y/N] ",
+             "Objects are found by a detector, and the default one is not here yet. Fetch {} ({}, "
+             "{}, from {})? [y/N] ",
              model.name, SizeText(model.bytes), model.licence, WithoutPassword(model.url));
   std::fflush(stderr);
   std::string answer;
@@ -123,11 +123,31 @@ std::string DefaultDetectorOrOffer() {
   return "none";
 }
 
+std::set<std::string> DetectorsIn(const fs::path& folder) {
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& file : fs::directory_iterator(folder, error)) {
+    const std::string name = file.path().stem().string();
+    if (file.path().filename() == FileOfModel(name) && IsModelName(name)) names.insert(name);
+  }
+  return names;
+}
+
 void SayHowToGetDetector() {
-  spdlog::info(
-      "points alone, no objects: no detector is here. `oaslam models get {}` fetches one, "
-      "--detector FILE uses another",
-      kDefaultModel);
+  std::string other;
+  for (const fs::path& folder : ModelFolders())
+    if (const auto names = DetectorsIn(folder); other.empty() && !names.empty())
+      other = *names.begin();
+  if (other.empty())
+    spdlog::info(
+        "points alone, no objects: no detector is here. `oaslam models get {}` fetches one, "
+        "--detector NAME or FILE uses another",
+        kDefaultModel);
+  else
+    spdlog::info(
+        "points alone, no objects: the default detector is not here. `oaslam models get {}` "
+        "fetches it, --detector {} uses one that is here",
+        kDefaultModel, other);
 }
 
 }  // namespace oaslam::apps

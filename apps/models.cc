@@ -54,17 +54,10 @@ void PrintPlace(const std::string& name, const fs::path& path) {
 
 void PrintOthers(const std::vector<PublishedModel>& catalogue) {
   std::set<std::string> shown;
-  std::error_code error;
-  for (const fs::path& folder : ModelFolders()) {
-    std::set<std::string> names;
-    for (const auto& file : fs::directory_iterator(folder, error)) {
-      const std::string name = file.path().stem().string();
-      if (file.path().filename() == FileOfModel(name) && IsModelName(name)) names.insert(name);
-    }
-    for (const std::string& name : names)
+  for (const fs::path& folder : ModelFolders())
+    for (const std::string& name : DetectorsIn(folder))
       if (FindPublished(catalogue, name) == nullptr && shown.insert(name).second)
         fmt::print("{}\n  here: {}\n", name, (folder / FileOfModel(name)).string());
-  }
 }
 
 void ListModels() {
@@ -103,7 +96,9 @@ int GetModel(const ModelsOptions& options) {
 void AddOneModel(const ModelsOptions& options) {
   const fs::path path =
       AddModel(options.file, options.name, FolderForModels(), options.force, ModelCatalogue());
-  PrintPlace(path.stem().string(), path);
+  const std::string name = path.stem().string();
+  PrintPlace(name, path);
+  fmt::print("to use it: --detector {}\n", name);
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ void Objects(const ObjectsOptions& options) {
   const bool is_edited =
       !options.rename.empty() || !options.erase.empty() || !options.merge.empty();
   if (is_edited || !options.out.empty())
-    SaveMap(options.out.empty() ? options.map : options.out, saved);
+    SaveMap(options.out.empty() ? MapFileAt(options.map) : options.out, saved);
   if (!options.common.quiet) Print(saved);
 }
 

@@ -126,7 +126,7 @@ std::optional<CameraEstimate> LastEstimate(const std::optional<CameraEstimate>& 
   RefineWithMap(config, find_readout, estimate, saved);
   if (estimate.is_determined)
     spdlog::info("camera: {}, estimated from the images", Describe(estimate));
-  else
+  else if (!saved.map.keyframes.empty())
     spdlog::warn("camera: not determined by the images: {}; expect a bent map", estimate.why_not);
   return estimate;
 }
@@ -203,6 +203,7 @@ int Run(const RunOptions& given) {
                                       : FolderOfMapFile(options.map_out, "--map-out");
   Recording recording(options.recording, models);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
+  if (first_estimate && Interrupted()) return 130;  // there is nothing yet to write
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detector, is_live,
        options.viewer.port || options.recording.IsAskedFor(), !options.map_in.empty(),
@@ -296,9 +297,10 @@ int Run(const RunOptions& given) {
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
   if (failure) std::rethrow_exception(failure);
   if (!options.common.quiet)
-    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks; results in {}\n", tracked,
-               done, saved.map.keyframes.size(), saved.map.landmarks.size(), options.out);
-  if (options.plain.IsUsed() && !options.common.quiet)
+    fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}\n",
+               tracked, done, saved.map.keyframes.size(), saved.map.landmarks.size(),
+               saved.map.CountMappedObjects(), options.out);
+  if (options.plain.IsUsed() && !options.common.quiet && !saved.map.keyframes.empty())
     fmt::print("to look at it: oaslam view {}\n", options.out);
   view.Finish(saved, interrupted);
   return interrupted ? 130 : 0;

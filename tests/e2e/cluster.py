@@ -168,7 +168,7 @@ class Client:
     """A connection that is kept from request to request."""
     def __init__(self, port, certificate=None, timeout=60):
         if certificate:
-            self.connection = http.client.HTTPSConnection("localhost", port, timeout=timeout, context=ssl.create_default_context(cafile=certificate))
+            self.connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=timeout, context=ssl.create_default_context(cafile=certificate))
         else:
             self.connection = http.client.HTTPConnection("127.0.0.1", port, timeout=timeout)
 

@@ -346,6 +346,7 @@ class TestExport(harness.InFolder):
                 (("--map", self.map_file, "--format", "stl", "--out", out), "stl"),
                 (("--map", self.map_file, "--format", "gltf", "--out", out + ".txt"), ".glb"),
                 (("--map", self.map_file, "--format", "obj", "--out", out + ".mtl"), ".obj"),
+                (("--map", self.map_file, "--format", "ply", "--out", out + ".obj"), ".ply"),
                 (("--map", self.map_file, "--format", "ply", "--out", self.folder), "folder"),
                 (("--map", self.map_file, "--format", "ply", "--out", noise + "/a.ply"), "noise.map"),
                 (("--map", self.map_file, "--format", "colmap", "--out", noise), "noise.map"),

@@ -1,5 +1,6 @@
 """Localization in a saved map of the sample, and SLAM that goes on in it."""
 import os
+import re
 import xml.etree.ElementTree
 
 import harness
@@ -38,6 +39,18 @@ class TestLocalize(harness.InFolder):
         within_20cm = float(recall.split()[5])  # recall A % B % C % ...: within 5, 10, 20 cm
         assert within_20cm == pytest.approx(100 * sum(e <= 0.2 for e in errors) / 150, abs=1.5)
         xml.etree.ElementTree.parse(plot)
+
+    def test_poses_that_no_object_tells_are_not_counted_by_objects(self):
+        out = self.path("no_boxes")
+        done = must_run("localize", "--map", harness.DESK_MAP, *harness.clip("query_around")[:4], "--to", "150", "--out", out)
+        counts = re.search(r"^(\d+) of 150 images localized \((\d+) by points, 0 by points from objects, 0 by objects alone, (\d+) followed from these\); results in",
+                           done.out, re.MULTILINE)
+        assert counts, done
+        localized, by_points, followed = map(int, counts.groups())
+        states = [f["status"] for f in harness.read_csv(os.path.join(out, "frames.csv"))]
+        assert (by_points, followed) == (states.count("points"), states.count("objects"))
+        assert localized == by_points + followed == len(harness.read_tum(os.path.join(out, "poses.txt")))
+        assert followed > 0, done
 
     def test_localization_by_detections_alone(self):
         clip = harness.clip("query_around")

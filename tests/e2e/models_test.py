@@ -368,7 +368,7 @@ class TestAdd(WithServer):
     def test_a_file_of_ones_own(self):
         path = self.own("museum.onnx")
         done = oaslam("models", "add", path)
-        assert (done.code, done.out) == (0, f"museum is in {self.models}/museum.onnx\n"), done
+        assert (done.code, done.out) == (0, f"museum is in {self.models}/museum.onnx\nto use it: --detector museum\n"), done
         assert oaslam("models", "add", path).code == 0  # it is there
         assert f"museum\n  here: {self.models}/museum.onnx\n" in oaslam("models").out
         done = oaslam("models", "add", self.own("museum.onnx", ONNX + b"\x32\x01x"))
@@ -383,7 +383,7 @@ class TestAdd(WithServer):
         entries[1].update(sha256=hashlib.sha256(ONNX).hexdigest(), bytes=len(ONNX))
         with open(catalogue, "w") as f:
             json.dump({"models": entries}, f)
-        assert oaslam("models", "add", self.own("download(1).onnx")).out == f"tiny is in {self.file}\n"
+        assert oaslam("models", "add", self.own("download(1).onnx")).out == f"tiny is in {self.file}\nto use it: --detector tiny\n"
         assert f"here: {self.file}\n" in oaslam("models").out
 
     def test_what_is_refused(self):
@@ -451,6 +451,14 @@ class TestWithoutModel(WithServer):
         assert "oaslam models get" not in oaslam(*self.command, "--detector", "none").err
         assert self.server.requests == []
         assert not os.path.exists(os.path.join(self.home, "state"))
+
+    def test_the_hint_names_one_that_is_here(self):
+        os.makedirs(self.models)
+        with open(os.path.join(self.models, "museum.onnx"), "wb") as f:
+            f.write(ONNX)
+        done = must_run(*self.command)
+        assert "points alone" in done.err
+        assert "--detector museum uses" in done.err
 
     def test_asked_once(self):
         code, shown = self.at_terminal(b"n\n")

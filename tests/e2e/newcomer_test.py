@@ -2,6 +2,7 @@
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 
@@ -23,7 +24,8 @@ class TestNewcomer(harness.InFolder):
         assert summary["tracked"] > 210
         assert summary["images"] == self.video
         assert os.path.exists(os.path.join(self.out, "map.svg"))
-        assert oaslam("info", os.path.join(self.out, "map.oaslam")).code == 0
+        # The folder stands for the map in it.
+        assert must_run("info", self.out).out == must_run("info", os.path.join(self.out, "map.oaslam")).out
 
     @harness.needs_detector
     def test_objects_are_mapped_by_the_default_detector(self):
@@ -44,6 +46,24 @@ class TestNewcomer(harness.InFolder):
         for force in ([], ["--force"]):  # with --images, the form for scripts, results are overwritten in any case
             must_run("run", "--images", self.video, "--to", 50, "--out", copy, *force)
             assert harness.read_json(os.path.join(copy, "summary.json"))["frames"] == 50
+
+    def test_a_run_without_a_map_promises_none(self):
+        done = must_run("run", self.video, "--to", 3, "--detector", "none", "--out", self.path("short"))
+        assert "0 of 3 frames tracked, 0 keyframes, 0 landmarks, 0 objects; results in" in done.out
+        assert "to look at it" not in done.out
+        assert "bent map" not in done.err, done
+
+    def test_an_interrupt_while_the_camera_is_estimated_leaves_nothing(self):
+        out = self.path("interrupted")
+        process = subprocess.Popen([harness.BINARY, "run", self.video, "--detector", "none", "--out", out], stderr=subprocess.PIPE, text=True)
+        for line in process.stderr:
+            if "estimating" in line:
+                break
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        assert process.returncode == 130, err
+        assert "error" not in err and "camera" not in err, err
+        assert not os.path.exists(out)
 
     def test_where_nothing_can_be_written_is_said_before_the_run(self):
         done = oaslam("run", self.video, "--out", os.path.join(self.video, "out"))
@@ -71,8 +91,12 @@ class TestNewcomer(harness.InFolder):
     def test_find_other_images_in_the_map(self):
         other = self.path("other.mp4")
         shutil.copy(os.path.join(harness.SAMPLE, "query_around", "video.mp4"), other)
-        must_run("localize", "--map", os.path.join(self.out, "map.oaslam"), other, "--to", 20)
+        done = must_run("localize", "--map", self.out, other, "--to", 20)
+        assert done.out.strip().splitlines()[-1] == f"to look at it: oaslam view {self.path('other.localized')} --map {self.out}"
         assert len(harness.read_tum(self.path("other.localized/poses.txt"))) > 15
+        done = oaslam("evaluate", "states", self.path("other.localized"))
+        assert done.code == 1, done
+        assert "other.localized: is of localize; evaluate states takes folders of run" in done.err
 
     def test_detections_mean_no_detector(self):
         clip = os.path.join(harness.SAMPLE, "map_front")

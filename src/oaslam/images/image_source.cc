@@ -147,6 +147,8 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source, doubl
     const std::string list = (fs::path(source) / "rgb.txt").string();
     return fs::exists(list, error) ? ReadList(list, fps) : ListFolder(source, fps);
   }
+  if (fs::is_regular_file(source, error) && fs::file_size(source, error) == 0)
+    throw InputError(fmt::format("{}: is empty", source));
   if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
   if (IsText(source)) return ReadList(source, fps);
   return std::nullopt;

@@ -101,6 +101,7 @@ TEST(ImageSource, BadInputIsNamed) {
   EXPECT_THAT(error(folder / "nowhere"), HasSubstr("no such file"));
   EXPECT_THAT(error(folder.path()), HasSubstr("no images"));
   EXPECT_THAT(error(folder.Write("empty.txt", "# nothing\n")), HasSubstr("no images"));
+  EXPECT_THAT(error(folder.Write("empty.mp4", "")), HasSubstr("empty.mp4: is empty"));
   EXPECT_THAT(error(folder.Write("mixed.txt", "1.5 a.png\nb.png\n")),
               AllOf(HasSubstr("mixed.txt:2"), HasSubstr("timestamp path")));
   EXPECT_THAT(error(folder.Write("lone.txt", "1.5\n")), HasSubstr("lone.txt:1"));

@@ -123,8 +123,10 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     acceptor_.bind(endpoint, error);
     if (!error) acceptor_.listen(boost::asio::socket_base::max_listen_connections, error);
     if (error)
-      throw InputError(fmt::format("{} cannot listen at {} port {}: {}", core_->options.what,
-                                   core_->options.address, core_->options.port, error.message()));
+      throw InputError(fmt::format(
+          "{} cannot listen at {} port {}: {}{}", core_->options.what, core_->options.address,
+          core_->options.port, error.message(),
+          error == boost::asio::error::address_in_use ? "; port 0 takes one that is free" : ""));
   }
 
   // There are no file descriptors left: closes an idle connection, and accepts again in a moment.

@@ -221,6 +221,7 @@ TEST_F(ServerLimits, OptionsThatCannotBeAreRefused) {
   ServerOptions taken;
   taken.port = other.port();
   EXPECT_THAT(problem(taken), HasSubstr("port " + std::to_string(taken.port)));
+  EXPECT_THAT(problem(taken), HasSubstr("; port 0 takes one that is free"));
   EXPECT_THAT(InputErrorOf([&] { CheckServer(taken); }), HasSubstr("the viewer cannot listen"));
   EXPECT_NO_THROW(CheckServer(options_));
   for (const int port : {-1, 65536}) {

@@ -37,13 +37,16 @@ std::vector<StampedPose> KeyframePoses(const Map& map);
 // library can cause, the elements concerned are left out, with a warning. Throws InputError.
 void SaveMap(const std::string& path, const SavedMap& saved);
 
-// Loads a map file after verifying application id, version, integrity, content checksum and the
-// map's invariants. Throws InputError.
+// The map file that a path names: map.oaslam in a folder of results, else the path itself.
+std::string MapFileAt(const std::string& path);
+
+// Loads a map file (MapFileAt) after verifying application id, version, integrity, content checksum
+// and the map's invariants. Throws InputError.
 SavedMap LoadMap(const std::string& path);
 // Exchanges the map with one of the pieces: 0 is the map itself, the others are counted from 1.
 // Throws InputError naming `path` where there is no such piece.
 void LeadWithPiece(const std::string& path, int piece, SavedMap& saved);
-// Loads a map file, with the chosen piece as the map and without the others.
+// Loads a map file (MapFileAt), with the chosen piece as the map and without the others.
 SavedMap LoadPiece(const std::string& path, int piece);
 
 }  // namespace oaslam

@@ -255,12 +255,13 @@ SavedMap ReadContent(std::span<SQLite::Database> connections, const Choice& is_w
   return saved;
 }
 
-SavedMap Load(const std::string& path, const Choice& is_wanted) {
+SavedMap Load(const std::string& given, const Choice& is_wanted) {
+  const std::string path = MapFileAt(given);
   std::error_code error;
   if (!std::filesystem::exists(path, error))
     throw InputError(fmt::format("{}: there is no such file", path));
   if (!std::filesystem::is_regular_file(path, error))
-    throw InputError(fmt::format("{}: is not a file", path));
+    throw InputError(fmt::format("{}: is not a file, and has no map.oaslam in it", path));
   constexpr unsigned kMostThreads = 8;  // each has a connection with a page cache of its own
   const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
   try {
@@ -274,6 +275,12 @@ SavedMap Load(const std::string& path, const Choice& is_wanted) {
 }
 
 }  // namespace
+
+std::string MapFileAt(const std::string& path) {
+  const std::filesystem::path inside = std::filesystem::path(path) / "map.oaslam";
+  std::error_code error;
+  return std::filesystem::is_regular_file(inside, error) ? inside.string() : path;
+}
 
 SavedMap LoadMap(const std::string& path) {
   return Load(path, [](const MapPart&) { return true; });

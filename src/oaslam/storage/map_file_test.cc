@@ -220,9 +220,15 @@ TEST(MapFile, SavingReplacesTheOldOneAndLeavesNothingBeside) {
               HasSubstr("no folder"));
 }
 
-TEST(MapFile, AFolderIsNone) {
+TEST(MapFile, AFolderIsTheMapInIt) {
   const TempFolder folder;
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder.path()); }), HasSubstr("is not a file"));
+  EXPECT_EQ(MapFileAt(folder.path()), folder.path());
+  SaveMap(folder / "map.oaslam", MakeMap());
+  EXPECT_EQ(MapFileAt(folder.path()), folder / "map.oaslam");
+  EXPECT_FALSE(LoadMap(folder.path()).map.keyframes.empty());
+  EXPECT_FALSE(LoadPiece(folder.path(), 0).map.keyframes.empty());
+  EXPECT_EQ(MapFileAt(folder / "map.oaslam"), folder / "map.oaslam");
 }
 
 std::string LoadError(const TempFolder& folder, const std::string& content) {

@@ -171,7 +171,9 @@ std::string ImagesIn(const std::string& summary) {
 SavedRun LoadSavedRun(const std::string& path, const std::string& map_path, int piece) {
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
-  const std::string file = !map_path.empty() ? map_path : is_folder ? MapFileIn(path) : path;
+  const std::string file = !map_path.empty() ? MapFileAt(map_path)
+                           : is_folder       ? MapFileIn(path)
+                                             : path;
   const auto in_folder = [&](const char* name) {
     return is_folder && fs::exists(fs::path(path) / name) ? (fs::path(path) / name).string() : "";
   };
