@@ -7,12 +7,16 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string_view>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
@@ -46,6 +50,7 @@ class Loader {
   Mesh Load();
 
  private:
+  void CheckGlbHeader() const;
   void AddNode(const aiNode& node, const aiMatrix4x4& parent);
   void AddMesh(const aiMesh& mesh, const Eigen::Affine3f& model_from_mesh);
   Eigen::Vector3f BaseColor(const aiMaterial& material) const;
@@ -63,9 +68,25 @@ class Loader {
   Mesh mesh_;
 };
 
+// Assimp takes as much memory as the header of a .glb file says (glTF 2.0, 4.4).
+void Loader::CheckGlbHeader() const {
+  std::array<char, 20> header{};
+  std::ifstream(path_, std::ios::binary).read(header.data(), header.size());
+  if (std::string_view(header.data(), 4) != "glTF") return;
+  uint64_t length = 0;  // of the first chunk, little-endian
+  for (int i = 3; i >= 0; --i)
+    length = length << 8 | static_cast<unsigned char>(header[static_cast<size_t>(12 + i)]);
+  std::error_code error;
+  const uintmax_t size = fs::file_size(path_, error);
+  if (error || size < header.size() || length > size - header.size())
+    throw Error(fmt::format("cannot be read as a model: a chunk of {} bytes, in a file of {}",
+                            length, size));
+}
+
 Mesh Loader::Load() {
   std::error_code error;
   if (!fs::is_regular_file(path_, error)) throw Error("there is no such file");
+  CheckGlbHeader();
   scene_ = importer_.ReadFile(
       path_, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_ValidateDataStructure);
   if (!scene_)

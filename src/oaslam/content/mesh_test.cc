@@ -117,6 +117,10 @@ TEST(LoadMesh, RefusesWhatIsNoModel) {
   };
   EXPECT_THAT(refusal(folder / "nowhere.glb"), HasSubstr("nowhere.glb: there is no such file"));
   EXPECT_THAT(refusal(folder.Write("noise.glb", "noise")), HasSubstr("noise.glb: cannot be read"));
+  // tools/fuzz gltf: assimp took two gigabytes for such a header.
+  std::string huge = Triangle({{"mesh", 0}});
+  huge[15] = '\x7f';
+  EXPECT_THAT(refusal(folder.Write("huge.glb", huge)), HasSubstr("a chunk of 21"));
   EXPECT_THAT(refusal(folder.Write("noise.xyz", "noise")), HasSubstr("noise.xyz: cannot be read"));
   EXPECT_THAT(refusal(folder.Write("points.glb", Triangle({{"mesh", 0}}, 0))),
               HasSubstr("without triangles"));

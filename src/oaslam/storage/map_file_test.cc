@@ -293,6 +293,16 @@ TEST(MapFile, RefusesChangedContent) {
   }
 }
 
+// tools/fuzz map: the number became infinite, and the map could not be saved again.
+TEST(MapFile, RefusesNumbersThatAFloatCannotHold) {
+  const TempFolder folder;
+  SaveMap(folder / "a.map", MakeMap());
+  SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
+      .exec("UPDATE landmarks SET max_distance = -1e300 WHERE id = 3");
+  EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
+              AllOf(HasSubstr("max_distance"), HasSubstr("too large")));
+}
+
 // Any flipped byte is detected, or is at a place where it changes nothing (free space, the file's
 // change counter).
 TEST(MapFile, FlippedBytesNeverChangeTheMap) {

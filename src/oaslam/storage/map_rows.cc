@@ -90,7 +90,7 @@ std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
   const auto count = static_cast<size_t>(row.Int(0, Features::kMaxKeypoints));
   PyramidScales& pyramid = features->pyramid;
   pyramid.levels = row.Int(1, PyramidScales::kMaxLevels);
-  pyramid.factor = static_cast<float>(row.Real());
+  pyramid.factor = row.Float();
   pyramid.scale = {};
   const auto scales = CopyOf<float>(row.Blob(pyramid.levels * sizeof(float)));
   std::ranges::copy(scales, pyramid.scale.begin());
@@ -201,8 +201,8 @@ void ReadLandmarks(SQLite::Database& database, Checksum& checksum, IdRange range
     Landmark landmark;
     landmark.position = rows.Vector();
     landmark.normal = rows.Vector();
-    landmark.min_distance = static_cast<float>(rows.Real());
-    landmark.max_distance = static_cast<float>(rows.Real());
+    landmark.min_distance = rows.Float();
+    landmark.max_distance = rows.Float();
     landmark.first_keyframe = rows.OptionalId<KeyframeId>();
     landmark.visible = rows.Int();
     landmark.found = rows.Int();

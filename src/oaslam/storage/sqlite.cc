@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "oaslam/util/check.h"
 
@@ -124,6 +125,12 @@ double RowReader::Real() {
   checksum_.Add(std::bit_cast<uint64_t>(value));
   if (!std::isfinite(value)) Refuse("not finite");
   return value;
+}
+
+float RowReader::Float() {
+  const double value = Real();
+  if (std::abs(value) > std::numeric_limits<float>::max()) Refuse("too large");
+  return static_cast<float>(value);
 }
 
 std::string RowReader::Text() {

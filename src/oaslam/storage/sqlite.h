@@ -90,6 +90,7 @@ class RowReader {
     return value < 0 ? Id() : Id(static_cast<uint32_t>(value));
   }
   double Real();  // finite
+  float Float();  // finite
   std::string Text();
   std::span<const std::byte> Blob(size_t size);  // valid until Next()
   std::span<const std::byte> BlobOfAnySize();    // likewise
