@@ -19,5 +19,6 @@ void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddServeCommand(CLI::App& app);
 void AddModelsCommand(CLI::App& app);
+void AddOdometryCommand(CLI::App& app);
 
 }  // namespace oaslam::apps

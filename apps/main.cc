@@ -42,6 +42,7 @@ Find other images in the map:     oaslam localize --map walk.oaslam other.mp4
 Answer cameras over the network:  oaslam serve --maps FOLDER
 Go on in the map another day:     oaslam run later.mp4 --map-in walk.oaslam
 Join two maps made apart:         oaslam merge a.map b.map --out both.map
+Motion alone, without a map:        oaslam odometry walk.mp4 --camera FILE --out FILE
 Export to Blender, COLMAP, ...:   oaslam export --map FILE --format gltf --out desk.glb
 Map objects from known poses:     oaslam map-objects --help
 Get a detector of objects:        oaslam models get yolox_nano
@@ -75,6 +76,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddViewCommand(app);
   oaslam::apps::AddServeCommand(app);
   oaslam::apps::AddModelsCommand(app);
+  oaslam::apps::AddOdometryCommand(app);
   if (argc < 2) {
     fmt::print("{}", kOverview);
     // A script that forgot the command gets an error.

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "oaslam/bundle/huber.h"
-#include "oaslam/bundle/schur_minimization.h"
+#include "oaslam/estimation/huber.h"
+#include "oaslam/estimation/schur_minimization.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {

@@ -1,13 +1,10 @@
 #include "oaslam/bundle/schur_solver.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
 
-#include "oaslam/bundle/huber.h"
-#include "oaslam/bundle/schur_minimization.h"
+#include "oaslam/estimation/huber.h"
+#include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/estimation/schur_system.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/check.h"
 
@@ -16,9 +13,6 @@ namespace {
 
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
-using Matrix63 = Eigen::Matrix<double, 6, 3>;
-using Matrix66 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 struct Cam {
   Eigen::Matrix3d rotation;
@@ -32,15 +26,10 @@ class Solver {
       : measurements_(measurements),
         free_poses_(free_poses),
         options_(options),
-        cross_(measurements.size()) {
+        system_(free_poses) {
     first_.assign(state.points.size() + 1, 0);
     for (const PointMeasurement& s : measurements) ++first_[s.point + 1];
     for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
-    pose_hessians_.resize(free_poses);
-    pose_gradients_.resize(free_poses);
-    point_hessians_.resize(state.points.size());
-    point_gradients_.resize(state.points.size());
-    point_inverses_.resize(state.points.size());
     const std::vector<Cam> cams = CamsOf(state);
     is_left_out_.resize(state.points.size());
     for (size_t point = 0; point < state.points.size(); ++point)
@@ -64,13 +53,13 @@ class Solver {
 
   void Linearize(const CamerasAndPoints& state) {
     const std::vector<Cam> cams = CamsOf(state);
-    std::ranges::fill(pose_hessians_, Matrix66::Zero());
-    std::ranges::fill(pose_gradients_, Vector6::Zero());
+    system_.Clear();
     for (size_t point = 0; point + 1 < first_.size(); ++point) {
       Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
       Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
       if (is_left_out_[point] || IsBehind(point, state.points[point], cams)) {
-        HoldStill(point);
+        // A point behind a camera has no useful derivative: it is fixed and has no influence.
+        system_.AddLandmark(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
         continue;
       }
       for (int i = first_[point]; i < first_[point + 1]; ++i) {
@@ -90,45 +79,20 @@ class Solver {
         by_pose.col(3) = p.y() * by_p.col(2) - p.z() * by_p.col(1);
         by_pose.col(4) = p.z() * by_p.col(0) - p.x() * by_p.col(2);
         by_pose.col(5) = p.x() * by_p.col(1) - p.y() * by_p.col(0);
-        pose_hessians_[s.pose].noalias() += weight * by_pose.transpose() * by_pose;
-        pose_gradients_[s.pose].noalias() += weight * by_pose.transpose() * residual;
-        cross_[i].noalias() = weight * by_pose.transpose() * by_point;
+        system_.Hessian(s.pose, s.pose).noalias() += weight * by_pose.transpose() * by_pose;
+        system_.Gradient(s.pose).noalias() += weight * by_pose.transpose() * residual;
+        system_.AddCross(s.pose, weight * by_pose.transpose() * by_point);
       }
-      point_hessians_[point] = hessian;
-      point_gradients_[point] = gradient;
+      system_.AddLandmark(hessian, gradient);
     }
   }
 
   // Applies the step that solves the damped equations; returns false if they cannot be solved.
   bool Step(double damping, CamerasAndPoints& state) {
-    const int n = 6 * free_poses_;
-    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd right(n);
-    for (int k = 0; k < free_poses_; ++k) {
-      system.block<6, 6>(6 * k, 6 * k) = pose_hessians_[k];
-      system.block<6, 6>(6 * k, 6 * k).diagonal() *= 1 + damping;
-      system.block<6, 6>(6 * k, 6 * k).diagonal().array() +=
-          1e-12 *
-          (1 + pose_hessians_[k].diagonal().maxCoeff());  // for a camera without observations
-      right.segment<6>(6 * k) = -pose_gradients_[k];
-    }
-    for (size_t point = 0; point < point_hessians_.size(); ++point)
-      EliminatePoint(point, damping, system, right);
-    const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(system);
-    if (factor.info() != Eigen::Success) return false;
-    const Eigen::VectorXd step = factor.solve(right);
-    if (!step.allFinite()) return false;
-    for (size_t point = 0; point < point_hessians_.size(); ++point) {
-      Eigen::Vector3d back = -point_gradients_[point];
-      for (int i = first_[point]; i < first_[point + 1]; ++i)
-        if (measurements_[i].pose < free_poses_)
-          back.noalias() -= cross_[i].transpose() * step.segment<6>(6 * measurements_[i].pose);
-      state.points[point] += point_inverses_[point] * back;
-    }
-    for (int k = 0; k < free_poses_; ++k) {
-      state.poses[k] = Moved(state.poses[k], step.segment<6>(6 * k));
-    }
-    return true;
+    return system_.Step(
+        damping,
+        [&](int pose, const PoseVector& step) { state.poses[pose] = Moved(state.poses[pose], step); },
+        [&](size_t point, const Eigen::Vector3d& step) { state.points[point] += step; });
   }
 
  private:
@@ -164,44 +128,13 @@ class Solver {
     return false;
   }
 
-  // A point behind one of its cameras has no useful derivative: it is fixed and has no influence.
-  void HoldStill(size_t point) {
-    for (int i = first_[point]; i < first_[point + 1]; ++i) cross_[i].setZero();
-    point_hessians_[point].setIdentity();
-    point_gradients_[point].setZero();
-  }
-
-  // Fills the lower half of the system.
-  void EliminatePoint(size_t point, double damping, Eigen::MatrixXd& system,
-                      Eigen::VectorXd& right) {
-    Eigen::Matrix3d hessian = point_hessians_[point];
-    hessian.diagonal() *= 1 + damping;
-    hessian.diagonal().array() += 1e-12 * (1 + hessian.diagonal().maxCoeff());
-    const Eigen::Matrix3d inverse = hessian.inverse();
-    point_inverses_[point] = inverse;
-    for (int i = first_[point]; i < first_[point + 1]; ++i) {
-      const int row = measurements_[i].pose;
-      if (row >= free_poses_) continue;
-      const Matrix63 scaled = cross_[i] * inverse;
-      right.segment<6>(6 * row).noalias() += scaled * point_gradients_[point];
-      for (int j = first_[point]; j < first_[point + 1]; ++j)
-        if (measurements_[j].pose <= row)
-          system.block<6, 6>(6 * row, 6 * measurements_[j].pose).noalias() -=
-              scaled * cross_[j].transpose();
-    }
-  }
-
   std::span<const PointMeasurement> measurements_;
   int free_poses_;
   SchurOptions options_;
   std::vector<int> first_;  // index of the first measurement of each point
   // Points that are behind a camera from the start: their residuals would be wrong.
   std::vector<char> is_left_out_;
-  std::vector<Matrix63> cross_;  // by measurement: pose by point
-  std::vector<Matrix66> pose_hessians_;
-  std::vector<Vector6> pose_gradients_;
-  std::vector<Eigen::Matrix3d> point_hessians_, point_inverses_;
-  std::vector<Eigen::Vector3d> point_gradients_;
+  SchurSystem<3> system_;
 };
 
 }  // namespace

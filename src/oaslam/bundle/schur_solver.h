@@ -2,10 +2,10 @@
 
 #include <Eigen/Core>
 #include <span>
-#include <stop_token>
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/estimation/schur_minimization.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -22,21 +22,6 @@ struct CamerasAndPoints {
   std::vector<Rigid3> poses;           // cam_from_world; the free ones come first
   std::vector<const Camera*> cameras;  // parallel
   std::vector<Eigen::Vector3d> points;
-};
-
-struct SchurOptions {
-  int max_iterations = 10;
-  // The solver ends after a step that lowers the cost by less than this share.
-  double tolerance = 1e-3;
-  double huber_chi2 = 0;  // threshold of Huber's kernel on the squared error; 0: no kernel
-  std::stop_token stop{};
-};
-
-struct SchurReport {
-  // False: there was nothing to solve, the numbers were not finite, or a stop was requested; the
-  // state is then as good as before or better.
-  bool success = false;
-  int iterations = 0;
 };
 
 // Minimises the reprojection errors of `measurements`, sorted by point, over the first `free_poses`

@@ -2,11 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stop_token>
 #include <utility>
 
-#include "oaslam/bundle/schur_solver.h"
-
 namespace oaslam {
+
+struct SchurOptions {
+  int max_iterations = 10;
+  // The solver ends after a step that lowers the cost by less than this share.
+  double tolerance = 1e-3;
+  double huber_chi2 = 0;  // threshold of Huber's kernel on the squared error; 0: no kernel
+  std::stop_token stop{};
+};
+
+struct SchurReport {
+  // False: there was nothing to solve, the numbers were not finite, or a stop was requested; the
+  // state is then as good as before or better.
+  bool success = false;
+  int iterations = 0;
+};
 
 // The Levenberg-Marquardt loop of the solvers by Schur complement. A Solver has Cost(state),
 // Linearize(state), and Step(damping, state), which moves a state and says whether it could.

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// Points by their inverse depth in the image that saw them first (Civera, Davison and Montiel
+// 2008): one at infinity, with an inverse depth of 0, is as good a measurement of rotations as any.
+// Directions are rays at z = 1; lengths are in the unit of the odometry.
+
+// A point seen again. Sorted by point; a point is not measured in its anchor.
+struct DepthMeasurement {
+  int point = 0, pose = 0;
+  Eigen::Vector2d ray;      // in the image of `pose`
+  double inverse_sigma = 1;  // 1 / rad
+  bool is_outlier = false;  // has no influence
+};
+
+// What is known of a point before its measurements.
+struct DepthPrior {
+  int anchor = 0;       // pose of the image that saw it first
+  Eigen::Vector2d ray;  // there
+  double inverse_depth = 1, sigma = 1;
+};
+
+// The camera keeps its velocity between three images, in the order of their times: a weak prior,
+// so that a camera that turns only does not wander.
+struct VelocityPrior {
+  int before = 0, middle = 0, after = 0;  // poses
+  double first_s = 0, second_s = 0;       // between them
+  double sigma = 1;                       // of the change of velocity, per s
+};
+
+// The distance of two cameras: the unit of length, where no pose is held.
+struct LengthPrior {
+  int first = 0, second = 0;  // poses
+  double length = 1, sigma = 1e-3;
+};
+
+struct InverseDepthProblem {
+  int free_poses = 0;  // the first ones; the others are held
+  std::vector<DepthPrior> points;
+  std::vector<DepthMeasurement> measurements;
+  std::vector<VelocityPrior> velocities;
+  std::optional<LengthPrior> length;
+  double huber_chi2 = 0;         // as in SchurOptions
+  double least_inverse_depth = 0;  // a point beyond infinity is no point; a little less is noise
+};
+
+struct InverseDepthState {
+  std::vector<Rigid3> poses;  // cam_from_odom
+  std::vector<double> inverse_depths;
+};
+
+// A point in the frame of another image, times its inverse depth.
+inline Eigen::Vector3d ScaledPoint(const Rigid3& to_from_anchor, const Eigen::Vector2d& ray,
+                                   double inverse_depth) {
+  return to_from_anchor.rotation * ray.homogeneous() + inverse_depth * to_from_anchor.translation;
+}
+
+// The sum of the squared errors over their sigmas, robust. Measurements that are outliers count
+// nothing. With `outlier_chi2` all measurements count, each at most as much as one with this squared
+// error: so the costs of different solutions can be compared, whatever they hold to be outliers.
+double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
+              std::optional<double> outlier_chi2 = std::nullopt);
+
+// Sets the inverse depth of each point that `is_searched` names to the one of `candidates` that its
+// measurements fit best, outliers included: where the poses have changed too much to go on from the
+// present depths.
+void SearchDepths(std::span<const double> candidates, const std::vector<char>& is_searched,
+                  const InverseDepthProblem& problem, InverseDepthState& state);
+
+struct InverseDepthReport {
+  SchurReport solver;
+  double cost = 0;
+  std::vector<double> variances;  // of each inverse depth, the poses being right
+  // Of the free poses, the points eliminated: the normal equations at the last linearisation, in
+  // the order of PoseVector.
+  Eigen::MatrixXd information;
+};
+
+// Levenberg-Marquardt on the Schur complement of the inverse depths.
+InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
+                                         const SchurOptions& options, InverseDepthState& state);
+
+}  // namespace oaslam

@@ -1,0 +1,339 @@
+#include "oaslam/odometry/odometry.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/odometry/point_flow.h"
+#include "oaslam/odometry/pose_starts.h"
+#include "oaslam/odometry/restarts.h"
+#include "oaslam/util/median.h"
+
+namespace oaslam {
+namespace {
+
+constexpr int kLevels = 5;       // of the pyramid: 16 px there are 256 of the image
+constexpr int kLeastPoints = 6;  // fewer do not hold a pose
+
+Camera Halved(Camera camera) {
+  camera.width = (camera.width + 1) / 2;
+  camera.height = (camera.height + 1) / 2;
+  for (double* x : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *x /= 2;
+  return camera;
+}
+
+}  // namespace
+
+const char* ToString(OdometryState state) {
+  switch (state) {
+    case OdometryState::kPreliminary:
+      return "preliminary";
+    case OdometryState::kTracking:
+      return "tracking";
+    case OdometryState::kBlind:
+      return "blind";
+  }
+  return "";
+}
+
+Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed)
+    : camera_(camera), options_(options), rng_(seed) {
+  for (; camera_.width > options.max_width; ++halvings_) camera_ = Halved(camera_);
+  window_options_.focal_px = 0.5 * (camera_.fx + camera_.fy);
+}
+
+OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
+  present_ = TrackedImage(image);
+  OdometryEstimate estimate;
+  if (window_.images.empty()) {
+    BeginFirst(time_s);
+    estimate.is_keyframe = true;
+  } else {
+    const Rigid3 predicted = Predict(time_s);
+    window_.images.push_back({window_.newest().id + 1, time_s, predicted});
+    estimate.tracked = Follow(present_, predicted);
+    if (is_beginning_)
+      EstimateBeginning(estimate);
+    else
+      EstimatePose(predicted, estimate);
+    estimate.is_keyframe = NeedsKeyframe(estimate);
+    if (estimate.is_keyframe) {
+      if (estimate.state == OdometryState::kTracking) {
+        estimate.was_restarted = RestartWindow(window_options_, rng_, window_).is_changed;
+        if (estimate.was_restarted) {
+          FlagOutliers(window_options_, window_);
+          UpdateMedianDepth(false, window_);
+          estimate.cam_from_odom = window_.newest().cam_from_odom;
+        }
+      }
+      MakeKeyframe();
+    }
+  }
+  last_motions_.push_back({time_s, window_.newest().cam_from_odom});
+  if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
+  last_ = std::move(present_);
+  if (estimate.is_keyframe) keyframe_ = last_;
+  Forget();
+  return estimate;
+}
+
+GreyPyramid Odometry::TrackedImage(const GreyImage& image) const {
+  const GreyPyramid whole(image, kLevels + halvings_);
+  return halvings_ == 0 ? whole : GreyPyramid(whole.level(halvings_), kLevels);
+}
+
+void Odometry::BeginFirst(double time_s) {
+  window_.images.push_back({0, time_s, Rigid3(), true, true});
+  keyframe_id_ = 0;
+  AddPoints();
+}
+
+// Velocity and angular velocity stay.
+Rigid3 Odometry::Predict(double time_s) const {
+  const Motion& last = last_motions_.back();
+  if (last_motions_.size() < 2) return last.cam_from_odom;
+  const Motion& before = last_motions_.front();
+  constexpr double kMaxShare = 2;  // after a pause the camera may do anything
+  const double share =
+      std::min(kMaxShare, (time_s - last.time_s) / (last.time_s - before.time_s));
+  const Eigen::AngleAxisd turn(
+      Eigen::Quaterniond(last.cam_from_odom.rotation * before.cam_from_odom.rotation.conjugate()));
+  const Eigen::Vector3d center = last.cam_from_odom.OriginInSource(),
+                        step = center - before.cam_from_odom.OriginInSource();
+  const Eigen::Quaterniond rotation =
+      Eigen::AngleAxisd(share * turn.angle(), turn.axis()) *
+      Eigen::Quaterniond(last.cam_from_odom.rotation);
+  return Rigid3(Rigid3::Rotation(rotation),
+                rotation * -(is_beginning_ ? center : center + share * step));
+}
+
+Eigen::Vector2d Odometry::RayAt(const Eigen::Vector2f& px) const {
+  return RayOf(camera_, Undistort(camera_, px.cast<double>())).head<2>();
+}
+
+std::optional<Eigen::Vector2f> Odometry::PxOf(const Rigid3& cam_from_odom,
+                                              const WindowPoint& point) const {
+  constexpr double kNear = 0.02;  // as in InverseDepthSolver
+  const Eigen::Vector3d x =
+      ScaledPoint(cam_from_odom * window_.Image(point.anchor).cam_from_odom.Inverse(), point.ray,
+                  point.inverse_depth);
+  if (x.z() < kNear) return std::nullopt;
+  return Distort(camera_, ProjectIdeal(camera_, x)).cast<float>();
+}
+
+// Adds the sightings of the newest image; returns how many.
+int Odometry::Follow(const GreyPyramid& next, const Rigid3& predicted) {
+  std::vector<PointToFollow> points;
+  std::vector<size_t> indices;
+  const WindowImage &newest = window_.newest(), &last = window_.images[window_.images.size() - 2];
+  const bool has_keyframe = keyframe_id_ != last.id;
+  for (size_t i = 0; i < window_.points.size(); ++i) {
+    const WindowPoint& p = window_.points[i];
+    if (!p.is_tracked) continue;
+    Eigen::Vector2f guess = p.px;
+    const auto there = PxOf(predicted, p), here = PxOf(last.cam_from_odom, p);
+    const float most = 0.5F * static_cast<float>(camera_.width);  // more is a wrong depth
+    if (there && here && (*there - *here).norm() < most) guess += *there - *here;
+    points.push_back({p.px, guess, has_keyframe ? p.PxIn(keyframe_id_) : nullptr});
+    indices.push_back(i);
+  }
+  const auto places = FollowPoints(points, last_, has_keyframe ? &keyframe_ : nullptr, next);
+  int followed = 0;
+  for (size_t k = 0; k < places.size(); ++k) {
+    WindowPoint& p = window_.points[indices[k]];
+    p.is_tracked = places[k].has_value();
+    if (!places[k]) continue;
+    p.px = *places[k];
+    p.sightings.push_back({newest.id, p.px, RayAt(p.px)});
+    ++followed;
+  }
+  return followed;
+}
+
+// cam_from_odom of the newest image, as the points moved from the last image to it.
+Eigen::Matrix3d Odometry::RotationOfFlow(const Rigid3& predicted) const {
+  const int newest = window_.newest().id;
+  const WindowImage& last = window_.images[window_.images.size() - 2];
+  std::vector<Eigen::Vector2d> before, now;
+  for (const WindowPoint& p : window_.points) {
+    if (p.sightings.empty() || p.sightings.back().image != newest) continue;
+    const Eigen::Vector2d* ray = p.anchor == last.id ? &p.ray : nullptr;
+    if (p.sightings.size() > 1 && p.sightings[p.sightings.size() - 2].image == last.id)
+      ray = &p.sightings[p.sightings.size() - 2].ray;
+    if (!ray) continue;
+    before.push_back(*ray);
+    now.push_back(p.sightings.back().ray);
+  }
+  const Eigen::Matrix3d last_rotation = last.cam_from_odom.rotation.toRotationMatrix(),
+                        start = predicted.rotation.toRotationMatrix() * last_rotation.transpose();
+  constexpr size_t kLeast = 8;
+  return (before.size() < kLeast ? start : RotationBetween(before, now, start)) * last_rotation;
+}
+
+void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
+  WindowImage& newest = window_.newest();
+  const WindowImage& last = window_.images[window_.images.size() - 2];
+  const Eigen::Matrix3d rotation = RotationOfFlow(newest.cam_from_odom);
+  newest.cam_from_odom =
+      Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
+  estimate.inliers = estimate.tracked;
+  estimate.cam_from_odom = newest.cam_from_odom;
+  estimate.state =
+      estimate.tracked < kLeastPoints ? OdometryState::kBlind : OdometryState::kPreliminary;
+  Beginning beginning =
+      BeginMotion(window_, window_options_, options_.beginning, camera_.width, rng_);
+  if (!beginning.is_tried) return;
+  estimate.cam_from_odom = beginning.window.newest().cam_from_odom;
+  if (!beginning.is_decided) return;
+  window_ = std::move(beginning.window);
+  is_beginning_ = false;
+  keyframe_is_due_ = true;  // with the unit of length
+  FlagOutliers(window_options_, window_);
+  UpdateMedianDepth(false, window_);
+}
+
+void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate) {
+  estimate.state = OdometryState::kTracking;
+  const WindowImage& last = window_.images[window_.images.size() - 2];
+  const double elapsed = window_.newest().time_s - last.time_s;
+  std::vector<Rigid3> starts{predicted};
+  if (estimate.tracked < kLeastPoints) {
+    estimate.state = OdometryState::kBlind;
+  } else {
+    std::vector<PosePoint> points;
+    for (const WindowPoint& p : window_.points) {
+      if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
+      const WindowImage& anchor = window_.Image(p.anchor);
+      points.push_back({anchor.cam_from_odom.rotation.conjugate() * p.ray.homogeneous(),
+                        anchor.cam_from_odom.OriginInSource(), p.inverse_depth,
+                        std::min(p.variance, p.prior_sigma * p.prior_sigma),
+                        p.sightings.back().ray});
+    }
+    const PositionPrior prior{predicted.OriginInSource(),
+                              std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
+                                                 window_.median_inverse_depth)};
+    starts = PoseStarts(
+        points, window_options_, prior, predicted, RotationOfFlow(predicted),
+        (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());
+  }
+  const WindowProblem made = ProblemOf(window_, window_options_, false);
+  const int newest = made.PoseOf(window_, window_.newest().id);
+  constexpr int kIterations = 4, kMoreIterations = 4;  // from the last minimum; from another start
+  SchurOptions options{.max_iterations = kIterations + (starts.size() > 1 ? kMoreIterations : 0),
+                       .tolerance = 1e-4,
+                       .huber_chi2 = made.problem.huber_chi2};
+  InverseDepthReport best;
+  InverseDepthState best_state;
+  for (const Rigid3& start : starts) {
+    InverseDepthState state = made.StateOf(window_);
+    state.poses[newest] = start;
+    InverseDepthReport report = MinimizeInverseDepths(made.problem, options, state);
+    if (&start != &starts.front() && !(report.cost < best.cost)) continue;
+    best = std::move(report);
+    best_state = std::move(state);
+  }
+  if (best_state.poses.empty()) return;
+  made.Apply(best_state, window_);
+  for (size_t k = 0; k < best.variances.size(); ++k)
+    window_.points[made.points[k]].variance = best.variances[k];
+  const Eigen::Index n = best.information.rows();
+  if (n > 0) {
+    best.information.diagonal().array() += 1e-9;
+    estimate.covariance =
+        best.information.ldlt()
+            .solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
+            .middleRows(6 * newest, 6);
+  }
+  estimate.inliers = FlagOutliers(window_options_, window_);
+  UpdateMedianDepth(true, window_);
+  estimate.cam_from_odom = window_.newest().cam_from_odom;
+}
+
+bool Odometry::NeedsKeyframe(const OdometryEstimate& estimate) const {
+  constexpr double kFlow = 0.04;  // of the width, the median since the keyframe: new depths are known
+  constexpr double kSeenAgain = 0.7;  // share of the keyframe's points: others are in view by now
+  constexpr int kLeastTracked = 20;
+  std::vector<double> flow;
+  int seen = 0;
+  for (const WindowPoint& p : window_.points) {
+    const Eigen::Vector2f* before = p.PxIn(keyframe_id_);
+    if (!before) continue;
+    ++seen;
+    if (!p.sightings.empty() && p.sightings.back().image == window_.newest().id)
+      flow.push_back((p.px - *before).norm());
+  }
+  return keyframe_is_due_ || estimate.tracked < kLeastTracked ||
+         static_cast<double>(flow.size()) < kSeenAgain * seen ||
+         (!flow.empty() && Median(flow) > kFlow * camera_.width);
+}
+
+void Odometry::MakeKeyframe() {
+  keyframe_is_due_ = false;
+  window_.newest().is_keyframe = true;
+  keyframe_id_ = window_.newest().id;
+  int free = 0;
+  for (const WindowImage& image : window_.images) free += image.is_keyframe && !image.is_held;
+  if (is_beginning_) {
+    if (free + 1 > options_.max_beginning) {
+      window_.Remove(window_.images.front().id);
+      const auto next = std::ranges::find_if(window_.images, &WindowImage::is_keyframe);
+      while (&window_.images.front() != &*next) window_.Remove(window_.images.front().id);
+      window_.images.front().is_held = true;
+    }
+  } else {
+    for (WindowImage& image : window_.images) {
+      if (free <= options_.window) break;
+      if (!image.is_keyframe || image.is_held) continue;
+      image.is_held = true;
+      --free;
+    }
+  }
+  AddPoints();
+}
+
+void Odometry::AddPoints() {
+  const WindowImage& newest = window_.newest();
+  std::vector<Eigen::Vector2f> tracked;
+  std::vector<std::pair<Eigen::Vector2f, double>> depths;  // inverse, of those that are known
+  for (const WindowPoint& p : window_.points) {
+    if (!p.is_tracked) continue;
+    tracked.push_back(p.px);
+    if (p.HasDepth()) depths.emplace_back(p.px, window_.InverseDepthIn(p, newest));
+  }
+  const double median = window_.median_inverse_depth;
+  for (const Eigen::Vector2f& px : FindCorners(present_.level(0), tracked, options_.grid)) {
+    WindowPoint point{newest.id, px, RayAt(px)};
+    point.px = px;
+    point.inverse_depth = median;
+    if (depths.size() >= 3) {
+      std::array<std::pair<float, double>, 3> nearest;
+      nearest.fill({std::numeric_limits<float>::infinity(), median});
+      for (const auto& [at, depth] : depths) {
+        const std::pair<float, double> here{(at - px).squaredNorm(), depth};
+        if (here.first >= nearest.back().first) continue;
+        nearest.back() = here;
+        std::ranges::sort(nearest);
+      }
+      std::ranges::sort(nearest, {}, &std::pair<float, double>::second);
+      point.inverse_depth = std::max(0.05 * median, nearest[1].second);
+    }
+    point.prior_inverse_depth = point.inverse_depth;
+    point.prior_sigma = std::max(point.inverse_depth, median);
+    point.variance = point.prior_sigma * point.prior_sigma;
+    window_.points.push_back(std::move(point));
+  }
+}
+
+void Odometry::Forget() {
+  std::vector<int> recent;
+  for (const WindowImage& image : window_.images)
+    if (!image.is_keyframe) recent.push_back(image.id);
+  for (size_t i = 0; i + options_.recent < recent.size(); ++i) window_.Remove(recent[i]);
+  window_.RemoveUnused(window_.newest().id);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,122 @@
+#include "oaslam/odometry/pose_starts.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/estimation/huber.h"
+#include "oaslam/geometry/pose_step.h"
+#include "oaslam/geometry/skew.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+double AngleBetween(const Rigid3& a, const Rigid3& b) {
+  return Eigen::AngleAxisd(Eigen::Quaterniond(a.rotation * b.rotation.conjugate())).angle();
+}
+
+// As in InverseDepthSolver: nearer points have no image.
+constexpr double kNear = 0.02;
+
+}  // namespace
+
+Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
+                                std::span<const Eigen::Vector2d> second, Eigen::Matrix3d start) {
+  constexpr int kIterations = 12;
+  // rad: from a tenth, which near points reach between two images, to what far ones have.
+  constexpr double kFirst = 0.1, kLast = 0.01, kShrink = 0.7;
+  double sigma = kFirst;
+  for (int i = 0; i < kIterations; ++i) {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (size_t k = 0; k < first.size(); ++k) {
+      const Eigen::Vector3d a = first[k].homogeneous().normalized(),
+                            b = second[k].homogeneous().normalized();
+      const double weight = 1 / (1 + (start * a - b).squaredNorm() / (sigma * sigma));
+      sum += weight * b * a.transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+    start = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    sigma = std::max(kLast, sigma * kShrink);
+  }
+  return start;
+}
+
+Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
+                  const PositionPrior& prior, double inflation, const Rigid3& start) {
+  constexpr int kIterations = 14;
+  constexpr double kShrink = 0.6;   // of the inflation
+  constexpr double kFar2 = 25;      // beyond five sigmas a point is most likely wrong:
+  constexpr double kFarWeight = 0.1;  // it counts little more
+  Rigid3 pose = start;
+  for (int i = 0; i < kIterations; ++i) {
+    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+    Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
+    PoseVector gradient = PoseVector::Zero();
+    const double variance = std::pow(options.sigma_px * inflation / options.focal_px, 2);
+    for (const PosePoint& p : points) {
+      const Eigen::Vector3d by_depth = rotation * p.anchor_center + pose.translation;
+      const Eigen::Vector3d x = rotation * p.direction + p.inverse_depth * by_depth;
+      if (x.z() < kNear) continue;
+      const double inverse_z = 1 / x.z();
+      const Eigen::Vector2d projected = x.head<2>() * inverse_z, residual = projected - p.ray;
+      Eigen::Matrix<double, 2, 3> by_x;
+      by_x << inverse_z, 0, -projected.x() * inverse_z, 0, inverse_z, -projected.y() * inverse_z;
+      const Eigen::Vector2d along = by_x * by_depth;
+      const Eigen::Matrix2d information = (variance * Eigen::Matrix2d::Identity() +
+                                           p.variance * along * along.transpose())
+                                              .inverse();
+      const double chi2 = residual.dot(information * residual);
+      double weight = LossOf(chi2, options.huber_sigmas * options.huber_sigmas).weight;
+      if (chi2 > kFar2) weight *= kFarWeight;
+      Eigen::Matrix<double, 2, 6> by_pose;
+      by_pose << p.inverse_depth * by_x, -by_x * Skew(x);
+      hessian += weight * by_pose.transpose() * information * by_pose;
+      gradient += weight * by_pose.transpose() * (information * residual);
+    }
+    // The centre moves by -R^T v: its squared distance has the information of any direction.
+    const Eigen::Vector3d off = pose.OriginInSource() - prior.center;
+    const double prior_information = 1 / (prior.sigma * prior.sigma);
+    hessian.topLeftCorner<3, 3>().diagonal().array() += prior_information;
+    gradient.head<3>() -= prior_information * (rotation * off);
+    hessian.diagonal().array() += 1e-6;  // a camera without points stays
+    const PoseVector step = -hessian.ldlt().solve(gradient);
+    if (!step.allFinite()) break;
+    pose = Moved(pose, step);
+    if (inflation > 1)
+      inflation = std::max(1.0, inflation * kShrink);
+    else if (step.norm() < 1e-5)  // far below the noise of any track
+      break;
+  }
+  return pose;
+}
+
+std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
+                               const PositionPrior& prior, const Rigid3& predicted,
+                               const Eigen::Matrix3d& rotation_of_flow, double last_step) {
+  const Eigen::Vector3d center = predicted.OriginInSource();
+  const Rigid3 turned(rotation_of_flow, -(rotation_of_flow * center));
+  const PositionPrior held{prior.center, 0.1 * prior.sigma};
+  const std::vector<Rigid3> reached = {RefinePose(points, options, prior, 8, predicted),
+                                       RefinePose(points, options, prior, 8, turned),
+                                       RefinePose(points, options, held, 20, predicted)};
+  // Poses as near as this end in the same minimum.
+  constexpr double kSameAngle = 0.3 * kDegree, kSameStep = 0.15;
+  const double step = std::max(last_step, 0.3 * prior.sigma);
+  std::vector<Rigid3> distinct;
+  for (const Rigid3& pose : reached)
+    if (std::ranges::none_of(distinct, [&](const Rigid3& other) {
+          return AngleBetween(pose, other) < kSameAngle &&
+                 (pose.OriginInSource() - other.OriginInSource()).norm() < kSameStep * step;
+        }))
+      distinct.push_back(pose);
+  return distinct;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "oaslam/odometry/window.h"
+
+namespace oaslam {
+
+// A point of known inverse depth, measured in a new image.
+struct PosePoint {
+  Eigen::Vector3d direction;      // its ray at the anchor, turned into the odometry's frame
+  Eigen::Vector3d anchor_center;  // in the odometry's frame
+  double inverse_depth = 1, variance = 1;
+  Eigen::Vector2d ray;  // in the new image
+};
+
+// Where the camera is expected, and how surely.
+struct PositionPrior {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double sigma = 1;
+};
+
+// The rotation that takes rays of one image to those of another, as if all points were far away;
+// robust against those that are not. Begins at `start`.
+Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
+                                std::span<const Eigen::Vector2d> second, Eigen::Matrix3d start);
+
+// The pose of a new image by its points, whose depths may be wrong by their variances: Gauss-Newton
+// with errors that are `inflation` times as large at first, so that a start far away is drawn in.
+Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
+                  const PositionPrior& prior, double inflation, const Rigid3& start);
+
+// The distinct poses that RefinePose reaches from the predicted one, from the predicted place with
+// the rotation of the flow, and from the prediction with its place nearly held. Rotation and
+// translation look alike where the view is narrow: which is right, the window decides.
+std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
+                               const PositionPrior& prior, const Rigid3& predicted,
+                               const Eigen::Matrix3d& rotation_of_flow, double last_step);
+
+}  // namespace oaslam

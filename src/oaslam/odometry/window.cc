@@ -1,0 +1,202 @@
+#include "oaslam/odometry/window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "oaslam/util/check.h"
+#include "oaslam/util/median.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kBehind = 1e-3;  // times the inverse depth: at the camera or behind it
+
+auto FindImage(auto& images, int id) {
+  const auto at = std::ranges::lower_bound(images, id, {}, &WindowImage::id);
+  OASLAM_CHECK(at != images.end() && at->id == id);
+  return at;
+}
+
+Eigen::Vector3d PointIn(const WindowImage& to, const WindowImage& anchor,
+                        const WindowPoint& point) {
+  return ScaledPoint(to.cam_from_odom * anchor.cam_from_odom.Inverse(), point.ray,
+                     point.inverse_depth);
+}
+
+bool HasFreeImage(const Window& window, const WindowPoint& point) {
+  return !window.Image(point.anchor).is_held ||
+         std::ranges::any_of(point.sightings,
+                             [&](const Sighting& s) { return !window.Image(s.image).is_held; });
+}
+
+}  // namespace
+
+const Eigen::Vector2f* WindowPoint::PxIn(int image) const {
+  if (image == anchor) return &anchor_px;
+  const auto at = std::ranges::lower_bound(sightings, image, {}, &Sighting::image);
+  return at != sightings.end() && at->image == image ? &at->px : nullptr;
+}
+
+bool Window::Has(int id) const {
+  return std::ranges::binary_search(images, id, {}, &WindowImage::id);
+}
+
+const WindowImage& Window::Image(int id) const { return *FindImage(images, id); }
+WindowImage& Window::Image(int id) { return *FindImage(images, id); }
+
+double Window::InverseDepthIn(const WindowPoint& point, const WindowImage& image) const {
+  const double z = PointIn(image, Image(point.anchor), point).z();
+  return z > kBehind ? point.inverse_depth / z : point.inverse_depth;
+}
+
+void Window::Remove(int id) {
+  for (WindowPoint& point : points) {
+    std::erase_if(point.sightings, [&](const Sighting& s) { return s.image == id; });
+    if (point.anchor != id || point.sightings.empty()) continue;
+    const Sighting next = point.sightings.front();
+    const double depth_there = InverseDepthIn(point, Image(next.image));
+    point.variance *= std::pow(depth_there / std::max(point.inverse_depth, 1e-6), 2);
+    point.inverse_depth = point.prior_inverse_depth = depth_there;
+    point.anchor = next.image;
+    point.anchor_px = next.px;
+    point.ray = next.ray;
+    point.sightings.erase(point.sightings.begin());
+  }
+  std::erase_if(points, [&](const WindowPoint& p) { return p.anchor == id; });
+  images.erase(FindImage(images, id));
+}
+
+void Window::RemoveUnused(int kept_image) {
+  std::erase_if(points, [&](const WindowPoint& p) {
+    return !p.is_tracked && (p.sightings.empty() || !HasFreeImage(*this, p));
+  });
+  constexpr size_t kHeldSightings = 6;  // of a point: more of them add time, but no new directions
+  constexpr int kNewestKeyframes = 4;   // stay: the motion before the window is read from them
+  std::vector<int> used{kept_image};
+  for (WindowPoint& p : points) {
+    size_t held = 0;
+    for (size_t i = p.sightings.size(); i-- > 0;)
+      if (Image(p.sightings[i].image).is_held && ++held > kHeldSightings)
+        p.sightings.erase(p.sightings.begin() + static_cast<std::ptrdiff_t>(i));
+    used.push_back(p.anchor);
+    for (const Sighting& s : p.sightings) used.push_back(s.image);
+  }
+  int keyframes = 0;
+  for (size_t i = images.size(); i-- > 0;) {
+    if (images[i].is_keyframe) ++keyframes;
+    if (!images[i].is_held || (images[i].is_keyframe && keyframes <= kNewestKeyframes))
+      used.push_back(images[i].id);
+  }
+  std::ranges::sort(used);
+  std::erase_if(images,
+                [&](const WindowImage& i) { return !std::ranges::binary_search(used, i.id); });
+}
+
+InverseDepthState WindowProblem::StateOf(const Window& window) const {
+  InverseDepthState state;
+  for (const int i : images) state.poses.push_back(window.images[i].cam_from_odom);
+  for (const int i : points) state.inverse_depths.push_back(window.points[i].inverse_depth);
+  return state;
+}
+
+void WindowProblem::Apply(const InverseDepthState& state, Window& window) const {
+  for (size_t k = 0; k < images.size(); ++k)
+    window.images[images[k]].cam_from_odom = state.poses[k];
+  for (size_t k = 0; k < points.size(); ++k)
+    window.points[points[k]].inverse_depth = state.inverse_depths[k];
+}
+
+int WindowProblem::PoseOf(const Window& window, int image) const {
+  for (size_t k = 0; k < images.size(); ++k)
+    if (window.images[images[k]].id == image) return static_cast<int>(k);
+  return -1;
+}
+
+WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool with_outliers) {
+  WindowProblem made;
+  InverseDepthProblem& problem = made.problem;
+  problem.huber_chi2 = options.huber_sigmas * options.huber_sigmas;
+  problem.least_inverse_depth = -0.05 * window.median_inverse_depth;
+  const int count = static_cast<int>(window.images.size());
+  for (int i = 0; i < count; ++i)
+    if (!window.images[i].is_held) made.images.push_back(i);
+  problem.free_poses = static_cast<int>(made.images.size());
+  for (int i = 0; i < count; ++i)
+    if (window.images[i].is_held) made.images.push_back(i);
+  std::unordered_map<int, int> pose_of;  // by image id
+  for (int k = 0; k < count; ++k) pose_of[window.images[made.images[k]].id] = k;
+
+  const double inverse_sigma = options.focal_px / options.sigma_px;
+  for (size_t i = 0; i < window.points.size(); ++i) {
+    const WindowPoint& p = window.points[i];
+    if (p.sightings.empty() || !HasFreeImage(window, p)) continue;
+    const int point = static_cast<int>(problem.points.size());
+    made.points.push_back(static_cast<int>(i));
+    problem.points.push_back({pose_of[p.anchor], p.ray, p.prior_inverse_depth, p.prior_sigma});
+    for (const Sighting& s : p.sightings)
+      problem.measurements.push_back(
+          {point, pose_of[s.image], s.ray, inverse_sigma, s.is_outlier && !with_outliers});
+  }
+
+  // The free images, with the two newest of the held ones before them.
+  std::vector<int> in_time;
+  for (int i = 0; i < count; ++i)
+    if (!window.images[i].is_held) in_time.push_back(i);
+  int before = 0;
+  for (int i = count; i-- > 0 && before < 2;) {
+    if (!window.images[i].is_held) continue;
+    in_time.push_back(i);
+    ++before;
+  }
+  std::ranges::sort(in_time);
+  for (size_t k = 2; k < in_time.size(); ++k) {
+    const WindowImage &a = window.images[in_time[k - 2]], &b = window.images[in_time[k - 1]],
+                      &c = window.images[in_time[k]];
+    const double first = b.time_s - a.time_s, second = c.time_s - b.time_s;
+    problem.velocities.push_back(
+        {pose_of[a.id], pose_of[b.id], pose_of[c.id], first, second,
+         options.velocity_sigma * 0.5 * (first + second) / window.median_inverse_depth});
+  }
+  if (window.unit && window.Has(window.unit->first) && window.Has(window.unit->second) &&
+      !window.Image(window.unit->second).is_held)
+    problem.length = {pose_of[window.unit->first], pose_of[window.unit->second],
+                      window.unit->length, 1e-3 * window.unit->length};
+  return made;
+}
+
+int FlagOutliers(const WindowOptions& options, Window& window) {
+  const int newest = window.newest().id;
+  int inliers = 0;
+  for (WindowPoint& p : window.points) {
+    const WindowImage& anchor = window.Image(p.anchor);
+    for (Sighting& s : p.sightings) {
+      const WindowImage& image = window.Image(s.image);
+      if (anchor.is_held && image.is_held) continue;
+      const Eigen::Vector3d x = PointIn(image, anchor, p);
+      s.is_outlier = x.z() < kBehind || (x.head<2>() / x.z() - s.ray).norm() * options.focal_px >
+                                            options.outlier_px;
+      if (s.image != newest) continue;
+      if (s.is_outlier)
+        p.is_tracked = false;
+      else
+        ++inliers;
+    }
+  }
+  return inliers;
+}
+
+void UpdateMedianDepth(bool smoothed, Window& window) {
+  constexpr size_t kLeast = 10;  // a median of fewer says little
+  std::vector<double> seen;
+  for (const WindowPoint& p : window.points)
+    if (p.is_tracked && p.HasDepth()) seen.push_back(window.InverseDepthIn(p, window.newest()));
+  if (seen.size() >= kLeast) {
+    const double median = Median(seen);
+    window.median_inverse_depth =
+        smoothed ? 0.8 * window.median_inverse_depth + 0.2 * median : median;
+  }
+  window.newest().median_inverse_depth = window.median_inverse_depth;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/rigid3.h"
+
+namespace oaslam {
+
+// An image whose pose the odometry still uses.
+struct WindowImage {
+  int id = 0;  // ascends with time
+  double time_s = 0;
+  Rigid3 cam_from_odom;
+  bool is_keyframe = false;
+  bool is_held = false;  // its pose is no longer changed
+  double median_inverse_depth = 1;  // of what it sees
+};
+
+// A point seen again in an image after its anchor.
+struct Sighting {
+  int image = 0;  // id
+  Eigen::Vector2f px;   // in the tracked image
+  Eigen::Vector2d ray;  // ideal
+  bool is_outlier = false;
+};
+
+struct WindowPoint {
+  int anchor = 0;  // id of the image that saw it first
+  Eigen::Vector2f anchor_px;
+  Eigen::Vector2d ray;  // there
+  double inverse_depth = 1, variance = 1;
+  double prior_inverse_depth = 1, prior_sigma = 1;
+  std::vector<Sighting> sightings{};  // by image
+
+  // In the newest image.
+  Eigen::Vector2f px = Eigen::Vector2f::Zero();
+  bool is_tracked = true;
+
+  // Where an image saw it; null if it did not.
+  const Eigen::Vector2f* PxIn(int image) const;
+  // The depth is known to a third: it helps to guess that of its neighbours.
+  bool HasDepth() const { return variance < 0.1 * inverse_depth * inverse_depth; }
+};
+
+struct WindowOptions {
+  // Of a track: KLT's noise on real images, and a tenth of a pixel for each of some ten images.
+  double sigma_px = 0.7;
+  double huber_sigmas = 1.5;
+  double outlier_px = 3;  // four sigmas
+  // Change of velocity in a second, in median depths per second: a hand's.
+  double velocity_sigma = 1.5;
+  double focal_px = 500;  // of the tracked image
+};
+
+// Two images whose distance is the unit of length, while the second one is free.
+struct UnitLength {
+  int first = 0, second = 0;  // ids
+  double length = 1;
+};
+
+// The newest images and keyframes with the points they see: a value. Copies are hypotheses.
+struct Window {
+  std::vector<WindowImage> images;  // by id
+  std::vector<WindowPoint> points;
+  double median_inverse_depth = 1;  // of what the newest image sees, smoothed
+  std::optional<UnitLength> unit;
+
+  bool Has(int id) const;
+  const WindowImage& Image(int id) const;
+  WindowImage& Image(int id);
+  const WindowImage& newest() const { return images.back(); }
+  WindowImage& newest() { return images.back(); }
+
+  // The inverse depth of a point as an image sees it.
+  double InverseDepthIn(const WindowPoint& point, const WindowImage& image) const;
+
+  // Removes an image with its sightings; points that it saw first get the next sighting as anchor.
+  void Remove(int id);
+  // Removes points and held images that no free image depends on any more, except `kept`.
+  void RemoveUnused(int kept_image);
+};
+
+// The least-squares problem of a window, and how its parts are found again.
+struct WindowProblem {
+  InverseDepthProblem problem;
+  std::vector<int> images;  // index into Window::images, by pose
+  std::vector<int> points;  // index into Window::points, by point
+
+  InverseDepthState StateOf(const Window& window) const;
+  void Apply(const InverseDepthState& state, Window& window) const;
+  // The pose of an image.
+  int PoseOf(const Window& window, int image) const;
+};
+
+// All images that are not held are free. `with_outliers`: sightings that are flagged as outliers
+// take part, too.
+WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool with_outliers);
+
+// Flags the sightings of free images by their present residuals. Returns how many of the newest
+// image's are inliers; its outliers are tracked no further.
+int FlagOutliers(const WindowOptions& options, Window& window);
+
+// Sets the median of what the newest image sees; `smoothed`: a fifth of the way.
+void UpdateMedianDepth(bool smoothed, Window& window);
+
+}  // namespace oaslam
