@@ -81,12 +81,11 @@ int RunOdometry(const OdometryCommandOptions& options) {
     }
     if (grey.cols != camera.width || grey.rows != camera.height)
       throw InputError(fmt::format("image {} ({}) has {}x{} pixels, expected {}x{}", input->index,
-                                   input->name, grey.cols, grey.rows, camera.width,
-                                   camera.height));
+                                   input->name, grey.cols, grey.rows, camera.width, camera.height));
     const Stopwatch watch;
-    const OdometryEstimate estimate = odometry->Process(
-        {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows},
-        input->timestamp);
+    const OdometryEstimate estimate =
+        odometry->Process({grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows},
+                          input->timestamp);
     ms += watch.WallMs();
     report.Add(input->timestamp, estimate, watch.WallMs());
     ++images;
@@ -119,8 +118,9 @@ void AddOdometryCommand(CLI::App& app) {
   command->add_option("--out", options->out, "Where to write the trajectory (TUM)")
       ->required()
       ->type_name("FILE");
-  command->add_option("--report", options->report,
-                      "Where to write what was tracked in each image (CSV)")
+  command
+      ->add_option("--report", options->report,
+                   "Where to write what was tracked in each image (CSV)")
       ->type_name("FILE");
   command->add_option("--seed", options->seed, "Of the random samples");
   AddFrameOptions(*command, options->common);

@@ -91,7 +91,9 @@ class Solver {
   bool Step(double damping, CamerasAndPoints& state) {
     return system_.Step(
         damping,
-        [&](int pose, const PoseVector& step) { state.poses[pose] = Moved(state.poses[pose], step); },
+        [&](int pose, const PoseVector& step) {
+          state.poses[pose] = Moved(state.poses[pose], step);
+        },
         [&](size_t point, const Eigen::Vector3d& step) { state.points[point] += step; });
   }
 

@@ -19,7 +19,6 @@ class SchurSystem {
   using LandmarkMatrix = Eigen::Matrix<double, D, D>;
   using LandmarkVector = Eigen::Matrix<double, D, 1>;
   using CrossBlock = Eigen::Matrix<double, 6, D>;
-  
 
   explicit SchurSystem(int poses)
       : hessian_(Eigen::MatrixXd::Zero(6 * poses, 6 * poses)),

@@ -15,7 +15,7 @@ namespace oaslam {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kLeastMatches = 30;  // of the first image in the newest
+constexpr int kLeastMatches = 30;               // of the first image in the newest
 constexpr double kSameDirection = 8 * kDegree;  // of translation: the same minimum
 constexpr int kPolished = 4;                    // of the distinct motions
 
@@ -64,8 +64,8 @@ std::vector<Motion> MotionsToTry(const RayMatches& matches, const Rigid3& newest
       for (int z = -1; z <= 1; ++z)
         // The faces and the corners of a cube.
         if (const int n = std::abs(x) + std::abs(y) + std::abs(z); n == 1 || n == 3)
-          motions.push_back({newest_from_first.rotation.conjugate(),
-                             Eigen::Vector3d(x, y, z).normalized()});
+          motions.push_back(
+              {newest_from_first.rotation.conjugate(), Eigen::Vector3d(x, y, z).normalized()});
   return motions;
 }
 
@@ -95,9 +95,9 @@ class Beginner {
     Solution s{made_.StateOf(window_)};
     const WindowImage &first = window_.images.front(), &newest = window_.newest();
     const Rigid3 from_first = first.cam_from_odom;
-    const Eigen::AngleAxisd change(Eigen::Quaterniond(
-        motion.rotation.conjugate() *
-        (newest.cam_from_odom * from_first.Inverse()).rotation.conjugate()));
+    const Eigen::AngleAxisd change(
+        Eigen::Quaterniond(motion.rotation.conjugate() *
+                           (newest.cam_from_odom * from_first.Inverse()).rotation.conjugate()));
     for (size_t k = 0; k < s.state.poses.size(); ++k) {
       const WindowImage& image = window_.images[made_.images[k]];
       if (image.id == first.id) continue;
@@ -105,8 +105,7 @@ class Beginner {
       const Eigen::Quaterniond rotation =
           Eigen::AngleAxisd(share * change.angle(), change.axis()) *
           Eigen::Quaterniond((image.cam_from_odom * from_first.Inverse()).rotation);
-      const Rigid3 image_from_first(rotation,
-                                    rotation * (-share * length_ * motion.direction));
+      const Rigid3 image_from_first(rotation, rotation * (-share * length_ * motion.direction));
       s.state.poses[k] = image_from_first * from_first;
     }
     constexpr double kDepths[] = {0.0, 0.3, 0.7, 1.2, 2.0, 3.5};  // about the median, which is 1
@@ -121,8 +120,7 @@ class Beginner {
                                     .huber_chi2 = made_.problem.huber_chi2},
                                    s.state)
                  .cost;
-    s.direction =
-        (s.state.poses[first_] * s.state.poses[newest_].OriginInSource()).normalized();
+    s.direction = (s.state.poses[first_] * s.state.poses[newest_].OriginInSource()).normalized();
   }
 
   // Squared sigmas.

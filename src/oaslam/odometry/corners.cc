@@ -7,8 +7,8 @@
 namespace oaslam {
 namespace {
 
-constexpr int kMargin = 6;       // px at the edge of the image, where patches would mostly be mirrored
-constexpr int kHalfBlock = 2;    // the derivatives of 5 x 5 pixels are summed
+constexpr int kMargin = 6;  // px at the edge of the image, where patches would mostly be mirrored
+constexpr int kHalfBlock = 2;  // the derivatives of 5 x 5 pixels are summed
 // Least weaker eigenvalue of that sum, in squared grey levels per px: the noise of a good camera.
 constexpr float kLeastStrength = 8;
 
@@ -32,10 +32,10 @@ std::vector<float> Strengths(const GreyImage& image, const Area& area) {
     const uint8_t *above = row - image.step, *below = row + image.step;
     for (int x = 0; x < width; ++x) {
       // Sobel's derivatives: eight times the slope.
-      const int dx = above[x + 1] - above[x - 1] + 2 * (row[x + 1] - row[x - 1]) + below[x + 1] -
-                     below[x - 1];
-      const int dy = below[x - 1] - above[x - 1] + 2 * (below[x] - above[x]) + below[x + 1] -
-                     above[x + 1];
+      const int dx =
+          above[x + 1] - above[x - 1] + 2 * (row[x + 1] - row[x - 1]) + below[x + 1] - below[x - 1];
+      const int dy =
+          below[x - 1] - above[x - 1] + 2 * (below[x] - above[x]) + below[x + 1] - above[x + 1];
       products[y * width + x] = {dx * dx, dx * dy, dy * dy};
     }
   }
@@ -52,8 +52,7 @@ std::vector<float> Strengths(const GreyImage& image, const Area& area) {
       const float half = 0.5F * static_cast<float>(sum.xx + sum.yy),
                   difference = 0.5F * static_cast<float>(sum.xx - sum.yy),
                   xy = static_cast<float>(sum.xy);
-      strengths[y * area.width() + x] =
-          (half - std::sqrt(difference * difference + xy * xy)) / 64;
+      strengths[y * area.width() + x] = (half - std::sqrt(difference * difference + xy * xy)) / 64;
     }
   return strengths;
 }

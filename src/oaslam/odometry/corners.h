@@ -9,8 +9,8 @@
 namespace oaslam {
 
 struct CornerGrid {
-  int cell = 32;      // px, the side of a cell
-  int per_cell = 2;   // points that a cell shall have, tracked ones included
+  int cell = 32;     // px, the side of a cell
+  int per_cell = 2;  // points that a cell shall have, tracked ones included
   int max_points = 400;
 };
 

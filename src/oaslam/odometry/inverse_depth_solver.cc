@@ -31,8 +31,7 @@ std::vector<Cam> CamsOf(const InverseDepthState& state) {
   std::vector<Cam> cams;
   cams.reserve(state.poses.size());
   for (const Rigid3& pose : state.poses)
-    cams.push_back(
-        {pose.rotation.toRotationMatrix(), pose.translation, pose.OriginInSource()});
+    cams.push_back({pose.rotation.toRotationMatrix(), pose.translation, pose.OriginInSource()});
   return cams;
 }
 
@@ -55,8 +54,8 @@ class Relative {
   }
 
   double Chi2(const DepthMeasurement& s, double inverse_depth) const {
-    const Eigen::Vector3d x = rotation * problem_.points[s.point].ray.homogeneous() +
-                              inverse_depth * translation;
+    const Eigen::Vector3d x =
+        rotation * problem_.points[s.point].ray.homogeneous() + inverse_depth * translation;
     if (x.z() < kNear) return kBehindChi2;
     return (s.inverse_sigma * (x.head<2>() / x.z() - s.ray)).squaredNorm();
   }
@@ -87,7 +86,9 @@ class Solver {
   bool Step(double damping, InverseDepthState& state) {
     return system_.Step(
         damping,
-        [&](int pose, const PoseVector& step) { state.poses[pose] = Moved(state.poses[pose], step); },
+        [&](int pose, const PoseVector& step) {
+          state.poses[pose] = Moved(state.poses[pose], step);
+        },
         [&](size_t point, const Eigen::Matrix<double, 1, 1>& step) {
           state.inverse_depths[point] =
               std::max(problem_.least_inverse_depth, state.inverse_depths[point] + step[0]);
@@ -161,11 +162,9 @@ class Solver {
         }
         if (is_free && anchor_free) {
           if (s.pose > p.anchor)
-            system_.Hessian(s.pose, p.anchor).noalias() +=
-                weight * by_pose.transpose() * by_anchor;
+            system_.Hessian(s.pose, p.anchor).noalias() += weight * by_pose.transpose() * by_anchor;
           else
-            system_.Hessian(p.anchor, s.pose).noalias() +=
-                weight * by_anchor.transpose() * by_pose;
+            system_.Hessian(p.anchor, s.pose).noalias() += weight * by_anchor.transpose() * by_pose;
         }
       }
       for (int i = 0; i < cross.count; ++i) system_.AddCross(cross.pose[i], cross.block[i]);
@@ -178,7 +177,8 @@ class Solver {
   // Adds a residual of the camera centres, each of which moves by -R^T v under a step v.
   template <int N>
   void AddCenters(const std::vector<Cam>& cams, const Eigen::Vector3d& residual,
-                  const std::array<int, N>& poses, const std::array<Eigen::Matrix3d, N>& by_center) {
+                  const std::array<int, N>& poses,
+                  const std::array<Eigen::Matrix3d, N>& by_center) {
     for (int i = 0; i < N; ++i) {
       if (poses[i] >= problem_.free_poses) continue;
       const Eigen::Matrix3d by_i = -by_center[i] * cams[poses[i]].rotation.transpose();
@@ -207,8 +207,8 @@ class Solver {
       // A residual along the direction only; the other two are 0, with derivatives of 0.
       Eigen::Matrix3d along = Eigen::Matrix3d::Zero();
       along.row(0) = between.transpose() / (length * l.sigma);
-      AddCenters<2>(cams, Eigen::Vector3d((length - l.length) / l.sigma, 0, 0),
-                    {l.first, l.second}, {-along, along});
+      AddCenters<2>(cams, Eigen::Vector3d((length - l.length) / l.sigma, 0, 0), {l.first, l.second},
+                    {-along, along});
     }
   }
 
@@ -228,7 +228,8 @@ double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state
   for (const DepthMeasurement& s : problem.measurements) {
     if (s.is_outlier && !outlier_chi2) continue;
     relative.Set(s);
-    const double loss = LossOf(relative.Chi2(s, state.inverse_depths[s.point]), problem.huber_chi2).cost;
+    const double loss =
+        LossOf(relative.Chi2(s, state.inverse_depths[s.point]), problem.huber_chi2).cost;
     cost += outlier_chi2 ? std::min(loss, LossOf(*outlier_chi2, problem.huber_chi2).cost) : loss;
   }
   for (size_t i = 0; i < problem.points.size(); ++i) {
@@ -239,8 +240,7 @@ double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state
   for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
   if (problem.length) {
     const LengthPrior& l = *problem.length;
-    const double off =
-        ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
+    const double off = ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
     cost += off * off;
   }
   return cost;
@@ -261,12 +261,10 @@ void SearchDepths(std::span<const double> candidates, const std::vector<char>& i
       const DepthMeasurement& s = problem.measurements[next];
       relative.Set(s);
       for (size_t i = 0; i < candidates.size(); ++i)
-        costs[i] +=
-            LossOf(relative.Chi2(s, candidates[i]), problem.huber_chi2).cost;
+        costs[i] += LossOf(relative.Chi2(s, candidates[i]), problem.huber_chi2).cost;
     }
     if (is_searched[point])
-      state.inverse_depths[point] =
-          candidates[std::ranges::min_element(costs) - costs.begin()];
+      state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
   }
 }
 

@@ -17,9 +17,9 @@ namespace oaslam {
 // A point seen again. Sorted by point; a point is not measured in its anchor.
 struct DepthMeasurement {
   int point = 0, pose = 0;
-  Eigen::Vector2d ray;      // in the image of `pose`
+  Eigen::Vector2d ray;       // in the image of `pose`
   double inverse_sigma = 1;  // 1 / rad
-  bool is_outlier = false;  // has no influence
+  bool is_outlier = false;   // has no influence
 };
 
 // What is known of a point before its measurements.
@@ -49,7 +49,7 @@ struct InverseDepthProblem {
   std::vector<DepthMeasurement> measurements;
   std::vector<VelocityPrior> velocities;
   std::optional<LengthPrior> length;
-  double huber_chi2 = 0;         // as in SchurOptions
+  double huber_chi2 = 0;           // as in SchurOptions
   double least_inverse_depth = 0;  // a point beyond infinity is no point; a little less is noise
 };
 
@@ -65,8 +65,9 @@ inline Eigen::Vector3d ScaledPoint(const Rigid3& to_from_anchor, const Eigen::Ve
 }
 
 // The sum of the squared errors over their sigmas, robust. Measurements that are outliers count
-// nothing. With `outlier_chi2` all measurements count, each at most as much as one with this squared
-// error: so the costs of different solutions can be compared, whatever they hold to be outliers.
+// nothing. With `outlier_chi2` all measurements count, each at most as much as one with this
+// squared error: so the costs of different solutions can be compared, whatever they hold to be
+// outliers.
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2 = std::nullopt);
 

@@ -98,15 +98,13 @@ Rigid3 Odometry::Predict(double time_s) const {
   if (last_motions_.size() < 2) return last.cam_from_odom;
   const Motion& before = last_motions_.front();
   constexpr double kMaxShare = 2;  // after a pause the camera may do anything
-  const double share =
-      std::min(kMaxShare, (time_s - last.time_s) / (last.time_s - before.time_s));
+  const double share = std::min(kMaxShare, (time_s - last.time_s) / (last.time_s - before.time_s));
   const Eigen::AngleAxisd turn(
       Eigen::Quaterniond(last.cam_from_odom.rotation * before.cam_from_odom.rotation.conjugate()));
   const Eigen::Vector3d center = last.cam_from_odom.OriginInSource(),
                         step = center - before.cam_from_odom.OriginInSource();
-  const Eigen::Quaterniond rotation =
-      Eigen::AngleAxisd(share * turn.angle(), turn.axis()) *
-      Eigen::Quaterniond(last.cam_from_odom.rotation);
+  const Eigen::Quaterniond rotation = Eigen::AngleAxisd(share * turn.angle(), turn.axis()) *
+                                      Eigen::Quaterniond(last.cam_from_odom.rotation);
   return Rigid3(Rigid3::Rotation(rotation),
                 rotation * -(is_beginning_ ? center : center + share * step));
 }
@@ -178,8 +176,7 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   WindowImage& newest = window_.newest();
   const WindowImage& last = window_.images[window_.images.size() - 2];
   const Eigen::Matrix3d rotation = RotationOfFlow(newest.cam_from_odom);
-  newest.cam_from_odom =
-      Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
+  newest.cam_from_odom = Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
   estimate.inliers = estimate.tracked;
   estimate.cam_from_odom = newest.cam_from_odom;
   estimate.state =
@@ -216,9 +213,8 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
     const PositionPrior prior{predicted.OriginInSource(),
                               std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
                                                  window_.median_inverse_depth)};
-    starts = PoseStarts(
-        points, window_options_, prior, predicted, RotationOfFlow(predicted),
-        (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());
+    starts = PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
+                        (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());
   }
   const WindowProblem made = ProblemOf(window_, window_options_, false);
   const int newest = made.PoseOf(window_, window_.newest().id);
@@ -243,10 +239,9 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   const Eigen::Index n = best.information.rows();
   if (n > 0) {
     best.information.diagonal().array() += 1e-9;
-    estimate.covariance =
-        best.information.ldlt()
-            .solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
-            .middleRows(6 * newest, 6);
+    estimate.covariance = best.information.ldlt()
+                              .solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
+                              .middleRows(6 * newest, 6);
   }
   estimate.inliers = FlagOutliers(window_options_, window_);
   UpdateMedianDepth(true, window_);
@@ -254,7 +249,8 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
 }
 
 bool Odometry::NeedsKeyframe(const OdometryEstimate& estimate) const {
-  constexpr double kFlow = 0.04;  // of the width, the median since the keyframe: new depths are known
+  constexpr double kFlow =
+      0.04;  // of the width, the median since the keyframe: new depths are known
   constexpr double kSeenAgain = 0.7;  // share of the keyframe's points: others are in view by now
   constexpr int kLeastTracked = 20;
   std::vector<double> flow;

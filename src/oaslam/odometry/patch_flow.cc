@@ -9,10 +9,10 @@
 namespace oaslam {
 namespace {
 
-constexpr int kSide = 16;         // of a patch
-constexpr int kRim = kSide + 2;   // with a pixel on each side, for its derivatives
-constexpr int kWeightBits = 14;   // of bilinear weights
-constexpr int kGreyBits = 5;      // fractional bits of an interpolated pixel: fits 16 bits
+constexpr int kSide = 16;        // of a patch
+constexpr int kRim = kSide + 2;  // with a pixel on each side, for its derivatives
+constexpr int kWeightBits = 14;  // of bilinear weights
+constexpr int kGreyBits = 5;     // fractional bits of an interpolated pixel: fits 16 bits
 constexpr double kOne = 1 << kGreyBits;
 
 // Noise of one grey level moves a patch by a pixel over the root of this sum of squared
@@ -94,8 +94,7 @@ struct Template {
     hessian(1, 1) = static_cast<double>(yy) - n * mean_dy * mean_dy;
     hessian(0, 1) = hessian(1, 0) = static_cast<double>(xy) - n * mean_dx * mean_dy;
     const double trace = hessian.trace(), determinant = hessian.determinant();
-    const double least =
-        0.5 * (trace - std::sqrt(std::max(0.0, trace * trace - 4 * determinant)));
+    const double least = 0.5 * (trace - std::sqrt(std::max(0.0, trace * trace - 4 * determinant)));
     if (least < kLeastTexture * 4 * kOne * kOne) return false;
     inverse_hessian << hessian(1, 1), -hessian(0, 1), -hessian(0, 1), hessian(0, 0);
     inverse_hessian /= determinant;
@@ -164,12 +163,9 @@ std::optional<Eigen::Vector2f> FollowPatch(const GreyPyramid& first, const GreyP
   return result;
 }
 
-std::optional<Eigen::Vector2f> FollowPatchBothWays(const GreyPyramid& first,
-                                                   const GreyPyramid& second,
-                                                   const Eigen::Vector2f& px,
-                                                   const Eigen::Vector2f& guess,
-                                                   const FlowOptions& options,
-                                                   double max_return_px) {
+std::optional<Eigen::Vector2f> FollowPatchBothWays(
+    const GreyPyramid& first, const GreyPyramid& second, const Eigen::Vector2f& px,
+    const Eigen::Vector2f& guess, const FlowOptions& options, double max_return_px) {
   const auto there = FollowPatch(first, second, px, guess, options);
   if (!there) return std::nullopt;
   FlowOptions back = options;

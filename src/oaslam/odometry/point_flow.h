@@ -11,8 +11,8 @@ namespace oaslam {
 
 // A point to be followed from one image to the next.
 struct PointToFollow {
-  Eigen::Vector2f px;           // in the last image
-  Eigen::Vector2f guess;        // in the next one
+  Eigen::Vector2f px;                            // in the last image
+  Eigen::Vector2f guess;                         // in the next one
   const Eigen::Vector2f* keyframe_px = nullptr;  // null: the keyframe does not see it
 };
 

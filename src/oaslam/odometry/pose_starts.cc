@@ -51,8 +51,8 @@ Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
 Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
                   const PositionPrior& prior, double inflation, const Rigid3& start) {
   constexpr int kIterations = 14;
-  constexpr double kShrink = 0.6;   // of the inflation
-  constexpr double kFar2 = 25;      // beyond five sigmas a point is most likely wrong:
+  constexpr double kShrink = 0.6;     // of the inflation
+  constexpr double kFar2 = 25;        // beyond five sigmas a point is most likely wrong:
   constexpr double kFarWeight = 0.1;  // it counts little more
   Rigid3 pose = start;
   for (int i = 0; i < kIterations; ++i) {
@@ -69,9 +69,9 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
       Eigen::Matrix<double, 2, 3> by_x;
       by_x << inverse_z, 0, -projected.x() * inverse_z, 0, inverse_z, -projected.y() * inverse_z;
       const Eigen::Vector2d along = by_x * by_depth;
-      const Eigen::Matrix2d information = (variance * Eigen::Matrix2d::Identity() +
-                                           p.variance * along * along.transpose())
-                                              .inverse();
+      const Eigen::Matrix2d information =
+          (variance * Eigen::Matrix2d::Identity() + p.variance * along * along.transpose())
+              .inverse();
       const double chi2 = residual.dot(information * residual);
       double weight = LossOf(chi2, options.huber_sigmas * options.huber_sigmas).weight;
       if (chi2 > kFar2) weight *= kFarWeight;

@@ -114,11 +114,10 @@ class Restarter {
   }
 
   void Improve(InverseDepthState& state) const {
-    MinimizeInverseDepths(made_.problem,
-                          {.max_iterations = kIterations,
-                           .tolerance = 1e-4,
-                           .huber_chi2 = made_.problem.huber_chi2},
-                          state);
+    MinimizeInverseDepths(
+        made_.problem,
+        {.max_iterations = kIterations, .tolerance = 1e-4, .huber_chi2 = made_.problem.huber_chi2},
+        state);
   }
 
   const InverseDepthState& present() const { return present_; }

@@ -174,8 +174,8 @@ int FlagOutliers(const WindowOptions& options, Window& window) {
       const WindowImage& image = window.Image(s.image);
       if (anchor.is_held && image.is_held) continue;
       const Eigen::Vector3d x = PointIn(image, anchor, p);
-      s.is_outlier = x.z() < kBehind || (x.head<2>() / x.z() - s.ray).norm() * options.focal_px >
-                                            options.outlier_px;
+      s.is_outlier = x.z() < kBehind ||
+                     (x.head<2>() / x.z() - s.ray).norm() * options.focal_px > options.outlier_px;
       if (s.image != newest) continue;
       if (s.is_outlier)
         p.is_tracked = false;

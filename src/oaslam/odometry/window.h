@@ -15,13 +15,13 @@ struct WindowImage {
   double time_s = 0;
   Rigid3 cam_from_odom;
   bool is_keyframe = false;
-  bool is_held = false;  // its pose is no longer changed
+  bool is_held = false;             // its pose is no longer changed
   double median_inverse_depth = 1;  // of what it sees
 };
 
 // A point seen again in an image after its anchor.
 struct Sighting {
-  int image = 0;  // id
+  int image = 0;        // id
   Eigen::Vector2f px;   // in the tracked image
   Eigen::Vector2d ray;  // ideal
   bool is_outlier = false;

@@ -1,0 +1,191 @@
+#include "oaslam/odometry/inverse_depth_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "oaslam/estimation/huber.h"
+#include "oaslam/geometry/pose_step.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+Rigid3 Pose(const Eigen::Vector3d& center, double turn_rad) {
+  const Eigen::Quaterniond rotation = RotationOf({0.1 * turn_rad, turn_rad, 0});
+  return Rigid3(Rigid3::Rotation(rotation), rotation * -center);
+}
+
+// Six cameras on a way of 0.5 that turn by 10 degrees; 80 points at depths from 1 to 50, seen first
+// by one of the first three. The first two cameras are held.
+struct Scene {
+  InverseDepthProblem problem;
+  InverseDepthState truth;
+
+  explicit Scene(double noise_px = 0) {
+    constexpr int kCameras = 6, kPoints = 80;
+    constexpr double kFocal = 500;
+    Rng rng(4);
+    std::vector<Rigid3> poses;
+    for (int k = 0; k < kCameras; ++k)
+      poses.push_back(Pose({0.1 * k, 0.03 * k * k, 0.02 * k}, 0.035 * k));
+    // The free poses come first: 2, 3, 4, 5, then 0 and 1.
+    std::vector<int> order{2, 3, 4, 5, 0, 1}, pose_of{4, 5, 0, 1, 2, 3};
+    for (const int k : order) truth.poses.push_back(poses[k]);
+    problem.free_poses = 4;
+    problem.huber_chi2 = 2.25;
+    for (int i = 0; i < kPoints; ++i) {
+      const int anchor = i % 3;
+      const double depth = std::exp(rng.Uniform(0, std::log(50)));
+      const Eigen::Vector2d ray(rng.Uniform(-0.5, 0.5), rng.Uniform(-0.4, 0.4));
+      problem.points.push_back({pose_of[anchor], ray, 0.5, 1});
+      truth.inverse_depths.push_back(1 / depth);
+      for (int k = 0; k < kCameras; ++k) {
+        if (k == anchor) continue;
+        const Eigen::Vector3d x = ScaledPoint(poses[k] * poses[anchor].Inverse(), ray, 1 / depth);
+        const Eigen::Vector2d noise(rng.Gaussian(noise_px), rng.Gaussian(noise_px));
+        problem.measurements.push_back(
+            {i, pose_of[k], x.hnormalized() + noise / kFocal, kFocal / 0.7});
+      }
+    }
+  }
+
+  InverseDepthState Disturbed() const {
+    Rng rng(9);
+    InverseDepthState state = truth;
+    for (int k = 0; k < problem.free_poses; ++k) {
+      PoseVector step;
+      for (int i = 0; i < 6; ++i) step[i] = rng.Gaussian(0.01);
+      state.poses[k] = Moved(state.poses[k], step);
+    }
+    for (double& d : state.inverse_depths) d = std::max(0.0, d + rng.Gaussian(0.1));
+    return state;
+  }
+
+  double WorstCenter(const InverseDepthState& state) const {
+    double worst = 0;
+    for (size_t k = 0; k < truth.poses.size(); ++k)
+      worst = std::max(worst,
+                       (state.poses[k].OriginInSource() - truth.poses[k].OriginInSource()).norm());
+    return worst;
+  }
+};
+
+const SchurOptions kThorough{.max_iterations = 50, .tolerance = 1e-10};
+
+TEST(InverseDepthSolver, FindsTheTruthOfExactMeasurements) {
+  Scene scene;
+  for (DepthPrior& p : scene.problem.points) p.sigma = 1e6;
+  InverseDepthState state = scene.Disturbed();
+  const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state);
+  EXPECT_TRUE(report.solver.success);
+  EXPECT_LT(report.cost, 1e-6);
+  EXPECT_LT(scene.WorstCenter(state), 1e-5);
+  for (size_t i = 0; i < state.inverse_depths.size(); ++i)
+    EXPECT_NEAR(state.inverse_depths[i], scene.truth.inverse_depths[i], 1e-5);
+}
+
+// At a minimum no small step of any parameter lowers the cost: the derivatives are right.
+TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
+  Scene scene(1);
+  scene.problem.velocities = {{5, 0, 1, 0.1, 0.1, 0.3}, {0, 1, 2, 0.1, 0.1, 0.3}};
+  scene.problem.length = LengthPrior{4, 2, 0.45, 0.01};
+  InverseDepthState state = scene.Disturbed();
+  MinimizeInverseDepths(scene.problem, kThorough, state);
+  const double best = CostOf(scene.problem, state);
+  constexpr double kStep = 1e-4;
+  for (int k = 0; k < scene.problem.free_poses; ++k)
+    for (int i = 0; i < 6; ++i)
+      for (const double sign : {-1, 1}) {
+        InverseDepthState moved = state;
+        moved.poses[k] = Moved(moved.poses[k], sign * kStep * PoseVector::Unit(i));
+        EXPECT_GT(CostOf(scene.problem, moved), best) << k << " " << i;
+      }
+  for (size_t i = 0; i < state.inverse_depths.size(); ++i)
+    for (const double sign : {-1, 1}) {
+      InverseDepthState moved = state;
+      moved.inverse_depths[i] += sign * 10 * kStep;
+      if (moved.inverse_depths[i] < scene.problem.least_inverse_depth) continue;
+      EXPECT_GT(CostOf(scene.problem, moved), best) << i;
+    }
+}
+
+TEST(InverseDepthSolver, PosesFollowTheirCovariance) {
+  Scene scene(0.7);
+  InverseDepthState state = scene.truth;
+  const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state);
+  const Eigen::MatrixXd covariance = report.information.inverse();
+  double nees = 0;  // normalised estimation error squared: 6 for each pose
+  Eigen::VectorXd error(6 * scene.problem.free_poses);
+  for (int k = 0; k < scene.problem.free_poses; ++k) {
+    const Rigid3 off = scene.truth.poses[k] * state.poses[k].Inverse();
+    const Eigen::AngleAxisd turn(Eigen::Quaterniond(off.rotation));
+    error.segment<6>(6 * k) << off.translation, turn.angle() * turn.axis();
+  }
+  nees = error.dot(covariance.inverse() * error) / static_cast<double>(error.size());
+  EXPECT_GT(nees, 0.3);
+  EXPECT_LT(nees, 3);
+}
+
+TEST(InverseDepthSolver, PointsAtInfinityHoldTheRotation) {
+  Scene scene;
+  for (size_t i = 0; i < scene.problem.points.size(); ++i) {
+    scene.truth.inverse_depths[i] = 0;
+    scene.problem.points[i].inverse_depth = 0;
+  }
+  for (DepthMeasurement& s : scene.problem.measurements)
+    s.ray = ScaledPoint(scene.truth.poses[s.pose] *
+                            scene.truth.poses[scene.problem.points[s.point].anchor].Inverse(),
+                        scene.problem.points[s.point].ray, 0)
+                .hnormalized();
+  scene.problem.velocities = {{4, 5, 0, 0.1, 0.1, 1},
+                              {5, 0, 1, 0.1, 0.1, 1},
+                              {0, 1, 2, 0.1, 0.1, 1},
+                              {1, 2, 3, 0.1, 0.1, 1}};
+  InverseDepthState state = scene.Disturbed();
+  for (double& d : state.inverse_depths) d = 0;
+  EXPECT_TRUE(MinimizeInverseDepths(scene.problem, kThorough, state).solver.success);
+  for (int k = 0; k < scene.problem.free_poses; ++k)
+    EXPECT_LT(state.poses[k].rotation.angularDistance(scene.truth.poses[k].rotation), 1e-4);
+}
+
+TEST(InverseDepthSolver, OutliersCountOnlyWhereAsked) {
+  Scene scene;
+  DepthMeasurement& wrong = scene.problem.measurements[10];
+  wrong.ray.x() += 0.1;
+  wrong.is_outlier = true;
+  InverseDepthState state = scene.truth;
+  const double without = CostOf(scene.problem, state);
+  EXPECT_NEAR(CostOf(scene.problem, state, 16.0) - without,
+              LossOf(16.0, scene.problem.huber_chi2).cost, 1e-9);
+  MinimizeInverseDepths(scene.problem, kThorough, state);
+  EXPECT_LT(scene.WorstCenter(state), 0.02);  // the priors of the depths move it
+}
+
+TEST(InverseDepthSolver, SearchFindsTheNearestCandidate) {
+  const Scene scene;
+  InverseDepthState state = scene.truth;
+  const std::vector<double> candidates{0, 0.1, 0.3, 0.6, 1};
+  std::vector<char> is_searched(scene.problem.points.size(), true);
+  is_searched[0] = false;
+  state.inverse_depths[0] = 77;
+  SearchDepths(candidates, is_searched, scene.problem, state);
+  EXPECT_EQ(state.inverse_depths[0], 77);
+  for (size_t i = 1; i < is_searched.size(); ++i) {
+    double nearest = candidates[0];
+    for (const double c : candidates)
+      if (std::abs(c - scene.truth.inverse_depths[i]) <
+          std::abs(nearest - scene.truth.inverse_depths[i]))
+        nearest = c;
+    EXPECT_NEAR(state.inverse_depths[i], nearest, 0.31) << i;  // one candidate further at most
+  }
+}
+
+TEST(InverseDepthSolver, NothingToSolveIsNoSuccess) {
+  InverseDepthProblem problem;
+  InverseDepthState state;
+  EXPECT_FALSE(MinimizeInverseDepths(problem, {}, state).solver.success);
+}
+
+}  // namespace
+}  // namespace oaslam

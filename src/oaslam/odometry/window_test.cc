@@ -1,0 +1,181 @@
+#include "oaslam/odometry/window.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "oaslam/geometry/pose_step.h"
+#include "oaslam/odometry/beginning.h"
+#include "oaslam/odometry/restarts.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kFocal = 500;
+
+// A camera that moves to the right and turns a little, in front of a plane that it sees at an
+// angle, or of points in depth; all points are seen from the first image on.
+struct Walk {
+  std::vector<Rigid3> truth;
+  std::vector<Eigen::Vector3d> points;
+  Rng rng{6};
+
+  explicit Walk(bool is_plane, int images = 8) {
+    for (int k = 0; k < images; ++k) {
+      const Eigen::Quaterniond rotation = RotationOf({0.004 * k, -0.01 * k, 0.002 * k});
+      truth.emplace_back(Rigid3::Rotation(rotation),
+                         rotation * -Eigen::Vector3d(0.05 * k, 0.01 * k, 0.03 * k));
+    }
+    for (int i = 0; i < 120; ++i) {
+      const Eigen::Vector2d ray(rng.Uniform(-0.5, 0.5), rng.Uniform(-0.4, 0.4));
+      const double depth = is_plane ? 1.2 / (1 + 0.5 * ray.x() + 0.2 * ray.y())
+                                    : std::exp(rng.Uniform(std::log(0.6), std::log(5)));
+      points.push_back(depth * ray.homogeneous());
+    }
+  }
+
+  // All poses are free but the first one; `poses`: what the window believes.
+  Window Seen(const std::vector<Rigid3>& poses, bool knows_depths) {
+    Window window;
+    for (size_t k = 0; k < truth.size(); ++k)
+      window.images.push_back(
+          {static_cast<int>(k), static_cast<double>(k) / 10, poses[k], true, k == 0});
+    for (const Eigen::Vector3d& x : points) {
+      WindowPoint point{0, Eigen::Vector2f::Zero(), x.hnormalized()};
+      if (knows_depths) point.inverse_depth = point.prior_inverse_depth = 1 / x.z();
+      for (size_t k = 1; k < truth.size(); ++k) {
+        const Eigen::Vector2d noise(rng.Gaussian(0.3), rng.Gaussian(0.3));
+        point.sightings.push_back({static_cast<int>(k), Eigen::Vector2f::Zero(),
+                                   (truth[k] * x).hnormalized() + noise / kFocal});
+      }
+      window.points.push_back(point);
+    }
+    return window;
+  }
+
+  // As before the motion is known: rotations of the flow, no translation.
+  Window Beginning() {
+    std::vector<Rigid3> turned;
+    for (const Rigid3& pose : truth) turned.emplace_back(pose.rotation, Eigen::Vector3d::Zero());
+    return Seen(turned, false);
+  }
+
+  // Degrees between the true and the estimated way from the first to the last image.
+  double DirectionError(const Window& window) const {
+    const Eigen::Vector3d way = window.newest().cam_from_odom.OriginInSource() -
+                                window.images.front().cam_from_odom.OriginInSource();
+    const double cosine = way.normalized().dot(truth.back().OriginInSource().normalized());
+    return std::acos(std::min(1.0, cosine)) * 57.3;
+  }
+};
+
+const WindowOptions kOptions{.focal_px = kFocal};
+
+TEST(Window, APointStaysWhereItIsWhenItsAnchorGoes) {
+  Walk walk(false);
+  Window window = walk.Seen(walk.truth, true);
+  const double before = window.InverseDepthIn(window.points[5], window.Image(4));
+  window.Remove(0);
+  EXPECT_FALSE(window.Has(0));
+  const WindowPoint& point = window.points[5];
+  EXPECT_EQ(point.anchor, 1);
+  EXPECT_EQ(point.sightings.size(), walk.truth.size() - 2);
+  EXPECT_NEAR(window.InverseDepthIn(point, window.Image(4)), before, 0.01);
+  window.points[3].sightings.clear();
+  window.Remove(1);
+  EXPECT_EQ(window.points.size(), walk.points.size() - 1);  // one was seen in no other image
+}
+
+TEST(Window, OutliersAreFlaggedAndNoLongerTracked) {
+  Walk walk(false);
+  Window window = walk.Seen(walk.truth, true);
+  window.points[7].sightings.back().ray.x() += 5 / kFocal;
+  window.points[9].sightings.front().ray.x() += 5 / kFocal;
+  EXPECT_EQ(FlagOutliers(kOptions, window), static_cast<int>(walk.points.size()) - 1);
+  EXPECT_FALSE(window.points[7].is_tracked);
+  EXPECT_TRUE(window.points[9].is_tracked);  // only an old sighting is wrong
+  EXPECT_TRUE(window.points[9].sightings.front().is_outlier);
+  EXPECT_FALSE(window.points[9].sightings.back().is_outlier);
+}
+
+TEST(Window, UnusedPartsGo) {
+  Walk walk(false);
+  Window window = walk.Seen(walk.truth, true);
+  for (size_t i = 0; i + 1 < window.images.size(); ++i) window.images[i].is_held = true;
+  for (WindowPoint& p : window.points) {
+    p.is_tracked = false;
+    p.sightings.pop_back();  // only held images are left
+  }
+  window.RemoveUnused(window.newest().id);
+  EXPECT_TRUE(window.points.empty());
+  EXPECT_EQ(window.images.size(), 4);  // the newest keyframes
+}
+
+TEST(Beginning, TheMotionInFrontOfPointsInDepthIsFound) {
+  Walk walk(false);
+  Rng rng(1);
+  const Beginning beginning = BeginMotion(walk.Beginning(), kOptions, {}, 640, rng);
+  ASSERT_TRUE(beginning.is_tried);
+  EXPECT_TRUE(beginning.is_decided);
+  EXPECT_LT(walk.DirectionError(beginning.window), 3);
+  std::vector<double> depths;
+  for (const WindowPoint& p : beginning.window.points) depths.push_back(p.inverse_depth);
+  std::ranges::nth_element(depths, depths.begin() + 60);
+  EXPECT_NEAR(depths[60], 1, 0.1);
+}
+
+// Two images allow two motions in front of a plane; all images together only one.
+TEST(Beginning, TheMotionInFrontOfAPlaneIsFound) {
+  Walk walk(true, 12);
+  Rng rng(1);
+  const Beginning beginning = BeginMotion(walk.Beginning(), kOptions, {}, 640, rng);
+  ASSERT_TRUE(beginning.is_tried);
+  EXPECT_LT(walk.DirectionError(beginning.window), 6);
+}
+
+TEST(Beginning, ACameraThatOnlyTurnsHasNoMotionYet) {
+  Walk walk(false);
+  for (Rigid3& pose : walk.truth) pose.translation.setZero();
+  Rng rng(1);
+  EXPECT_FALSE(BeginMotion(walk.Beginning(), kOptions, {}, 640, rng).is_tried);
+}
+
+TEST(Restarts, AWindowInAWrongMinimumIsLedOut) {
+  Walk walk(false, 10);
+  // From the fifth image on the window believes that the camera went the other way.
+  std::vector<Rigid3> wrong = walk.truth;
+  const Eigen::Vector3d middle = walk.truth[4].OriginInSource();
+  for (size_t k = 5; k < wrong.size(); ++k) {
+    const Eigen::Vector3d center = middle - (walk.truth[k].OriginInSource() - middle);
+    wrong[k].translation = -(wrong[k].rotation * center);
+  }
+  Window window = walk.Seen(wrong, true);
+  for (int k = 0; k < 4; ++k) window.images[k].is_held = true;
+  const auto error = [&] {
+    return (window.newest().cam_from_odom.OriginInSource() - walk.truth.back().OriginInSource())
+        .norm();
+  };
+  const double before = error();
+  Rng rng(2);
+  const RestartReport report = RestartWindow(kOptions, rng, window);
+  EXPECT_GT(report.tried, 0);
+  EXPECT_TRUE(report.is_changed);
+  EXPECT_LT(error(), 0.1 * before);
+}
+
+TEST(Restarts, ARightWindowStays) {
+  Walk walk(false, 10);
+  Window window = walk.Seen(walk.truth, true);
+  for (int k = 0; k < 4; ++k) window.images[k].is_held = true;
+  WindowProblem made = ProblemOf(window, kOptions, false);
+  InverseDepthState state = made.StateOf(window);
+  MinimizeInverseDepths(made.problem, {.max_iterations = 20, .huber_chi2 = made.problem.huber_chi2},
+                        state);
+  made.Apply(state, window);
+  Rng rng(2);
+  EXPECT_FALSE(RestartWindow(kOptions, rng, window).is_changed);
+}
+
+}  // namespace
+}  // namespace oaslam
