@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/schur_system.h"
@@ -41,39 +43,90 @@ Eigen::Vector3d ChangeOfVelocity(const VelocityPrior& v, const std::vector<Cam>&
          v.sigma;
 }
 
-// Of each measurement in turn: the frame of its image from that of its point's anchor.
-class Relative {
- public:
-  Relative(const InverseDepthProblem& problem, const std::vector<Cam>& cams)
-      : problem_(problem), cams_(cams) {}
+// The relative pose of the image of a measurement and its point's anchor.
+struct Pair {
+  int pose = 0, anchor = 0;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // pose_from_anchor
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-  void Set(const DepthMeasurement& s) {
-    const Cam &to = cams_[s.pose], &from = cams_[problem_.points[s.point].anchor];
-    rotation = to.rotation * from.rotation.transpose();
-    translation = to.translation - rotation * from.translation;
+  Eigen::Vector3d PointAt(const Eigen::Vector2d& ray, double inverse_depth) const {
+    return rotation * ray.homogeneous() + inverse_depth * translation;
   }
-
-  double Chi2(const DepthMeasurement& s, double inverse_depth) const {
-    const Eigen::Vector3d x =
-        rotation * problem_.points[s.point].ray.homogeneous() + inverse_depth * translation;
+  double Chi2(const DepthMeasurement& s, const Eigen::Vector2d& ray, double inverse_depth) const {
+    const Eigen::Vector3d x = PointAt(ray, inverse_depth);
     if (x.z() < kNear) return kBehindChi2;
     return (s.inverse_sigma * (x.head<2>() / x.z() - s.ray)).squaredNorm();
   }
+};
 
-  Eigen::Matrix3d rotation;
-  Eigen::Vector3d translation;
+// All pairs of a problem: there are far fewer of them than measurements.
+class Pairs {
+ public:
+  Pairs(const InverseDepthProblem& problem, size_t poses) {
+    std::vector<int> index(poses * poses, -1);
+    for (const DepthMeasurement& s : problem.measurements) {
+      const int anchor = problem.points[s.point].anchor;
+      int& i = index[s.pose * poses + anchor];
+      if (i < 0) {
+        i = static_cast<int>(pairs_.size());
+        pairs_.push_back({.pose = s.pose, .anchor = anchor});
+      }
+      pair_of_.push_back(i);
+    }
+  }
+
+  void Update(const std::vector<Cam>& cams) {
+    for (Pair& p : pairs_) {
+      p.rotation = cams[p.pose].rotation * cams[p.anchor].rotation.transpose();
+      p.translation = cams[p.pose].translation - p.rotation * cams[p.anchor].translation;
+    }
+  }
+
+  size_t size() const { return pairs_.size(); }
+  const Pair& operator[](size_t i) const { return pairs_[i]; }
+  int OfMeasurement(size_t measurement) const { return pair_of_[measurement]; }
 
  private:
-  const InverseDepthProblem& problem_;
-  const std::vector<Cam>& cams_;
+  std::vector<Pair> pairs_;
+  std::vector<int> pair_of_;
 };
+
+double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
+            std::optional<double> outlier_chi2, Pairs& pairs) {
+  const std::vector<Cam> cams = CamsOf(state);
+  pairs.Update(cams);
+  const double most = outlier_chi2 ? LossOf(*outlier_chi2, problem.huber_chi2).cost
+                                   : std::numeric_limits<double>::infinity();
+  double cost = 0;
+  for (size_t i = 0; i < problem.measurements.size(); ++i) {
+    const DepthMeasurement& s = problem.measurements[i];
+    if (s.is_outlier && !outlier_chi2) continue;
+    const double chi2 = pairs[pairs.OfMeasurement(i)].Chi2(s, problem.points[s.point].ray,
+                                                           state.inverse_depths[s.point]);
+    cost += std::min(most, LossOf(chi2, problem.huber_chi2).cost);
+  }
+  for (size_t i = 0; i < problem.points.size(); ++i) {
+    const DepthPrior& p = problem.points[i];
+    const double off = (state.inverse_depths[i] - p.inverse_depth) / p.sigma;
+    cost += off * off;
+  }
+  for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
+  if (problem.length) {
+    const LengthPrior& l = *problem.length;
+    const double off = ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
+    cost += off * off;
+  }
+  return cost;
+}
 
 class Solver {
  public:
-  Solver(const InverseDepthProblem& problem, const SchurOptions& options)
-      : problem_(problem), options_(options), system_(problem.free_poses) {}
+  Solver(const InverseDepthProblem& problem, size_t poses)
+      : problem_(problem), pairs_(problem, poses), system_(problem.free_poses) {}
 
-  double Cost(const InverseDepthState& state) const { return CostOf(problem_, state); }
+  double Cost(const InverseDepthState& state) {
+    return oaslam::Cost(problem_, state, std::nullopt, pairs_);
+  }
 
   void Linearize(const InverseDepthState& state) {
     const std::vector<Cam> cams = CamsOf(state);
@@ -115,8 +168,15 @@ class Solver {
     }
   };
 
+  // The sums over the measurements of a pair, by a step of its image.
+  struct PairBlock {
+    Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
+    Vector6 gradient = Vector6::Zero();
+  };
+
   void LinearizePoints(const InverseDepthState& state, const std::vector<Cam>& cams) {
-    Relative relative(problem_, cams);
+    pairs_.Update(cams);
+    std::vector<PairBlock> blocks(pairs_.size());
     size_t next = 0;
     for (size_t point = 0; point < problem_.points.size(); ++point) {
       const DepthPrior& p = problem_.points[point];
@@ -129,9 +189,8 @@ class Solver {
            ++next) {
         const DepthMeasurement& s = problem_.measurements[next];
         if (s.is_outlier) continue;
-        relative.Set(s);
-        const Eigen::Vector3d direction = relative.rotation * p.ray.homogeneous(),
-                              x = direction + rho * relative.translation;
+        const Pair& pair = pairs_[pairs_.OfMeasurement(next)];
+        const Eigen::Vector3d x = pair.PointAt(p.ray, rho);
         if (x.z() < kNear) continue;
         const double inverse_z = 1 / x.z();
         const Eigen::Vector2d projected = x.head<2>() * inverse_z,
@@ -140,38 +199,57 @@ class Solver {
         Matrix23 by_x;
         by_x << inverse_z, 0, -projected.x() * inverse_z, 0, inverse_z, -projected.y() * inverse_z;
         by_x *= s.inverse_sigma;
-        const Eigen::Vector2d by_rho = by_x * relative.translation;
+        const Eigen::Vector2d by_rho = by_x * pair.translation;
         hessian += weight * by_rho.squaredNorm();
         gradient += weight * by_rho.dot(residual);
-        Matrix26 by_pose, by_anchor;
         const bool is_free = s.pose < problem_.free_poses;
-        if (is_free) {
-          by_pose << rho * by_x, -by_x * Skew(x);
-          cross.Of(s.pose) += weight * by_pose.transpose() * by_rho;
-          system_.Hessian(s.pose, s.pose).noalias() += weight * by_pose.transpose() * by_pose;
-          system_.Gradient(s.pose).noalias() += weight * by_pose.transpose() * residual;
-        }
-        if (anchor_free) {
-          // A step of the anchor moves the point in its frame by the inverse step.
-          const Matrix23 by_anchor_point = by_x * relative.rotation;
-          by_anchor << -rho * by_anchor_point, by_anchor_point * Skew(p.ray.homogeneous());
-          cross.Of(p.anchor) += weight * by_anchor.transpose() * by_rho;
-          system_.Hessian(p.anchor, p.anchor).noalias() +=
-              weight * by_anchor.transpose() * by_anchor;
-          system_.Gradient(p.anchor).noalias() += weight * by_anchor.transpose() * residual;
-        }
-        if (is_free && anchor_free) {
-          if (s.pose > p.anchor)
-            system_.Hessian(s.pose, p.anchor).noalias() += weight * by_pose.transpose() * by_anchor;
-          else
-            system_.Hessian(p.anchor, s.pose).noalias() += weight * by_anchor.transpose() * by_pose;
-        }
+        if (!is_free && !anchor_free) continue;
+        Matrix26 by_pose;
+        by_pose << rho * by_x, -by_x * Skew(x);
+        const Vector6 cross_of_pose = weight * by_pose.transpose() * by_rho;
+        PairBlock& block = blocks[pairs_.OfMeasurement(next)];
+        block.hessian.noalias() += (weight * by_pose).transpose() * by_pose;
+        block.gradient.noalias() += weight * by_pose.transpose() * residual;
+        if (is_free) cross.Of(s.pose) += cross_of_pose;
+        if (anchor_free) cross.Of(p.anchor) += OfAnchor(pair, cross_of_pose);
       }
       for (int i = 0; i < cross.count; ++i) system_.AddCross(cross.pose[i], cross.block[i]);
       system_.AddLandmark(Eigen::Matrix<double, 1, 1>(hessian),
                           Eigen::Matrix<double, 1, 1>(gradient));
       variances_.push_back(1 / hessian);
     }
+    for (size_t i = 0; i < blocks.size(); ++i) AddPair(pairs_[i], blocks[i]);
+  }
+
+  // A step of the anchor moves points as the opposite step of the image does, in the frame of the
+  // image: by the adjoint of the relative pose (Barfoot 2017, 7.1.4). From a derivative by the
+  // step of the image, that by the step of the anchor.
+  static Vector6 OfAnchor(const Pair& pair, const Vector6& by_image) {
+    const Eigen::Vector3d v = by_image.head<3>(), w = by_image.tail<3>();
+    Vector6 by_anchor;
+    by_anchor << -(pair.rotation.transpose() * v),
+        pair.rotation.transpose() * (pair.translation.cross(v) - w);
+    return by_anchor;
+  }
+
+  void AddPair(const Pair& pair, const PairBlock& block) {
+    const bool is_free = pair.pose < problem_.free_poses,
+               anchor_free = pair.anchor < problem_.free_poses;
+    if (is_free) {
+      system_.Hessian(pair.pose, pair.pose) += block.hessian;
+      system_.Gradient(pair.pose) += block.gradient;
+    }
+    if (!anchor_free) return;
+    Eigen::Matrix<double, 6, 6> cross, anchor;  // anchor by image, anchor by anchor
+    for (int i = 0; i < 6; ++i) cross.col(i) = OfAnchor(pair, block.hessian.col(i));
+    for (int i = 0; i < 6; ++i) anchor.col(i) = OfAnchor(pair, cross.row(i).transpose());
+    system_.Hessian(pair.anchor, pair.anchor) += anchor;
+    system_.Gradient(pair.anchor) += OfAnchor(pair, block.gradient);
+    if (!is_free) return;
+    if (pair.pose > pair.anchor)
+      system_.Hessian(pair.pose, pair.anchor) += cross.transpose();
+    else
+      system_.Hessian(pair.anchor, pair.pose) += cross;
   }
 
   // Adds a residual of the camera centres, each of which moves by -R^T v under a step v.
@@ -213,7 +291,7 @@ class Solver {
   }
 
   const InverseDepthProblem& problem_;
-  SchurOptions options_;
+  Pairs pairs_;
   SchurSystem<1> system_;
   std::vector<double> variances_;
 };
@@ -222,34 +300,14 @@ class Solver {
 
 double CostOf(const InverseDepthProblem& problem, const InverseDepthState& state,
               std::optional<double> outlier_chi2) {
-  const std::vector<Cam> cams = CamsOf(state);
-  Relative relative(problem, cams);
-  double cost = 0;
-  for (const DepthMeasurement& s : problem.measurements) {
-    if (s.is_outlier && !outlier_chi2) continue;
-    relative.Set(s);
-    const double loss =
-        LossOf(relative.Chi2(s, state.inverse_depths[s.point]), problem.huber_chi2).cost;
-    cost += outlier_chi2 ? std::min(loss, LossOf(*outlier_chi2, problem.huber_chi2).cost) : loss;
-  }
-  for (size_t i = 0; i < problem.points.size(); ++i) {
-    const DepthPrior& p = problem.points[i];
-    const double off = (state.inverse_depths[i] - p.inverse_depth) / p.sigma;
-    cost += off * off;
-  }
-  for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
-  if (problem.length) {
-    const LengthPrior& l = *problem.length;
-    const double off = ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
-    cost += off * off;
-  }
-  return cost;
+  Pairs pairs(problem, state.poses.size());
+  return Cost(problem, state, outlier_chi2, pairs);
 }
 
 void SearchDepths(std::span<const double> candidates, const std::vector<char>& is_searched,
                   const InverseDepthProblem& problem, InverseDepthState& state) {
-  const std::vector<Cam> cams = CamsOf(state);
-  Relative relative(problem, cams);
+  Pairs pairs(problem, state.poses.size());
+  pairs.Update(CamsOf(state));
   std::vector<double> costs(candidates.size());
   size_t next = 0;
   for (size_t point = 0; point < problem.points.size(); ++point) {
@@ -259,9 +317,10 @@ void SearchDepths(std::span<const double> candidates, const std::vector<char>& i
          ++next) {
       if (!is_searched[point]) continue;
       const DepthMeasurement& s = problem.measurements[next];
-      relative.Set(s);
+      const Pair& pair = pairs[pairs.OfMeasurement(next)];
       for (size_t i = 0; i < candidates.size(); ++i)
-        costs[i] += LossOf(relative.Chi2(s, candidates[i]), problem.huber_chi2).cost;
+        costs[i] +=
+            LossOf(pair.Chi2(s, problem.points[point].ray, candidates[i]), problem.huber_chi2).cost;
     }
     if (is_searched[point])
       state.inverse_depths[point] = candidates[std::ranges::min_element(costs) - costs.begin()];
@@ -272,9 +331,9 @@ InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
                                          const SchurOptions& options, InverseDepthState& state) {
   InverseDepthReport report;
   if (problem.measurements.empty() || problem.free_poses == 0) return report;
-  Solver solver(problem, options);
+  Solver solver(problem, state.poses.size());
   report.solver = MinimizeBySchur(solver, options, state);
-  report.cost = CostOf(problem, state);
+  report.cost = solver.Cost(state);
   report.information = solver.Information();
   report.variances = solver.TakeVariances();
   return report;
