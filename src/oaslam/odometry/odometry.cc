@@ -60,9 +60,13 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
       EstimateBeginning(estimate);
     else
       EstimatePose(predicted, estimate);
+    // A wrong minimum shows itself by points that do not fit.
+    constexpr double kDoubtful = 0.95;  // share of inliers: two images of a hundred have fewer
+    if (!is_beginning_ && estimate.inliers < kDoubtful * estimate.tracked) is_doubtful_ = true;
     estimate.is_keyframe = NeedsKeyframe(estimate);
     if (estimate.is_keyframe) {
-      if (estimate.state == OdometryState::kTracking) {
+      if (is_doubtful_ && estimate.state == OdometryState::kTracking) {
+        is_doubtful_ = false;
         estimate.was_restarted = RestartWindow(window_options_, rng_, window_).is_changed;
         if (estimate.was_restarted) {
           FlagOutliers(window_options_, window_);
@@ -275,9 +279,8 @@ void Odometry::MakeKeyframe() {
   for (const WindowImage& image : window_.images) free += image.is_keyframe && !image.is_held;
   if (is_beginning_) {
     if (free + 1 > options_.max_beginning) {
-      window_.Remove(window_.images.front().id);
-      const auto next = std::ranges::find_if(window_.images, &WindowImage::is_keyframe);
-      while (&window_.images.front() != &*next) window_.Remove(window_.images.front().id);
+      do window_.Remove(window_.images.front().id);
+      while (!window_.images.front().is_keyframe);
       window_.images.front().is_held = true;
     }
   } else {

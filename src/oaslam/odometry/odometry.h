@@ -80,6 +80,7 @@ class Odometry {
   Window window_;
   bool is_beginning_ = true;
   bool keyframe_is_due_ = false;
+  bool is_doubtful_ = false;  // points did not fit since the window was last looked through
   GreyPyramid last_, keyframe_, present_;
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given

@@ -1,0 +1,43 @@
+"""oaslam odometry: the motion of the camera without a map."""
+import numpy as np
+
+from harness import SAMPLE, InFolder, groundtruth, distances, must_run, oaslam, pairs, read_bytes, read_csv, read_tum, rmse, similarity
+
+VIDEO, CAMERA = f"{SAMPLE}/map_front/video.mp4", f"{SAMPLE}/map_front/camera.yaml"
+
+
+class TestOdometry(InFolder):
+    @classmethod
+    def prepare(cls):
+        must_run("odometry", VIDEO, "--camera", CAMERA, "--to", "150", "--out", cls.path("poses.txt"), "--report", cls.path("report.csv"))
+
+    def test_every_image_has_a_pose(self):
+        poses = read_tum(self.path("poses.txt"))
+        assert len(poses) == 150
+        matched = pairs(poses, read_tum(groundtruth("map_front")))
+        begun = matched[sum(row["state"] == "preliminary" for row in read_csv(self.path("report.csv"))):]
+        # The way is .7 m.
+        assert rmse(distances(begun, similarity(begun))) < 0.005
+
+    def test_the_report_has_a_row_for_each_image(self):
+        rows = read_csv(self.path("report.csv"))
+        assert len(rows) == 150
+        states = [row["state"] for row in rows]
+        assert states == sorted(states), "preliminary first, then tracking"
+        assert states[-1] == "tracking"
+        for row in rows[1:]:
+            assert int(row["inliers"]) <= int(row["tracked"]) and int(row["tracked"]) > 100, row
+        assert 0 < np.median([float(row["sigma_position"]) for row in rows if row["state"] == "tracking"]) < 0.05
+
+    def test_it_repeats_exactly(self):
+        must_run("odometry", VIDEO, "--camera", CAMERA, "--to", "150", "--out", self.path("again.txt"))
+        assert read_bytes(self.path("again.txt")) == read_bytes(self.path("poses.txt"))
+
+    def test_bad_input(self):
+        missing = self.path("missing.mp4")
+        for arguments, message in (([missing, "--camera", CAMERA], "missing.mp4"), ([VIDEO, "--camera", self.path("none.yaml")], "none.yaml"),
+                                   ([VIDEO, "--camera", "fov:400"], "fov")):
+            done = oaslam("odometry", *arguments, "--to", "5", "--out", self.path("no.txt"))
+            assert done.code == 1, done
+            assert message in done.err
+            assert done.err.count("\n") == 1, done
