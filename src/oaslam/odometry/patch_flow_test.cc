@@ -129,7 +129,8 @@ TEST(PointFlow, PointsWithBadGuessesFollowTheirNeighbours) {
   int right = 0;
   for (size_t i = 0; i < points.size(); ++i)
     right += places[i] && (*places[i] - points[i].px - Eigen::Vector2f(6, 0)).norm() < 0.1;
-  EXPECT_GT(right, 0.8 * static_cast<double>(points.size()));  // half of them, without their neighbours
+  EXPECT_GT(right,
+            0.8 * static_cast<double>(points.size()));  // half of them, without their neighbours
 }
 
 TEST(Corners, StandInEachCellAndApartFromEachOther) {
