@@ -20,10 +20,6 @@ using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Points nearer than this, times their inverse depth, have no image. Larger than kMinDepth: the
-// nearest things are some tenths of the median depth away, which is about 1.
-constexpr double kNear = 0.02;
-
 struct Cam {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d translation, center;
@@ -54,7 +50,7 @@ struct Pair {
   }
   double Chi2(const DepthMeasurement& s, const Eigen::Vector2d& ray, double inverse_depth) const {
     const Eigen::Vector3d x = PointAt(ray, inverse_depth);
-    if (x.z() < kNear) return kBehindChi2;
+    if (x.z() < kNearest) return kBehindChi2;
     return (s.inverse_sigma * (x.head<2>() / x.z() - s.ray)).squaredNorm();
   }
 };
@@ -191,7 +187,7 @@ class Solver {
         if (s.is_outlier) continue;
         const Pair& pair = pairs_[pairs_.OfMeasurement(next)];
         const Eigen::Vector3d x = pair.PointAt(p.ray, rho);
-        if (x.z() < kNear) continue;
+        if (x.z() < kNearest) continue;
         const double inverse_z = 1 / x.z();
         const Eigen::Vector2d projected = x.head<2>() * inverse_z,
                               residual = s.inverse_sigma * (projected - s.ray);

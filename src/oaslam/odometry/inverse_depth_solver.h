@@ -58,6 +58,10 @@ struct InverseDepthState {
   std::vector<double> inverse_depths;
 };
 
+// A point whose depth, times its inverse depth in the anchor, is less than this has no image: the
+// nearest things are some tenths of the depth in the anchor away.
+inline constexpr double kNearest = 0.02;
+
 // A point in the frame of another image, times its inverse depth.
 inline Eigen::Vector3d ScaledPoint(const Rigid3& to_from_anchor, const Eigen::Vector2d& ray,
                                    double inverse_depth) {

@@ -119,11 +119,10 @@ Eigen::Vector2d Odometry::RayAt(const Eigen::Vector2f& px) const {
 
 std::optional<Eigen::Vector2f> Odometry::PxOf(const Rigid3& cam_from_odom,
                                               const WindowPoint& point) const {
-  constexpr double kNear = 0.02;  // as in InverseDepthSolver
   const Eigen::Vector3d x =
       ScaledPoint(cam_from_odom * window_.Image(point.anchor).cam_from_odom.Inverse(), point.ray,
                   point.inverse_depth);
-  if (x.z() < kNear) return std::nullopt;
+  if (x.z() < kNearest) return std::nullopt;
   return Distort(camera_, ProjectIdeal(camera_, x)).cast<float>();
 }
 

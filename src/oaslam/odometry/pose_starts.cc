@@ -21,9 +21,6 @@ double AngleBetween(const Rigid3& a, const Rigid3& b) {
   return Eigen::AngleAxisd(Eigen::Quaterniond(a.rotation * b.rotation.conjugate())).angle();
 }
 
-// As in InverseDepthSolver: nearer points have no image.
-constexpr double kNear = 0.02;
-
 }  // namespace
 
 Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
@@ -63,7 +60,7 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
     for (const PosePoint& p : points) {
       const Eigen::Vector3d by_depth = rotation * p.anchor_center + pose.translation;
       const Eigen::Vector3d x = rotation * p.direction + p.inverse_depth * by_depth;
-      if (x.z() < kNear) continue;
+      if (x.z() < kNearest) continue;
       const double inverse_z = 1 / x.z();
       const Eigen::Vector2d projected = x.head<2>() * inverse_z, residual = projected - p.ray;
       Eigen::Matrix<double, 2, 3> by_x;
