@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/two_view_models.h"
@@ -14,7 +13,6 @@
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kLeastMatches = 30;               // of the first image in the newest
 constexpr double kSameDirection = 8 * kDegree;  // of translation: the same minimum
 constexpr int kPolished = 4;                    // of the distinct motions

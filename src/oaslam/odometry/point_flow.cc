@@ -37,8 +37,9 @@ std::optional<Eigen::Vector2f> MotionNear(const Eigen::Vector2f& px,
 void FollowLostOnes(std::span<const PointToFollow> points, const GreyPyramid& last,
                     const GreyPyramid& next, Places& places) {
   constexpr double kManyLost = 0.3;  // share: fewer left the view or were hidden
-  constexpr std::ptrdiff_t kLeastLost = 15;
-  const auto lost = std::ranges::count_if(places, [](const auto& p) { return !p; });
+  constexpr double kLeastLost = 15;
+  const auto lost =
+      static_cast<double>(std::ranges::count_if(places, [](const auto& p) { return !p; }));
   if (lost < kLeastLost || lost < kManyLost * static_cast<double>(points.size())) return;
   const FlowOptions options{.levels = 3};  // the guess is good to some pixels
   Places found(points.size());

@@ -6,7 +6,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/geometry/pose_step.h"
@@ -14,8 +13,6 @@
 
 namespace oaslam {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 double AngleBetween(const Rigid3& a, const Rigid3& b) {
   return Eigen::AngleAxisd(Eigen::Quaterniond(a.rotation * b.rotation.conjugate())).angle();

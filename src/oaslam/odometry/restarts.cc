@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "oaslam/estimation/two_view_models.h"
 #include "oaslam/geometry/pose_step.h"
@@ -13,7 +12,6 @@
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeastGain = 15;  // squared sigmas: above what rounding and iterations leave open
 constexpr int kIterations = 10;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -8,6 +9,8 @@
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
+
+inline constexpr double kDegree = std::numbers::pi / 180;  // in rad
 
 // An image whose pose the odometry still uses.
 struct WindowImage {
