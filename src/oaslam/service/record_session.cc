@@ -146,7 +146,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
 }
 
 StreamStep Recording::Command(const nlohmann::json& message) {
-  const std::string& type = JsonInput(message, "message")["type"].Text();
+  const std::string type = JsonInput(message, "message")["type"].Text();
   if (type != "finish")
     throw InputError(fmt::format("message: type \"{}\", allowed: finish", type));
   return Save();

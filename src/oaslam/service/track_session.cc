@@ -88,7 +88,7 @@ StreamStep Tracking::Told(const AnchorOutcome& outcome) {
 
 StreamStep Tracking::Command(const nlohmann::json& message) {
   const JsonInput json(message, "message");
-  const std::string& type = json["type"].Text();
+  const std::string type = json["type"].Text();
   if (!may_write_) throw InputError("you may not edit this map: the token is for reading");
   if (type == "place") {
     AnchorRequest request;
@@ -102,7 +102,7 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
   }
   if (type != "anchor")
     throw InputError(fmt::format("message: type \"{}\", allowed: place, anchor", type));
-  const std::string& name = json["name"].Text();
+  const std::string name = json["name"].Text();
   const auto remove = json.Find("remove");
   if (remove && remove->Boolean()) return Told(RemoveAnchor(*state_, *map_, name));
   AnchorEdit edit;
