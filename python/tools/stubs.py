@@ -121,7 +121,7 @@ def lines_of_class(path, type_):
             members += lines_of_property(f"{path}.{member}", member, value)
         elif isinstance(value, staticmethod):
             members += ["@staticmethod", f"def {member}{signature(getattr(type_, member))}: ..."]
-        elif callable(value) and (not member.startswith("__") or member in ("__init__", "__iter__", "__next__")) and not is_abstract(value):
+        elif callable(value) and (not member.startswith("_") or member in ("__init__", "__iter__", "__next__")) and not is_abstract(value):
             members.append(f"def {member}{signature(value)}: ...")
     yield from ("    " + line for line in (members or ["..."]))
 

@@ -19,7 +19,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-std::string Pgm(char level) { return "P5\n4 4\n255\n" + std::string(16, level); }
+std::string Pgm(char level) { return std::string("P5\n4 4\n255\n").append(16, level); }
 
 ImageSourceOptions Following(double quiet_s = 0, std::function<bool()> stopped = {}) {
   ImageSourceOptions options;
