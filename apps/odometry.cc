@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <filesystem>
+#include <exception>
 #include <fstream>
-#include <opencv2/imgproc.hpp>
 
+#include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
-#include "oaslam/camera_file.h"
+#include "frame_inputs.h"
 #include "oaslam/error.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/stopwatch.h"
@@ -48,57 +48,57 @@ class Report {
   std::ofstream file_;
 };
 
+struct Tracked {
+  std::vector<StampedPose> trajectory;
+  int images = 0;
+  double ms = 0;
+};
+
+void TrackAll(FrameInputs& inputs, uint64_t seed, bool quiet, Report& report, Tracked& tracked) {
+  ProgressBar progress(inputs.size(), quiet);
+  const Camera& camera = inputs.camera();
+  Odometry odometry(camera, OdometryOptions{}, seed);
+  while (!Interrupted()) {
+    const std::optional<FrameInput> frame = inputs.Next();
+    if (!frame) break;
+    const cv::Mat& grey = frame->input.image;
+    const double timestamp = frame->input.timestamp;
+    if (grey.cols != camera.width || grey.rows != camera.height)
+      throw InputError(fmt::format("image {} ({}) has {}x{} pixels, expected {}x{}", frame->index,
+                                   frame->name, grey.cols, grey.rows, camera.width, camera.height));
+    const Stopwatch watch;
+    const OdometryEstimate estimate = odometry.Process(
+        {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows}, timestamp);
+    const double ms = watch.WallMs();
+    tracked.ms += ms;
+    ++tracked.images;
+    report.Add(timestamp, estimate, ms);
+    if (estimate.state != OdometryState::kBlind)
+      tracked.trajectory.push_back({timestamp, estimate.cam_from_odom.Inverse()});
+    progress.Update(tracked.images, ToString(estimate.state));
+  }
+  progress.Finish();
+}
+
 int RunOdometry(const OdometryCommandOptions& options) {
+  if (IsAutoCamera(options.camera))
+    throw InputError("odometry: --camera auto: a calibration file or fov:DEGREES is needed");
   const OutputFolder folder = FolderOfOutputFile(options.out);
   Report report(options.report);
   InstallInterruptHandler();
-  const auto source = OpenImages(options.images, FrameRange(options.common));
-  ProgressBar progress(source->size(), options.common.quiet);
-  std::optional<Odometry> odometry;
-  Camera camera;
-  std::vector<StampedPose> trajectory;
-  std::optional<double> last_timestamp;
-  int images = 0;
-  double ms = 0;
-  while (!Interrupted()) {
-    const std::optional<InputImage> input = source->Next();
-    if (!input) break;
-    if (input->image.empty()) {
-      spdlog::warn("image {} ({}) cannot be read, skipped", input->index, input->name);
-      continue;
-    }
-    if (last_timestamp && !(input->timestamp > *last_timestamp)) {
-      spdlog::warn("image {} ({}): its time stamp is not after the one before, skipped",
-                   input->index, input->name);
-      continue;
-    }
-    last_timestamp = input->timestamp;
-    cv::Mat grey = input->image;
-    if (grey.channels() == 3) cv::cvtColor(input->image, grey, cv::COLOR_BGR2GRAY);
-    if (!odometry) {
-      camera = LoadCamera(options.camera, grey.size());
-      odometry.emplace(camera, OdometryOptions{}, options.seed);
-    }
-    if (grey.cols != camera.width || grey.rows != camera.height)
-      throw InputError(fmt::format("image {} ({}) has {}x{} pixels, expected {}x{}", input->index,
-                                   input->name, grey.cols, grey.rows, camera.width, camera.height));
-    const Stopwatch watch;
-    const OdometryEstimate estimate =
-        odometry->Process({grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows},
-                          input->timestamp);
-    ms += watch.WallMs();
-    report.Add(input->timestamp, estimate, watch.WallMs());
-    ++images;
-    if (estimate.state != OdometryState::kBlind)
-      trajectory.push_back({input->timestamp, estimate.cam_from_odom.Inverse()});
-    progress.Update(images, ToString(estimate.state));
+  FrameInputs inputs({options.images, options.camera, {}}, SideInputs("", "", {}), options.common);
+  Tracked tracked;
+  std::exception_ptr failure;
+  try {
+    TrackAll(inputs, options.seed, options.common.quiet, report, tracked);
+  } catch (const std::exception&) {
+    failure = std::current_exception();  // rethrown after the results are saved
   }
-  progress.Finish();
-  if (images == 0) throw InputError(options.images + ": no image could be read");
-  SaveTrajectory(options.out, trajectory);
+  SaveTrajectory(options.out, tracked.trajectory);
+  if (failure) std::rethrow_exception(failure);
   spdlog::info("{}{} of {} images with a pose, {:.1f} ms an image -> {}",
-               Interrupted() ? "interrupted: " : "", trajectory.size(), images, ms / images,
-               options.out);
+               Interrupted() ? "interrupted: " : "", tracked.trajectory.size(), tracked.images,
+               tracked.images > 0 ? tracked.ms / tracked.images : 0.0, options.out);
   return Interrupted() ? 130 : 0;
 }
 

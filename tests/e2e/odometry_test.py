@@ -36,7 +36,8 @@ class TestOdometry(InFolder):
     def test_bad_input(self):
         missing = self.path("missing.mp4")
         for arguments, message in (([missing, "--camera", CAMERA], "missing.mp4"), ([VIDEO, "--camera", self.path("none.yaml")], "none.yaml"),
-                                   ([VIDEO, "--camera", "fov:400"], "fov")):
+                                   ([VIDEO, "--camera", "fov:400"], "fov"),
+                                   ([VIDEO, "--camera", "auto"], "--camera auto")):
             done = oaslam("odometry", *arguments, "--to", "5", "--out", self.path("no.txt"))
             assert done.code == 1, done
             assert message in done.err

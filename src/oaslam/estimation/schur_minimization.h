@@ -20,6 +20,7 @@ struct SchurReport {
   // state is then as good as before or better.
   bool success = false;
   int iterations = 0;
+  double cost = 0;  // of the state at the end
 };
 
 // The Levenberg-Marquardt loop of the solvers by Schur complement. A Solver has Cost(state),
@@ -28,7 +29,9 @@ template <typename Solver, typename State>
 SchurReport MinimizeBySchur(Solver& solver, const SchurOptions& options, State& state) {
   constexpr double kMaxDamping = 1e6;  // relative to the diagonal: steps of nothing
   SchurReport report;
-  double cost = solver.Cost(state), damping = 1e-4;
+  double& cost = report.cost;
+  cost = solver.Cost(state);
+  double damping = 1e-4;
   bool is_new = true, was_solved = false;
   while (report.iterations < options.max_iterations && damping < kMaxDamping) {
     if (options.stop.stop_requested()) return report;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "oaslam/estimation/huber.h"
+#include "oaslam/estimation/two_view.h"
 #include "oaslam/estimation/two_view_models.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/median.h"
@@ -49,14 +50,15 @@ struct Motion {
 
 std::vector<Motion> MotionsToTry(const RayMatches& matches, const Rigid3& newest_from_first,
                                  Rng& rng) {
-  constexpr int kEssentialSamples = 300, kHomographySamples = 150;  // as in TwoViewOptions
+  const TwoViewOptions samples;
   std::vector<Motion> motions;
   const auto add = [&](const std::vector<Rigid3>& found) {
     for (const Rigid3& m : found)
       motions.push_back({m.rotation.conjugate(), m.OriginInSource().normalized()});
   };
-  add(MotionsOfEssential(FitEssential(matches, kEssentialSamples, rng).matrix));
-  add(MotionsOfHomography(FitHomography(matches, kHomographySamples, rng).matrix, matches));
+  add(MotionsOfEssential(FitEssential(matches, samples.essential_iterations, rng).matrix));
+  add(MotionsOfHomography(FitHomography(matches, samples.homography_iterations, rng).matrix,
+                          matches));
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z)
@@ -112,12 +114,9 @@ class Beginner {
   }
 
   void Improve(int iterations, Solution& s) const {
-    s.cost = MinimizeInverseDepths(made_.problem,
-                                   {.max_iterations = iterations,
-                                    .tolerance = 1e-4,
-                                    .huber_chi2 = made_.problem.huber_chi2},
+    s.cost = MinimizeInverseDepths(made_.problem, {.max_iterations = iterations, .tolerance = 1e-4},
                                    s.state)
-                 .cost;
+                 .solver.cost;
     s.direction = (s.state.poses[first_] * s.state.poses[newest_].OriginInSource()).normalized();
   }
 
@@ -138,8 +137,8 @@ class Beginner {
   Window Made(Solution s) const {
     Window made = window_;
     // A last step from the minimum gives the variances there.
-    const InverseDepthReport report = MinimizeInverseDepths(
-        made_.problem, {.max_iterations = 1, .huber_chi2 = made_.problem.huber_chi2}, s.state);
+    const InverseDepthReport report =
+        MinimizeInverseDepths(made_.problem, {.max_iterations = 1}, s.state);
     made_.Apply(s.state, made);
     std::vector<double> known;
     for (size_t k = 0; k < made_.points.size(); ++k) {
@@ -209,10 +208,10 @@ Beginning BeginMotion(const Window& window, const WindowOptions& options,
     return s.direction.dot(best.direction) < std::cos(kSameDirection);
   });
   const double unit = beginner.Unit(best);
-  result.gap = rival == distinct.end() ? std::numeric_limits<double>::infinity()
-                                       : (rival->cost - best.cost) / unit;
+  const double gap = rival == distinct.end() ? std::numeric_limits<double>::infinity()
+                                             : (rival->cost - best.cost) / unit;
   result.is_tried = true;
-  result.is_decided = (result.gap > beginning.least_gap && unit < beginning.max_unit &&
+  result.is_decided = (gap > beginning.least_gap && unit < beginning.max_unit &&
                        beginner.ShareBehind(best) < beginning.max_behind) ||
                       elapsed > beginning.longest_s;
   result.window = beginner.Made(best);

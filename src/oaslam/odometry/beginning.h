@@ -5,11 +5,12 @@
 
 namespace oaslam {
 
+// The prototype's values; of other ones nothing was measured.
 struct BeginningOptions {
   double least_parallax_px = 12;  // median, of the tracked image at 640 px; less hides the motion
   double late_s = 1;              // after that, a third of it must do
   // How much worse the next distinct motion must explain the images, in units of the mean squared
-  // error of the best one: sums of squares differ by tens by chance.
+  // error of the best one.
   double least_gap = 40;
   double max_behind = 0.08;  // share of points at infinity or beyond it
   double max_unit = 6;       // mean squared error, in squared sigmas
@@ -20,7 +21,6 @@ struct Beginning {
   Window window;            // with the best motion; in it the median depth is 1
   bool is_tried = false;    // false: there is too little parallax, and `window` is as given
   bool is_decided = false;  // no other motion explains the images nearly as well
-  double gap = 0;           // as in BeginningOptions
 };
 
 // The motion of the first images: those of the essential matrix and of the homography, and fourteen

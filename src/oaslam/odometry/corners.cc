@@ -9,7 +9,8 @@ namespace {
 
 constexpr int kMargin = 6;  // px at the edge of the image, where patches would mostly be mirrored
 constexpr int kHalfBlock = 2;  // the derivatives of 5 x 5 pixels are summed
-// Least weaker eigenvalue of that sum, in squared grey levels per px: the noise of a good camera.
+// Least weaker eigenvalue of that sum, in squared grey levels per px, so that noise alone is no
+// corner; not measured.
 constexpr float kLeastStrength = 8;
 
 struct Area {

@@ -57,6 +57,11 @@ GreyPyramid::GreyPyramid(const GreyImage& image, int levels) {
   }
 }
 
+void GreyPyramid::DropLowest(int count) {
+  OASLAM_CHECK(count < levels());
+  levels_.erase(levels_.begin(), levels_.begin() + count);
+}
+
 GreyImage GreyPyramid::level(int i) const {
   const Level& l = levels_[i];
   return {l.Row(0), l.step(), l.width, l.height};

@@ -20,6 +20,8 @@ class GreyPyramid {
 
   int levels() const { return static_cast<int>(levels_.size()); }
   GreyImage level(int i) const;
+  // So many levels go, from the lowest on; at least one stays.
+  void DropLowest(int count);
 
  private:
   struct Level {

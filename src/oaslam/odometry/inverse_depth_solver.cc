@@ -324,13 +324,13 @@ void SearchDepths(std::span<const double> candidates, const std::vector<char>& i
 }
 
 InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
-                                         const SchurOptions& options, InverseDepthState& state) {
+                                         const SchurOptions& options, InverseDepthState& state,
+                                         bool with_information) {
   InverseDepthReport report;
   if (problem.measurements.empty() || problem.free_poses == 0) return report;
   Solver solver(problem, state.poses.size());
   report.solver = MinimizeBySchur(solver, options, state);
-  report.cost = solver.Cost(state);
-  report.information = solver.Information();
+  if (with_information) report.information = solver.Information();
   report.variances = solver.TakeVariances();
   return report;
 }

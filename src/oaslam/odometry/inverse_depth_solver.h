@@ -83,15 +83,16 @@ void SearchDepths(std::span<const double> candidates, const std::vector<char>& i
 
 struct InverseDepthReport {
   SchurReport solver;
-  double cost = 0;
   std::vector<double> variances;  // of each inverse depth, the poses being right
   // Of the free poses, the points eliminated: the normal equations at the last linearisation, in
-  // the order of PoseVector.
+  // the order of PoseVector. Empty unless it was asked for.
   Eigen::MatrixXd information;
 };
 
-// Levenberg-Marquardt on the Schur complement of the inverse depths.
+// Levenberg-Marquardt on the Schur complement of the inverse depths. Huber's threshold is that of
+// the problem.
 InverseDepthReport MinimizeInverseDepths(const InverseDepthProblem& problem,
-                                         const SchurOptions& options, InverseDepthState& state);
+                                         const SchurOptions& options, InverseDepthState& state,
+                                         bool with_information = false);
 
 }  // namespace oaslam

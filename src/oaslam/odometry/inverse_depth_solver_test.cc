@@ -79,7 +79,7 @@ TEST(InverseDepthSolver, FindsTheTruthOfExactMeasurements) {
   InverseDepthState state = scene.Disturbed();
   const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state);
   EXPECT_TRUE(report.solver.success);
-  EXPECT_LT(report.cost, 1e-6);
+  EXPECT_LT(report.solver.cost, 1e-6);
   EXPECT_LT(scene.WorstCenter(state), 1e-5);
   for (size_t i = 0; i < state.inverse_depths.size(); ++i)
     EXPECT_NEAR(state.inverse_depths[i], scene.truth.inverse_depths[i], 1e-5);
@@ -113,7 +113,7 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
 TEST(InverseDepthSolver, PosesFollowTheirCovariance) {
   Scene scene(0.7);
   InverseDepthState state = scene.truth;
-  const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state);
+  const InverseDepthReport report = MinimizeInverseDepths(scene.problem, kThorough, state, true);
   const Eigen::MatrixXd covariance = report.information.inverse();
   double nees = 0;  // normalised estimation error squared: 6 for each pose
   Eigen::VectorXd error(6 * scene.problem.free_poses);

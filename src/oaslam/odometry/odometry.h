@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -62,7 +63,7 @@ class Odometry {
   Rigid3 Predict(double time_s) const;
   Eigen::Vector2d RayAt(const Eigen::Vector2f& px) const;
   std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_odom, const WindowPoint& point) const;
-  int Follow(const GreyPyramid& next, const Rigid3& predicted);
+  int Follow(const Rigid3& predicted);
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
   void EstimateBeginning(OdometryEstimate& estimate);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
@@ -81,7 +82,7 @@ class Odometry {
   bool is_beginning_ = true;
   bool keyframe_is_due_ = false;
   bool is_doubtful_ = false;  // points did not fit since the window was last looked through
-  GreyPyramid last_, keyframe_, present_;
+  std::shared_ptr<const GreyPyramid> last_, keyframe_, present_;
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
 };

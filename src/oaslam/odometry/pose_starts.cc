@@ -12,13 +12,6 @@
 #include "oaslam/geometry/skew.h"
 
 namespace oaslam {
-namespace {
-
-double AngleBetween(const Rigid3& a, const Rigid3& b) {
-  return Eigen::AngleAxisd(Eigen::Quaterniond(a.rotation * b.rotation.conjugate())).angle();
-}
-
-}  // namespace
 
 Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
                                 std::span<const Eigen::Vector2d> second, Eigen::Matrix3d start) {
@@ -106,7 +99,7 @@ std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOp
   std::vector<Rigid3> distinct;
   for (const Rigid3& pose : reached)
     if (std::ranges::none_of(distinct, [&](const Rigid3& other) {
-          return AngleBetween(pose, other) < kSameAngle &&
+          return pose.rotation.angularDistance(other.rotation) < kSameAngle &&
                  (pose.OriginInSource() - other.OriginInSource()).norm() < kSameStep * step;
         }))
       distinct.push_back(pose);

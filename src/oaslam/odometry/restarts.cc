@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "oaslam/estimation/two_view_models.h"
 #include "oaslam/geometry/pose_step.h"
@@ -12,10 +11,9 @@
 namespace oaslam {
 namespace {
 
-constexpr double kLeastGain = 15;  // squared sigmas: above what rounding and iterations leave open
-constexpr int kIterations = 10;
-
-double AngleOf(const Eigen::Quaterniond& rotation) { return Eigen::AngleAxisd(rotation).angle(); }
+constexpr double kLeastGain =
+    15;  // squared sigmas, so that near equals do not alternate; not measured
+constexpr int kIterations = 10;  // not measured
 
 // Where the newest image might be.
 struct Guess {
@@ -112,10 +110,7 @@ class Restarter {
   }
 
   void Improve(InverseDepthState& state) const {
-    MinimizeInverseDepths(
-        made_.problem,
-        {.max_iterations = kIterations, .tolerance = 1e-4, .huber_chi2 = made_.problem.huber_chi2},
-        state);
+    MinimizeInverseDepths(made_.problem, {.max_iterations = kIterations, .tolerance = 1e-4}, state);
   }
 
   const InverseDepthState& present() const { return present_; }
@@ -131,7 +126,7 @@ class Restarter {
 }  // namespace
 
 RestartReport RestartWindow(const WindowOptions& options, Rng& rng, Window& window) {
-  RestartReport report{.gap = std::numeric_limits<double>::infinity()};
+  RestartReport report;
   std::vector<size_t> free;
   for (size_t i = 0; i < window.images.size(); ++i)
     if (!window.images[i].is_held) free.push_back(i);
@@ -158,7 +153,7 @@ RestartReport RestartWindow(const WindowOptions& options, Rng& rng, Window& wind
     for (const Guess& guess : guesses) {
       // As near as this it ends where the window is now.
       constexpr double kSameAngle = 0.3 * kDegree, kSameStep = 0.2;
-      if (AngleOf(now.odom_from_cam.conjugate() * guess.odom_from_cam) < kSameAngle &&
+      if (now.odom_from_cam.angularDistance(guess.odom_from_cam) < kSameAngle &&
           (guess.center - now.center).norm() < kSameStep * way)
         continue;
       InverseDepthState state = restarter.Start(junction, guess);

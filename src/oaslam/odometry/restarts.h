@@ -8,8 +8,6 @@ namespace oaslam {
 struct RestartReport {
   int tried = 0;
   bool is_changed = false;
-  // How much more the next distinct solution costs, in squared sigmas; infinite without one.
-  double gap = 0;
 };
 
 // Looks for a better minimum of a window: its newest part, from the first or the middle free image

@@ -49,11 +49,12 @@ struct WindowPoint {
 };
 
 struct WindowOptions {
-  // Of a track: KLT's noise on real images, and a tenth of a pixel for each of some ten images.
+  // Of a track, its drift over some ten images included. The sigmas are the prototype's
+  // (docs/lab/odometry.md); others were not tried.
   double sigma_px = 0.7;
   double huber_sigmas = 1.5;
   double outlier_px = 3;  // four sigmas
-  // Change of velocity in a second, in median depths per second: a hand's.
+  // Change of velocity in a second, in median depths per second: of a hand.
   double velocity_sigma = 1.5;
   double focal_px = 500;  // of the tracked image
 };

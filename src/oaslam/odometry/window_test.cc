@@ -170,8 +170,7 @@ TEST(Restarts, ARightWindowStays) {
   for (int k = 0; k < 4; ++k) window.images[k].is_held = true;
   WindowProblem made = ProblemOf(window, kOptions, false);
   InverseDepthState state = made.StateOf(window);
-  MinimizeInverseDepths(made.problem, {.max_iterations = 20, .huber_chi2 = made.problem.huber_chi2},
-                        state);
+  MinimizeInverseDepths(made.problem, {.max_iterations = 20}, state);
   made.Apply(state, window);
   Rng rng(2);
   EXPECT_FALSE(RestartWindow(kOptions, rng, window).is_changed);
