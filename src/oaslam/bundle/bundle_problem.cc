@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "oaslam/bundle/box_cost.h"
+#include "oaslam/bundle/motion_cost.h"
 #include "oaslam/bundle/reprojection_cost.h"
 #include "oaslam/bundle/schur_solver.h"
 #include "oaslam/estimation/ellipsoid_fit.h"
@@ -44,6 +45,7 @@ class BundleProblem {
     for (const KeyframeId id : selection.free_keyframes)
       poses_.push_back(ToBlock(map.keyframes.At(id).cam_from_world));
     CollectObservations();
+    CollectMotions();
     is_small_ = poses_.size() <= kMaxDensePoses && selection.objects.empty();
     if (is_small_) return;
     Build();
@@ -127,6 +129,11 @@ class BundleProblem {
     bool is_active = true;
   };
 
+  struct Moved {
+    KeyframeId from, to;
+    MotionMeasurement measured;
+  };
+
   // The dense system has 360 rows there; it grows with the cube of the poses, of which few share
   // landmarks in a larger map.
   static constexpr size_t kMaxDensePoses = 60;
@@ -164,6 +171,26 @@ class BundleProblem {
     }
   }
 
+  // The motions from and to free keyframes; where one was retired, from or to its carrier.
+  void CollectMotions() {
+    std::vector<KeyframeId> ids = selection_.free_keyframes;
+    // Of the keyframes that are not selected, mostly the next one alone has come from a free one.
+    for (const KeyframeId id : selection_.free_keyframes)
+      if (const KeyframeId next(id.value + 1); map_.keyframes.Contains(next)) ids.push_back(next);
+    std::ranges::sort(ids);
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    for (const KeyframeId id : ids) {
+      const Keyframe& keyframe = map_.keyframes.At(id);
+      const auto from =
+          keyframe.motion ? map_.ResolveKeyframe(keyframe.motion->from) : std::nullopt;
+      if (!from || from->by == id || (IndexOfFree(id) < 0 && IndexOfFree(from->by) < 0)) continue;
+      motions_.push_back({from->by,
+                          id,
+                          {0, 0, keyframe.motion->cam_from_cam * from->cam_from_carrier,
+                           keyframe.motion->sigma_position, keyframe.motion->sigma_rotation}});
+    }
+  }
+
   void Build() {
     ceres::Problem::Options options;
     options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -185,6 +212,18 @@ class BundleProblem {
         problem_->AddResidualBlock(seen.fixed_cost, &loss_, point);
       }
     }
+    for (const Moved& moved : motions_) {
+      const int from = IndexOfFree(moved.from), to = IndexOfFree(moved.to);
+      const auto fixed = [&](KeyframeId id, int pose) {
+        return pose < 0 ? std::optional(map_.keyframes.At(id).cam_from_world) : std::nullopt;
+      };
+      std::vector<double*> blocks;
+      for (const int pose : {from, to})
+        if (pose >= 0) blocks.push_back(poses_[pose].data());
+      problem_->AddResidualBlock(
+          &motion_costs_.emplace_back(moved.measured, fixed(moved.from, from), fixed(moved.to, to)),
+          &motion_loss_, blocks);
+    }
   }
 
   bool SolveSmall(int max_iterations, const BundleEffort& effort) {
@@ -199,6 +238,7 @@ class BundleProblem {
       state.poses.push_back(keyframe.cam_from_world);
       state.cameras.push_back(&map_.cameras[keyframe.camera]);
     }
+    const std::vector<MotionMeasurement> motions = Motions(state);
     state.points = points_;
     std::vector<PointMeasurement> measurements;
     measurements.reserve(observations_.size());
@@ -212,12 +252,29 @@ class BundleProblem {
     }
     const SchurReport report = MinimizeReprojection(
         measurements, static_cast<int>(poses_.size()),
-        {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state);
+        {max_iterations, effort.tolerance, is_robust_ ? kChi2TwoDof : 0, effort.stop}, state,
+        motions);
     iterations_ += report.iterations;
     if (!report.success) return false;
     for (size_t i = 0; i < poses_.size(); ++i) poses_[i] = ToBlock(state.poses[i]);
     points_ = std::move(state.points);
     return true;
+  }
+
+  // The motions with the indices of their poses; adds those of keyframes that are not selected.
+  std::vector<MotionMeasurement> Motions(CamerasAndPoints& state) const {
+    std::vector<MotionMeasurement> motions;
+    for (const Moved& moved : motions_) {
+      MotionMeasurement m = moved.measured;
+      for (const auto& [id, index] : {std::pair{moved.from, &m.from}, {moved.to, &m.to}}) {
+        *index = IndexOfFree(id);
+        if (*index >= 0) continue;
+        *index = static_cast<int>(state.poses.size());
+        state.poses.push_back(map_.keyframes.At(id).cam_from_world);
+      }
+      motions.push_back(m);
+    }
+    return motions;
   }
 
   void AddObjects() {
@@ -279,12 +336,15 @@ class BundleProblem {
   std::vector<Eigen::Vector3d> points_;
   std::vector<LandmarkId> point_ids_;
   std::vector<Seen> observations_;
+  std::vector<Moved> motions_;
   std::deque<ReprojectionCost> free_costs_;
   std::deque<FixedPoseReprojectionCost> fixed_costs_;
   std::vector<Ellipsoid> ellipsoids_;  // start values of the selected objects
   std::vector<ShapeBlock> shapes_;     // their changes; empty where they are fixed
   std::deque<BoxEdgeCost> box_costs_;
   std::deque<ShapePriorCost> shape_priors_;
+  std::deque<MotionCost> motion_costs_;
+  ceres::HuberLoss motion_loss_{std::sqrt(kChi2SixDof)};
   PoseManifold manifold_;
   ceres::HuberLoss box_loss_{1};
   ceres::LossFunctionWrapper loss_{new ceres::HuberLoss(std::sqrt(kChi2TwoDof)),

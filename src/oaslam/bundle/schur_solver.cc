@@ -21,9 +21,10 @@ struct Cam {
 
 class Solver {
  public:
-  Solver(std::span<const PointMeasurement> measurements, int free_poses,
-         const SchurOptions& options, const CamerasAndPoints& state)
+  Solver(std::span<const PointMeasurement> measurements, std::span<const MotionMeasurement> motions,
+         int free_poses, const SchurOptions& options, const CamerasAndPoints& state)
       : measurements_(measurements),
+        motions_(motions),
         free_poses_(free_poses),
         options_(options),
         system_(free_poses) {
@@ -48,6 +49,10 @@ class Solver {
                      options_.huber_chi2)
                   .cost;
     }
+    for (const MotionMeasurement& m : motions_)
+      cost +=
+          LossOf(MotionError(m, state.poses[m.from], state.poses[m.to]).squaredNorm(), kChi2SixDof)
+              .cost;
     return cost;
   }
 
@@ -85,6 +90,7 @@ class Solver {
       }
       system_.AddLandmark(hessian, gradient);
     }
+    for (const MotionMeasurement& m : motions_) AddMotion(m, state);
   }
 
   // Applies the step that solves the damped equations; returns false if they cannot be solved.
@@ -98,6 +104,27 @@ class Solver {
   }
 
  private:
+  void AddMotion(const MotionMeasurement& m, const CamerasAndPoints& state) {
+    const PoseVector error = MotionError(m, state.poses[m.from], state.poses[m.to]);
+    const double weight = LossOf(error.squaredNorm(), kChi2SixDof).weight;
+    const MotionDerivatives by = DerivativesOf(m);
+    const bool from_is_free = m.from < free_poses_, to_is_free = m.to < free_poses_;
+    if (from_is_free) {
+      system_.Hessian(m.from, m.from).noalias() += weight * by.by_from.transpose() * by.by_from;
+      system_.Gradient(m.from).noalias() += weight * by.by_from.transpose() * error;
+    }
+    if (to_is_free) {
+      system_.Hessian(m.to, m.to).noalias() += weight * by.by_to.transpose() * by.by_to;
+      system_.Gradient(m.to).noalias() += weight * by.by_to.transpose() * error;
+    }
+    if (!from_is_free || !to_is_free) return;
+    const Eigen::Matrix<double, 6, 6> cross = weight * by.by_to.transpose() * by.by_from;
+    if (m.to > m.from)
+      system_.Hessian(m.to, m.from) += cross;
+    else
+      system_.Hessian(m.from, m.to) += cross.transpose();
+  }
+
   static std::vector<Cam> CamsOf(const CamerasAndPoints& state) {
     std::vector<Cam> cams;
     cams.reserve(state.poses.size());
@@ -131,6 +158,7 @@ class Solver {
   }
 
   std::span<const PointMeasurement> measurements_;
+  std::span<const MotionMeasurement> motions_;
   int free_poses_;
   SchurOptions options_;
   std::vector<int> first_;  // index of the first measurement of each point
@@ -142,10 +170,11 @@ class Solver {
 }  // namespace
 
 SchurReport MinimizeReprojection(std::span<const PointMeasurement> measurements, int free_poses,
-                                 const SchurOptions& options, CamerasAndPoints& state) {
+                                 const SchurOptions& options, CamerasAndPoints& state,
+                                 std::span<const MotionMeasurement> motions) {
   OASLAM_CHECK(free_poses <= static_cast<int>(state.poses.size()));
   if (measurements.empty() || free_poses == 0) return {};
-  Solver solver(measurements, free_poses, options, state);
+  Solver solver(measurements, motions, free_poses, options, state);
   return MinimizeBySchur(solver, options, state);
 }
 

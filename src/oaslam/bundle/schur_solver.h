@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "oaslam/bundle/motion_cost.h"
 #include "oaslam/camera.h"
 #include "oaslam/estimation/schur_minimization.h"
 #include "oaslam/rigid3.h"
@@ -24,11 +25,13 @@ struct CamerasAndPoints {
   std::vector<Eigen::Vector3d> points;
 };
 
-// Minimises the reprojection errors of `measurements`, sorted by point, over the first `free_poses`
-// poses and all points: Levenberg-Marquardt on the Schur complement of the points, a dense system
-// of the poses (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000). It is meant for
-// windows of some dozens of cameras, and is faster there than a general solver.
+// Minimises the reprojection errors of `measurements`, sorted by point, and the errors of `motions`
+// between poses, over the first `free_poses` poses and all points: Levenberg-Marquardt on the Schur
+// complement of the points, a dense system of the poses (Triggs et al., "Bundle Adjustment - A
+// Modern Synthesis", 2000). It is meant for windows of some dozens of cameras, and is faster there
+// than a general solver.
 SchurReport MinimizeReprojection(std::span<const PointMeasurement> measurements, int free_poses,
-                                 const SchurOptions& options, CamerasAndPoints& state);
+                                 const SchurOptions& options, CamerasAndPoints& state,
+                                 std::span<const MotionMeasurement> motions = {});
 
 }  // namespace oaslam

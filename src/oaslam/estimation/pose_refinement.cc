@@ -1,5 +1,6 @@
 #include "oaslam/estimation/pose_refinement.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
@@ -51,10 +52,24 @@ NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
   return n;
 }
 
+// The prior's error is small, so that a step changes it as it changes the pose.
+void AddPrior(const ExpectedPose& prior, const Rigid3& pose, NormalEquations<6>& n) {
+  const Rigid3 off = pose * prior.cam_from_world.Inverse();
+  const Eigen::AngleAxisd turn(Eigen::Quaterniond(off.rotation));
+  PoseVector error, weights;
+  error << off.translation, turn.angle() * turn.axis();
+  weights << Eigen::Vector3d::Constant(std::pow(prior.sigma_position, -2)),
+      Eigen::Vector3d::Constant(std::pow(prior.sigma_rotation, -2));
+  n.cost += error.dot(weights.cwiseProduct(error));
+  n.hessian.diagonal() += weights;
+  n.gradient += weights.cwiseProduct(error);
+}
+
 }  // namespace
 
 PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world,
-                      std::span<const PointObservation> observations) {
+                      std::span<const PointObservation> observations,
+                      const std::optional<ExpectedPose>& prior) {
   // The last round is without kernel. More rounds and steps would cost time in each frame, and the
   // start is mostly a prediction that is near.
   constexpr int kRounds = 4, kIterations = 8;
@@ -62,7 +77,8 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
   report.cam_from_world = initial_cam_from_world;
   report.inlier.assign(observations.size(), 1);
   report.inliers = static_cast<int>(observations.size());
-  for (int round = 0; round < kRounds && report.inliers >= kMinInliers; ++round) {
+  const int least = prior ? 0 : kMinInliers;
+  for (int round = 0; round < kRounds && report.inliers >= least; ++round) {
     // The first round uses all observations, so that outliers are decided by the kernel and not by
     // the initial pose.
     const bool robust = round < kRounds - 1;
@@ -70,7 +86,9 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
         {.max_iterations = kIterations, .damping = 1e-6, .raise = 100, .least_raised = 1e-3},
         report.cam_from_world,
         [&](const Rigid3& pose) {
-          return Linearize(camera, pose, observations, report.inlier, robust);
+          NormalEquations<6> n = Linearize(camera, pose, observations, report.inlier, robust);
+          if (prior) AddPrior(*prior, pose, n);
+          return n;
         },
         [](const Rigid3& pose, const PoseVector& step) {
           return std::optional(Moved(pose, step));
@@ -91,7 +109,7 @@ PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world
     }
     if (round == kRounds - 1) {
       const auto covariance = CovarianceOf(end);
-      report.success = report.inliers >= kMinInliers && covariance;
+      report.success = report.inliers >= least && covariance;
       if (report.success) report.covariance = *covariance;
     } else if (changed == 0 && round > 0) {
       round = kRounds - 2;  // the inliers do not change: go to the last round

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,8 +18,15 @@ struct PointObservation {
   double inverse_variance = 1;  // px^-2; 1 / scale(octave)^2
 };
 
+// What is known of a pose before points are seen.
+struct ExpectedPose {
+  Rigid3 cam_from_world;
+  double sigma_position = 1;  // standard deviations: in the unit of the world; in rad
+  double sigma_rotation = 1;
+};
+
 struct PoseReport {
-  bool success = false;  // at least 6 inliers that determine the pose
+  bool success = false;  // at least 6 inliers that determine the pose; with a prior: always
   Rigid3 cam_from_world;
   std::vector<uint8_t> inlier;  // by observation
   int inliers = 0;
@@ -34,8 +42,10 @@ inline constexpr double kChi2OneDof = 3.841, kChi2TwoDof = 5.991;
 // Refines a pose from points by robust nonlinear least squares. It is called for each frame and
 // must be fast. Rounds of Levenberg-Marquardt with Huber's kernel alternate with a new
 // classification of all observations into inliers and outliers; the last round uses the inliers
-// without kernel. An observation behind the camera is an outlier.
+// without kernel. An observation behind the camera is an outlier. Few points are enough where
+// there is a `prior`.
 PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world,
-                      std::span<const PointObservation> observations);
+                      std::span<const PointObservation> observations,
+                      const std::optional<ExpectedPose>& prior = std::nullopt);
 
 }  // namespace oaslam

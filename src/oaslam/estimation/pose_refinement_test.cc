@@ -96,5 +96,20 @@ TEST(PoseRefinement, OnePointDoesNotDetermineAPose) {
   EXPECT_FALSE(RefinePose(kRefinedCamera, Rigid3(), same).success);
 }
 
+// An expected pose stands where there are no points; many points outweigh it.
+TEST(PoseRefinement, AnExpectedPoseHoldsWhatPointsDoNot) {
+  const ExpectedPose expected{Disturbed(0.02, 0.005), 0.02, 0.005};
+  const PoseReport alone = RefinePose(kRefinedCamera, expected.cam_from_world, {}, expected);
+  EXPECT_TRUE(alone.success);
+  EXPECT_LT((alone.cam_from_world.translation - expected.cam_from_world.translation).norm(), 1e-9);
+  EXPECT_NEAR(std::sqrt(alone.covariance(0, 0)), 0.02, 1e-6);
+  EXPECT_NEAR(std::sqrt(alone.covariance(5, 5)), 0.005, 1e-6);
+  Rng rng(2);
+  const PoseReport with_points =
+      RefinePose(kRefinedCamera, expected.cam_from_world, Observe(300, 0, 0, rng), expected);
+  EXPECT_LT((with_points.cam_from_world.translation - RefinedPose().translation).norm(), 1e-3);
+  EXPECT_LT(with_points.covariance(0, 0), alone.covariance(0, 0) / 100);
+}
+
 }  // namespace
 }  // namespace oaslam

@@ -156,6 +156,21 @@ RayMatches MakeRays(const Camera& camera_first, const Camera& camera_second,
 
 }  // namespace
 
+// Motions of both models are candidates: on a plane the essential matrix of eight points is
+// arbitrary, and off a plane a homography's motion is rough. After refinement with all matches they
+// are comparable, and the second of a plane's two motions appears as a rival.
+std::vector<Rigid3> MotionsOfModels(const RayMatches& matches, const TwoViewOptions& options,
+                                    Rng& rng, bool& is_planar) {
+  const TwoViewModel homography = FitHomography(matches, options.homography_iterations, rng);
+  const TwoViewModel essential = FitEssential(matches, options.essential_iterations, rng);
+  is_planar = homography.score > kPlanarShare * (homography.score + essential.score);
+  std::vector<Rigid3> motions;
+  if (homography.score > 0) motions = MotionsOfHomography(homography.matrix, matches);
+  if (essential.score > 0)
+    std::ranges::copy(MotionsOfEssential(essential.matrix), std::back_inserter(motions));
+  return motions;
+}
+
 TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_second,
                               std::span<const Eigen::Vector2d> px_first,
                               std::span<const Eigen::Vector2d> px_second,
@@ -169,17 +184,13 @@ TwoViewReport EstimateTwoView(const Camera& camera_first, const Camera& camera_s
     report.why_not = fmt::format("{} matches", matches.size());
     return report;
   }
-  const TwoViewModel homography = FitHomography(matches, options.homography_iterations, rng);
-  const TwoViewModel essential = FitEssential(matches, options.essential_iterations, rng);
-  report.planar = homography.score > kPlanarShare * (homography.score + essential.score);
-
-  // Motions of both models are candidates: on a plane the essential matrix of eight points is
-  // arbitrary, and off a plane a homography's motion is rough. After refinement with all matches
-  // they are comparable, and the second of a plane's two motions appears as a rival.
   std::vector<Rigid3> motions;
-  if (homography.score > 0) motions = MotionsOfHomography(homography.matrix, matches);
-  if (essential.score > 0)
-    std::ranges::copy(MotionsOfEssential(essential.matrix), std::back_inserter(motions));
+  if (options.known_motion) {
+    const Rigid3& known = *options.known_motion;
+    motions = {Rigid3(known.rotation, known.translation.normalized())};
+  } else {
+    motions = MotionsOfModels(matches, options, rng, report.planar);
+  }
   std::vector<Candidate> ranked = RankMotions(matches, motions);
   if (ranked.empty()) {
     report.why_not = "no motion has points in front of both cameras";

@@ -24,6 +24,8 @@ struct TwoViewOptions {
   // Largest standard deviation of the direction of translation; with more, a rotation may be
   // mistaken for a translation.
   double max_direction_sigma_deg = 2;
+  // second_from_first, of any length, where it is known: it is refined, and no other is looked for.
+  std::optional<Rigid3> known_motion{};
 };
 
 struct TwoViewReport {

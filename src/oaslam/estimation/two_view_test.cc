@@ -185,5 +185,22 @@ TEST(TwoView, DecompositionsHoldTheTrueMotion) {
   EXPECT_TRUE(MotionsOfHomography(motion.rotation.toRotationMatrix(), matches).empty());
 }
 
+// On a plane a known motion decides between the two that the plane allows.
+TEST(TwoView, AKnownMotionIsRefined) {
+  Rng rng(4);
+  const Rigid3 motion = Motion({0.4, 0.05, 0.1}, 0.05);
+  const Scene scene = MakeScene(Shape::kPlane, motion, 300, 0.5, 0.1, rng);
+  TwoViewOptions options;
+  const Eigen::Quaterniond off(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()));
+  options.known_motion = Rigid3(off * Eigen::Quaterniond(motion.rotation), 3 * motion.translation);
+  const TwoViewReport report =
+      EstimateTwoView(kTwoViewCamera, kTwoViewCamera, scene.first, scene.second,
+                      std::vector<double>(scene.first.size(), 1), options, rng);
+  ASSERT_TRUE(report.success) << report.why_not;
+  EXPECT_LT(RotationErrorDeg(report, scene), 0.5);
+  EXPECT_LT(DirectionErrorDeg(report, scene), 3);
+  EXPECT_EQ(report.rival, 0);
+}
+
 }  // namespace
 }  // namespace oaslam

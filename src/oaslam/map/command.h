@@ -1,6 +1,6 @@
 #pragma once
 
-#include <variant>
+#include <optional>
 #include <vector>
 
 #include "oaslam/map/map.h"
@@ -20,6 +20,10 @@ struct InitialMap {
   KeyframeId first_id, second_id;
   Rigid3 second_from_first;  // |translation| = 1
   std::vector<InitialPoint> points;
+  // Where the map's frame is; nothing: in the first camera.
+  std::optional<Rigid3> second_from_world{};
+  // The distance of the two cameras in the unit of the map; nothing: the unit is the median depth.
+  std::optional<double> baseline{};
 };
 
 // How often a landmark was expected in a frame since the last keyframe, and how often it was found.
@@ -31,6 +35,7 @@ struct LandmarkUse {
 struct KeyframeInsertion {
   KeyframeId id;
   TrackedFrame frame;
+  std::optional<KeyframeMotion> motion{};
 };
 
 }  // namespace oaslam

@@ -13,4 +13,9 @@ std::vector<ObjectDetection> IdealDetections(const Camera& camera,
   return ideal;
 }
 
+bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
+                     const std::shared_ptr<const FrameMotion>& b) {
+  return a && b && a->run == b->run && !a->is_preliminary && !b->is_preliminary;
+}
+
 }  // namespace oaslam

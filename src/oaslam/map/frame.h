@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "oaslam/camera.h"
@@ -28,7 +29,25 @@ struct ObjectDetection {
 std::vector<ObjectDetection> IdealDetections(const Camera& camera,
                                              const std::vector<Detection>& detections);
 
-// The features and detections of an image; immutable. Its pose is not part of it.
+// What the images alone tell of the camera's motion (odometry/).
+struct FrameMotion {
+  // The inverse depth of a point in this image.
+  struct KnownDepth {
+    Eigen::Vector2f px;  // ideal image
+    float inverse_depth = 0;
+  };
+
+  int run = 0;  // poses of different runs have nothing in common
+  int image = 0;
+  Rigid3 cam_from_odom;
+  bool is_preliminary = false;
+  // Of earlier images of this run whose poses were preliminary, the final ones, by image.
+  std::vector<std::pair<int, Rigid3>> revised{};
+  bool is_keyframe = false;  // the view has changed
+  std::vector<KnownDepth> depths;
+};
+
+// The features and detections of an image, and its motion; immutable. Its pose is not part of it.
 struct Frame {
   int index = 0;
   double timestamp = 0;
@@ -38,7 +57,12 @@ struct Frame {
   // The detections will be given later (Tracker::AddDetections).
   bool detections_follow = false;
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length
+  std::shared_ptr<const FrameMotion> motion{};      // null where it is not known
 };
+
+// Whether it is known how the camera moved between two images.
+bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
+                     const std::shared_ptr<const FrameMotion>& b);
 
 // A frame with its pose and the landmarks its key points are matched to.
 struct TrackedFrame {

@@ -261,8 +261,13 @@ double Map::MedianDepth(KeyframeId id) const {
 
 void Map::Scale(double factor) {
   OASLAM_CHECK(factor > 0);
-  for (const KeyframeId id : keyframes.Ids())
-    keyframes.MutableAt(id).cam_from_world.translation *= factor;
+  for (const KeyframeId id : keyframes.Ids()) {
+    Keyframe& keyframe = keyframes.MutableAt(id);
+    keyframe.cam_from_world.translation *= factor;
+    if (!keyframe.motion) continue;
+    keyframe.motion->cam_from_cam.translation *= factor;
+    keyframe.motion->sigma_position *= factor;
+  }
   for (const KeyframeId id : retired.Ids())
     retired.MutableAt(id).cam_from_parent.translation *= factor;
   for (const LandmarkId id : landmarks.Ids()) {

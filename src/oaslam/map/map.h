@@ -27,6 +27,13 @@ struct Covisible {
   bool operator==(const Covisible&) const = default;
 };
 
+// How the camera came to a keyframe from another one, by its images alone.
+struct KeyframeMotion {
+  KeyframeId from;
+  Rigid3 cam_from_cam;                            // to this keyframe
+  double sigma_position = 0, sigma_rotation = 0;  // standard deviations; rotation in rad
+};
+
 struct Keyframe {
   int frame_index = 0;
   double timestamp = 0;
@@ -36,6 +43,7 @@ struct Keyframe {
   std::vector<LandmarkId> landmarks;                // by key point; invalid where there is none
   std::vector<Covisible> covisible;                 // most shared landmarks first, then by id
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
+  std::optional<KeyframeMotion> motion{};           // not saved
 };
 
 // A keyframe that was culled: poses that are relative to it are resolved through another keyframe.
@@ -108,8 +116,8 @@ struct Object {
 };
 
 // The map is a value: a copy is a snapshot (Table). Only the mapper writes to it; every edit keeps
-// both sides of an observation consistent. The world frame is that of the first keyframe; the unit
-// is arbitrary (monocular) unless the map was scaled.
+// both sides of an observation consistent. The world frame is the odometry's, or else that of the
+// first keyframe; the unit is arbitrary (monocular) unless the map was scaled.
 struct Map {
   std::vector<Camera> cameras;
   Table<KeyframeId, Keyframe> keyframes;

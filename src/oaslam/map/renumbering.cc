@@ -20,6 +20,7 @@ class Renumberer {
     keyframe.camera = Camera(keyframe.camera);
     for (LandmarkId& id : keyframe.landmarks) id = Of(id);
     for (Covisible& c : keyframe.covisible) c.keyframe = Of(c.keyframe);
+    if (keyframe.motion) keyframe.motion->from = Of(keyframe.motion->from);
     return keyframe;
   }
   Landmark Of(Landmark landmark) const {

@@ -41,9 +41,23 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   const double depth = fresh.MedianDepth(initial.first_id);
   if (depth <= 0 || fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
     return false;
-  for (const KeyframeId id : fresh.keyframes.Ids())
-    fresh.keyframes.MutableAt(id).cam_from_world.translation /= depth;
-  for (const LandmarkId id : fresh.landmarks.Ids()) fresh.landmarks.MutableAt(id).position /= depth;
+  Rigid3 second_from_first = fresh.keyframes.At(initial.second_id).cam_from_world;
+  const double scale =
+      initial.baseline ? *initial.baseline / second_from_first.translation.norm() : 1 / depth;
+  second_from_first.translation *= scale;
+  const Rigid3 first_from_world = initial.second_from_world
+                                      ? second_from_first.Inverse() * *initial.second_from_world
+                                      : Rigid3();
+  const Rigid3 world_from_first = first_from_world.Inverse();
+  for (const KeyframeId id : fresh.keyframes.Ids()) {
+    Rigid3& pose = fresh.keyframes.MutableAt(id).cam_from_world;
+    pose.translation *= scale;
+    pose = pose * first_from_world;
+  }
+  for (const LandmarkId id : fresh.landmarks.Ids()) {
+    Eigen::Vector3d& position = fresh.landmarks.MutableAt(id).position;
+    position = world_from_first * (scale * position).eval();
+  }
   for (const LandmarkId id : fresh.landmarks.Ids()) fresh.UpdateLandmark(id);
   fresh.UpdateCovisibility(initial.second_id, 1);
   map = std::move(fresh);
@@ -56,6 +70,7 @@ void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& con
   map.keyframes.Insert(
       insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference
                                                           : tracked.cam_from_world));
+  map.keyframes.MutableAt(insertion.id).motion = insertion.motion;
   for (uint32_t i = 0; i < tracked.landmarks.size(); ++i)
     if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i))
       map.UpdateLandmark(tracked.landmarks[i]);
