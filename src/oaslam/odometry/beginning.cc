@@ -182,7 +182,8 @@ Beginning BeginMotion(const Window& window, const WindowOptions& options,
   const double parallax = MedianParallax(matches, newest_from_first);
   const double asked = beginning.least_parallax_px * image_width / 640;
   const double elapsed = newest.time_s - first.time_s;
-  if (parallax < asked && !(elapsed > beginning.late_s && parallax > asked / 3)) return result;
+  if (parallax < asked / 3) return result;
+  const bool is_enough = parallax >= asked || elapsed > beginning.late_s;
 
   // The way that explains the parallax at a depth of 1; half of it at most.
   const Beginner beginner(window, options, std::min(0.5, parallax / options.focal_px));
@@ -211,9 +212,8 @@ Beginning BeginMotion(const Window& window, const WindowOptions& options,
   const double gap = rival == distinct.end() ? std::numeric_limits<double>::infinity()
                                              : (rival->cost - best.cost) / unit;
   result.is_tried = true;
-  result.is_decided = (gap > beginning.least_gap && unit < beginning.max_unit &&
-                       beginner.ShareBehind(best) < beginning.max_behind) ||
-                      elapsed > beginning.longest_s;
+  result.is_decided = is_enough && gap > beginning.least_gap && unit < beginning.max_unit &&
+                      beginner.ShareBehind(best) < beginning.max_behind;
   result.window = beginner.Made(best);
   return result;
 }

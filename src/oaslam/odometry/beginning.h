@@ -14,7 +14,6 @@ struct BeginningOptions {
   double least_gap = 40;
   double max_behind = 0.08;  // share of points at infinity or beyond it
   double max_unit = 6;       // mean squared error, in squared sigmas
-  double longest_s = 6;      // then the best motion is taken as it is
 };
 
 struct Beginning {

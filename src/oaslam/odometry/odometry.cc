@@ -18,6 +18,11 @@ namespace {
 
 constexpr int kLevels = 5;       // of the pyramid: 16 px there are 256 of the image
 constexpr int kLeastPoints = 6;  // fewer do not hold a pose
+// Share of inliers, below which a wrong minimum is likely; .90 misses what walk b at 5 Hz needs.
+constexpr double kDoubtful = 0.95;
+// Seconds between two images. With more of them the window needs no new beginning: it takes a tenth
+// of a second, and none was better by more than .3 % (docs/lab/odometry.md).
+constexpr double kFewImages = 0.08;
 
 Camera Halved(Camera camera) {
   camera.width = (camera.width + 1) / 2;
@@ -34,6 +39,8 @@ const char* ToString(OdometryState state) {
       return "preliminary";
     case OdometryState::kTracking:
       return "tracking";
+    case OdometryState::kUncertain:
+      return "uncertain";
     case OdometryState::kBlind:
       return "blind";
   }
@@ -49,40 +56,86 @@ Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_
 OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
   present_ = std::make_shared<const GreyPyramid>(TrackedImage(image));
   OdometryEstimate estimate;
+  if (!window_.images.empty()) ProcessNext(time_s, estimate);
+  if (estimate.state == OdometryState::kBlind) {
+    // What comes after has no known place: it begins anew, with this image.
+    ++run_;
+    window_ = {};
+    is_beginning_ = true;
+    is_doubtful_ = false;
+    doubt_ = 0;
+    last_motions_.clear();
+  }
   if (window_.images.empty()) {
     BeginFirst(time_s);
     estimate.is_keyframe = true;
-  } else {
-    const Rigid3 predicted = Predict(time_s);
-    window_.images.push_back({window_.newest().id + 1, time_s, predicted});
-    estimate.tracked = Follow(predicted);
-    if (is_beginning_)
-      EstimateBeginning(estimate);
-    else
-      EstimatePose(predicted, estimate);
-    // A wrong minimum shows itself by points that do not fit.
-    constexpr double kDoubtful = 0.95;  // share of inliers; .90 misses what walk b at 5 Hz needs
-    if (!is_beginning_ && estimate.inliers < kDoubtful * estimate.tracked) is_doubtful_ = true;
-    estimate.is_keyframe = NeedsKeyframe(estimate);
-    if (estimate.is_keyframe) {
-      if (is_doubtful_ && estimate.state == OdometryState::kTracking) {
-        is_doubtful_ = false;
-        estimate.was_restarted = RestartWindow(window_options_, rng_, window_).is_changed;
-        if (estimate.was_restarted) {
-          FlagOutliers(window_options_, window_);
-          UpdateMedianDepth(false, window_);
-          estimate.cam_from_odom = window_.newest().cam_from_odom;
-        }
-      }
-      MakeKeyframe();
-    }
   }
+  estimate.run = run_;
+  estimate.image = window_.newest().id;
   last_motions_.push_back({time_s, window_.newest().cam_from_odom});
   if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
   last_ = present_;
   if (estimate.is_keyframe) keyframe_ = present_;
   Forget();
   return estimate;
+}
+
+void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
+  const Rigid3 predicted = Predict(time_s);
+  window_.images.push_back({window_.newest().id + 1, time_s, predicted});
+  estimate.tracked = Follow(predicted);
+  if (estimate.tracked < kLeastPoints) {
+    estimate.state = OdometryState::kBlind;
+    return;
+  }
+  if (is_beginning_) {
+    EstimateBeginning(estimate);
+    estimate.is_keyframe = NeedsKeyframe(estimate);
+  } else {
+    estimate.is_keyframe = NeedsKeyframe(estimate);
+    EstimatePose(predicted, estimate);
+  }
+  // A wrong minimum shows itself by points that do not fit.
+  const double elapsed = time_s - window_.images[window_.images.size() - 2].time_s;
+  if (!is_beginning_ && estimate.inliers < kDoubtful * estimate.tracked && elapsed > kFewImages)
+    is_doubtful_ = true;
+  const bool is_uncertain =
+      !is_beginning_ &&
+      IsUncertain(elapsed, static_cast<double>(estimate.inliers) / estimate.tracked);
+  if (is_uncertain) estimate.state = OdometryState::kUncertain;
+  if (!estimate.is_keyframe) return;
+  if (is_doubtful_ && !is_beginning_) {
+    is_doubtful_ = false;
+    estimate.was_restarted = RestartWindow(window_options_, rng_, window_).is_changed;
+    if (estimate.was_restarted) {
+      FlagOutliers(window_options_, window_);
+      UpdateMedianDepth(false, window_);
+      estimate.cam_from_odom = window_.newest().cam_from_odom;
+    }
+  }
+  MakeKeyframe();
+}
+
+// Whether, within the last images, too many points did not fit: in a swing with blurred images such
+// poses were off by several degrees. In walks the share of inliers is hardly ever below .9
+// (docs/lab/odometry.md). What follows is a new run.
+bool Odometry::IsUncertain(double elapsed, double share_of_inliers) {
+  constexpr double kUsual = 0.9, kMost = 0.12, kSeconds = 0.5;
+  doubt_ = doubt_ * std::exp(-elapsed / kSeconds) + std::max(0.0, kUsual - share_of_inliers);
+  const bool was_uncertain = is_uncertain_;
+  is_uncertain_ = doubt_ > (was_uncertain ? kMost / 2 : kMost);
+  if (is_uncertain_ && !was_uncertain) ++run_;
+  return is_uncertain_;
+}
+
+std::vector<OdometryDepth> Odometry::Depths() const {
+  std::vector<OdometryDepth> depths;
+  if (is_beginning_) return depths;
+  for (const WindowPoint& p : window_.points)
+    if (p.is_tracked && p.HasDepth() && !p.sightings.empty() &&
+        p.sightings.back().image == window_.newest().id)
+      depths.push_back({p.sightings.back().ray, window_.InverseDepthIn(p, window_.newest())});
+  return depths;
 }
 
 GreyPyramid Odometry::TrackedImage(const GreyImage& image) const {
@@ -184,8 +237,6 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   newest.cam_from_odom = Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
   estimate.inliers = estimate.tracked;
   estimate.cam_from_odom = newest.cam_from_odom;
-  estimate.state =
-      estimate.tracked < kLeastPoints ? OdometryState::kBlind : OdometryState::kPreliminary;
   Beginning beginning =
       BeginMotion(window_, window_options_, options_.beginning, camera_.width, rng_);
   if (!beginning.is_tried) return;
@@ -193,6 +244,9 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   if (!beginning.is_decided) return;
   window_ = std::move(beginning.window);
   is_beginning_ = false;
+  estimate.state = OdometryState::kTracking;
+  for (const WindowImage& image : window_.images)
+    if (image.is_keyframe) estimate.revised.emplace_back(image.id, image.cam_from_odom);
   keyframe_is_due_ = true;  // with the unit of length
   FlagOutliers(window_options_, window_);
   UpdateMedianDepth(false, window_);
@@ -202,25 +256,46 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   estimate.state = OdometryState::kTracking;
   const WindowImage& last = window_.images[window_.images.size() - 2];
   const double elapsed = window_.newest().time_s - last.time_s;
-  std::vector<Rigid3> starts{predicted};
-  if (estimate.tracked < kLeastPoints) {
-    estimate.state = OdometryState::kBlind;
-  } else {
-    std::vector<PosePoint> points;
-    for (const WindowPoint& p : window_.points) {
-      if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
-      const WindowImage& anchor = window_.Image(p.anchor);
-      points.push_back({anchor.cam_from_odom.rotation.conjugate() * p.ray.homogeneous(),
-                        anchor.cam_from_odom.OriginInSource(), p.inverse_depth,
-                        std::min(p.variance, p.prior_sigma * p.prior_sigma),
-                        p.sightings.back().ray});
-    }
-    const PositionPrior prior{predicted.OriginInSource(),
-                              std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
-                                                 window_.median_inverse_depth)};
-    starts = PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
-                        (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());
+  std::vector<PosePoint> points;
+  for (const WindowPoint& p : window_.points) {
+    if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
+    const WindowImage& anchor = window_.Image(p.anchor);
+    points.push_back({anchor.cam_from_odom.rotation.conjugate() * p.ray.homogeneous(),
+                      anchor.cam_from_odom.OriginInSource(), p.inverse_depth,
+                      std::min(p.variance, p.prior_sigma * p.prior_sigma), p.sightings.back().ray});
   }
+  const PositionPrior prior{predicted.OriginInSource(),
+                            std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
+                                               window_.median_inverse_depth)};
+  const std::vector<Rigid3> starts =
+      PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
+                 (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());
+  // Where there is one minimum only and it fits, the pose alone is enough until a keyframe tells
+  // more of the depths.
+  if (starts.size() == 1 && !estimate.is_keyframe && ShareThatFits(starts.front()) >= kDoubtful)
+    window_.newest().cam_from_odom = starts.front();
+  else
+    OptimizeWindow(starts);
+  estimate.covariance = covariance_;
+  estimate.inliers = FlagOutliers(window_options_, window_);
+  UpdateMedianDepth(true, window_);
+  estimate.cam_from_odom = window_.newest().cam_from_odom;
+}
+
+// The share of the newest image's sightings that are no outliers, were this its pose.
+double Odometry::ShareThatFits(const Rigid3& cam_from_odom) const {
+  int seen = 0, fits = 0;
+  for (const WindowPoint& p : window_.points) {
+    if (p.sightings.empty() || p.sightings.back().image != window_.newest().id) continue;
+    const auto px = PxOf(cam_from_odom, p);
+    ++seen;
+    fits += px && (*px - p.px).norm() < window_options_.outlier_px;
+  }
+  return static_cast<double>(fits) / std::max(1, seen);
+}
+
+// From each start of the newest pose; keeps the best.
+void Odometry::OptimizeWindow(std::span<const Rigid3> starts) {
   const WindowProblem made = ProblemOf(window_, window_options_, false);
   const int newest = made.PoseOf(window_, window_.newest().id);
   constexpr int kIterations = 4, kMoreIterations = 4;  // from the last minimum; from another start
@@ -243,13 +318,10 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
   const Eigen::Index n = best.information.rows();
   if (n > 0) {
     best.information.diagonal().array() += 1e-9;
-    estimate.covariance = best.information.ldlt()
-                              .solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
-                              .middleRows(6 * newest, 6);
+    covariance_ = best.information.ldlt()
+                      .solve(Eigen::MatrixXd::Identity(n, n).middleCols(6 * newest, 6))
+                      .middleRows(6 * newest, 6);
   }
-  estimate.inliers = FlagOutliers(window_options_, window_);
-  UpdateMedianDepth(true, window_);
-  estimate.cam_from_odom = window_.newest().cam_from_odom;
 }
 
 bool Odometry::NeedsKeyframe(const OdometryEstimate& estimate) const {

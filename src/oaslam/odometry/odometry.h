@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "oaslam/camera.h"
@@ -26,16 +28,31 @@ struct OdometryOptions {
 enum class OdometryState {
   kPreliminary,  // by the motion that explains the images best so far
   kTracking,
-  kBlind,  // the image has next to no texture: the pose is a guess, and to be given to nobody
+  kUncertain,  // too many points do not fit, as in blurred images: the pose may be off by degrees
+  kBlind,      // the image has next to no texture: the pose is a guess, and to be given to nobody
 };
 const char* ToString(OdometryState state);
 
+// The inverse depth of a point that is followed.
+struct OdometryDepth {
+  Eigen::Vector2d ray;  // in the camera's frame, z = 1
+  double inverse_depth = 0;
+};
+
 struct OdometryEstimate {
   OdometryState state = OdometryState::kPreliminary;
+  // Counts how often the motion was interrupted, by images without texture, by a cut, or where too
+  // many points did not fit, as in blurred images: nothing is known of how poses of different runs
+  // lie to each other.
+  int run = 0;
   Rigid3 cam_from_odom;
   // Of a PoseVector, from the window alone: it orders estimates by their risk, but says 1 or 2 %
   // where a wrong minimum is off by 15.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  int image = 0;  // counted since the motion was begun
+  // With the first image that is not preliminary: the poses of earlier keyframes, by image, which
+  // replace what was given for them.
+  std::vector<std::pair<int, Rigid3>> revised;
   int tracked = 0;  // points followed into this image
   int inliers = 0;
   bool is_keyframe = false;
@@ -51,6 +68,8 @@ class Odometry {
 
   // `image` has the camera's size; times ascend.
   OdometryEstimate Process(const GreyImage& image, double time_s);
+  // Of the points in the newest image whose depth is known to a third.
+  std::vector<OdometryDepth> Depths() const;
 
  private:
   struct Motion {
@@ -60,17 +79,21 @@ class Odometry {
 
   GreyPyramid TrackedImage(const GreyImage& image) const;
   void BeginFirst(double time_s);
+  void ProcessNext(double time_s, OdometryEstimate& estimate);
   Rigid3 Predict(double time_s) const;
   Eigen::Vector2d RayAt(const Eigen::Vector2f& px) const;
   std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_odom, const WindowPoint& point) const;
   int Follow(const Rigid3& predicted);
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
   void EstimateBeginning(OdometryEstimate& estimate);
+  double ShareThatFits(const Rigid3& cam_from_odom) const;
+  void OptimizeWindow(std::span<const Rigid3> starts);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
   bool NeedsKeyframe(const OdometryEstimate& estimate) const;
   void MakeKeyframe();
   void AddPoints();
   void Forget();
+  bool IsUncertain(double elapsed, double share_of_inliers);
 
   Camera camera_;  // of the tracked image
   int halvings_ = 0;
@@ -78,6 +101,10 @@ class Odometry {
   WindowOptions window_options_;
   Rng rng_;
 
+  int run_ = 0;
+  double doubt_ = 0;  // how many points did not fit in the last images
+  bool is_uncertain_ = false;
+  Eigen::Matrix<double, 6, 6> covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
   Window window_;
   bool is_beginning_ = true;
   bool keyframe_is_due_ = false;

@@ -90,9 +90,10 @@ std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOp
   const Eigen::Vector3d center = predicted.OriginInSource();
   const Rigid3 turned(rotation_of_flow, -(rotation_of_flow * center));
   const PositionPrior held{prior.center, 0.1 * prior.sigma};
-  const std::vector<Rigid3> reached = {RefinePose(points, options, prior, 8, predicted),
-                                       RefinePose(points, options, prior, 8, turned),
-                                       RefinePose(points, options, held, 20, predicted)};
+  const std::vector<Rigid3> reached = {
+      RefinePose(points, options, prior, 8, predicted),
+      RefinePose(points, options, prior, 8, turned),
+      RefinePose(points, options, prior, 1, RefinePose(points, options, held, 20, predicted))};
   // Poses as near as this end in the same minimum.
   constexpr double kSameAngle = 0.3 * kDegree, kSameStep = 0.15;
   const double step = std::max(last_step, 0.3 * prior.sigma);
