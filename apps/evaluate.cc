@@ -220,8 +220,8 @@ void EvaluateStatesCommand(const EvaluateOptions& o) {
     rows.push_back(LoadStates((fs::path(path) / "frames.csv").string()));
     rows.back().name = fs::absolute(path).lexically_normal().filename().string();
     fmt::print("{}:", rows.back().name);
-    for (const char* state :
-         {"tracking", "relocalized", "objects", "filled", "initializing", "lost"})
+    for (const char* state : {"tracking", "relocalized", "odometry", "preliminary", "objects",
+                              "filled", "initializing", "lost"})
       fmt::print(" {} {}", state, std::ranges::count(rows.back().states, state));
     fmt::print("\n");
   }

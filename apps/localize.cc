@@ -43,18 +43,20 @@ class LocalizeResults {
  public:
   explicit LocalizeResults(const std::string& folder) : folder_(folder) {}
 
-  void Add(int index, double timestamp, const RelocalizationResult& r) {
+  // `is_followed`: the pose follows from those before it, by the camera's motion or a temporary
+  // piece of map.
+  void Add(int index, double timestamp, const RelocalizationResult& r, bool is_followed = false) {
     if (!frames_.is_open()) OpenFrames();
     frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",
-                           index, timestamp, ToString(r.evidence), r.confidence, r.inlier_points,
-                           r.matched_objects, r.sigma_position, r.ms_features, r.ms, r.object_score,
-                           r.object_margin, r.camera ? r.camera->fx : focal_length_);
+                           index, timestamp, is_followed ? "followed" : ToString(r.evidence),
+                           r.confidence, r.inlier_points, r.matched_objects, r.sigma_position,
+                           r.ms_features, r.ms, r.object_score, r.object_margin,
+                           r.camera ? r.camera->fx : focal_length_);
     for (const auto& c : r.candidates)
       candidates_.push_back({{timestamp, c.world_from_cam}, c.score});
     if (r.world_from_cam) poses_.push_back({timestamp, *r.world_from_cam});
     ++count_;
-    // A pose that follows from those before it, by a temporary piece of map: no object tells it.
-    if (r.evidence == PoseEvidence::kObjects && r.matched_objects == 0)
+    if (is_followed)
       ++followed_;
     else
       ++by_evidence_[static_cast<size_t>(r.evidence)];
@@ -126,6 +128,11 @@ class LocalizeResults {
   double focal_length_ = 0;
   int count_ = 0;
 };
+
+bool IsFollowed(const TrackingResult& t) {
+  return t.state == TrackingState::kOdometry ||
+         (t.state == TrackingState::kObjects && t.objects == 0);
+}
 
 // Converts a tracking result.
 RelocalizationResult FromTracking(const TrackingResult& t) {
@@ -228,6 +235,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
     while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
       if (MustForget(options, done)) BeginInMap(options, slam);
       RelocalizationResult result;
+      bool is_followed = false;
       if (options.every_frame) {
         result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode)
                          : slam.Relocalize(frame->input, mode);
@@ -237,8 +245,9 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
         inputs.SetState(tracked.state);
         recording.Add(slam, *frame, tracked);
         result = FromTracking(tracked);
+        is_followed = IsFollowed(tracked);
       }
-      results.Add(frame->index, frame->input.timestamp, result);
+      results.Add(frame->index, frame->input.timestamp, result, is_followed);
       progress.Update(++done, ToString(result.evidence));
     }
   } catch (const std::exception&) {

@@ -321,7 +321,7 @@ TEST_F(SlamWithMap, ResetLoadAndSetMappingInAnyOrder) {
   EXPECT_NE(PlacesOf(slam.Snapshot()), PlacesOf(loaded));
   // Reset after Load: an empty map, which the next images make.
   slam.Reset();
-  EXPECT_EQ(slam.Process(WithDetections(0)).state, TrackingState::kInitializing);
+  EXPECT_EQ(slam.Process(WithDetections(0)).state, TrackingState::kPreliminary);
   EXPECT_EQ(slam.Snapshot().Objects().size(), 0U);
 }
 

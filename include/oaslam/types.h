@@ -56,10 +56,20 @@ struct Ellipsoid {
 
 // How the pose of an image was found. kInitializing: not, there is no map yet; kTracking: from the
 // previous image; kRelocalized: in the map, after the camera was lost; kObjects: by objects alone;
-// kLost: not found.
-enum class TrackingState { kInitializing, kTracking, kRelocalized, kObjects, kLost };
+// kLost: not found; kOdometry: by the camera's motion since it was last seen in the map, so that
+// the error grows; kPreliminary: by the motion that explains the first images best, before there is
+// a map.
+enum class TrackingState {
+  kInitializing,
+  kTracking,
+  kRelocalized,
+  kObjects,
+  kLost,
+  kOdometry,
+  kPreliminary
+};
 
-// "initializing", "tracking", "relocalized", "objects", "lost".
+// "initializing", "tracking", "relocalized", "objects", "lost", "odometry", "preliminary".
 OASLAM_API const char* ToString(TrackingState state);
 
 // The evidence that supports a pose.

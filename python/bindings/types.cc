@@ -29,7 +29,9 @@ void AddTypes(py::module_& m) {
                    .value("TRACKING", TrackingState::kTracking)
                    .value("RELOCALIZED", TrackingState::kRelocalized)
                    .value("OBJECTS", TrackingState::kObjects)
-                   .value("LOST", TrackingState::kLost);
+                   .value("LOST", TrackingState::kLost)
+                   .value("ODOMETRY", TrackingState::kOdometry)
+                   .value("PRELIMINARY", TrackingState::kPreliminary);
   SayAsToString(state);
   auto evidence = py::enum_<PoseEvidence>(m, "PoseEvidence", doc::PoseEvidence)
                       .value("NONE", PoseEvidence::kNone)

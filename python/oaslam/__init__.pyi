@@ -553,6 +553,8 @@ class TrackingState:
     RELOCALIZED: ClassVar[TrackingState]
     OBJECTS: ClassVar[TrackingState]
     LOST: ClassVar[TrackingState]
+    ODOMETRY: ClassVar[TrackingState]
+    PRELIMINARY: ClassVar[TrackingState]
     __members__: ClassVar[Mapping[str, Any]]
     def __init__(self, value: int) -> None: ...
     def __int__(self) -> int: ...

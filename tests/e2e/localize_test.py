@@ -48,7 +48,7 @@ class TestLocalize(harness.InFolder):
         assert counts, done
         localized, by_points, followed = map(int, counts.groups())
         states = [f["status"] for f in harness.read_csv(os.path.join(out, "frames.csv"))]
-        assert (by_points, followed) == (states.count("points"), states.count("objects"))
+        assert (by_points, followed) == (states.count("points"), states.count("followed"))
         assert localized == by_points + followed == len(harness.read_tum(os.path.join(out, "poses.txt")))
         assert followed > 0, done
 

@@ -1,7 +1,7 @@
 // Messages between the program and its pages, as JSON: docs/viewer.md (the viewer), docs/service.md (the page for phones).
 // Lengths are in the unit of the map, angles in radians, times in milliseconds unless said.
 
-export type State = "initializing" | "tracking" | "relocalized" | "objects" | "lost";
+export type State = "initializing" | "tracking" | "relocalized" | "objects" | "lost" | "odometry" | "preliminary";
 /** qx qy qz qw x y z: of a camera to the map (OpenCV axes), of an anchor to the map (y up, front +z). */
 export type Pose = ArrayLike<number>;
 

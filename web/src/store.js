@@ -4,7 +4,7 @@
 /** @typedef {{ id: number, frame: number, pose: Float32Array, edges: Uint32Array }} Keyframe  `edges`: pairs of another keyframe and the number of shared landmarks */
 /** @typedef {{ frame: number, state: number, ms: number, inliers: number }} Note */
 /** @type {import("./messages").State[]} */
-export const STATES = ["initializing", "tracking", "relocalized", "objects", "lost"];
+export const STATES = ["initializing", "tracking", "relocalized", "objects", "lost", "odometry", "preliminary"];
 const NO_LANDMARK = 0xffffffff;
 
 // Landmarks by id in arrays without gaps: a removed one is replaced by the last.

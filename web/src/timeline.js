@@ -3,6 +3,12 @@ import { contextOf } from "./image_area.js";
 import { MARKS, STATE_COLORS, short } from "./palette.js";
 import { STATES } from "./store.js";
 
+// A column shows the worst of its images.
+const SEVERITY = ["initializing", "preliminary", "tracking", "relocalized", "odometry", "objects", "lost"].reduce(
+  (order, state, n) => order.with(STATES.indexOf(/** @type {any} */ (state)), n),
+  STATES.map(() => 0),
+);
+
 /** A strip with the states and times of all frames. A click on a frame chooses it. */
 export class Timeline {
   /** @type {number | undefined} */ now; // the frame that was chosen
@@ -48,7 +54,7 @@ export class Timeline {
       let state = 0;
       for (let i = begin; i < end; ++i) {
         ms = Math.max(ms, notes[i].ms);
-        state = Math.max(state, notes[i].state);
+        if (SEVERITY[notes[i].state] > SEVERITY[state]) state = notes[i].state;
       }
       const x = (column * width) / columns;
       const step = width / columns + 0.5;

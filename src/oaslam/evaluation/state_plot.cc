@@ -22,6 +22,8 @@ struct StateStyle {
 constexpr std::array kStates = {
     StateStyle{"tracking", "tracked by points", "#15803d"},
     StateStyle{"relocalized", "relocalized by points", "#1d4ed8"},
+    StateStyle{"odometry", "by the camera's motion alone", "#a3b18a"},
+    StateStyle{"preliminary", "by its first motion, without a map", "#c4b5fd"},
     StateStyle{"objects", "found by objects alone", "#f59e0b"},
     StateStyle{"filled", "lost at the time, filled in afterwards", "#86efac"},
     StateStyle{"initializing", "initializing", "#9ca3af"},

@@ -17,15 +17,27 @@
 
 namespace oaslam {
 
+namespace {
+
+void CheckImageType(const cv::Mat& image) {
+  const int type = image.type();
+  if (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)
+    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+}
+
+void CheckDetections(const std::vector<Detection>& detections) {
+  for (size_t i = 0; i < detections.size(); ++i)
+    if (const std::string problem = ProblemOf(detections[i]); !problem.empty())
+      throw InputError(fmt::format("detection {}: {}", i, problem));
+}
+
+}  // namespace
+
 cv::Mat ToGrey(const cv::Mat& image) {
+  CheckImageType(image);
   if (image.type() == CV_8UC1) return image;
   cv::Mat grey;
-  if (image.type() == CV_8UC3)
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  else if (image.type() == CV_8UC4)
-    cv::cvtColor(image, grey, cv::COLOR_BGRA2GRAY);
-  else
-    throw InputError("image is neither 8-bit grey nor 8-bit BGR");
+  cv::cvtColor(image, grey, image.type() == CV_8UC3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   return grey;
 }
 
@@ -60,25 +72,29 @@ void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
 
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
                                                const std::vector<Detection>& detections) {
-  for (size_t i = 0; i < detections.size(); ++i)
-    if (const std::string problem = ProblemOf(detections[i]); !problem.empty())
-      throw InputError(fmt::format("detection {}: {}", i, problem));
+  CheckDetections(detections);
   return IdealDetections(camera, detections);
 }
 
-Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
-                       const ClassRelations& classes) {
+void FrameMaker::Check(const ImageInput& input) const {
   if (input.image.cols != camera_.width || input.image.rows != camera_.height)
     throw InputError(fmt::format("image of {}x{} pixels, the camera's calibration is for {}x{}",
                                  input.image.cols, input.image.rows, camera_.width,
                                  camera_.height));
-  const cv::Mat grey = ToGrey(input.image);
+  CheckImageType(input.image);
   CheckGravity(input.gravity_in_cam);
+  CheckDetections(input.detections);
+}
+
+Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
+                       const ClassRelations& classes) {
+  Check(input);
+  const cv::Mat grey = ToGrey(input.image);
   Frame frame{index,
               input.timestamp,
               0,
               {},
-              CheckedDetections(camera_, input.detections),
+              IdealDetections(camera_, input.detections),
               input.detections_follow,
               input.gravity_in_cam};
   frame.features =

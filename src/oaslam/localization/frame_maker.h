@@ -35,10 +35,13 @@ class FrameMaker {
         min_score_(config.relocalization.min_score),
         extractor_(config.features, camera) {}
 
+  // Throws InputError for an image of another size or type, for detections that are not valid, and
+  // for gravity that is zero or not finite.
+  void Check(const ImageInput& input) const;
+
   // The frame of an image, with about `keypoints` key points, none inside the boxes of objects that
   // can move according to `classes`. Its index of the camera is 0, to be set by the caller. Throws
-  // InputError for an image of another size or type, for detections that are not valid, and for
-  // gravity that is zero or not finite.
+  // as Check.
   Frame Make(const ImageInput& input, int index, int keypoints, const ClassRelations& classes);
 
  private:

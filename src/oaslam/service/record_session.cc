@@ -137,8 +137,9 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   if (!camera_->is_guess) answer["camera"] = JsonOf(*camera_);  // the page keeps what is found
   answer["dropped"] = dropped;
   answer["ms"] = watch.WallMs();
-  const char* text = tracked.state == TrackingState::kInitializing
-                         ? "Move sideways slowly, past things with details."
+  const bool has_no_map =
+      tracked.state == TrackingState::kInitializing || tracked.state == TrackingState::kPreliminary;
+  const char* text = has_no_map ? "Move sideways slowly, past things with details."
                      : tracked.world_from_cam
                          ? "Walk around what is to be mapped, and come back to where you began."
                          : "Lost: go back to where you were, and move slowly.";

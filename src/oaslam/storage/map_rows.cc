@@ -52,8 +52,9 @@ constexpr LensModel kLensModels[] = {LensModel::kPinhole, LensModel::kFisheye};
 constexpr ObjectState kObjectStates[] = {ObjectState::kTentative, ObjectState::kInitialized,
                                          ObjectState::kMapped};
 constexpr TrackingState kTrackingStates[] = {TrackingState::kInitializing, TrackingState::kTracking,
-                                             TrackingState::kRelocalized, TrackingState::kObjects,
-                                             TrackingState::kLost};
+                                             TrackingState::kRelocalized,  TrackingState::kObjects,
+                                             TrackingState::kLost,         TrackingState::kOdometry,
+                                             TrackingState::kPreliminary};
 
 int CategoryOf(std::string_view text, const RowReader& row) {
   const std::optional<double> value = ParseNumber(text);

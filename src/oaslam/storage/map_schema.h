@@ -6,7 +6,7 @@ namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
 // PRAGMA user_version. No other format is read: no release has written one.
-constexpr int32_t kMapFormatVersion = 6;
+constexpr int32_t kMapFormatVersion = 7;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
 // landmarks are in parts of this many ids, each about a megabyte; of pieces of map each is a part.

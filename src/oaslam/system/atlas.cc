@@ -27,6 +27,12 @@ bool IsLost(const Tracker::Outcome& outcome) {
   return outcome.state == TrackingState::kLost || outcome.state == TrackingState::kObjects;
 }
 
+// There is no map yet.
+bool IsBeginning(const Tracker::Outcome& outcome) {
+  return outcome.state == TrackingState::kInitializing ||
+         outcome.state == TrackingState::kPreliminary;
+}
+
 // The poses of a piece since the last frame that was tracked in another map; none where that was
 // too long ago. Earlier poses are left out, since they may have another scale than the newest ones
 // where the piece drifts.
@@ -84,11 +90,8 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
     main_number_ = ++last_number_;
   }
-  outcome = mapping_ ? UpdateGrowingPiece(frame, std::move(outcome))
-                     : PlaceByGrowingPiece(frame, std::move(outcome));
-  if (mapping_ && config_.runner.mode != RunnerMode::kLive)
-    passed_.Add(frame, main_->tracker().HasTracked(frame.index));
-  return outcome;
+  return mapping_ ? UpdateGrowingPiece(frame, std::move(outcome))
+                  : PlaceByGrowingPiece(frame, std::move(outcome));
 }
 
 // Whether to look for the camera in the main piece. With mapping, while a new piece grows, not
@@ -102,7 +105,7 @@ bool Atlas::MayLook(const Frame& frame) const {
 // After a frame was processed in the main piece: begins, continues, joins, promotes or ends the
 // growing piece. Returns the outcome to report.
 Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
-  if (outcome.state == TrackingState::kInitializing) return outcome;
+  if (IsBeginning(outcome)) return outcome;
   const bool is_lost = IsLost(outcome);
   if (!is_lost)
     lost_since_.reset();
@@ -145,7 +148,7 @@ Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome
   // camera best, since a piece drifts.
   constexpr size_t kNewestLocated = 100, kMostLocated = 1000;
   constexpr size_t kMostKeyframes = 300;  // of the new piece; bounds the memory and the time
-  if (outcome.state == TrackingState::kInitializing) return outcome;
+  if (IsBeginning(outcome)) return outcome;
   const bool is_lost = IsLost(outcome);
   if (is_lost || outcome.inliers < Tracker::kFewLandmarks) few_in_view_at_ = frame.timestamp;
   if (!few_in_view_at_ || frame.timestamp - *few_in_view_at_ > kFollowed) {
@@ -284,18 +287,6 @@ void Atlas::PromoteLargest() {
   main_number_ = largest->number;
 }
 
-// Tracks the frames without a pose once more. Those that are found may link a waiting piece.
-void Atlas::LookBack() {
-  const int found =
-      main_->LookBack(passed_.All(), [&](const Map& map, const std::vector<FramePose>& trajectory) {
-        return waiting_.Confirm(map, trajectory);
-      });
-  passed_.Clear();
-  if (found == 0) return;
-  Log(LogLevel::kInfo, fmt::format("looking back, {} more frames were tracked", found));
-  waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
-}
-
 void Atlas::Finish() {
   if (mapping_ && growing_) growing_->session().Newest();  // for Align in JoinGrowingPiece
   if (growing_ && (!mapping_ || !JoinGrowingPiece(newest_frame_))) EndGrowingPiece(newest_frame_);
@@ -303,7 +294,6 @@ void Atlas::Finish() {
     main_->SubmitAndWait(main_->tracker().TakeRest());
     waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
     PromoteLargest();
-    LookBack();
   }
   main_->Finish();
   if (mapping_ && !failure()) waiting_.Optimize();

@@ -9,7 +9,6 @@
 #include "oaslam/config.h"
 #include "oaslam/map/piece.h"
 #include "oaslam/system/growing_piece.h"
-#include "oaslam/system/passed_frames.h"
 #include "oaslam/system/session.h"
 #include "oaslam/system/waiting_pieces.h"
 
@@ -81,7 +80,6 @@ class Atlas {
   void End(std::unique_ptr<Session> session);
   void Park(Session& session);
   void PromoteLargest();
-  void LookBack();
   bool MustStayMain() const;
 
   SlamConfig config_;
@@ -98,7 +96,6 @@ class Atlas {
   std::optional<double> last_vain_look_;
   WaitingPieces waiting_;
   NextIds free_ids_;  // larger than all ids of the waiting pieces
-  PassedFrames passed_;
   int newest_frame_ = 0;
   int main_number_ = 0, last_number_ = 0;
   std::exception_ptr failure_;  // exception of a session that has ended

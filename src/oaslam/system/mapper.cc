@@ -16,12 +16,6 @@
 namespace oaslam {
 
 void Mapper::Apply(const MapCommand& command) {
-  if (command.successor) {
-    const uint64_t version = map_.version;
-    map_ = *command.successor;
-    map_.version = version;
-    unsettled_keyframes_ = map_.keyframes.Ids();
-  }
   map_.next_landmark = std::max(map_.next_landmark, command.first_landmark);
   if (command.classes) SetClassRelations(*command.classes, map_);
   if (command.anchors) {

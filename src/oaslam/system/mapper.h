@@ -35,8 +35,6 @@ struct MapCommand {
   // Replaces all anchors.
   std::optional<std::map<std::string, Anchor>> anchors;
   std::optional<InitialMap> initial;
-  // Replaces the map by this one, which was made from it.
-  std::shared_ptr<const Map> successor;
   std::optional<JoiningMap> joining;
   // Scales the map to metres; the caller must scale the tracker, too.
   std::optional<double> metres_per_unit;

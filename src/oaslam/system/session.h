@@ -1,7 +1,6 @@
 #pragma once
 
 #include <exception>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -37,19 +36,11 @@ class Session {
   void ScaleToMetres(double factor, int frame_index);
   // Adds another piece to the map and waits for the mapper. Returns false where mapping has failed.
   bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
-  // Decides whether independent evidence supports frames that were tracked on thin evidence. Gets
-  // the map and trajectory that contain them.
-  using Confirmation = std::function<bool(const Map&, const std::vector<FramePose>&)>;
-  // Tracks frames without a pose once more, with mapping, from both ends of each gap. The first
-  // attempt needs the usual evidence. The second needs less, but must agree with the known pose at
-  // the other end of the gap or be confirmed. `frames` are in order and may have gaps. Returns how
-  // many frames got a pose.
-  int LookBack(const std::vector<Frame>& frames, const Confirmation& is_confirmed);
   // Submits the remaining observations and waits for the last optimisation, which is omitted
   // without mapping.
   void Finish();
   // The exception that ended the mapping (MapPipeline); null while mapping works.
-  std::exception_ptr failure() { return failure_ ? failure_ : pipeline_.failure(); }
+  std::exception_ptr failure() { return pipeline_.failure(); }
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
@@ -66,17 +57,10 @@ class Session {
 
  private:
   void SubmitRest();
-  using Way = std::vector<const Frame*>;
-  int FollowAlong(const Way& way, const Confirmation* is_confirmed);
-  int Extend(const Way& way, size_t first, size_t last, bool on_thin_evidence);
-  bool AgreesWith(const Frame& frame) const;
 
-  SlamConfig config_;
   MapPipeline pipeline_;
   Tracker tracker_;
   std::shared_ptr<const Map> snapshot_;
-  // Exception while mapping in a copy of the map (LookBack).
-  std::exception_ptr failure_;
 };
 
 }  // namespace oaslam

@@ -6,8 +6,10 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <future>
 #include <utility>
 
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/localization/localizer.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -63,6 +65,7 @@ void Slam::Impl::Begin(Map map, bool is_loaded, std::vector<Piece> others) {
   static std::atomic<uint64_t> beginnings = 0;
   beginning_ = ++beginnings;
   atlas_ = std::move(atlas);
+  odometry_.emplace(camera_, OdometryOptions{}, static_cast<uint64_t>(config_.runner.seed));
   camera_index_ = camera_index;
   audit_ = {};
   trails_ = {};
@@ -129,15 +132,53 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
   return frame;
 }
 
+// How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
+// time.
+std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& input,
+                                                            double& cpu_ms) {
+  const Stopwatch watch;
+  const cv::Mat grey = ToGrey(input.image);
+  const OdometryEstimate estimate = odometry_->Process(
+      {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows}, input.timestamp);
+  std::shared_ptr<FrameMotion> motion;
+  if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
+    motion = std::make_shared<FrameMotion>();
+    motion->run = estimate.run;
+    motion->image = estimate.image;
+    motion->revised = estimate.revised;
+    motion->cam_from_odom = estimate.cam_from_odom;
+    motion->is_preliminary = estimate.state == OdometryState::kPreliminary;
+    motion->is_keyframe = estimate.is_keyframe;
+    for (const OdometryDepth& d : odometry_->Depths())
+      motion->depths.push_back({ProjectIdeal(camera_, d.ray.homogeneous()).cast<float>(),
+                                static_cast<float>(d.inverse_depth)});
+  }
+  cpu_ms += watch.ThreadCpuMs();
+  return motion;
+}
+
+// Features and motion are found side by side.
+Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
+  frame_maker_.Check(input);
+  const Stopwatch watch;
+  double motion_cpu_ms = 0;
+  auto motion = std::async(std::launch::async, [&] { return FollowMotion(input, motion_cpu_ms); });
+  const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
+  Frame frame = MakeFrame(input, next_index_, keypoints);
+  frame.motion = motion.get();
+  cpu_ms = watch.ThreadCpuMs() + motion_cpu_ms;
+  return frame;
+}
+
 TrackingResult Slam::Impl::Process(const ImageInput& input) {
   ExpectMapping();
   CheckTimestamp(input.timestamp, last_timestamp_);
   const Stopwatch total;
-  const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
-  const Frame frame = MakeFrame(input, next_index_, keypoints);
+  double cpu_features = 0;
+  const Frame frame = MakeNextFrame(input, cpu_features);
   last_timestamp_ = input.timestamp;
   ++next_index_;
-  const double ms_features = total.WallMs(), cpu_features = total.ThreadCpuMs();
+  const double ms_features = total.WallMs();
 
   const Stopwatch tracking;
   const Tracker::Outcome outcome = atlas_->Process(frame);

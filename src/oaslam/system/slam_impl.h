@@ -11,6 +11,7 @@
 #include "oaslam/localization/frame_maker.h"
 #include "oaslam/localization/relocalizer.h"
 #include "oaslam/localization/snapshot_maker.h"
+#include "oaslam/odometry/odometry.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/atlas.h"
@@ -61,6 +62,7 @@ class OASLAM_LOCAL Slam::Impl {
   int camera_index_ = 0;
   FrameMaker frame_maker_;
   Relocalizer relocalizer_;
+  std::optional<Odometry> odometry_;
   std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
   std::shared_ptr<const ClassNames> class_names_ =
@@ -80,6 +82,8 @@ class OASLAM_LOCAL Slam::Impl {
 
  private:
   void Begin(Map map, bool is_loaded, std::vector<Piece> others);
+  std::shared_ptr<const FrameMotion> FollowMotion(const ImageInput& input, double& cpu_ms);
+  Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   void Post();
 };
 

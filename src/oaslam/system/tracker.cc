@@ -52,14 +52,19 @@ void Tracker::Take(const Frame& frame) {
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
   newest_ = frame;
   relocalization_.reset();
+  if (frame.motion && frame.motion->is_keyframe) view_has_changed_ = true;
 }
 
 Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   Take(frame);
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
-  const TrackReport tracked = Follow(frame, map);
+  const auto predicted = PredictByOdometry(frame, map);
+  TrackReport tracked = predicted ? FollowByOdometry(frame, map, *predicted) : Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
+  if (predicted && !mapping_)
+    if (auto found = RegisterAgain(frame, map)) return *std::move(found);
+  if (predicted) return ContinueByOdometry(frame, map, *predicted, std::move(tracked));
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
   const bool is_wanted = map_is_loaded_ || !map.anchors.empty() || map.is_metric;
   if (mapping_ && !is_wanted && keyframes < config_.tracking.reset_below_keyframes) return GiveUp();
@@ -105,6 +110,11 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   Outcome outcome;
   outcome.state = TrackingState::kInitializing;
   if (!mapping_) return outcome;
+  if (frame.motion) {
+    // The map will have the frame and the unit of the odometry.
+    outcome.state = TrackingState::kPreliminary;
+    outcome.cam_from_world = frame.motion->cam_from_odom;
+  }
   std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
   if (!initial) return outcome;
   before_map_ = initializer_.TakeRecent();
@@ -131,13 +141,20 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   if (!keyframe) {
     trajectory_.Clear();
     Outcome refused;
-    refused.state = TrackingState::kInitializing;
+    refused.state = frame.motion ? TrackingState::kPreliminary : TrackingState::kInitializing;
+    if (frame.motion) refused.cam_from_world = frame.motion->cam_from_odom;
     return refused;
   }
   phase_ = Phase::kTracking;
   motion_.reset();
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
+  anchors_ = {{frame.motion, newest_keyframe_, {}}};
+  seen_in_map_time_ = frame.timestamp;
+  depth_ = map.MedianDepth(newest_keyframe_);
+  unit_.reset();
+  if (frame.motion && !frame.motion->is_preliminary) unit_ = OdometryUnit{frame.motion->run, 1};
+  keyframe_motion_ = frame.motion;
   FillInBeforeMap(map);
   const int points = static_cast<int>(map.landmarks.size());
   newest_keyframe_inliers_ = points;
@@ -147,15 +164,19 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   return outcome;
 }
 
+Relocalization Tracker::Find(const Frame& frame, const Map& map) {
+  Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam,
+                                           rng_, mapping_ ? nullptr : &object_trails_, prior_);
+  relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects,
+                     found.why_not};
+  return found;
+}
+
 Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
   motion_.reset();
   last_.reset();
-  const Relocalization found =
-      relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_,
-                        mapping_ ? nullptr : &object_trails_, prior_);
-  relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects,
-                     found.why_not};
+  const Relocalization found = Find(frame, map);
   if (found.evidence == PoseEvidence::kNone) return Lose(frame);
   if (found.evidence == PoseEvidence::kObjects) return ReportObjectPose(frame, map, found);
   const TrackReport tracked = TrackFound(frame, map, found);
@@ -166,6 +187,20 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   relocalized_time_ = frame.timestamp;
   prior_.reset();
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
+  return Continue(frame, map, tracked, TrackingState::kRelocalized);
+}
+
+// Without mapping nothing but this corrects a pose that the odometry carries on: the frame is
+// looked for in the whole map, from time to time, since that takes more time than tracking.
+std::optional<Tracker::Outcome> Tracker::RegisterAgain(const Frame& frame, const Map& map) {
+  constexpr double kSeconds = 0.2;
+  if (std::abs(frame.timestamp - looked_in_map_time_) < kSeconds) return std::nullopt;
+  looked_in_map_time_ = frame.timestamp;
+  const Relocalization found = Find(frame, map);
+  if (found.evidence == PoseEvidence::kNone || found.evidence == PoseEvidence::kObjects)
+    return std::nullopt;
+  const TrackReport tracked = TrackFound(frame, map, found);
+  if (!tracked.success) return std::nullopt;
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 
@@ -300,8 +335,15 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       .reference_landmarks =
           map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
       .inliers_at_keyframe = newest_keyframe_inliers_};
-  const KeyframeNeed need = NeedsKeyframe(evidence, config_.tracking);
+  const std::optional<KeyframeMotion> motion = MotionSinceKeyframe(frame);
+  const KeyframeNeed need =
+      outcome.state == TrackingState::kOdometry
+          ? NeedsKeyframeByOdometry(view_has_changed_ && motion, evidence, config_.tracking)
+          : NeedsKeyframe(evidence, config_.tracking);
   if (need == KeyframeNeed::kNone) return;
+  view_has_changed_ = false;
+  anchors_.push_back({frame.motion, KeyframeId(next_keyframe_), {}});
+  keyframe_motion_ = frame.motion;
   newest_keyframe_ = KeyframeId(next_keyframe_++);
   newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
@@ -312,7 +354,8 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
   command.keyframe =
       KeyframeInsertion{newest_keyframe_,
                         {frame, tracked.cam_from_world, tracked.reference,
-                         last_->cam_from_reference, tracked.landmarks, tracked.inliers}};
+                         last_->cam_from_reference, tracked.landmarks, tracked.inliers},
+                        motion};
   command.uses = TakeUses();
   command.sightings = std::exchange(sightings_, {});
   outcome.command = std::move(command);

@@ -20,6 +20,19 @@
 
 namespace oaslam {
 
+// The length of the odometry's unit in units of the map.
+struct OdometryUnit {
+  int run = 0;  // FrameMotion::run
+  double length = 1;
+};
+
+// A pose by the camera's motion since the map was last seen.
+struct OdometryPrediction {
+  ExpectedPose expected;
+  KeyframeId reference;
+  bool is_turn = false;  // how far the camera has moved is not known
+};
+
 // Follows the camera from frame to frame on snapshots of the map, and tells the mapper what to add.
 class Tracker {
  public:
@@ -91,21 +104,10 @@ class Tracker {
   NextIds next_ids() const { return {next_keyframe_, 0, object_tracks_.next_object}; }
   void SkipIds(const NextIds& ids);
 
-  // For tracking frames once more after the end of a video (Session::LookBack). TakeUp starts at a
-  // frame that has a pose by points, and returns false where there is none or it cannot be
-  // confirmed; Extend then tracks frame after frame, forward or backward in time. Keyframes are
-  // made as usual; objects are not observed. `on_thin_evidence`: a few landmarks that lie close
-  // together in the image are enough.
-  bool TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence);
-  // Returns nothing where the frame cannot be tracked.
-  std::optional<Outcome> Extend(const Frame& frame, const Map& map);
   // Whether a frame has a pose by points.
   bool HasTracked(int frame_index) const;
   // cam_from_world of a frame, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
-  // Takes over the results of a copy of this tracker that tracked frames once more.
-  void Learn(Tracker other);
-
   // What a viewer shows of the newest frame; the caller adds the map.
   FrameView View() const;
   // Makes the tracker lose its pose, if it has one: the next frame is relocalized. `near`: where
@@ -140,12 +142,16 @@ class Tracker {
   }
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
+  std::optional<Outcome> RegisterAgain(const Frame& frame, const Map& map);
+  Relocalization Find(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
   // Whether the camera can have moved from its last pose to this one (IsContinuous).
   bool CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const;
   Outcome FindLate(const Frame& frame, const Map& map);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                    TrackingState state);
+  Outcome ContinueByOdometry(const Frame& frame, const Map& map,
+                             const OdometryPrediction& predicted, TrackReport carried);
   Outcome ReportObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   bool IsOnProbation(const Frame& frame)
@@ -154,6 +160,20 @@ class Tracker {
   double LeastSpread() const;
   // Finds the pose of a frame that follows the last one: tries the most reliable method first.
   TrackReport Follow(const Frame& frame, const Map& map);
+  struct CameraMotion {
+    Rigid3 cam_from_cam;
+    double sigma_position = 0, sigma_rotation = 0;
+    bool is_turn = false;  // how far the camera has moved is not known
+  };
+  std::optional<CameraMotion> MotionBetween(const std::shared_ptr<const FrameMotion>& before,
+                                            const std::shared_ptr<const FrameMotion>& now) const;
+  std::optional<OdometryPrediction> PredictByOdometry(const Frame& frame, const Map& map) const;
+  TrackReport FollowByOdometry(const Frame& frame, const Map& map,
+                               const OdometryPrediction& predicted);
+  TrackReport StrengthenedInLocalMap(const Frame& frame, const Map& map, const TrackReport& first,
+                                     const TrackDemands& demands) const;
+  std::optional<KeyframeMotion> MotionSinceKeyframe(const Frame& frame) const;
+  void LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked);
   const Keyframe* LastAsKeyframe(const Map& map) const;
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
   void FillInBeforeMap(const Map& map);
@@ -185,6 +205,13 @@ class Tracker {
     // Median distance between where the motion model predicted landmarks in the last frame and
     // where they were found; pixels of the lowest level.
     double error = 0;
+  };
+
+  // An image with a known place in the map, from which the camera's motion is added up.
+  struct OdometryAnchor {
+    std::shared_ptr<const FrameMotion> motion;
+    KeyframeId reference;
+    Rigid3 cam_from_reference;
   };
 
   struct UntrackedFrame {
@@ -222,13 +249,20 @@ class Tracker {
   std::deque<UntrackedFrame> untracked_;  // the newest frames that were not tracked by points
   std::optional<Backfill> backfill_;      // after a relocalization by points
   std::optional<Motion> motion_;
+  // The newest one first in the map is used: a keyframe is not yet in it.
+  std::vector<OdometryAnchor> anchors_;
+  std::optional<OdometryUnit> unit_;
+  std::shared_ptr<const FrameMotion> keyframe_motion_;  // of the newest keyframe
+  double seen_in_map_time_ = 0;    // of the newest frame whose pose the map gave
+  double depth_ = 0;               // median, of that frame
+  double looked_in_map_time_ = 0;  // without mapping, while the odometry carries the pose on
+  bool view_has_changed_ = false;  // since the newest keyframe, as the odometry sees it
   KeyframeId newest_keyframe_;
   int newest_keyframe_frame_ = 0;
   double newest_keyframe_time_ = 0;
   int newest_keyframe_inliers_ = 0;
   std::optional<int> relocalized_frame_;  // the newest frame at the last relocalization by points
   double relocalized_time_ = 0;
-  bool takes_thin_evidence_ = false;
   // By the user (ForceRelocalization): the last pose does not predict the next.
   bool is_pose_doubted_ = false;
   std::optional<Rigid3> prior_;    // from the user, world_from_cam, while the camera is lost

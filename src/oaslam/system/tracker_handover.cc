@@ -11,6 +11,14 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   if (last_) last_->cam_from_reference.translation *= scale;
   motion_ = other.motion_;
   if (motion_) motion_->cam_from_before.translation *= scale;
+  anchors_ = std::move(other.anchors_);
+  for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= scale;
+  unit_ = other.unit_;
+  keyframe_motion_ = std::move(other.keyframe_motion_);
+  if (unit_) unit_->length *= scale;
+  seen_in_map_time_ = other.seen_in_map_time_;
+  depth_ = scale * other.depth_;
+  view_has_changed_ = other.view_has_changed_;
   newest_keyframe_ = other.newest_keyframe_;
   newest_keyframe_frame_ = other.newest_keyframe_frame_;
   newest_keyframe_time_ = other.newest_keyframe_time_;
@@ -37,6 +45,9 @@ void Tracker::Scale(double factor) {
   if (motion_) motion_->cam_from_before.translation *= factor;
   if (last_) last_->cam_from_reference.translation *= factor;
   if (prior_) prior_->translation *= factor;
+  for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= factor;
+  if (unit_) unit_->length *= factor;
+  depth_ *= factor;
   EndBackfill();
   object_trails_ = {};
   for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= factor;

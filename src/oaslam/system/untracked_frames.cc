@@ -6,8 +6,8 @@
 
 #include "oaslam/system/tracker.h"
 
-// Finds poses for frames afterwards: those before the initial map, those in which the camera was
-// lost, and gaps that are tracked once more after the end of a video.
+// Finds poses for frames afterwards: those before the initial map, and those in which the camera
+// was lost.
 namespace oaslam {
 namespace {
 
@@ -38,24 +38,32 @@ void Tracker::KeepUntracked(const Frame& frame, bool has_pose) {
 void Tracker::FillInBeforeMap(const Map& map) {
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
+  const std::shared_ptr<const FrameMotion>& now = last_->frame.motion;
   const auto fill_in = [&](const auto& frames) {
     std::shared_ptr<const Features> features = keyframe.features;
     std::vector<LandmarkId> landmarks = keyframe.landmarks;
     Rigid3 pose = keyframe.cam_from_world;
+    bool is_tracked = true;
     for (const Frame& frame : frames) {
-      const TrackReport report =
-          TrackFromNeighbour(frame, map, *features, landmarks, pose,
-                             {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
-      if (!report.success) {
-        if (frame.index < keyframe.frame_index) return;
-        continue;
+      TrackReport report;
+      if (is_tracked)
+        report =
+            TrackFromNeighbour(frame, map, *features, landmarks, pose,
+                               {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
+      if (report.success) {
+        features = frame.features;
+        landmarks = report.landmarks;
+        pose = report.cam_from_world;
+      } else {
+        if (frame.index < keyframe.frame_index) is_tracked = false;
+        // The map has the frame of the odometry, whose first poses are better than none.
+        if (!frame.motion || !now || frame.motion->run != now->run) continue;
+        report.cam_from_world = frame.motion->cam_from_odom;
       }
-      trajectory_.Add({frame.index, frame.timestamp, first,
-                       RelativeTo(map, first, report.cam_from_world), TrackingState::kTracking},
-                      frame, report.landmarks);
-      features = frame.features;
-      landmarks = report.landmarks;
-      pose = report.cam_from_world;
+      trajectory_.Add(
+          {frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world),
+           report.success ? TrackingState::kTracking : TrackingState::kPreliminary},
+          frame, report.landmarks);
     }
   };
   const std::vector<Frame> frames = std::exchange(before_map_, {});
@@ -106,50 +114,6 @@ std::optional<Rigid3> Tracker::PoseOf(int frame_index, const Map& map) const {
   const FramePose* pose = trajectory_.PoseOf(frame_index);
   const std::optional<Rigid3> reference = pose ? map.ResolvePose(pose->reference) : std::nullopt;
   return reference ? std::optional(pose->cam_from_reference * *reference) : std::nullopt;
-}
-
-bool Tracker::TakeUp(const Frame& frame, const Map& map, bool on_thin_evidence) {
-  takes_thin_evidence_ = on_thin_evidence;
-  const auto carried = HasTracked(frame.index)
-                           ? map.ResolveKeyframe(trajectory_.PoseOf(frame.index)->reference)
-                           : std::nullopt;
-  if (!carried) return false;
-  const Keyframe& keyframe = map.keyframes.At(carried->by);
-  const Rigid3 pose = trajectory_.PoseOf(frame.index)->cam_from_reference *
-                      carried->cam_from_carrier * keyframe.cam_from_world;
-  const TrackReport tracked =
-      TrackFromNeighbour(frame, map, *keyframe.features, keyframe.landmarks, pose,
-                         {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
-  if (!tracked.success) return false;
-  EndBackfill();
-  undetected_.clear();
-  relocalized_frame_.reset();
-  motion_.reset();
-  last_ = Last{frame, tracked.landmarks, tracked.reference,
-               RelativeTo(map, tracked.reference, tracked.cam_from_world)};
-  newest_keyframe_ = carried->by;
-  newest_keyframe_frame_ = keyframe.frame_index;
-  newest_keyframe_time_ = keyframe.timestamp;
-  newest_keyframe_inliers_ = tracked.inliers;
-  return true;
-}
-
-std::optional<Tracker::Outcome> Tracker::Extend(const Frame& frame, const Map& map) {
-  const TrackReport tracked = Follow(frame, map);
-  if (!tracked.success) return std::nullopt;
-  Remember(frame, map, tracked, TrackingState::kTracking);
-  Outcome outcome = Outcome::Tracked(TrackingState::kTracking, tracked.cam_from_world,
-                                     tracked.matched, tracked.inliers);
-  outcome.depth = tracked.depth;
-  MakeKeyframe(frame, map, tracked, outcome);
-  return outcome;
-}
-
-void Tracker::Learn(Tracker other) {
-  next_keyframe_ = other.next_keyframe_;
-  trajectory_ = std::move(other.trajectory_);
-  uses_ = std::move(other.uses_);
-  rng_ = other.rng_;
 }
 
 }  // namespace oaslam

@@ -127,14 +127,6 @@ bool WaitingPieces::JoinWithEachOther(RelocalizationMode mode) {
   return has_joined;
 }
 
-bool WaitingPieces::Confirm(const Map& map, const std::vector<FramePose>& trajectory) const {
-  return std::ranges::any_of(waiting_, [&](const Waiting& waiting) {
-    PieceLink link;
-    link.AddCommon(map, trajectory, waiting.piece.trajectory);
-    return link.Align(waiting.piece.map, waiting.piece.trajectory).has_value();
-  });
-}
-
 std::optional<WaitingPieces::Numbered> WaitingPieces::TakeLargest(size_t keyframes) {
   const auto largest = std::ranges::max_element(waiting_, {}, &Waiting::keyframes);
   if (largest == waiting_.end() || largest->keyframes() <= keyframes) return std::nullopt;

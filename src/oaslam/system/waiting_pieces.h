@@ -33,9 +33,6 @@ class WaitingPieces {
   // `frame_index`: the newest frame, for the mapper's clock.
   void JoinAll(RelocalizationMode mode, int frame_index, int session_number, Session& session);
 
-  // Whether a map agrees with one of the pieces on frames that have a pose in both.
-  bool Confirm(const Map& map, const std::vector<FramePose>& trajectory) const;
-
   struct Numbered {
     Piece piece;
     int number = 0;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "oaslam/estimation/two_view.h"
 #include "oaslam/util/log.h"
@@ -26,11 +28,24 @@ constexpr double kBetweenTries = 0.05;
 // is hardly above the error of key points.
 constexpr double kStillPixels = 3;
 
+// Gives a frame the pose that the odometry has found for it in the meantime.
+void Revise(const FrameMotion& newest, Frame& frame) {
+  if (!frame.motion || frame.motion->run != newest.run) return;
+  const auto found =
+      std::ranges::find(newest.revised, frame.motion->image, &std::pair<int, Rigid3>::first);
+  if (found == newest.revised.end()) return;
+  auto motion = std::make_shared<FrameMotion>(*frame.motion);
+  motion->cam_from_odom = found->second;
+  motion->is_preliminary = false;
+  frame.motion = std::move(motion);
+}
+
 }  // namespace
 
 void Initializer::Reset() {
   references_.clear();
   recent_.clear();
+  unclear_since_.reset();
 }
 
 int Initializer::NeededMatches(const Frame& frame) const {
@@ -73,12 +88,22 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   TwoViewOptions options;
   options.min_parallax_deg = config_.min_init_parallax_deg;
   options.min_points = NeededMatches(frame) / 2;
+  if (HaveKnownMotion(reference.frame.motion, frame.motion))
+    options.known_motion =
+        frame.motion->cam_from_odom * reference.frame.motion->cam_from_odom.Inverse();
   const TwoViewReport report =
       EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
   if (!report.success) {
     why_not_ = report.parallax_deg < options.min_parallax_deg
                    ? "the camera only turned, or all it sees is far away"
                    : report.why_not;
+    return std::nullopt;
+  }
+  // Two views of a plane allow two motions. The odometry mostly tells them apart within this time;
+  // where it cannot, the camera hardly moves, and the views decide.
+  constexpr double kSeconds = 2;
+  if (report.planar && unclear_since_ && frame.timestamp - *unclear_since_ < kSeconds) {
+    why_not_ = "the motion is not clear yet";
     return std::nullopt;
   }
   Log(LogLevel::kDebug,
@@ -91,12 +116,25 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   for (size_t i = 0; i < pairs.size(); ++i)
     if (report.points[i])
       map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});
+  if (frame.motion) map.second_from_world = frame.motion->cam_from_odom;
+  if (options.known_motion) map.baseline = options.known_motion->translation.norm();
   return map;
 }
 
 std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera& camera, Rng& rng) {
   const int needed = NeededMatches(frame);
   if (frame.features->size() < needed) why_not_ = "too few corners in the image";
+  if (frame.motion)
+    for (Reference& reference : references_) Revise(*frame.motion, reference.frame);
+  // Once the odometry knows the motion, no other is to be looked for.
+  std::erase_if(references_, [&](const Reference& r) {
+    return frame.motion && !frame.motion->is_preliminary &&
+           !HaveKnownMotion(r.frame.motion, frame.motion);
+  });
+  if (!frame.motion || !frame.motion->is_preliminary)
+    unclear_since_.reset();
+  else if (!unclear_since_)
+    unclear_since_ = frame.timestamp;
   std::optional<InitialMap> map;
   for (Reference& reference : references_) {
     const KeypointPairs pairs = Follow(reference, frame, camera);
@@ -110,7 +148,10 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
   std::erase_if(references_, [&](const Reference& r) { return r.matches < needed; });
   const bool begins = references_.empty() ||
                       references_.back().matches < kLostShare * references_.back().first_matches;
-  if (begins && frame.features->size() >= needed) {
+  // The poses of other images are not revised.
+  const bool is_useful =
+      !frame.motion || !frame.motion->is_preliminary || frame.motion->is_keyframe;
+  if (begins && is_useful && frame.features->size() >= needed) {
     if (references_.size() == kMaxReferences) references_.pop_front();
     Reference reference{frame, {}, 0, 0};
     for (const Keypoint& k : frame.features->keypoints)

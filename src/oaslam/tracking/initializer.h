@@ -50,6 +50,7 @@ class Initializer {
   std::deque<Reference> references_;  // oldest first
   std::deque<Frame> recent_;          // the newest included
   std::string why_not_;
+  std::optional<double> unclear_since_;  // since when the odometry looks for its first motion
 };
 
 }  // namespace oaslam

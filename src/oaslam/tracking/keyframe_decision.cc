@@ -3,11 +3,15 @@
 #include <algorithm>
 
 namespace oaslam {
+namespace {
+
+constexpr double kTimeSlack = 1e-3;  // seconds: time stamps are rounded
+
+}  // namespace
 
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config) {
   // A keyframe with so few landmarks would hardly constrain its pose.
   constexpr int kMinInliers = 15;
-  constexpr double kTimeSlack = 1e-3;  // seconds: time stamps are rounded
   if (evidence.inliers <= kMinInliers) return KeyframeNeed::kNone;
   // A keyframe whose pose many matches contradict would bend the map. In well tracked frames 75 to
   // 90 % of the matches agree with the pose.
@@ -29,6 +33,12 @@ KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfi
   const bool is_time = evidence.seconds_since_keyframe > config.min_keyframe_interval - kTimeSlack;
   return is_time && ratio < config.keyframe_inlier_ratio ? KeyframeNeed::kWanted
                                                          : KeyframeNeed::kNone;
+}
+
+KeyframeNeed NeedsKeyframeByOdometry(bool view_has_changed, const KeyframeEvidence& evidence,
+                                     const TrackingConfig& config) {
+  const bool is_time = evidence.seconds_since_keyframe > config.min_keyframe_interval - kTimeSlack;
+  return view_has_changed && is_time ? KeyframeNeed::kUrgent : KeyframeNeed::kNone;
 }
 
 }  // namespace oaslam

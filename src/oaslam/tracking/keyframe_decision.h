@@ -25,4 +25,9 @@ enum class KeyframeNeed {
 // `max_keyframe_interval` ago.
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config);
 
+// The same where hardly any landmark is in view and the pose goes on by odometry: whenever the view
+// has changed, so that there are landmarks again.
+KeyframeNeed NeedsKeyframeByOdometry(bool view_has_changed, const KeyframeEvidence& evidence,
+                                     const TrackingConfig& config);
+
 }  // namespace oaslam

@@ -69,10 +69,11 @@ TrackReport Report(const Camera& camera, const PoseReport& pose, const MatchedPo
 
 // Refines the pose on the matches and keeps the inliers.
 TrackReport Refine(const Frame& frame, const Map& map, const Rigid3& initial,
-                   const std::vector<LandmarkId>& matches, int min_inliers) {
+                   const std::vector<LandmarkId>& matches, int min_inliers,
+                   const std::optional<ExpectedPose>& prior = std::nullopt) {
   const MatchedPoints matched = ObserveMatches(*frame.features, map, matches);
   const Camera& camera = map.cameras[frame.camera];
-  return Report(camera, RefinePose(camera, initial, matched.observations), matched, matches,
+  return Report(camera, RefinePose(camera, initial, matched.observations, prior), matched, matches,
                 min_inliers);
 }
 
@@ -111,36 +112,59 @@ TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Feature
              : TrackReport{};
 }
 
-TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
-                          const TrackDemands& demands) {
-  const LocalMap local = CollectLocalMap(map, initial.landmarks, kMaxLocalKeyframes);
-  TrackReport report = initial;
-  report.success = false;
-  if (local.keyframes.empty()) return report;
+namespace {
 
-  std::vector<LandmarkId> matched;
-  for (const LandmarkId id : initial.landmarks)
-    if (id.IsValid()) matched.push_back(id);
-  report.visible = matched;
-  std::ranges::sort(matched);
+// Searches for the landmarks of a local map near their projections. `matched`: by key point, what
+// was found already.
+TrackReport TrackIn(const LocalMap& local, const Frame& frame, const Map& map, const Rigid3& start,
+                    const std::vector<LandmarkId>& matched,
+                    const std::optional<ExpectedPose>& prior, const TrackDemands& demands) {
+  std::vector<LandmarkId> visible;
+  for (const LandmarkId id : matched)
+    if (id.IsValid()) visible.push_back(id);
+  std::vector<LandmarkId> known = visible;
+  std::ranges::sort(known);
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : local.landmarks) {
-    if (std::ranges::binary_search(matched, id)) continue;
-    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[frame.camera],
-                                       initial.cam_from_world, *frame.features))
+    if (std::ranges::binary_search(known, id)) continue;
+    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[frame.camera], start,
+                                       *frame.features))
       projected.push_back(*p);
   }
   ProjectionSearchOptions options;
   options.radius_px = kLocalRadius * demands.radius_scale;
   const LandmarkMatches matches =
-      SearchByProjection(*frame.features, map, projected, initial.landmarks, options);
-  for (const ProjectedLandmark& p : projected) report.visible.push_back(p.id);
+      SearchByProjection(*frame.features, map, projected, matched, options);
+  for (const ProjectedLandmark& p : projected) visible.push_back(p.id);
 
-  std::vector<LandmarkId> visible = std::move(report.visible);
-  report = Refine(frame, map, initial.cam_from_world, matches.landmarks, 0);
+  TrackReport report = Refine(frame, map, start, matches.landmarks, 0, prior);
   report.visible = std::move(visible);
   report.success = Meets(report, demands);
-  if (report.success) report.reference = local.keyframes.front();
+  if (report.success || prior) report.reference = local.keyframes.front();
+  return report;
+}
+
+}  // namespace
+
+TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
+                          const TrackDemands& demands) {
+  const LocalMap local = CollectLocalMap(map, initial.landmarks, kMaxLocalKeyframes);
+  if (!local.keyframes.empty())
+    return TrackIn(local, frame, map, initial.cam_from_world, initial.landmarks, {}, demands);
+  TrackReport report = initial;
+  report.success = false;
+  return report;
+}
+
+TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose& prior,
+                         std::span<const LandmarkId> around, const TrackDemands& demands) {
+  const std::vector<LandmarkId> none(frame.features->keypoints.size());
+  const LocalMap local = CollectLocalMap(map, around, kMaxLocalKeyframes);
+  if (!local.keyframes.empty())
+    return TrackIn(local, frame, map, prior.cam_from_world, none, prior, demands);
+  TrackReport report;
+  report.cam_from_world = prior.cam_from_world;
+  report.landmarks = none;
   return report;
 }
 

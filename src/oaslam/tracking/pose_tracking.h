@@ -1,10 +1,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "oaslam/config.h"
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/map/map.h"
 #include "oaslam/util/rng.h"
 
@@ -59,6 +61,12 @@ struct TrackDemands {
 // keyframes, and refines the pose on all of them. Succeeds where the result meets the demands.
 TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
                           const TrackDemands& demands);
+
+// The same from a pose that is known without landmarks, by the camera's motion, and from the
+// landmarks that other images saw near there. Has a pose and the landmarks that agree with it, also
+// where these do not meet the demands. `reference` is invalid where there are none.
+TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose& prior,
+                         std::span<const LandmarkId> around, const TrackDemands& demands);
 
 // Refines a pose that few landmarks support, or landmarks in one corner of the image only, with the
 // matches of all key points in the previous image (RefinePoseByMatches). Landmarks that no longer

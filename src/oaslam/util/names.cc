@@ -15,6 +15,10 @@ const char* ToString(TrackingState state) {
       return "relocalized";
     case TrackingState::kObjects:
       return "objects";
+    case TrackingState::kOdometry:
+      return "odometry";
+    case TrackingState::kPreliminary:
+      return "preliminary";
     case TrackingState::kLost:
       break;
   }

@@ -104,10 +104,12 @@ void SetTrajectory(const std::vector<StampedPose>& poses, const std::vector<Fram
 
 std::optional<TrackingState> StateOf(std::string_view word) {
   using enum TrackingState;
-  for (const TrackingState state : {kInitializing, kTracking, kRelocalized, kObjects, kLost})
+  for (const TrackingState state :
+       {kInitializing, kTracking, kRelocalized, kObjects, kLost, kOdometry, kPreliminary})
     if (word == ToString(state)) return state;
   // The words that localize writes.
   if (word == "points" || word == "points+objects") return kRelocalized;
+  if (word == "followed") return kOdometry;
   if (word == "failed") return kLost;
   return std::nullopt;
 }

@@ -78,11 +78,15 @@ void Scene::NoteState(const FrameRecord& record) {
                                         : "pose by objects alone");
   if (now == TrackingState::kLost)
     AddEvent(frame, "lost", record.view.relocalization ? record.view.relocalization->why_not : "");
-  if (now == TrackingState::kInitializing && before) {
+  const auto has_no_map = [](TrackingState state) {
+    return state == TrackingState::kInitializing || state == TrackingState::kPreliminary;
+  };
+  const TrackingState last = before.value_or(now);
+  if (has_no_map(now) && !has_no_map(last)) {
     AddEvent(frame, "reset", "a new map is started");
     path_.Clear();
   }
-  if (now == TrackingState::kTracking && before == TrackingState::kInitializing)
+  if (now == TrackingState::kTracking && has_no_map(last))
     AddEvent(frame, "map", "initialized from two views");
 }
 

@@ -2,6 +2,8 @@
 const STATES = {
   tracking: "in the map",
   relocalized: "found",
+  odometry: "on the way",
+  preliminary: "move sideways, slowly",
   objects: "found by objects",
   lost: "looking for this place",
   initializing: "move sideways, slowly",

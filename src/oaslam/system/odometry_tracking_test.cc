@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include "oaslam/geometry/camera_model.h"
+#include "oaslam/system/atlas.h"
+#include "oaslam/system/tracker.h"
+#include "synthetic_world.h"
+
+namespace oaslam {
+namespace {
+
+constexpr double kUnit = 0.4;  // of the odometry, in units of the world
+
+struct Walk {
+  int frames = 90;
+  int blind_from = 45, blind_to = 60;  // nothing of the map is seen there
+  int preliminary_to = 5;
+  int cut_at = 1000;  // another run of the odometry begins
+};
+
+struct Walked {
+  std::vector<Tracker::Outcome> outcomes;
+  std::vector<Rigid3> truth;  // cam_from_odom
+  std::shared_ptr<const Map> map;
+};
+
+// A camera on an arc whose images are empty for a while; the odometry goes on.
+Walked Follow(const Walk& walk) {
+  const synthetic::World world = synthetic::MakeWorld({});
+  Map empty;
+  empty.cameras.push_back(world.camera);
+  SlamConfig config;
+  config.runner.mode = RunnerMode::kSequential;
+  config.tracking.reset_below_keyframes = 0;
+  Atlas atlas(config, empty, false, {});
+  Walked walked;
+  Rng rng(7);
+  const Rigid3 first = synthetic::PoseOnArc({}, -20);
+  for (int i = 0; i < walk.frames; ++i) {
+    const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.4 * i);
+    Frame frame{i, i / 30.0, 0, {}, {}};
+    const bool is_blind = i >= walk.blind_from && i < walk.blind_to;
+    frame.features =
+        synthetic::MakeView(world, pose, {.missed = is_blind ? 1.0 : 0.1}, rng).features;
+    FrameMotion motion;
+    motion.run = i >= walk.cut_at;
+    motion.image = i;
+    motion.cam_from_odom = pose * first.Inverse();
+    motion.cam_from_odom.translation /= kUnit;
+    motion.is_preliminary = i < walk.preliminary_to;
+    motion.is_keyframe = i % 5 == 0;
+    for (const Eigen::Vector3d& x : world.points) {
+      const Eigen::Vector3d p = pose * x;
+      if (p.z() > 0)
+        motion.depths.push_back(
+            {ProjectIdeal(world.camera, p).cast<float>(), static_cast<float>(kUnit / p.z())});
+    }
+    walked.truth.push_back(motion.cam_from_odom);
+    frame.motion = std::make_shared<const FrameMotion>(std::move(motion));
+    walked.outcomes.push_back(atlas.Process(frame));
+  }
+  walked.map = atlas.main().Newest();
+  return walked;
+}
+
+double ErrorAt(const Walked& walked, int frame) {
+  const auto& pose = walked.outcomes[frame].cam_from_world;
+  return pose ? (pose->OriginInSource() - walked.truth[frame].OriginInSource()).norm() : 1e9;
+}
+
+TEST(OdometryTracking, EveryImageHasAPose) {
+  const Walked walked = Follow({});
+  for (int i = 0; i < 90; ++i) {
+    const TrackingState state = walked.outcomes[i].state;
+    EXPECT_TRUE(walked.outcomes[i].cam_from_world.has_value()) << i;
+    if (i < 5) {
+      EXPECT_EQ(state, TrackingState::kPreliminary) << i;
+    }
+    if (i >= 45 && i < 60) {
+      EXPECT_EQ(state, TrackingState::kOdometry) << i;
+    }
+    // The map has the frame and the unit of the odometry; the depth is 7 of these.
+    EXPECT_LT(ErrorAt(walked, i), 0.1) << i << " " << ToString(state);
+  }
+  EXPECT_EQ(walked.outcomes[65].state, TrackingState::kTracking);
+}
+
+// What is not seen in the map has a pose by the way since, so that keyframes go on, each tied to
+// the one before.
+TEST(OdometryTracking, KeyframesGoOnWithoutLandmarks) {
+  const Walked walked = Follow({.frames = 75, .blind_from = 45, .blind_to = 75});
+  int blind = 0;
+  walked.map->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    if (keyframe.frame_index < 46) return;
+    ++blind;
+    ASSERT_TRUE(keyframe.motion.has_value());
+    EXPECT_GT(keyframe.motion->sigma_position, 0);
+    EXPECT_LT((keyframe.cam_from_world.OriginInSource() -
+               walked.truth[keyframe.frame_index].OriginInSource())
+                  .norm(),
+              0.1);
+  });
+  EXPECT_GE(blind, 3);
+  EXPECT_TRUE(walked.map->CheckInvariants().empty());
+}
+
+// Poses of different runs have nothing in common: without landmarks the camera is lost.
+TEST(OdometryTracking, ACutLosesTheCamera) {
+  const Walked walked = Follow({.frames = 60, .blind_from = 45, .blind_to = 60, .cut_at = 45});
+  EXPECT_EQ(walked.outcomes[44].state, TrackingState::kTracking);
+  EXPECT_EQ(walked.outcomes[50].state, TrackingState::kLost);
+  EXPECT_FALSE(walked.outcomes[50].cam_from_world.has_value());
+}
+
+}  // namespace
+}  // namespace oaslam
