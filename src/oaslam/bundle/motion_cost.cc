@@ -1,6 +1,5 @@
 #include "oaslam/bundle/motion_cost.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "oaslam/bundle/reprojection_cost.h"
@@ -20,10 +19,7 @@ PoseVector InverseSigmas(const MotionMeasurement& measured) {
 
 PoseVector MotionError(const MotionMeasurement& measured, const Rigid3& from, const Rigid3& to) {
   const Rigid3 off = to * from.Inverse() * measured.to_from_from.Inverse();
-  const Eigen::AngleAxisd turn(Eigen::Quaterniond(off.rotation));
-  PoseVector error;
-  error << off.translation, turn.angle() * turn.axis();
-  return InverseSigmas(measured).cwiseProduct(error);
+  return InverseSigmas(measured).cwiseProduct(StepOf(off));
 }
 
 MotionDerivatives DerivativesOf(const MotionMeasurement& measured) {

@@ -1,6 +1,5 @@
 #include "oaslam/estimation/pose_refinement.h"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
@@ -54,10 +53,8 @@ NormalEquations<6> Linearize(const Camera& camera, const Rigid3& pose,
 
 // The prior's error is small, so that a step changes it as it changes the pose.
 void AddPrior(const ExpectedPose& prior, const Rigid3& pose, NormalEquations<6>& n) {
-  const Rigid3 off = pose * prior.cam_from_world.Inverse();
-  const Eigen::AngleAxisd turn(Eigen::Quaterniond(off.rotation));
-  PoseVector error, weights;
-  error << off.translation, turn.angle() * turn.axis();
+  const PoseVector error = StepOf(pose * prior.cam_from_world.Inverse());
+  PoseVector weights;
   weights << Eigen::Vector3d::Constant(std::pow(prior.sigma_position, -2)),
       Eigen::Vector3d::Constant(std::pow(prior.sigma_rotation, -2));
   n.cost += error.dot(weights.cwiseProduct(error));

@@ -23,4 +23,12 @@ inline Rigid3 Moved(const Rigid3& cam_from_world, const PoseVector& step) {
   return Rigid3(RotationOf(step.tail<3>()), step.head<3>()) * cam_from_world;
 }
 
+// The step of a small motion.
+inline PoseVector StepOf(const Rigid3& motion) {
+  const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion.rotation));
+  PoseVector step;
+  step << motion.translation, turn.angle() * turn.axis();
+  return step;
+}
+
 }  // namespace oaslam

@@ -264,9 +264,7 @@ void Map::Scale(double factor) {
   for (const KeyframeId id : keyframes.Ids()) {
     Keyframe& keyframe = keyframes.MutableAt(id);
     keyframe.cam_from_world.translation *= factor;
-    if (!keyframe.motion) continue;
-    keyframe.motion->cam_from_cam.translation *= factor;
-    keyframe.motion->sigma_position *= factor;
+    if (keyframe.motion) keyframe.motion->Scale(factor);
   }
   for (const KeyframeId id : retired.Ids())
     retired.MutableAt(id).cam_from_parent.translation *= factor;

@@ -32,6 +32,11 @@ struct KeyframeMotion {
   KeyframeId from;
   Rigid3 cam_from_cam;                            // to this keyframe
   double sigma_position = 0, sigma_rotation = 0;  // standard deviations; rotation in rad
+
+  void Scale(double factor) {
+    cam_from_cam.translation *= factor;
+    sigma_position *= factor;
+  }
 };
 
 struct Keyframe {

@@ -46,8 +46,8 @@ struct OdometryEstimate {
   // lie to each other.
   int run = 0;
   Rigid3 cam_from_odom;
-  // Of a PoseVector, from the window alone: it orders estimates by their risk, but says 1 or 2 %
-  // where a wrong minimum is off by 15.
+  // Of a PoseVector, from the window alone as it was optimised last: it orders estimates by their
+  // risk, but says 1 or 2 % where a wrong minimum is off by 15.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   int image = 0;  // counted since the motion was begun
   // With the first image that is not preliminary: the poses of earlier keyframes, by image, which

@@ -134,12 +134,11 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
 // time.
-std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& input,
+std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const cv::Mat& grey, double timestamp,
                                                             double& cpu_ms) {
   const Stopwatch watch;
-  const cv::Mat grey = ToGrey(input.image);
   const OdometryEstimate estimate = odometry_->Process(
-      {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows}, input.timestamp);
+      {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows}, timestamp);
   std::shared_ptr<FrameMotion> motion;
   if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
     motion = std::make_shared<FrameMotion>();
@@ -161,10 +160,13 @@ std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& in
 Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   frame_maker_.Check(input);
   const Stopwatch watch;
+  ImageInput grey = input;
+  grey.image = ToGrey(input.image);
   double motion_cpu_ms = 0;
-  auto motion = std::async(std::launch::async, [&] { return FollowMotion(input, motion_cpu_ms); });
+  auto motion = std::async(std::launch::async,
+                           [&] { return FollowMotion(grey.image, grey.timestamp, motion_cpu_ms); });
   const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
-  Frame frame = MakeFrame(input, next_index_, keypoints);
+  Frame frame = MakeFrame(grey, next_index_, keypoints);
   frame.motion = motion.get();
   cpu_ms = watch.ThreadCpuMs() + motion_cpu_ms;
   return frame;

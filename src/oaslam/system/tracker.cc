@@ -17,6 +17,14 @@ double PositionSigma(const Map& map, const TrackReport& tracked) {
   return kTrackedSigma * map.MedianDepth(tracked.reference);
 }
 
+// The map will have the frame and the unit of the odometry.
+Tracker::Outcome WithoutMap(const FrameMotion* motion) {
+  Tracker::Outcome outcome;
+  outcome.state = motion ? TrackingState::kPreliminary : TrackingState::kInitializing;
+  if (motion) outcome.cam_from_world = motion->cam_from_odom;
+  return outcome;
+}
+
 }  // namespace
 
 Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& cam_from_world,
@@ -107,14 +115,8 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
 }
 
 Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
-  Outcome outcome;
-  outcome.state = TrackingState::kInitializing;
-  if (!mapping_) return outcome;
-  if (frame.motion) {
-    // The map will have the frame and the unit of the odometry.
-    outcome.state = TrackingState::kPreliminary;
-    outcome.cam_from_world = frame.motion->cam_from_odom;
-  }
+  if (!mapping_) return WithoutMap(nullptr);
+  Outcome outcome = WithoutMap(frame.motion.get());
   std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
   if (!initial) return outcome;
   before_map_ = initializer_.TakeRecent();
@@ -140,10 +142,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   const Keyframe* keyframe = map.keyframes.Find(newest_keyframe_);
   if (!keyframe) {
     trajectory_.Clear();
-    Outcome refused;
-    refused.state = frame.motion ? TrackingState::kPreliminary : TrackingState::kInitializing;
-    if (frame.motion) refused.cam_from_world = frame.motion->cam_from_odom;
-    return refused;
+    return WithoutMap(frame.motion.get());
   }
   phase_ = Phase::kTracking;
   motion_.reset();
@@ -187,20 +186,6 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   relocalized_time_ = frame.timestamp;
   prior_.reset();
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
-  return Continue(frame, map, tracked, TrackingState::kRelocalized);
-}
-
-// Without mapping nothing but this corrects a pose that the odometry carries on: the frame is
-// looked for in the whole map, from time to time, since that takes more time than tracking.
-std::optional<Tracker::Outcome> Tracker::RegisterAgain(const Frame& frame, const Map& map) {
-  constexpr double kSeconds = 0.2;
-  if (std::abs(frame.timestamp - looked_in_map_time_) < kSeconds) return std::nullopt;
-  looked_in_map_time_ = frame.timestamp;
-  const Relocalization found = Find(frame, map);
-  if (found.evidence == PoseEvidence::kNone || found.evidence == PoseEvidence::kObjects)
-    return std::nullopt;
-  const TrackReport tracked = TrackFound(frame, map, found);
-  if (!tracked.success) return std::nullopt;
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 

@@ -65,6 +65,8 @@ class Tracker {
   // With fewer landmarks in view, the camera may soon be lost, and the pose is strengthened by
   // matches of all key points with the last image.
   static constexpr int kFewLandmarks = 200;
+  // The smallest search radius about a prediction, pixels of the lowest level.
+  static constexpr double kMotionWindow = 15;
 
   // `map_is_loaded`: the tracker begins as lost in a map that exists already, and does not
   // initialise one.
