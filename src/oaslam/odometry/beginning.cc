@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/two_view.h"
@@ -43,15 +45,10 @@ double MedianParallax(const RayMatches& matches, const Rigid3& newest_from_first
   return Median(parallax);
 }
 
-struct Motion {
-  Eigen::Quaterniond rotation;  // first_from_newest
-  Eigen::Vector3d direction;    // of the newest camera in the frame of the first, length 1
-};
-
-std::vector<Motion> MotionsToTry(const RayMatches& matches, const Rigid3& newest_from_first,
-                                 Rng& rng) {
+std::vector<BeginningMotion> MotionsToTry(const RayMatches& matches,
+                                          const Rigid3& newest_from_first, Rng& rng) {
   const TwoViewOptions samples;
-  std::vector<Motion> motions;
+  std::vector<BeginningMotion> motions;
   const auto add = [&](const std::vector<Rigid3>& found) {
     for (const Rigid3& m : found)
       motions.push_back({m.rotation.conjugate(), m.OriginInSource().normalized()});
@@ -91,12 +88,12 @@ class Beginner {
     newest_ = made_.PoseOf(window_, window_.newest().id);
   }
 
-  Solution Start(const Motion& motion) const {
+  Solution Start(const BeginningMotion& motion) const {
     Solution s{made_.StateOf(window_)};
     const WindowImage &first = window_.images.front(), &newest = window_.newest();
     const Rigid3 from_first = first.cam_from_odom;
     const Eigen::AngleAxisd change(
-        Eigen::Quaterniond(motion.rotation.conjugate() *
+        Eigen::Quaterniond(motion.first_from_newest.conjugate() *
                            (newest.cam_from_odom * from_first.Inverse()).rotation.conjugate()));
     for (size_t k = 0; k < s.state.poses.size(); ++k) {
       const WindowImage& image = window_.images[made_.images[k]];
@@ -131,6 +128,12 @@ class Beginner {
     return static_cast<double>(
                std::ranges::count_if(s.state.inverse_depths, [](double d) { return d <= 0; })) /
            static_cast<double>(s.state.inverse_depths.size());
+  }
+
+  BeginningMotion MotionOf(const Solution& s) const {
+    return {Eigen::Quaterniond((s.state.poses[newest_] * s.state.poses[first_].Inverse()).rotation)
+                .conjugate(),
+            s.direction};
   }
 
   // The window with this solution, the unit of length changed so that the median depth is 1.
@@ -169,26 +172,40 @@ class Beginner {
   int first_ = 0, newest_ = 0;
 };
 
+// What is asked of all motions alike; nothing where there is too little parallax.
+struct Given {
+  RayMatches matches;
+  Rigid3 newest_from_first;
+  double parallax = 0;  // px, median
+};
+
+std::optional<Given> WhatIsGiven(const Window& window, const WindowOptions& options) {
+  Given given{MatchesOf(window, options),
+              window.newest().cam_from_odom * window.images.front().cam_from_odom.Inverse()};
+  constexpr size_t kLeastImages = 4;
+  if (given.matches.size() < kLeastMatches || window.images.size() < kLeastImages)
+    return std::nullopt;
+  given.parallax = MedianParallax(given.matches, given.newest_from_first);
+  // Less than the noise of a track says nothing.
+  return given.parallax < options.sigma_px ? std::nullopt : std::optional(std::move(given));
+}
+
+// The way that explains the parallax at a depth of 1; half of it at most.
+double WayOf(const Given& given, const WindowOptions& options) {
+  return std::min(0.5, given.parallax / options.focal_px);
+}
+
 }  // namespace
 
 Beginning BeginMotion(const Window& window, const WindowOptions& options,
                       const BeginningOptions& beginning, double image_width, Rng& rng) {
   Beginning result{window};
-  const WindowImage &first = window.images.front(), &newest = window.newest();
-  const RayMatches matches = MatchesOf(window, options);
-  constexpr size_t kLeastImages = 4;
-  if (matches.size() < kLeastMatches || window.images.size() < kLeastImages) return result;
-  const Rigid3 newest_from_first = newest.cam_from_odom * first.cam_from_odom.Inverse();
-  const double parallax = MedianParallax(matches, newest_from_first);
-  const double asked = beginning.least_parallax_px * image_width / 640;
-  const double elapsed = newest.time_s - first.time_s;
-  if (parallax < asked / 3) return result;
-  const bool is_enough = parallax >= asked || elapsed > beginning.late_s;
-
-  // The way that explains the parallax at a depth of 1; half of it at most.
-  const Beginner beginner(window, options, std::min(0.5, parallax / options.focal_px));
+  const std::optional<Given> given = WhatIsGiven(window, options);
+  if (!given) return result;
+  const Beginner beginner(window, options, WayOf(*given, options));
   std::vector<Solution> solutions;
-  for (const Motion& motion : MotionsToTry(matches, newest_from_first, rng)) {
+  for (const BeginningMotion& motion :
+       MotionsToTry(given->matches, given->newest_from_first, rng)) {
     Solution s = beginner.Start(motion);
     beginner.Improve(12, s);
     solutions.push_back(std::move(s));
@@ -211,10 +228,26 @@ Beginning BeginMotion(const Window& window, const WindowOptions& options,
   const double unit = beginner.Unit(best);
   const double gap = rival == distinct.end() ? std::numeric_limits<double>::infinity()
                                              : (rival->cost - best.cost) / unit;
-  result.is_tried = true;
-  result.is_decided = is_enough && gap > beginning.least_gap && unit < beginning.max_unit &&
+  const double asked = beginning.least_parallax_px * image_width / 640;
+  const bool is_late = window.newest().time_s - window.images.front().time_s > beginning.late_s;
+  result.is_decided = given->parallax >= (is_late ? asked / 3 : asked) &&
+                      gap > beginning.least_gap && unit < beginning.max_unit &&
                       beginner.ShareBehind(best) < beginning.max_behind;
+  result.leader = beginner.MotionOf(best);
   result.window = beginner.Made(best);
+  return result;
+}
+
+Beginning FollowLeader(const Window& window, const WindowOptions& options,
+                       const BeginningMotion& leader) {
+  Beginning result{window};
+  const std::optional<Given> given = WhatIsGiven(window, options);
+  if (!given) return result;
+  const Beginner beginner(window, options, WayOf(*given, options));
+  Solution s = beginner.Start(leader);
+  beginner.Improve(12, s);
+  result.leader = beginner.MotionOf(s);
+  result.window = beginner.Made(std::move(s));
   return result;
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Geometry>
+#include <optional>
+
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
 
@@ -16,10 +19,17 @@ struct BeginningOptions {
   double max_unit = 6;       // mean squared error, in squared sigmas
 };
 
+// How the camera moved from the first image to the newest, but for the length of the way.
+struct BeginningMotion {
+  Eigen::Quaterniond first_from_newest;
+  Eigen::Vector3d direction;  // of the newest camera in the frame of the first, length 1
+};
+
 struct Beginning {
   Window window;            // with the best motion; in it the median depth is 1
-  bool is_tried = false;    // false: there is too little parallax, and `window` is as given
   bool is_decided = false;  // no other motion explains the images nearly as well
+  // Nothing where there is too little parallax: then `window` is as given.
+  std::optional<BeginningMotion> leader{};
 };
 
 // The motion of the first images: those of the essential matrix and of the homography, and fourteen
@@ -28,5 +38,9 @@ struct Beginning {
 // the one that is held, all others must have the rotation of the flow.
 Beginning BeginMotion(const Window& window, const WindowOptions& options,
                       const BeginningOptions& beginning, double image_width, Rng& rng);
+
+// The motion near the one that led some images ago; it costs a twentieth and decides nothing.
+Beginning FollowLeader(const Window& window, const WindowOptions& options,
+                       const BeginningMotion& leader);
 
 }  // namespace oaslam

@@ -62,6 +62,7 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
     ++run_;
     window_ = {};
     is_beginning_ = true;
+    leader_.reset();
     is_doubtful_ = false;
     doubt_ = 0;
     last_motions_.clear();
@@ -237,13 +238,20 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   newest.cam_from_odom = Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
   estimate.inliers = estimate.tracked;
   estimate.cam_from_odom = newest.cam_from_odom;
+  // All motions are compared from time to time; in between the pose is by the one that leads.
+  constexpr double kSeconds = 0.1;
+  const bool is_compared = !leader_ || std::abs(newest.time_s - compared_s_) > kSeconds;
   Beginning beginning =
-      BeginMotion(window_, window_options_, options_.beginning, camera_.width, rng_);
-  if (!beginning.is_tried) return;
+      is_compared ? BeginMotion(window_, window_options_, options_.beginning, camera_.width, rng_)
+                  : FollowLeader(window_, window_options_, *leader_);
+  leader_ = beginning.leader;
+  if (!leader_) return;
+  if (is_compared) compared_s_ = newest.time_s;
   estimate.cam_from_odom = beginning.window.newest().cam_from_odom;
   if (!beginning.is_decided) return;
   window_ = std::move(beginning.window);
   is_beginning_ = false;
+  leader_.reset();
   estimate.state = OdometryState::kTracking;
   for (const WindowImage& image : window_.images)
     if (image.is_keyframe) estimate.revised.emplace_back(image.id, image.cam_from_odom);

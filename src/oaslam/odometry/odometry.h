@@ -107,6 +107,8 @@ class Odometry {
   Eigen::Matrix<double, 6, 6> covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
   Window window_;
   bool is_beginning_ = true;
+  std::optional<BeginningMotion> leader_;  // of the beginning
+  double compared_s_ = 0;                  // when its rivals were last looked at
   bool keyframe_is_due_ = false;
   bool is_doubtful_ = false;  // points did not fit since the window was last looked through
   std::shared_ptr<const GreyPyramid> last_, keyframe_, present_;

@@ -116,7 +116,7 @@ TEST(Beginning, TheMotionInFrontOfPointsInDepthIsFound) {
   Walk walk(false);
   Rng rng(1);
   const Beginning beginning = BeginMotion(walk.Beginning(), kOptions, {}, 640, rng);
-  ASSERT_TRUE(beginning.is_tried);
+  ASSERT_TRUE(beginning.leader);
   EXPECT_TRUE(beginning.is_decided);
   EXPECT_LT(walk.DirectionError(beginning.window), 3);
   std::vector<double> depths;
@@ -125,12 +125,26 @@ TEST(Beginning, TheMotionInFrontOfPointsInDepthIsFound) {
   EXPECT_NEAR(depths[60], 1, 0.1);
 }
 
+// The leader of the first images, by the rotation and the direction that it had there, leads on.
+TEST(Beginning, TheLeaderIsFollowed) {
+  Walk walk(false);
+  Rng rng(1);
+  Window earlier = walk.Beginning();
+  earlier.Remove(earlier.newest().id);
+  const Beginning then = BeginMotion(earlier, kOptions, {}, 640, rng);
+  ASSERT_TRUE(then.leader);
+  const Beginning now = FollowLeader(walk.Beginning(), kOptions, *then.leader);
+  ASSERT_TRUE(now.leader);
+  EXPECT_FALSE(now.is_decided);
+  EXPECT_LT(walk.DirectionError(now.window), 3);
+}
+
 // Two images allow two motions in front of a plane; all images together only one.
 TEST(Beginning, TheMotionInFrontOfAPlaneIsFound) {
   Walk walk(true, 12);
   Rng rng(1);
   const Beginning beginning = BeginMotion(walk.Beginning(), kOptions, {}, 640, rng);
-  ASSERT_TRUE(beginning.is_tried);
+  ASSERT_TRUE(beginning.leader);
   EXPECT_LT(walk.DirectionError(beginning.window), 6);
 }
 
@@ -138,7 +152,7 @@ TEST(Beginning, ACameraThatOnlyTurnsHasNoMotionYet) {
   Walk walk(false);
   for (Rigid3& pose : walk.truth) pose.translation.setZero();
   Rng rng(1);
-  EXPECT_FALSE(BeginMotion(walk.Beginning(), kOptions, {}, 640, rng).is_tried);
+  EXPECT_FALSE(BeginMotion(walk.Beginning(), kOptions, {}, 640, rng).leader);
 }
 
 TEST(Restarts, AWindowInAWrongMinimumIsLedOut) {
