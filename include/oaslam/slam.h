@@ -171,8 +171,9 @@ class OASLAM_API Slam {
   // The map that the last call worked with. Does not wait for mapping.
   MapSnapshot Snapshot() const;
 
-  // The key points of the newest image, with the landmarks that agree with its pose. Without a pose
-  // by points no point has a landmark; without an image it is empty.
+  // The key points of the newest image, with the landmarks that agree with its pose; where its pose
+  // is by the camera's motion alone, the landmarks of the image before, where they must be. Without
+  // a pose by points no point has a landmark; without an image it is empty.
   std::vector<TrackedPoint> TrackedPoints() const;
 
   // The newest result and map, for other threads; both are replaced after each image and after each

@@ -97,12 +97,17 @@ cv::Mat OrbExtractor::AtWorkingResolution(const cv::Mat& grey) {
   return working_;
 }
 
-Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
-  OASLAM_CHECK(grey.type() == CV_8UC1 && grey.cols == camera_.width && grey.rows == camera_.height);
-  constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
+Features OrbExtractor::Nothing() const {
   Features features;
   features.pyramid = pyramid_;
   features.bounds = ideal_image_.bounds();
+  return features;
+}
+
+Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
+  OASLAM_CHECK(grey.type() == CV_8UC1 && grey.cols == camera_.width && grey.rows == camera_.height);
+  constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
+  Features features = Nothing();
   const std::vector<int> counts = CountPerLevel(count);
   level_images_.resize(pyramid_.levels);
   level_images_[0] = AtWorkingResolution(grey);

@@ -25,6 +25,8 @@ class OrbExtractor {
   // `grey`: 8-bit, one channel, of the camera's size. `count`: about how many key points. Not
   // const, since buffers are reused.
   Features Extract(const cv::Mat& grey, int count);
+  // No key points, with the same pyramid and bounds.
+  Features Nothing() const;
 
  private:
   cv::Mat AtWorkingResolution(const cv::Mat& grey);

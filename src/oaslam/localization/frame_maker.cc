@@ -86,17 +86,21 @@ void FrameMaker::Check(const ImageInput& input) const {
   CheckDetections(input.detections);
 }
 
+Frame FrameMaker::MakeWithoutFeatures(const ImageInput& input, int index) const {
+  return {index,
+          input.timestamp,
+          0,
+          nothing_,
+          IdealDetections(camera_, input.detections),
+          input.detections_follow,
+          input.gravity_in_cam};
+}
+
 Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
                        const ClassRelations& classes) {
   Check(input);
   const cv::Mat grey = ToGrey(input.image);
-  Frame frame{index,
-              input.timestamp,
-              0,
-              {},
-              IdealDetections(camera_, input.detections),
-              input.detections_follow,
-              input.gravity_in_cam};
+  Frame frame = MakeWithoutFeatures(input, index);
   frame.features =
       std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame, classes)));
   return frame;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -33,7 +34,8 @@ class FrameMaker {
   FrameMaker(const SlamConfig& config, const Camera& camera)
       : camera_(camera),
         min_score_(config.relocalization.min_score),
-        extractor_(config.features, camera) {}
+        extractor_(config.features, camera),
+        nothing_(std::make_shared<const Features>(extractor_.Nothing())) {}
 
   // Throws InputError for an image of another size or type, for detections that are not valid, and
   // for gravity that is zero or not finite.
@@ -43,6 +45,8 @@ class FrameMaker {
   // can move according to `classes`. Its index of the camera is 0, to be set by the caller. Throws
   // as Check.
   Frame Make(const ImageInput& input, int index, int keypoints, const ClassRelations& classes);
+  // The same without key points, of a valid image; it takes no time.
+  Frame MakeWithoutFeatures(const ImageInput& input, int index) const;
 
  private:
   std::vector<Box> MovingBoxes(const Frame& frame, const ClassRelations& classes) const;
@@ -51,6 +55,7 @@ class FrameMaker {
   Camera camera_;
   double min_score_;  // of a detection inside of which key points are dropped
   OrbExtractor extractor_;
+  std::shared_ptr<const Features> nothing_;
 };
 
 }  // namespace oaslam

@@ -69,6 +69,10 @@ void Atlas::BeginMain(Map map, bool has_map) {
   main_->tracker().SetMapping(mapping_);
 }
 
+bool Atlas::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
+  return growing_ || lost_since_ || main_->tracker().NeedsFeatures(timestamp, motion);
+}
+
 Tracker::Outcome Atlas::Process(const Frame& frame) {
   newest_frame_ = frame.index;
   // Ids must stay unique across both pieces. While the camera is lost in the main one, that may

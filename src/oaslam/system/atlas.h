@@ -35,6 +35,9 @@ class Atlas {
   // and no initial map is made. No two pieces share an id.
   Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others);
 
+  // Whether the next frame must have features; without them its pose is by its motion since the map
+  // was last looked for. `motion`: null as long as it is not known.
+  bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
   // Tracks the next frame.
   Tracker::Outcome Process(const Frame& frame);
   // Detections of a frame that was processed before.

@@ -49,7 +49,7 @@ TrackDemands Tracker::Demands(const Frame& frame) const {
   TrackDemands demands;
   demands.inliers = config_.tracking.min_inliers;
   demands.spread = LeastSpread();
-  if (IsOnProbation(frame))
+  if (IsOnProbation(frame.timestamp))
     demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
   return demands;
 }
@@ -65,8 +65,8 @@ double Tracker::LeastSpread() const {
   return std::min(kShare * usual_spread_, kEnough);
 }
 
-bool Tracker::IsOnProbation(const Frame& frame) const {
-  return relocalized_frame_ && frame.timestamp - relocalized_time_ <= kProbation;
+bool Tracker::IsOnProbation(double timestamp) const {
+  return relocalized_frame_ && timestamp - relocalized_time_ <= kProbation;
 }
 
 Rigid3 Tracker::Predict(const Rigid3& last_pose, double timestamp) const {
@@ -154,6 +154,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
     seen_in_map_time_ = frame.timestamp;
     depth_ = tracked.depth;
   }
+  if (frame.index == newest_.frame.index) newest_.landmarks = tracked.landmarks;
   last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
   trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state},
                   frame, tracked.landmarks);

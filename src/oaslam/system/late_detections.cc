@@ -49,8 +49,8 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   }
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success) return outcome;
-  relocalized_frame_ = newest_.index;  // the probation lasts from the newest frame on
-  relocalized_time_ = newest_.timestamp;
+  relocalized_frame_ = newest_.frame.index;  // the probation lasts from the newest frame on
+  relocalized_time_ = newest_.frame.timestamp;
   std::erase_if(untracked_, [&](const UntrackedFrame& untracked) {
     return untracked.frame.index >= frame.index;
   });

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "oaslam/geometry/pose_step.h"
+#include "oaslam/matching/projection_search.h"
 #include "oaslam/system/tracker.h"
 #include "oaslam/util/median.h"
 
@@ -120,6 +121,58 @@ std::optional<OdometryPrediction> Tracker::PredictByOdometry(const Frame& frame,
         motion->is_turn};
   }
   return std::nullopt;
+}
+
+bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
+  // Two images at 30 Hz may pass in between: the odometry drifts by less than a pixel in that time.
+  constexpr double kSeconds = 0.08;
+  constexpr double kYoung = 2;  // seconds; a new map needs all the keyframes that it can get
+  if (phase_ != Phase::kTracking || !last_ || !unit_ || IsOnProbation(timestamp) ||
+      timestamp - last_->frame.timestamp > kSeconds || timestamp - map_began_time_ < kYoung)
+    return true;
+  return motion && (motion->is_preliminary || motion->is_keyframe || motion->run != unit_->run);
+}
+
+// Goes on by the motion since the last frame, without having looked for the map: its landmarks are
+// shown where they must be.
+Tracker::Outcome Tracker::Carry(const Frame& frame, const Map& map,
+                                const OdometryPrediction& predicted) {
+  TrackReport carried;
+  carried.cam_from_world = predicted.expected.cam_from_world;
+  carried.reference = predicted.reference;
+  Features features = *frame.features;
+  const Features& before = *last_->frame.features;
+  for (size_t i = 0; i < last_->landmarks.size(); ++i) {
+    const LandmarkId id = last_->landmarks[i];
+    const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr;
+    const auto seen = landmark ? ProjectLandmark(id, *landmark, map.cameras[frame.camera],
+                                                 carried.cam_from_world, before)
+                               : std::nullopt;
+    if (!seen) continue;
+    features.keypoints.push_back(before.keypoints[i]);
+    features.keypoints.back().px = seen->px.cast<float>();
+    features.descriptors.push_back(before.descriptors[i]);
+    carried.landmarks.push_back(id);
+  }
+  carried.matched = carried.inliers = features.size();
+  carried.depth = depth_;
+  newest_.frame.features = std::make_shared<const Features>(std::move(features));
+  newest_.landmarks = carried.landmarks;
+  constexpr double kSeconds = 0.2;  // since the map was seen
+  Outcome outcome =
+      Outcome::Tracked(frame.timestamp - seen_in_map_time_ < kSeconds ? TrackingState::kTracking
+                                                                      : TrackingState::kOdometry,
+                       carried.cam_from_world, carried.matched, carried.inliers);
+  outcome.depth = carried.depth;
+  ObserveObjects(newest_.frame, map, carried, outcome);
+  if (!mapping_) TakeRest();
+  const FramePose pose{frame.index, frame.timestamp, carried.reference,
+                       RelativeTo(map, carried.reference, carried.cam_from_world), outcome.state};
+  if (const auto motion = MotionBetween(last_->frame.motion, frame.motion))
+    trajectory_.AddCarried(pose, last_->frame.index, motion->cam_from_cam);
+  else
+    trajectory_.Add(pose, frame, {});
+  return outcome;
 }
 
 // Finds the pose near the one that is predicted. Many landmarks may contradict the prediction, few

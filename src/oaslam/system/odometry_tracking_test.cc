@@ -14,13 +14,16 @@ struct Walk {
   int frames = 90;
   int blind_from = 45, blind_to = 60;  // nothing of the map is seen there
   int preliminary_to = 5;
-  int cut_at = 1000;  // another run of the odometry begins
+  int cut_at = 1000;            // another run of the odometry begins
+  bool saves_features = false;  // features are taken only where the tracker needs them
 };
 
 struct Walked {
   std::vector<Tracker::Outcome> outcomes;
   std::vector<Rigid3> truth;  // cam_from_odom
   std::shared_ptr<const Map> map;
+  int without_features = 0;  // images
+  std::vector<FramePose> trajectory;
 };
 
 // A camera on an arc whose images are empty for a while; the odometry goes on.
@@ -55,10 +58,17 @@ Walked Follow(const Walk& walk) {
             {ProjectIdeal(world.camera, p).cast<float>(), static_cast<float>(kUnit / p.z())});
     }
     walked.truth.push_back(motion.cam_from_odom);
+    if (walk.saves_features && !atlas.NeedsFeatures(frame.timestamp, nullptr) &&
+        !atlas.NeedsFeatures(frame.timestamp, &motion)) {
+      frame.features = std::make_shared<const Features>(frame.features->Selected({}));
+      ++walked.without_features;
+    }
     frame.motion = std::make_shared<const FrameMotion>(std::move(motion));
     walked.outcomes.push_back(atlas.Process(frame));
   }
-  walked.map = atlas.main().Newest();
+  atlas.Finish();
+  walked.map = atlas.main().snapshot();
+  walked.trajectory = atlas.main().tracker().trajectory();
   return walked;
 }
 
@@ -101,6 +111,26 @@ TEST(OdometryTracking, KeyframesGoOnWithoutLandmarks) {
   });
   EXPECT_GE(blind, 3);
   EXPECT_TRUE(walked.map->CheckInvariants().empty());
+}
+
+// Images between those in which the map is looked for have their pose by the motion alone.
+TEST(OdometryTracking, FeaturesAreNotTakenFromEachImage) {
+  const Walked walked =
+      Follow({.frames = 120, .blind_from = 200, .blind_to = 200, .saves_features = true});
+  EXPECT_GT(walked.without_features, 10);
+  for (int i = 15; i < 120; ++i) {
+    EXPECT_EQ(walked.outcomes[i].state, TrackingState::kTracking) << i;
+    EXPECT_LT(ErrorAt(walked, i), 0.1) << i;
+  }
+  ASSERT_EQ(walked.trajectory.size(), 120);
+  for (const FramePose& pose : walked.trajectory) {
+    const auto reference = walked.map->ResolvePose(pose.reference);
+    ASSERT_TRUE(reference.has_value());
+    EXPECT_LT(((pose.cam_from_reference * *reference).OriginInSource() -
+               walked.truth[pose.frame_index].OriginInSource())
+                  .norm(),
+              0.1);
+  }
 }
 
 // Poses of different runs have nothing in common: without landmarks the camera is lost.

@@ -156,19 +156,33 @@ std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const cv::Mat& grey,
   return motion;
 }
 
-// Features and motion are found side by side.
+// Features and motion are found side by side, where it is known beforehand that both are needed.
 Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
   frame_maker_.Check(input);
   const Stopwatch watch;
   ImageInput grey = input;
   grey.image = ToGrey(input.image);
+  const auto with_features = [&] {
+    return MakeFrame(grey, next_index_,
+                     config_.features.count * (atlas_->IsInitializing() ? 2 : 1));
+  };
   double motion_cpu_ms = 0;
-  auto motion = std::async(std::launch::async,
-                           [&] { return FollowMotion(grey.image, grey.timestamp, motion_cpu_ms); });
-  const int keypoints = config_.features.count * (atlas_->IsInitializing() ? 2 : 1);
-  Frame frame = MakeFrame(grey, next_index_, keypoints);
-  frame.motion = motion.get();
-  cpu_ms = watch.ThreadCpuMs() + motion_cpu_ms;
+  const auto follow = [&] { return FollowMotion(grey.image, grey.timestamp, motion_cpu_ms); };
+  Frame frame;
+  if (atlas_->NeedsFeatures(input.timestamp, nullptr)) {
+    auto motion = std::async(std::launch::async, follow);
+    frame = with_features();
+    frame.motion = motion.get();
+    cpu_ms = watch.ThreadCpuMs() + motion_cpu_ms;
+  } else {
+    const std::shared_ptr<const FrameMotion> motion = follow();
+    frame = !motion || atlas_->NeedsFeatures(input.timestamp, motion.get())
+                ? with_features()
+                : frame_maker_.MakeWithoutFeatures(grey, next_index_);
+    frame.camera = camera_index_;
+    frame.motion = motion;
+    cpu_ms = watch.ThreadCpuMs();
+  }
   return frame;
 }
 
@@ -192,7 +206,7 @@ TrackingResult Slam::Impl::Process(const ImageInput& input) {
   result.frame = frame.index - first_index_;
   result.timestamp = frame.timestamp;
   TakePose(outcome, result);
-  result.keypoints = frame.features->size();
+  result.keypoints = session().tracker().newest_features();
   result.piece = atlas_->main_number();
   result.ms_objects = outcome.ms_objects;
   result.detections = static_cast<int>(input.detections.size());

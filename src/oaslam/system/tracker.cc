@@ -58,7 +58,7 @@ void Tracker::Take(const Frame& frame) {
   constexpr size_t kMaxUndetected = 120;
   if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
-  newest_ = frame;
+  newest_ = {frame, {}};
   relocalization_.reset();
   if (frame.motion && frame.motion->is_keyframe) view_has_changed_ = true;
 }
@@ -68,6 +68,7 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   if (phase_ == Phase::kInitializing) return Initialize(frame, map);
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const auto predicted = PredictByOdometry(frame, map);
+  if (predicted && frame.features->size() == 0) return Carry(frame, map, *predicted);
   TrackReport tracked = predicted ? FollowByOdometry(frame, map, *predicted) : Follow(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   if (predicted && !mapping_)
@@ -101,11 +102,11 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   outcome.depth = tracked.depth;
   ObserveObjects(frame, map, tracked, outcome);
   constexpr int kBackfillPerFrame = 2;  // spread over frames, so that no single frame takes long
-  if (backfill_ && !IsOnProbation(frame)) {
+  if (backfill_ && !IsOnProbation(frame.timestamp)) {
     backfill_->proven = true;
     FillInUntracked(map, kBackfillPerFrame);
   }
-  if (IsOnProbation(frame))
+  if (IsOnProbation(frame.timestamp))
     outcome.located = LocatedPose{tracked.cam_from_world, PositionSigma(map, tracked), true};
   if (mapping_)
     MakeKeyframe(frame, map, tracked, outcome);
@@ -148,8 +149,9 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   motion_.reset();
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
+  newest_.landmarks = keyframe->landmarks;
   anchors_ = {{frame.motion, newest_keyframe_, {}}};
-  seen_in_map_time_ = frame.timestamp;
+  seen_in_map_time_ = map_began_time_ = frame.timestamp;
   depth_ = map.MedianDepth(newest_keyframe_);
   unit_.reset();
   if (frame.motion && !frame.motion->is_preliminary) unit_ = OdometryUnit{frame.motion->run, 1};
@@ -270,20 +272,16 @@ void Tracker::SkipIds(const NextIds& ids) {
 
 FrameView Tracker::View() const {
   FrameView view;
-  view.frame = newest_;
+  view.frame = newest_.frame;
   view.relocalization = relocalization_;
-  view.detected.resize(newest_.detections.size());
-  if (last_ && last_->frame.index == newest_.index && newest_.features) {
-    view.landmarks = last_->landmarks;
-    for (const ObjectTrack& track : object_tracks_.open)
-      for (size_t i = 0; track.last_frame == newest_.index && i < newest_.detections.size(); ++i)
-        if (newest_.detections[i].box == track.last_box &&
-            newest_.detections[i].category_id == track.category_id)
-          view.detected[i] = track.object;
-  }
-  const std::vector<FramePose>& poses = trajectory_.poses();
-  const auto at = std::ranges::lower_bound(poses, newest_.index, {}, &FramePose::frame_index);
-  if (at != poses.end() && at->frame_index == newest_.index) view.pose = *at;
+  view.landmarks = newest_.landmarks;
+  const std::vector<ObjectDetection>& detections = newest_.frame.detections;
+  view.detected.resize(detections.size());
+  for (const ObjectTrack& track : object_tracks_.open)
+    for (size_t i = 0; track.last_frame == newest_.frame.index && i < detections.size(); ++i)
+      if (detections[i].box == track.last_box && detections[i].category_id == track.category_id)
+        view.detected[i] = track.object;
+  if (const FramePose* pose = trajectory_.PoseOf(newest_.frame.index)) view.pose = *pose;
   return view;
 }
 
@@ -310,7 +308,8 @@ Tracker::Outcome Tracker::Present(const Map& map) const {
 
 void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
                            Outcome& outcome) {
-  if (IsOnProbation(frame)) return;  // until the relocalized pose is proven the map is not changed
+  if (IsOnProbation(frame.timestamp))
+    return;  // until the relocalized pose is proven the map is not changed
   const KeyframeEvidence evidence{
       .seconds_since_keyframe = std::abs(frame.timestamp - newest_keyframe_time_),
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) ||
@@ -362,7 +361,7 @@ void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackRepo
   TrackedFrame seen{frame,
                     tracked.cam_from_world,
                     tracked.reference,
-                    last_->cam_from_reference,
+                    RelativeTo(map, tracked.reference, tracked.cam_from_world),
                     tracked.landmarks,
                     tracked.inliers};
   if (frame.detections_follow)

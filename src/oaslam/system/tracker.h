@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -79,6 +80,8 @@ class Tracker {
   // Uses an index of the map that was made elsewhere, to find a lost camera.
   void Use(std::shared_ptr<const LandmarkIndex> index) { relocalizer_.Use(std::move(index)); }
 
+  // As Atlas::NeedsFeatures.
+  bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
   Outcome Track(const Frame& frame, const Map& map);
   // Records a frame without looking for the lost camera in it.
   Outcome PassOver(const Frame& frame);
@@ -110,6 +113,10 @@ class Tracker {
   bool HasTracked(int frame_index) const;
   // cam_from_world of a frame, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
+  // How many points the newest frame has, with or without a landmark.
+  int newest_features() const {
+    return newest_.frame.features ? newest_.frame.features->size() : 0;
+  }
   // What a viewer shows of the newest frame; the caller adds the map.
   FrameView View() const;
   // Makes the tracker lose its pose, if it has one: the next frame is relocalized. `near`: where
@@ -144,6 +151,7 @@ class Tracker {
   }
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
+  Outcome Carry(const Frame& frame, const Map& map, const OdometryPrediction& predicted);
   std::optional<Outcome> RegisterAgain(const Frame& frame, const Map& map);
   Relocalization Find(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
@@ -156,7 +164,7 @@ class Tracker {
                              const OdometryPrediction& predicted, TrackReport carried);
   Outcome ReportObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
-  bool IsOnProbation(const Frame& frame)
+  bool IsOnProbation(double timestamp)
       const;  // shortly after a relocalization by points, which must still prove itself
   TrackDemands Demands(const Frame& frame) const;
   double LeastSpread() const;
@@ -193,11 +201,18 @@ class Tracker {
                       Outcome& outcome);
   int Associate(const TrackedFrame& seen, const Map& map);
 
+  // The newest frame with a pose and features.
   struct Last {
     Frame frame;
     std::vector<LandmarkId> landmarks;
     KeyframeId reference;
     Rigid3 cam_from_reference;
+  };
+
+  // The newest frame, with or without a pose, as it is shown.
+  struct Newest {
+    Frame frame;
+    std::vector<LandmarkId> landmarks;  // by key point, or empty
   };
 
   // The motion of the camera between the last two frames.
@@ -244,7 +259,7 @@ class Tracker {
   bool map_is_loaded_;
   bool mapping_ = true;
   uint32_t next_keyframe_;
-  Frame newest_;                                      // with or without a pose
+  Newest newest_;
   std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
   std::vector<Frame> before_map_;         // frames before the initial map, in order
@@ -255,6 +270,7 @@ class Tracker {
   std::vector<OdometryAnchor> anchors_;
   std::optional<OdometryUnit> unit_;
   std::shared_ptr<const FrameMotion> keyframe_motion_;  // of the newest keyframe
+  double map_began_time_ = -INFINITY;
   double seen_in_map_time_ = 0;    // of the newest frame whose pose the map gave
   double depth_ = 0;               // median, of that frame
   double looked_in_map_time_ = 0;  // without mapping, while the odometry carries the pose on

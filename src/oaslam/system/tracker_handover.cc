@@ -9,6 +9,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   phase_ = other.phase_;
   last_ = std::move(other.last_);
   if (last_) last_->cam_from_reference.translation *= scale;
+  newest_ = std::move(other.newest_);
   motion_ = other.motion_;
   if (motion_) motion_->cam_from_before.translation *= scale;
   anchors_ = std::move(other.anchors_);
@@ -16,6 +17,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   unit_ = other.unit_;
   keyframe_motion_ = std::move(other.keyframe_motion_);
   if (unit_) unit_->length *= scale;
+  map_began_time_ = other.map_began_time_;
   seen_in_map_time_ = other.seen_in_map_time_;
   depth_ = scale * other.depth_;
   view_has_changed_ = other.view_has_changed_;

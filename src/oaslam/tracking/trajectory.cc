@@ -14,7 +14,6 @@ std::vector<FramePose>::iterator Trajectory::Find(int frame_index) {
 void Trajectory::Add(const FramePose& pose, const Frame& frame,
                      const std::vector<LandmarkId>& landmarks) {
   Put(pose);
-  std::erase_if(unrefined_, [&](const Unrefined& u) { return u.frame_index == pose.frame_index; });
   Unrefined unrefined{pose.frame_index, frame.camera, {}};
   for (size_t i = 0; i < landmarks.size(); ++i) {
     const Keypoint& keypoint = frame.features->keypoints[i];
@@ -22,10 +21,20 @@ void Trajectory::Add(const FramePose& pose, const Frame& frame,
       unrefined.seen.push_back(
           {landmarks[i], keypoint.px, frame.features->pyramid.scale[keypoint.octave]});
   }
-  if (unrefined.seen.empty()) return;
-  unrefined_.insert(
-      std::ranges::upper_bound(unrefined_, pose.frame_index, {}, &Unrefined::frame_index),
-      std::move(unrefined));
+  Keep(std::move(unrefined));
+}
+
+void Trajectory::AddCarried(const FramePose& pose, int other_frame, const Rigid3& cam_from_other) {
+  Put(pose);
+  Keep({pose.frame_index, 0, {}, Carried{other_frame, cam_from_other}});
+}
+
+void Trajectory::Keep(Unrefined unrefined) {
+  const int index = unrefined.frame_index;
+  std::erase_if(unrefined_, [&](const Unrefined& u) { return u.frame_index == index; });
+  if (unrefined.seen.empty() && !unrefined.carried) return;
+  unrefined_.insert(std::ranges::upper_bound(unrefined_, index, {}, &Unrefined::frame_index),
+                    std::move(unrefined));
 }
 
 void Trajectory::Put(const FramePose& pose) {
@@ -46,28 +55,36 @@ void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
 }
 
 void Trajectory::RefinePosesBefore(const Map& map, int frame_index) {
+  for (; !unrefined_.empty() && unrefined_.front().frame_index < frame_index;
+       unrefined_.pop_front())
+    if (const auto pose = Find(unrefined_.front().frame_index); pose != poses_.end())
+      Refine(map, unrefined_.front(), *pose);
+}
+
+void Trajectory::Refine(const Map& map, const Unrefined& unrefined, FramePose& pose) {
+  if (unrefined.carried) {
+    const FramePose* other = PoseOf(unrefined.carried->other_frame);
+    if (!other) return;
+    pose.reference = other->reference;
+    pose.cam_from_reference = unrefined.carried->cam_from_other * other->cam_from_reference;
+    return;
+  }
   constexpr int kMinInliers = 20;  // with fewer, the pose from tracking is more certain
   // The share of a frame's landmarks that must be inliers; with fewer, the landmarks themselves
   // have changed.
   constexpr double kMinShare = 0.7;
-  for (; !unrefined_.empty() && unrefined_.front().frame_index < frame_index;
-       unrefined_.pop_front()) {
-    const Unrefined& u = unrefined_.front();
-    const auto pose = Find(u.frame_index);
-    const auto reference = pose != poses_.end() ? map.ResolvePose(pose->reference) : std::nullopt;
-    if (!reference) continue;
-    std::vector<PointObservation> observations;
-    for (const Seen& s : u.seen)
-      if (const Landmark* landmark = map.landmarks.Find(s.landmark))
-        observations.push_back(
-            {landmark->position, s.px.cast<double>(), 1.0 / (s.scale * s.scale)});
-    const PoseReport refined =
-        RefinePose(map.cameras[u.camera], pose->cam_from_reference * *reference, observations);
-    if (!refined.success || refined.inliers < kMinInliers ||
-        refined.inliers < kMinShare * static_cast<double>(u.seen.size()))
-      continue;
-    pose->cam_from_reference = refined.cam_from_world * reference->Inverse();
-  }
+  const std::optional<Rigid3> reference = map.ResolvePose(pose.reference);
+  if (!reference) return;
+  std::vector<PointObservation> observations;
+  for (const Seen& s : unrefined.seen)
+    if (const Landmark* landmark = map.landmarks.Find(s.landmark))
+      observations.push_back({landmark->position, s.px.cast<double>(), 1.0 / (s.scale * s.scale)});
+  const PoseReport refined =
+      RefinePose(map.cameras[unrefined.camera], pose.cam_from_reference * *reference, observations);
+  if (!refined.success || refined.inliers < kMinInliers ||
+      refined.inliers < kMinShare * static_cast<double>(unrefined.seen.size()))
+    return;
+  pose.cam_from_reference = refined.cam_from_world * reference->Inverse();
 }
 
 void Trajectory::Join(Trajectory other, double scale) {
@@ -75,10 +92,12 @@ void Trajectory::Join(Trajectory other, double scale) {
     pose.cam_from_reference.translation *= scale;
     Put(pose);
   }
-  for (Unrefined& unrefined : other.unrefined_)
+  for (Unrefined& unrefined : other.unrefined_) {
+    if (unrefined.carried) unrefined.carried->cam_from_other.translation *= scale;
     unrefined_.insert(
         std::ranges::upper_bound(unrefined_, unrefined.frame_index, {}, &Unrefined::frame_index),
         std::move(unrefined));
+  }
 }
 
 void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {
@@ -87,6 +106,8 @@ void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {
 
 void Trajectory::Scale(double factor) {
   for (FramePose& pose : poses_) pose.cam_from_reference.translation *= factor;
+  for (Unrefined& unrefined : unrefined_)
+    if (unrefined.carried) unrefined.carried->cam_from_other.translation *= factor;
 }
 
 const FramePose* Trajectory::PoseOf(int frame_index) const {

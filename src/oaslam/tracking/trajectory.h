@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "oaslam/map/piece.h"
@@ -15,6 +16,9 @@ class Trajectory {
   // Adds a pose, or replaces the one the frame had. `landmarks`: the inliers by key point of
   // `frame`, invalid where there is none; may be empty.
   void Add(const FramePose& pose, const Frame& frame, const std::vector<LandmarkId>& landmarks);
+  // Adds the pose of a frame that is known by its motion since another frame alone: it moves with
+  // that one's. `cam_from_other` is in units of the map.
+  void AddCarried(const FramePose& pose, int other_frame, const Rigid3& cam_from_other);
   // Marks a frame as a keyframe: its pose is the keyframe's from now on.
   void MakeKeyframe(int frame_index, KeyframeId id);
   // Refines the poses of frames before `frame_index` against the landmarks they saw, at the
@@ -39,10 +43,17 @@ class Trajectory {
     Eigen::Vector2f px;  // ideal image
     float scale = 1;     // of its pyramid level
   };
+  struct Carried {
+    int other_frame = 0;
+    Rigid3 cam_from_other;
+  };
   struct Unrefined {
     int frame_index = 0, camera = 0;
-    std::vector<Seen> seen;
+    std::vector<Seen> seen;  // empty where it was carried
+    std::optional<Carried> carried{};
   };
+  void Keep(Unrefined unrefined);
+  void Refine(const Map& map, const Unrefined& unrefined, FramePose& pose);
   std::vector<FramePose>::iterator Find(int frame_index);
   void Put(const FramePose& pose);
 

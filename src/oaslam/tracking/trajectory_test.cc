@@ -46,6 +46,17 @@ TEST(Trajectory, RefinesAFrameWithTheMapAsItIsLater) {
   EXPECT_LT(s.Error(trajectory.poses().front()), 0.004);
 }
 
+TEST(Trajectory, ACarriedFrameMovesWithTheOneItWasCarriedFrom) {
+  const TrajectoryScene s;
+  Trajectory trajectory;
+  trajectory.Add(s.Pose(20), s.frame, s.landmarks);
+  trajectory.AddCarried(s.Pose(21), 20, Rigid3());
+  trajectory.RefinePosesBefore(s.mapped.map, 100);
+  EXPECT_LT(s.Error(trajectory.poses().back()), 0.004);
+  EXPECT_EQ(trajectory.poses().back().cam_from_reference.translation,
+            trajectory.poses().front().cam_from_reference.translation);
+}
+
 TEST(Trajectory, KeepsThePoseWhereTheMapForgotWhatTheFrameSaw) {
   TrajectoryScene s;
   Trajectory trajectory;
