@@ -42,7 +42,7 @@ def test_map(desk):
 def test_tracked_points(desk):
     points = desk.slam.tracked_points()
     found = points[points["landmark"] >= 0]
-    assert len(found) == desk.results[-1].inliers and len(points) >= len(found)
+    assert len(found) == desk.results[-1].inliers and len(points) == desk.results[-1].keypoints
     assert set(found["landmark"]) <= set(desk.slam.snapshot().landmarks()["id"])
     assert numpy.isfinite(found["position"]).all()
 

@@ -39,7 +39,8 @@ struct Beginning {
 Beginning BeginMotion(const Window& window, const WindowOptions& options,
                       const BeginningOptions& beginning, double image_width, Rng& rng);
 
-// The motion near the one that led some images ago; it costs a twentieth and decides nothing.
+// The motion near the one that led some images ago; one start instead of some twenty, and it
+// decides nothing.
 Beginning FollowLeader(const Window& window, const WindowOptions& options,
                        const BeginningMotion& leader);
 

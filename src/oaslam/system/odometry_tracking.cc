@@ -124,9 +124,10 @@ std::optional<OdometryPrediction> Tracker::PredictByOdometry(const Frame& frame,
 }
 
 bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
-  // Two images at 30 Hz may pass in between: the odometry drifts by less than a pixel in that time.
+  // Two images at 30 Hz may pass in between. Other values were not measured.
   constexpr double kSeconds = 0.08;
-  constexpr double kYoung = 2;  // seconds; a new map needs all the keyframes that it can get
+  // Seconds: a new map needs all the keyframes that it can get (docs/lab/odometry.md).
+  constexpr double kYoung = 2;
   if (phase_ != Phase::kTracking || !last_ || !unit_ || IsOnProbation(timestamp) ||
       timestamp - last_->frame.timestamp > kSeconds || timestamp - map_began_time_ < kYoung)
     return true;
