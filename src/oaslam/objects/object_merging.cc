@@ -20,17 +20,25 @@ namespace {
 // Two objects that this many images show in separate boxes are not the same; one or two such images
 // may be errors of the detector.
 constexpr int kSideBySide = 3;
-// Least mean overlap of the common model; two objects side by side reach less.
-constexpr double kMinMergedIoU = 0.5;
 
 bool HasEllipsoid(const Object& object) { return object.state != ObjectState::kTentative; }
 
-bool LookAlike(const Object& a, const Object& b, const ObjectsConfig& config) {
-  if (!MayBeTheSame(LabelsOf(a), LabelsOf(b))) return false;
-  if (CountShared(VotedLandmarks(a), VotedLandmarks(b)) > config.min_shared_points) return true;
-  return HasEllipsoid(a) && HasEllipsoid(b) &&
-         (IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid)) > config.fusion_iou ||
-          Contains(a.ellipsoid, b.ellipsoid.center) || Contains(b.ellipsoid, a.ellipsoid.center));
+// The least mean overlap of a model of both that makes them one: two objects side by side reach
+// less. Where the ellipsoids only touch, as where each was seen from one side, the model must
+// explain the boxes of both nearly as well as their own do. Nothing where they cannot be the same.
+std::optional<double> LeastCommonIoU(const Object& a, const Object& b,
+                                     const ObjectsConfig& config) {
+  constexpr double kOverlapping = 0.5, kTouching = 0.9;
+  if (!MayBeTheSame(LabelsOf(a), LabelsOf(b))) return std::nullopt;
+  if (CountShared(VotedLandmarks(a), VotedLandmarks(b)) > config.min_shared_points)
+    return kOverlapping;
+  if (!HasEllipsoid(a) || !HasEllipsoid(b)) return std::nullopt;
+  const double iou = IoU(BoundingBox(a.ellipsoid), BoundingBox(b.ellipsoid));
+  if (iou > config.fusion_iou || Contains(a.ellipsoid, b.ellipsoid.center) ||
+      Contains(b.ellipsoid, a.ellipsoid.center))
+    return kOverlapping;
+  if (!(iou > 0) || config.model == ObjectMethod::kPaper) return std::nullopt;
+  return kTouching * std::min(a.mean_iou, b.mean_iou);
 }
 
 // The number of images with separate boxes of both. The observations of both
@@ -111,9 +119,10 @@ bool IsMapped(const Map& map, ObjectId id) {
 void TryMerge(Map& map, std::span<const ObjectPlace> places, ObjectId kept, ObjectId gone,
               const ObjectsConfig& config) {
   const Object &a = map.objects.At(kept), &b = map.objects.At(gone);
-  if (!LookAlike(a, b, config) || CountSideBySide(a, b) >= kSideBySide) return;
+  const std::optional<double> least_iou = LeastCommonIoU(a, b, config);
+  if (!least_iou || CountSideBySide(a, b) >= kSideBySide) return;
   std::optional<Joint> joint = Join(map, places, kept, gone, config);
-  if (joint && IsConfirmed(joint->overlap, config) && joint->overlap.mean_iou >= kMinMergedIoU)
+  if (joint && IsConfirmed(joint->overlap, config) && joint->overlap.mean_iou >= *least_iou)
     Replace(std::move(joint->object), kept, gone, map);
 }
 

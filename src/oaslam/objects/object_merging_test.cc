@@ -126,6 +126,48 @@ TEST(Merging, AMappedObjectKeepsItsId) {
   EXPECT_EQ(*map.ResolveObject(ObjectId(0)), ObjectId(1));
 }
 
+// What is seen from two sides at two times, as two ellipsoids that only touch, since each is off
+// along the line of sight.
+TEST(Merging, EllipsoidsThatTouchAreOneIfOneExplainsBoth) {
+  for (const bool really_two : {false, true}) {
+    const TrueObject cup = TableTop()[0];
+    TrueObject other = cup;
+    const double touching = 1.7 * cup.ellipsoid.half_axes.x();
+    if (really_two) other.ellipsoid.center.y() += touching;
+    Map map = EmptyMap();
+    Object objects[2];
+    for (int half = 0; half < 2; ++half) {
+      Object& object = objects[half];
+      const TrueObject& seen = half == 0 ? cup : other;
+      object.category_id = cup.category_id;
+      object.state = ObjectState::kMapped;
+      object.ellipsoid = seen.ellipsoid;
+      object.mean_iou = 0.9;
+      if (half == 1 && !really_two) object.ellipsoid.center.x() += touching;
+      for (int i = 0; i < 20; ++i) {
+        const uint32_t k = static_cast<uint32_t>(20 * half + i);
+        const double angle = 0.02 * i + 0.8 * half;
+        const Rigid3 pose =
+            LookAt({1.4 * std::cos(angle), 1.4 * std::sin(angle), 0.7}, {0, 0, 0.05});
+        map.keyframes.Insert(
+            KeyframeId(k),
+            {static_cast<int>(k), k / 30.0, 0, pose, std::make_shared<const Features>(), {}, {}});
+        object.observations.push_back({static_cast<int>(k), KeyframeId(k), Rigid3(), 0,
+                                       *ProjectToBox(seen.ellipsoid, pose, kCamera), 0.8, 0});
+      }
+      object.total_observations = 20;
+      map.objects.Insert(ObjectId(static_cast<uint32_t>(half)), object);
+    }
+    ASSERT_GT(IoU(BoundingBox(objects[0].ellipsoid), BoundingBox(objects[1].ellipsoid)), 0);
+    ASSERT_LT(IoU(BoundingBox(objects[0].ellipsoid), BoundingBox(objects[1].ellipsoid)), 0.2);
+    MergeDuplicates(map, {ObjectId(1)}, {});
+    EXPECT_EQ(map.objects.size(), really_two ? 2U : 1U);
+    if (!really_two) {
+      EXPECT_LT((map.objects.At(ObjectId(0)).ellipsoid.center - cup.ellipsoid.center).norm(), 0.02);
+    }
+  }
+}
+
 // A thing that was taken for a bowl at first: both halves of its detections have both labels.
 TEST(Merging, WhatIsGivenTwoLabelsBecomesOneOfTheCommonerClass) {
   for (const bool has_both : {true, false}) {
