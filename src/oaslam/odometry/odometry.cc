@@ -126,6 +126,7 @@ bool Odometry::IsUncertain(double elapsed, double share_of_inliers) {
   const bool was_uncertain = is_uncertain_;
   is_uncertain_ = doubt_ > (was_uncertain ? kMost / 2 : kMost);
   if (is_uncertain_ && !was_uncertain) ++run_;
+  doubt_ = std::min(doubt_, kMost);  // a long swing is forgotten as soon as a short one
   return is_uncertain_;
 }
 

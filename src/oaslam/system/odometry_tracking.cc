@@ -68,10 +68,10 @@ std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
 std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
     const std::shared_ptr<const FrameMotion>& before,
     const std::shared_ptr<const FrameMotion>& now) const {
-  // Shares of the way, of the depth and of the turn: about twice the errors over a second in
-  // rendered rooms; real films have more (docs/lab/odometry.md). The last is a guess: a hand's way
-  // in a tenth of a second.
-  constexpr double kSigmaOfWay = 0.05, kSigmaOfDepth = 0.005, kSigmaOfTurn = 0.02,
+  // Shares of the way, of the depth and of the turn: about the errors over a second in rendered
+  // rooms; real films have more (docs/lab/odometry.md). The last is a guess: a hand's way in a
+  // tenth of a second.
+  constexpr double kSigmaOfWay = 0.03, kSigmaOfDepth = 0.003, kSigmaOfTurn = 0.02,
                    kLeastTurn = 0.004, kUnknownWay = 0.03;
   if (!before || !now || before->run != now->run) return std::nullopt;
   CameraMotion motion;
@@ -220,7 +220,7 @@ Tracker::Outcome Tracker::ContinueByOdometry(const Frame& frame, const Map& map,
 
 // The unit of the odometry, by points whose depth it knows that are landmarks of the map, too.
 void Tracker::LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked) {
-  constexpr double kSeconds = 3;  // time constant: the odometry's scale drifts slowly
+  constexpr double kSeconds = 10;  // time constant: the odometry's scale drifts slowly
   if (!frame.motion) return;
   const std::optional<double> length = UnitOfOdometry(frame, map, tracked);
   if (!length) return;
