@@ -43,8 +43,7 @@ class LocalizeResults {
  public:
   explicit LocalizeResults(const std::string& folder) : folder_(folder) {}
 
-  // `is_followed`: the pose follows from those before it, by the camera's motion or a temporary
-  // piece of map.
+  // `is_followed`: the pose follows from those before it, by the camera's motion.
   void Add(int index, double timestamp, const RelocalizationResult& r, bool is_followed = false) {
     if (!frames_.is_open()) OpenFrames();
     frames_ << fmt::format("{},{:.6f},{},{:.4f},{},{},{:.6g},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n",

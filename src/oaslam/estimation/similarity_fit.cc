@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -43,22 +44,29 @@ std::optional<Similarity> FromTwo(const PosePair& first, const PosePair& second)
   return Similarity(scale, rotation, middle_b - scale * (rotation * middle_a));
 }
 
-Similarity BestOfTwo(std::span<const PosePair> pairs) {
+Similarity FromOne(const PosePair& pair, double scale) {
+  const Eigen::Quaterniond rotation = RotationOf(pair);
+  return {scale, rotation,
+          pair.cam_from_b.OriginInSource() - scale * (rotation * pair.cam_from_a.OriginInSource())};
+}
+
+// The similarity of two poses, or with a known scale of one, that most agree with.
+Similarity BestOfFew(std::span<const PosePair> pairs, const std::optional<ScalePrior>& prior) {
   constexpr size_t kMost = 40;  // poses that are combined: their 780 pairs bound the time
   const size_t stride = (pairs.size() + kMost - 1) / kMost;
   Similarity best;
-  int most = -1;
+  int64_t most = -1;
+  const auto consider = [&](const Similarity& candidate) {
+    const auto inliers =
+        std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, candidate); });
+    if (inliers <= most) return;
+    most = inliers;
+    best = candidate;
+  };
   for (size_t i = 0; i < pairs.size(); i += stride) {
-    for (size_t j = i + stride; j < pairs.size(); j += stride) {
-      const auto candidate = FromTwo(pairs[i], pairs[j]);
-      if (!candidate) continue;
-      const auto inliers = static_cast<int>(
-          std::ranges::count_if(pairs, [&](const PosePair& p) { return IsInlier(p, *candidate); }));
-      if (inliers > most) {
-        most = inliers;
-        best = *candidate;
-      }
-    }
+    if (prior) consider(FromOne(pairs[i], prior->scale));
+    for (size_t j = i + stride; !prior && j < pairs.size(); j += stride)
+      if (const auto candidate = FromTwo(pairs[i], pairs[j])) consider(*candidate);
   }
   return best;
 }
@@ -75,9 +83,15 @@ struct Step {
 // A step of Gauss-Newton on positions and rotations with Cauchy's weights. It is taken about the
 // mean position of the cameras, where scale and translation are not correlated.
 std::optional<Step> SolveStep(std::span<const PosePair> pairs, const Similarity& b_from_a,
-                              const Eigen::Vector3d& middle) {
+                              const Eigen::Vector3d& middle,
+                              const std::optional<ScalePrior>& prior) {
   Matrix7 information = Matrix7::Zero();
   Vector7 gradient = Vector7::Zero();
+  if (prior) {
+    const double weight = 1 / (prior->relative_sigma * prior->relative_sigma);
+    information(6, 6) = weight;
+    gradient[6] = weight * std::log(b_from_a.scale / prior->scale);
+  }
   for (const PosePair& pair : pairs) {
     const Eigen::Vector3d at = b_from_a * pair.cam_from_a.OriginInSource(), arm = at - middle;
     const Eigen::Vector3d off = (at - pair.cam_from_b.OriginInSource()) / pair.sigma;
@@ -112,16 +126,17 @@ Similarity Apply(const Vector7& change, const Eigen::Vector3d& middle, const Sim
 
 }  // namespace
 
-SimilarityFit FitSimilarity(std::span<const PosePair> pairs) {
+SimilarityFit FitSimilarity(std::span<const PosePair> pairs,
+                            const std::optional<ScalePrior>& prior) {
   constexpr int kIterations = 15;  // at most: it ends where a step is nothing
   SimilarityFit fit;
-  if (pairs.size() < 3) return fit;
-  fit.b_from_a = BestOfTwo(pairs);
+  if (pairs.size() < (prior ? 1 : 3)) return fit;
+  fit.b_from_a = BestOfFew(pairs, prior);
   for (int i = 0; i < kIterations; ++i) {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (const PosePair& pair : pairs)
       middle += fit.b_from_a * pair.cam_from_a.OriginInSource() / static_cast<double>(pairs.size());
-    const auto step = SolveStep(pairs, fit.b_from_a, middle);
+    const auto step = SolveStep(pairs, fit.b_from_a, middle, prior);
     if (!step) return fit;
     fit.b_from_a = Apply(step->change, middle, fit.b_from_a);
     fit.relative_sigma = std::sqrt(step->covariance(6, 6));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,8 +23,16 @@ struct SimilarityFit {
   double relative_sigma = 0;  // of the scale
 };
 
+// What is known of the scale beforehand.
+struct ScalePrior {
+  double scale = 1;
+  double relative_sigma = 1;
+};
+
 // Estimates the similarity that maps a to b from cameras with a pose in both, most of which must
-// agree. Cameras that hardly moved do not determine the scale: see `relative_sigma`.
-SimilarityFit FitSimilarity(std::span<const PosePair> pairs);
+// agree. Cameras that hardly moved do not determine the scale: see `relative_sigma`. Without a
+// prior of the scale there must be three of them.
+SimilarityFit FitSimilarity(std::span<const PosePair> pairs,
+                            const std::optional<ScalePrior>& prior = std::nullopt);
 
 }  // namespace oaslam

@@ -62,6 +62,27 @@ TEST(SimilarityFit, KnowsThatAStillCameraSaysNothingAboutScale) {
   EXPECT_TRUE(!fit.success || fit.relative_sigma > 0.1);
 }
 
+TEST(SimilarityFit, OnePoseIsEnoughWhereTheScaleIsKnown) {
+  Rng rng(4);
+  const std::vector<PosePair> pairs = Pairs(1, 0, 0, rng);
+  const PosePair pair{pairs[0].cam_from_a, pairs[0].cam_from_b, 0.03};
+  const SimilarityFit fit = FitSimilarity({&pair, 1}, ScalePrior{Truth().scale, 0.1});
+  ASSERT_TRUE(fit.success);
+  EXPECT_NEAR(fit.b_from_a.scale, Truth().scale, 1e-6);
+  EXPECT_NEAR(fit.relative_sigma, 0.1, 1e-6);
+  EXPECT_LT(
+      (fit.b_from_a * pair.cam_from_a.OriginInSource() - pair.cam_from_b.OriginInSource()).norm(),
+      1e-6);
+}
+
+TEST(SimilarityFit, PosesCorrectTheScaleThatIsExpected) {
+  Rng rng(8);
+  const SimilarityFit fit =
+      FitSimilarity(Pairs(60, 0.03, 0.3, rng), ScalePrior{1.1 * Truth().scale, 0.1});
+  ASSERT_TRUE(fit.success);
+  EXPECT_NEAR(fit.b_from_a.scale, Truth().scale, 0.05);
+}
+
 TEST(SimilarityFit, RefusesToShrinkAWayToAPoint) {
   Rng rng(6);
   std::vector<PosePair> pairs = Pairs(12, 0.03, 0, rng);

@@ -108,13 +108,11 @@ bool PieceLink::CanAlign(size_t keyframes) const {
 }
 
 std::optional<PieceAlignment> PieceLink::Align(const Map& map,
-                                               std::span<const FramePose> trajectory,
-                                               size_t max_frames) const {
+                                               std::span<const FramePose> trajectory) const {
   std::vector<PosePair> pairs;
   std::vector<Located> frames;
   int sum = 0;
   for (const FramePose& pose : trajectory | std::views::reverse) {
-    if (frames.size() == max_frames) break;
     const auto located = located_.find(pose.frame_index);
     const auto reference = located == located_.end() || pose.state == TrackingState::kObjects
                                ? std::nullopt

@@ -64,10 +64,8 @@ class PieceLink {
   // Whether there would be enough evidence for Align if `keyframes` more keyframes were found.
   bool CanAlign(size_t keyframes) const;
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
-  // those of this piece. Uses only the newest `max_frames` frames that have a pose in the other
-  // piece: the scale of a long piece may drift, so that the newest frames place it best.
-  std::optional<PieceAlignment> Align(const Map& map, std::span<const FramePose> trajectory,
-                                      size_t max_frames = SIZE_MAX) const;
+  // those of this piece.
+  std::optional<PieceAlignment> Align(const Map& map, std::span<const FramePose> trajectory) const;
 
  private:
   struct Located {

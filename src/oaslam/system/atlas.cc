@@ -33,18 +33,6 @@ bool IsBeginning(const Tracker::Outcome& outcome) {
          outcome.state == TrackingState::kPreliminary;
 }
 
-// The poses of a piece since the last frame that was tracked in another map; none where that was
-// too long ago. Earlier poses are left out, since they may have another scale than the newest ones
-// where the piece drifts.
-std::span<const FramePose> SinceTracked(std::span<const FramePose> other,
-                                        const std::vector<FramePose>& piece) {
-  const auto is_tracked = [](const FramePose& p) { return p.state != TrackingState::kObjects; };
-  const auto last = std::find_if(other.rbegin(), other.rend(), is_tracked);
-  if (last == other.rend()) return {};
-  return {std::ranges::upper_bound(piece, last->frame_index, {}, &FramePose::frame_index),
-          piece.end()};
-}
-
 }  // namespace
 
 Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others)
@@ -78,7 +66,7 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
   // Ids must stay unique across both pieces. While the camera is lost in the main one, that may
   // make objects only, whose next id its tracker knows. Once the camera is found there, it may make
   // keyframes and landmarks, too; the ids of landmarks are the mappers', for which this waits.
-  if (mapping_ && growing_) {
+  if (growing_) {
     if (lost_since_)
       main_->tracker().SkipIds(growing_->session().tracker().next_ids());
     else
@@ -94,15 +82,14 @@ Tracker::Outcome Atlas::Process(const Frame& frame) {
     BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
     main_number_ = ++last_number_;
   }
-  return mapping_ ? UpdateGrowingPiece(frame, std::move(outcome))
-                  : PlaceByGrowingPiece(frame, std::move(outcome));
+  return mapping_ ? UpdateGrowingPiece(frame, std::move(outcome)) : outcome;
 }
 
 // Whether to look for the camera in the main piece. With mapping, while a new piece grows, not
 // shortly after a failed attempt.
 bool Atlas::MayLook(const Frame& frame) const {
   constexpr double kSeconds = 0.09;  // three images at 30 Hz; searches take more time than tracking
-  if (!mapping_ || !growing_ || !last_vain_look_) return true;
+  if (!growing_ || !last_vain_look_) return true;
   return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
@@ -141,67 +128,22 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
   return now.cam_from_world ? now : outcome;
 }
 
-// Without mapping, a new piece serves to find the camera. Many of its frames together determine the
-// transformation to the main piece, which gives each further frame a pose there. The camera is
-// followed in the new piece until it has been tracked in the main one for a while, since frames
-// with a pose in both determine the transformation best; then the new piece is dropped.
-Tracker::Outcome Atlas::PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
-  // The values were not measured.
-  constexpr double kFollowed = 10;  // seconds since few landmarks were in view
-  // Frames with a pose in both maps: 3 s and half a minute at 30 Hz. The newest ones place the
-  // camera best, since a piece drifts.
-  constexpr size_t kNewestLocated = 100, kMostLocated = 1000;
-  constexpr size_t kMostKeyframes = 300;  // of the new piece; bounds the memory and the time
-  if (IsBeginning(outcome)) return outcome;
-  const bool is_lost = IsLost(outcome);
-  if (is_lost || outcome.inliers < Tracker::kFewLandmarks) few_in_view_at_ = frame.timestamp;
-  if (!few_in_view_at_ || frame.timestamp - *few_in_view_at_ > kFollowed) {
-    EndGrowingPiece(frame.index);
-    return outcome;
-  }
-  if (!growing_ || growing_->IsLost(frame.timestamp) ||
-      growing_->session().snapshot()->keyframes.size() > kMostKeyframes)
-    BeginGrowingPiece(frame.index);
-  std::optional<LocatedPose> located = outcome.located;
-  if (!is_lost) located = LocatedPose{*outcome.cam_from_world, kTrackedSigma * outcome.depth, true};
-  const Tracker::Outcome there = growing_->Process(frame, located);
-  if (there.gives_up || growing_->session().failure()) BeginGrowingPiece(frame.index);
-  if (!is_lost || !there.cam_from_world) return outcome;
-  // The newest frames alone may not determine the scale, for example where the camera only turned.
-  std::optional<PieceAlignment> alignment = growing_->Align(kNewestLocated);
-  if (!alignment) alignment = growing_->Align(kMostLocated);
-  if (!alignment) return outcome;
-  const Session& piece = growing_->session();
-  const std::span<const FramePose> before =
-      NewestPoses(main_->tracker().trajectory(), frame.timestamp);
-  if (!IsContinuous(*main_->snapshot(), before, *piece.snapshot(),
-                    SinceTracked(before, piece.tracker().trajectory()), alignment->other_from_this))
-    return outcome;
-  const Similarity cam_from_main =
-      Similarity(*there.cam_from_world) * alignment->other_from_this.Inverse();
-  Tracker::Outcome placed =
-      main_->tracker().ShowPose(frame, *main_->snapshot(), cam_from_main.AsPose());
-  placed.objects = outcome.objects;
-  placed.confidence = alignment->ShareAgreeing();
-  return placed;
-}
-
 // Ends the piece that is being made, if there is one, and begins a new one.
 void Atlas::BeginGrowingPiece(int frame_index) {
   EndGrowingPiece(frame_index);
-  if (mapping_) main_->FinishAdjustment(frame_index);
+  main_->FinishAdjustment(frame_index);
   const NextIds ids = Behind(free_ids_, main_->next_ids());
   growing_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
   growing_->session().tracker().SetRelocalizationMode(mode_);
 }
 
-// Ends the growing piece, if there is one: it waits with mapping, and is dropped without.
+// Ends the growing piece, if there is one: it waits.
 void Atlas::EndGrowingPiece(int frame_index) {
   if (!growing_) return;
-  if (mapping_) Park(growing_->session());
+  Park(growing_->session());
   End(growing_->TakeSession());
   growing_.reset();
-  if (mapping_) main_->SkipIds(free_ids_, frame_index);
+  main_->SkipIds(free_ids_, frame_index);
 }
 
 // Joins the growing piece with the main one, in which the camera is then tracked as it was in the
@@ -263,7 +205,7 @@ void Atlas::Park(Session& session) {
 
 std::vector<Piece> Atlas::Others() {
   std::vector<Piece> others = waiting_.All();
-  if (!mapping_ || !growing_) return others;
+  if (!growing_) return others;
   const std::shared_ptr<const Map> map = growing_->session().Mapped();
   if (map->keyframes.size() == 0) return others;
   const auto size = [](const Piece& piece) { return piece.map.keyframes.size(); };
@@ -292,8 +234,8 @@ void Atlas::PromoteLargest() {
 }
 
 void Atlas::Finish() {
-  if (mapping_ && growing_) growing_->session().Newest();  // for Align in JoinGrowingPiece
-  if (growing_ && (!mapping_ || !JoinGrowingPiece(newest_frame_))) EndGrowingPiece(newest_frame_);
+  if (growing_) growing_->session().Newest();  // for Align in JoinGrowingPiece
+  if (growing_ && !JoinGrowingPiece(newest_frame_)) EndGrowingPiece(newest_frame_);
   if (mapping_ && !failure()) {
     main_->SubmitAndWait(main_->tracker().TakeRest());
     waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
@@ -306,13 +248,13 @@ void Atlas::Finish() {
 std::exception_ptr Atlas::failure() {
   if (failure_) return failure_;
   if (const std::exception_ptr failure = main_->failure()) return failure;
-  return mapping_ && growing_ ? growing_->session().failure() : nullptr;
+  return growing_ ? growing_->session().failure() : nullptr;
 }
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(
     int frame_index, const std::vector<ObjectDetection>& detections) {
   // Both pieces may make objects of them, with different ids.
-  if (mapping_ && growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
+  if (growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->state == TrackingState::kRelocalized) {
     lost_since_.reset();
@@ -333,9 +275,8 @@ void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
 void Atlas::SetMapping(bool enabled) {
   if (mapping_ == enabled) return;
   if (!enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
-  EndGrowingPiece(newest_frame_);  // as it was made: with mapping, or without
+  EndGrowingPiece(newest_frame_);
   lost_since_.reset();
-  few_in_view_at_.reset();
   mapping_ = enabled;
   main_->tracker().SetMapping(enabled);
 }
@@ -349,7 +290,6 @@ void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
   main_->tracker().ForceRelocalization(near);
   EndGrowingPiece(newest_frame_);
   lost_since_.reset();
-  few_in_view_at_.reset();
 }
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {

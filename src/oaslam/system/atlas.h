@@ -17,8 +17,7 @@ namespace oaslam {
 // All pieces of map of a run: the main piece, in whose frame poses are reported; while the camera
 // is lost there, a growing piece; and waiting pieces, whose place in the others is not known yet.
 // Two pieces are joined as soon as enough frames have a pose in both, by points or objects. No
-// piece is dropped with mapping; without mapping, a piece grows only to find the camera
-// (PlaceByGrowingPiece), and is dropped then.
+// piece is dropped. Without mapping, no piece grows.
 // - While the camera is tracked in the main piece, no other piece grows.
 // - Once it has been lost there for longer than GrowingPiece::kPatience, a new piece begins. The
 //   camera is still looked for in the main piece, after a failed attempt at most every 0.09 s.
@@ -75,7 +74,6 @@ class Atlas {
   bool MayLook(const Frame& frame) const;
   void BeginMain(Map map, bool has_map);
   Tracker::Outcome UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
-  Tracker::Outcome PlaceByGrowingPiece(const Frame& frame, Tracker::Outcome outcome);
   void BeginGrowingPiece(int frame_index);
   void EndGrowingPiece(int frame_index);
   bool JoinGrowingPiece(int frame_index);

@@ -16,7 +16,7 @@ using testing::SizeIs;
 Rigid3 TruePose(int frame) { return synthetic::PoseOnArc({}, -20 + 0.4 * frame); }
 
 // Which part of the synthetic world a camera sees.
-enum class Scene { kLeft, kRight, kAll, kLeftAndFewRight, kNothing };
+enum class Scene { kLeft, kRight, kAll, kNothing };
 
 // Two scenes in one place that share no point, as if each were hidden while the other is seen.
 class AtlasTest : public testing::Test {
@@ -29,22 +29,14 @@ class AtlasTest : public testing::Test {
       half.max_distance.push_back(all_.max_distance[i]);
       half.angles_rad.push_back(all_.angles_rad[i]);
     }
-    left_and_few_right_ = left_;
-    for (size_t i = 0; i < right_.points.size(); i += 4) {
-      left_and_few_right_.points.push_back(right_.points[i]);
-      left_and_few_right_.descriptors.push_back(right_.descriptors[i]);
-      left_and_few_right_.max_distance.push_back(right_.max_distance[i]);
-      left_and_few_right_.angles_rad.push_back(right_.angles_rad[i]);
-    }
     map_.cameras.push_back(all_.camera);
   }
 
   // Frame `index` of a video, taken from the place on the arc of frame `place`.
   Frame View(int index, int place, Scene scene) {
-    const synthetic::World& world = scene == Scene::kLeft              ? left_
-                                    : scene == Scene::kRight           ? right_
-                                    : scene == Scene::kLeftAndFewRight ? left_and_few_right_
-                                                                       : all_;
+    const synthetic::World& world = scene == Scene::kLeft    ? left_
+                                    : scene == Scene::kRight ? right_
+                                                             : all_;
     const double missed = scene == Scene::kNothing ? 1 : 0.1;
     return {index,
             index / 30.0,
@@ -95,7 +87,7 @@ class AtlasTest : public testing::Test {
   }
 
   synthetic::World all_ = synthetic::MakeWorld({.points = 1200}), left_ = EmptyWorld(),
-                   right_ = EmptyWorld(), left_and_few_right_ = EmptyWorld();
+                   right_ = EmptyWorld();
   Map map_;
   Rng rng_{7};
   std::vector<int> places_;  // by frame
@@ -219,7 +211,7 @@ TEST_F(AtlasTest, WithoutMappingTheMapStaysAsItIs) {
   EXPECT_EQ(reader.main().snapshot()->keyframes.size(), first->main().snapshot()->keyframes.size());
 }
 
-TEST_F(AtlasTest, MappingCanBeginWhileThereIsATemporaryPiece) {
+TEST_F(AtlasTest, WhatWasSeenWithMappingIsKeptWithout) {
   const auto first = WalkPastBoth();
   Atlas reader(SlamConfig(), *first->main().snapshot(), true, {});
   reader.SetMapping(false);
@@ -229,27 +221,8 @@ TEST_F(AtlasTest, MappingCanBeginWhileThereIsATemporaryPiece) {
   reader.SetMapping(false);
   Walk(reader, 220, 10, 80, Scene::kLeft);
   reader.Finish();
-  EXPECT_THAT(reader.Others(), SizeIs(1));  // what was seen while mapping was on
+  EXPECT_THAT(reader.Others(), SizeIs(1));
   EXPECT_THAT(reader.main().snapshot()->CheckInvariants(), IsEmpty());
-}
-
-// The map holds the right scene only. Where few of its landmarks are in view, a temporary piece is
-// made of what else there is, and carries the pose on where none is.
-TEST_F(AtlasTest, WithoutMappingATemporaryPieceCarriesThePoseOn) {
-  const auto first = WalkPastBoth();
-  const Map right = *first->main().snapshot();
-  Atlas reader(SlamConfig(), right, true, {});
-  reader.SetMapping(false);
-  Walk(reader, 160, 50, 0, Scene::kLeftAndFewRight);
-  Walk(reader, 210, 20, 50, Scene::kLeft);
-  const std::set<int> frames = FramesOf(reader.main().tracker().trajectory());
-  for (int frame = 210; frame < 230; ++frame) EXPECT_TRUE(frames.contains(frame)) << frame;
-  EXPECT_EQ(reader.main().tracker().trajectory().back().state, TrackingState::kObjects);
-  EXPECT_LT(AbsoluteError(right, reader.main().tracker().trajectory()), 0.02);
-  reader.Finish();
-  EXPECT_THAT(reader.Others(), IsEmpty());
-  EXPECT_EQ(reader.main().snapshot()->keyframes.size(), right.keyframes.size());
-  EXPECT_EQ(reader.main().snapshot()->landmarks.size(), right.landmarks.size());
 }
 
 // One camera went through two pieces; the second one is placed correctly, or too far away.

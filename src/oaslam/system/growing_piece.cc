@@ -21,11 +21,11 @@ void GrowingPiece::AddDetections(int frame_index, const std::vector<ObjectDetect
   if (in_old) to_old_.Add(frame_index, *in_old);
 }
 
-std::optional<PieceAlignment> GrowingPiece::Align(size_t max_frames) const {
+std::optional<PieceAlignment> GrowingPiece::Align() const {
   constexpr size_t kMinKeyframes = 5;  // smaller maps have hardly any parallax
   const Map& map = *session_->snapshot();
   if (lost_since_ || map.keyframes.size() < kMinKeyframes) return std::nullopt;
-  return to_old_.Align(map, session_->tracker().trajectory(), max_frames);
+  return to_old_.Align(map, session_->tracker().trajectory());
 }
 
 }  // namespace oaslam

@@ -37,7 +37,7 @@ class GrowingPiece {
 
   // The transformation between the maps (PieceLink::Align), once it is well determined and while
   // the camera is tracked in the new map.
-  std::optional<PieceAlignment> Align(size_t max_frames = SIZE_MAX) const;
+  std::optional<PieceAlignment> Align() const;
 
   Session& session() { return *session_; }
   std::unique_ptr<Session> TakeSession() { return std::move(session_); }

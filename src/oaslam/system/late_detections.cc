@@ -45,6 +45,7 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
         untracked.has_pose = untracked.has_pose || untracked.frame.index == frame.index;
     }
     outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
+    AddToRegistration(frame, map, *outcome.located);
     return outcome;
   }
   const TrackReport tracked = TrackFound(frame, map, found);

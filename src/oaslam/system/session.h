@@ -19,7 +19,7 @@ class Session {
   // Tracks the next frame and submits the command that results to the mapper.
   Tracker::Outcome Process(const Frame& frame);
   // Takes note of a frame without looking for the lost camera in it.
-  Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame); }
+  Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame, *snapshot_); }
   // Detections of a frame that was processed before (Tracker::AddDetections).
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
                                                 const std::vector<ObjectDetection>& detections) {

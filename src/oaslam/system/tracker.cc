@@ -48,9 +48,9 @@ Tracker::Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loade
       next_keyframe_(ids.keyframe),
       object_tracks_{{}, ids.object, {}} {}
 
-Tracker::Outcome Tracker::PassOver(const Frame& frame) {
+Tracker::Outcome Tracker::PassOver(const Frame& frame, const Map& map) {
   Take(frame);
-  return Lose(frame);
+  return Lose(frame, map);
 }
 
 void Tracker::Take(const Frame& frame) {
@@ -88,9 +88,9 @@ Tracker::Outcome Tracker::GiveUp() {
   return outcome;
 }
 
-Tracker::Outcome Tracker::Lose(const Frame& frame) {
+Tracker::Outcome Tracker::Lose(const Frame& frame, const Map& map) {
   KeepUntracked(frame, false);
-  return {};
+  return ByRegistration(frame, map);
 }
 
 Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
@@ -108,10 +108,13 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   }
   if (IsOnProbation(frame.timestamp))
     outcome.located = LocatedPose{tracked.cam_from_world, PositionSigma(map, tracked), true};
-  if (mapping_)
+  if (mapping_) {
     MakeKeyframe(frame, map, tracked, outcome);
-  else
+  } else {
     TakeRest();
+    if (state != TrackingState::kOdometry)
+      AddToRegistration(frame, map, {tracked.cam_from_world, kTrackedSigma * tracked.depth, true});
+  }
   return outcome;
 }
 
@@ -178,35 +181,17 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   motion_.reset();
   last_.reset();
   const Relocalization found = Find(frame, map);
-  if (found.evidence == PoseEvidence::kNone) return Lose(frame);
+  if (found.evidence == PoseEvidence::kNone) return Lose(frame, map);
   if (found.evidence == PoseEvidence::kObjects) return ReportObjectPose(frame, map, found);
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success && found.objects_suffice && !mapping_)
     return ReportObjectPose(frame, map, found);
-  if (!tracked.success) return Lose(frame);
+  if (!tracked.success) return Lose(frame, map);
   relocalized_frame_ = frame.index;
   relocalized_time_ = frame.timestamp;
   prior_.reset();
   backfill_ = Backfill{frame.features, tracked, frame.index, false};
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
-}
-
-// A pose too uncertain for tracking.max_object_sigma is reported only without mapping, and not
-// kept.
-Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
-                                           const Relocalization& found) {
-  const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
-  Outcome outcome;
-  if (is_sure) {
-    outcome = ShowObjectPose(frame, map, found);
-  } else if (!mapping_) {
-    outcome = Outcome::Tracked(TrackingState::kObjects, found.cam_from_world, 0, 0);
-    outcome.objects = found.matched_objects;
-    outcome.confidence = found.confidence;
-  }
-  KeepUntracked(frame, is_sure);
-  outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
-  return outcome;
 }
 
 // Confirms a pose that was found by points in the local map.
@@ -238,33 +223,6 @@ bool Tracker::CouldHaveGone(const Frame& frame, const Map& map, const TrackRepor
                                           map, {&here, 1}, Similarity());
 }
 
-Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map,
-                                   const Rigid3& cam_from_world) {
-  KeyframeId nearest;
-  double least = 0;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    const double distance =
-        (keyframe.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm();
-    if (nearest.IsValid() && distance >= least) return;
-    nearest = id;
-    least = distance;
-  });
-  if (!nearest.IsValid()) return {};
-  const Rigid3 cam_from_reference = RelativeTo(map, nearest, cam_from_world);
-  trajectory_.Add(
-      {frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame,
-      {});
-  return Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
-}
-
-Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
-                                         const Relocalization& found) {
-  Outcome outcome = ShowPose(frame, map, found.cam_from_world);
-  outcome.objects = found.matched_objects;
-  outcome.confidence = found.confidence;
-  return outcome;
-}
-
 void Tracker::SkipIds(const NextIds& ids) {
   next_keyframe_ = std::max(next_keyframe_, ids.keyframe);
   object_tracks_.next_object = std::max(object_tracks_.next_object, ids.object);
@@ -287,6 +245,7 @@ FrameView Tracker::View() const {
 
 void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
   object_trails_ = {};
+  registration_ = {};
   prior_ = near;
   if (phase_ != Phase::kTracking) return;
   phase_ = Phase::kLost;

@@ -14,6 +14,7 @@
 #include "oaslam/objects/association.h"
 #include "oaslam/pieces/piece_link.h"
 #include "oaslam/system/mapper.h"
+#include "oaslam/system/odometry_registration.h"
 #include "oaslam/tracking/initializer.h"
 #include "oaslam/tracking/pose_tracking.h"
 #include "oaslam/tracking/trajectory.h"
@@ -84,10 +85,7 @@ class Tracker {
   bool NeedsFeatures(double timestamp, const FrameMotion* motion) const;
   Outcome Track(const Frame& frame, const Map& map);
   // Records a frame without looking for the lost camera in it.
-  Outcome PassOver(const Frame& frame);
-  // Reports a pose from another source than points of this map for the newest frame, in which the
-  // camera is lost. Tracking does not continue from it.
-  Outcome ShowPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world);
+  Outcome PassOver(const Frame& frame, const Map& map);
   // Takes over the initial map that Track asked for, or continues to initialise where the mapper
   // refused it.
   Outcome AdoptInitialMap(const Frame& frame, const Map& map);
@@ -163,6 +161,7 @@ class Tracker {
   Outcome ContinueByOdometry(const Frame& frame, const Map& map,
                              const OdometryPrediction& predicted, TrackReport carried);
   Outcome ReportObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
+  Outcome ShowPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   bool IsOnProbation(double timestamp)
       const;  // shortly after a relocalization by points, which must still prove itself
@@ -187,7 +186,9 @@ class Tracker {
   const Keyframe* LastAsKeyframe(const Map& map) const;
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
   void FillInBeforeMap(const Map& map);
-  Outcome Lose(const Frame& frame);
+  Outcome Lose(const Frame& frame, const Map& map);
+  Outcome ByRegistration(const Frame& frame, const Map& map);
+  void AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located);
   Outcome GiveUp();
   void KeepUntracked(const Frame& frame, bool has_pose);
   void FillInUntracked(const Map& map, int count);
@@ -269,6 +270,7 @@ class Tracker {
   // The newest one first in the map is used: a keyframe is not yet in it.
   std::vector<OdometryAnchor> anchors_;
   std::optional<OdometryUnit> unit_;
+  OdometryRegistration registration_;                   // of a lost camera, by objects
   std::shared_ptr<const FrameMotion> keyframe_motion_;  // of the newest keyframe
   double map_began_time_ = -INFINITY;
   double seen_in_map_time_ = 0;    // of the newest frame whose pose the map gave

@@ -15,6 +15,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   anchors_ = std::move(other.anchors_);
   for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= scale;
   unit_ = other.unit_;
+  registration_ = {};
   keyframe_motion_ = std::move(other.keyframe_motion_);
   if (unit_) unit_->length *= scale;
   map_began_time_ = other.map_began_time_;
@@ -50,6 +51,7 @@ void Tracker::Scale(double factor) {
   for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= factor;
   if (unit_) unit_->length *= factor;
   depth_ *= factor;
+  registration_ = {};
   EndBackfill();
   object_trails_ = {};
   for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= factor;

@@ -1,0 +1,80 @@
+// Poses of a camera that is lost, by the objects that it sees and by its motion since.
+#include <optional>
+
+#include "oaslam/system/tracker.h"
+
+namespace oaslam {
+namespace {
+
+// Invalid in an empty map.
+KeyframeId NearestKeyframe(const Map& map, const Rigid3& cam_from_world) {
+  KeyframeId nearest;
+  double least = 0;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const double distance =
+        (keyframe.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm();
+    if (nearest.IsValid() && distance >= least) return;
+    nearest = id;
+    least = distance;
+  });
+  return nearest;
+}
+
+}  // namespace
+
+// A pose by objects of the newest frame, in which the camera is lost. One that is too uncertain for
+// tracking.max_object_sigma is given at once, and not kept.
+Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
+                                           const Relocalization& found) {
+  const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
+  const LocatedPose located{found.cam_from_world, found.sigma_position};
+  AddToRegistration(frame, map, located);
+  Outcome outcome = is_sure ? ShowObjectPose(frame, map, found) : ByRegistration(frame, map);
+  if (!outcome.cam_from_world)
+    outcome = Outcome::Tracked(TrackingState::kObjects, found.cam_from_world, 0, 0);
+  outcome.objects = found.matched_objects;
+  outcome.confidence = found.confidence;
+  KeepUntracked(frame, is_sure);
+  outcome.located = located;
+  return outcome;
+}
+
+Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
+                                         const Relocalization& found) {
+  Outcome outcome = ShowPose(frame, map, found.cam_from_world);
+  outcome.objects = found.matched_objects;
+  outcome.confidence = found.confidence;
+  return outcome;
+}
+
+// Gives the newest frame, in which the camera is lost, a pose that does not come from points of the
+// map. Tracking does not continue from it.
+Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map,
+                                   const Rigid3& cam_from_world) {
+  const KeyframeId nearest = NearestKeyframe(map, cam_from_world);
+  if (!nearest.IsValid()) return {};
+  const Rigid3 cam_from_reference = RelativeTo(map, nearest, cam_from_world);
+  trajectory_.Add(
+      {frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame,
+      {});
+  return Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
+}
+
+void Tracker::AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located) {
+  const bool knows_unit = unit_ && frame.motion && unit_->run == frame.motion->run;
+  registration_.Add(frame, located, knows_unit ? std::optional(unit_->length) : std::nullopt, map);
+}
+
+// The pose of a lost camera by the images before that were found in the map, and the motion since.
+// With mapping it is given at once, and not kept.
+Tracker::Outcome Tracker::ByRegistration(const Frame& frame, const Map& map) {
+  const auto registered = registration_.PoseOf(frame);
+  if (!registered) return {};
+  Outcome outcome = mapping_
+                        ? Outcome::Tracked(TrackingState::kObjects, registered->cam_from_map, 0, 0)
+                        : ShowPose(frame, map, registered->cam_from_map);
+  outcome.confidence = registered->agreeing;
+  return outcome;
+}
+
+}  // namespace oaslam

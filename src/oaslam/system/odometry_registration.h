@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "oaslam/map/frame.h"
+#include "oaslam/map/map.h"
+#include "oaslam/pieces/piece_link.h"
+
+namespace oaslam {
+
+// How the odometry's frame lies in the map's, from images of one run that were found in the map,
+// mostly by objects. All of them together place an image better than its own boxes do, and also
+// one that shows nothing of the map.
+class OdometryRegistration {
+ public:
+  // Takes an image that was found in the map, unless the camera's motion is not known yet.
+  // `unit`: of the odometry, map units; without, it is estimated by the objects in view.
+  void Add(const Frame& frame, const LocatedPose& in_map, const std::optional<double>& unit,
+           const Map& map);
+  struct Registered {
+    Rigid3 cam_from_map;
+    double agreeing = 0;  // share of the images that were found
+  };
+  // The pose of an image in the map; nothing where the images that were found do not agree, or are
+  // not of its run, or too long ago.
+  std::optional<Registered> PoseOf(const Frame& frame) const;
+
+ private:
+  struct Sight {
+    double timestamp = 0;
+    Rigid3 cam_from_odom;
+    LocatedPose in_map;
+    std::optional<double> unit;
+  };
+  int run_ = 0;
+  std::vector<Sight> sights_;  // the newest ones, ascending by time
+};
+
+}  // namespace oaslam
