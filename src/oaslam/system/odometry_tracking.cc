@@ -29,6 +29,9 @@ std::optional<double> UnitOfOdometry(const Frame& frame, const Map& map,
   constexpr double kBeside = 3;  // pixels of the lowest level: mostly the same corner
   constexpr size_t kLeast = 10;
   const double radius = kBeside * frame.features->pyramid.working_pixel();
+  const auto x_of = [](const FrameMotion::KnownDepth& d) { return d.px.x(); };
+  std::vector<FrameMotion::KnownDepth> depths = frame.motion->depths;
+  std::ranges::stable_sort(depths, {}, x_of);
   std::vector<double> lengths;
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
     const Landmark* landmark =
@@ -36,8 +39,11 @@ std::optional<double> UnitOfOdometry(const Frame& frame, const Map& map,
     if (!landmark) continue;
     const Eigen::Vector2f& px = frame.features->keypoints[i].px;
     const auto distance = [&](const auto& d) { return (d.px - px).squaredNorm(); };
-    const auto beside = std::ranges::min_element(frame.motion->depths, {}, distance);
-    if (beside == frame.motion->depths.end() || distance(*beside) > radius * radius) continue;
+    const auto near =
+        std::ranges::subrange(std::ranges::lower_bound(depths, px.x() - radius, {}, x_of),
+                              std::ranges::upper_bound(depths, px.x() + radius, {}, x_of));
+    const auto beside = std::ranges::min_element(near, {}, distance);
+    if (beside == near.end() || distance(*beside) > radius * radius) continue;
     lengths.push_back((tracked.cam_from_world * landmark->position).z() *
                       static_cast<double>(beside->inverse_depth));
   }
