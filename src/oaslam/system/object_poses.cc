@@ -29,7 +29,8 @@ Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
   const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
   const LocatedPose located{found.cam_from_world, found.sigma_position};
   AddToRegistration(frame, map, located);
-  Outcome outcome = is_sure ? ShowObjectPose(frame, map, found) : ByRegistration(frame, map);
+  Outcome outcome =
+      is_sure ? ShowPose(frame, map, found.cam_from_world) : ByRegistration(frame, map);
   if (!outcome.cam_from_world)
     outcome = Outcome::Tracked(TrackingState::kObjects, found.cam_from_world, 0, 0);
   outcome.objects = found.matched_objects;

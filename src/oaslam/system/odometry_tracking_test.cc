@@ -15,6 +15,7 @@ struct Walk {
   int blind_from = 45, blind_to = 60;  // nothing of the map is seen there
   int preliminary_to = 5;
   int cut_at = 1000;            // another run of the odometry begins
+  int unmapped_from = 1000;     // mapping ends there
   bool saves_features = false;  // features are taken only where the tracker needs them
 };
 
@@ -64,6 +65,7 @@ Walked Follow(const Walk& walk) {
       ++walked.without_features;
     }
     frame.motion = std::make_shared<const FrameMotion>(std::move(motion));
+    if (i == walk.unmapped_from) atlas.SetMapping(false);
     walked.outcomes.push_back(atlas.Process(frame));
   }
   atlas.Finish();
@@ -131,6 +133,19 @@ TEST(OdometryTracking, FeaturesAreNotTakenFromEachImage) {
                   .norm(),
               0.1);
   }
+}
+
+// Without mapping the map is looked for, and for seconds the images before tell where the
+// odometry's frame lies in it.
+TEST(OdometryTracking, WithoutMappingTheMotionCarriesThePoseOn) {
+  const Walked before = Follow({.frames = 45, .blind_from = 200, .blind_to = 200});
+  const Walked walked =
+      Follow({.frames = 260, .blind_from = 60, .blind_to = 260, .unmapped_from = 45});
+  for (int i = 45; i < 260; ++i) EXPECT_LT(ErrorAt(walked, i), 0.1) << i;
+  EXPECT_EQ(walked.outcomes[250].state, TrackingState::kObjects);
+  EXPECT_EQ(walked.trajectory.size(), 260);
+  EXPECT_EQ(walked.map->keyframes.size(), before.map->keyframes.size());
+  EXPECT_EQ(walked.map->landmarks.size(), before.map->landmarks.size());
 }
 
 // Poses of different runs have nothing in common: without landmarks the camera is lost.
