@@ -17,22 +17,12 @@ constexpr double kOne = 1 << kPatchGreyBits;
 constexpr double kLeastTexture = 4;
 
 // Where a square of `side` pixels around a place begins.
-struct Square {
-  const uint8_t* first;
-  BilinearWeights weights;
-};
-
-Square SquareAround(const GreyImage& image, const Eigen::Vector2f& px, int side) {
+PatchPlace FirstOfSquare(const GreyImage& image, const Eigen::Vector2f& px, int side) {
   const float x = px.x() - 0.5F * static_cast<float>(side - 1),
               y = px.y() - 0.5F * static_cast<float>(side - 1);
   const float fx = std::floor(x), fy = std::floor(y);
-  constexpr int one = 1 << kPatchWeightBits;
-  BilinearWeights w;
-  w.w11 = static_cast<int>((x - fx) * (y - fy) * one + 0.5F);
-  w.w01 = static_cast<int>((x - fx) * one + 0.5F) - w.w11;
-  w.w10 = static_cast<int>((y - fy) * one + 0.5F) - w.w11;
-  w.w00 = one - w.w01 - w.w10 - w.w11;
-  return {image.data + static_cast<int>(fy) * image.step + static_cast<int>(fx), w};
+  return {image.data + static_cast<int>(fy) * image.step + static_cast<int>(fx), image.step,
+          static_cast<int16_t>((x - fx) * 32768), static_cast<int16_t>((y - fy) * 32768)};
 }
 
 // The largest distance from the edge of an image at which a square may begin that is centred on a
@@ -47,16 +37,13 @@ bool IsIn(const GreyImage& image, const Eigen::Vector2f& px) {
 // A patch of the first image with its derivatives, less their means: so a constant difference of
 // brightness drops out of the normal equations.
 struct Template {
-  PatchDerivatives patch;
+  DerivedPatch patch;
   double mean_dx = 0, mean_dy = 0;
   Eigen::Matrix2d inverse_hessian;
 
   // False where the patch has too little texture.
   bool Set(const GreyImage& image, const Eigen::Vector2f& px) {
-    WidePatch wide;
-    const Square square = SquareAround(image, px, kPatchRim);
-    SampleWidePatch(square.first, image.step, square.weights, wide);
-    Differentiate(wide, patch);
+    DerivePatch(FirstOfSquare(image, px, kPatchRim), patch);
     constexpr double n = kPatchSide * kPatchSide;
     mean_dx = static_cast<double>(patch.sum_x) / n;
     mean_dy = static_cast<double>(patch.sum_y) / n;
@@ -72,9 +59,9 @@ struct Template {
     return true;
   }
 
-  // The step of Gauss and Newton for a patch around the present place.
-  Eigen::Vector2d StepOf(const Patch& there) const {
-    const PatchDifference d = Compare(patch, there);
+  // The step of Gauss and Newton from the place `px` of another image.
+  Eigen::Vector2d StepFrom(const GreyImage& image, const Eigen::Vector2f& px) const {
+    const PatchDifference d = ComparePatch(patch, FirstOfSquare(image, px, kPatchSide));
     const Eigen::Vector2d gradient(
         static_cast<double>(d.by_x) - mean_dx * static_cast<double>(d.sum),
         static_cast<double>(d.by_y) - mean_dy * static_cast<double>(d.sum));
@@ -89,7 +76,6 @@ std::optional<Eigen::Vector2f> FollowPatch(const GreyPyramid& first, const GreyP
                                            const FlowOptions& options) {
   const int levels = std::min({options.levels, first.levels(), second.levels()});
   Template from;
-  Patch there;
   Eigen::Vector2f shift = guess - px;  // px of the lowest level
   for (int level = levels - 1; level >= 0; --level) {
     const float scale = static_cast<float>(1 << level);
@@ -104,9 +90,7 @@ std::optional<Eigen::Vector2f> FollowPatch(const GreyPyramid& first, const GreyP
     Eigen::Vector2d last = Eigen::Vector2d::Zero();
     for (int i = 0; i < options.max_iterations; ++i) {
       if (!IsIn(b, to)) return std::nullopt;
-      const Square square = SquareAround(b, to, kPatchSide);
-      SamplePatch(square.first, b.step, square.weights, there);
-      const Eigen::Vector2d step = from.StepOf(there);
+      const Eigen::Vector2d step = from.StepFrom(b, to);
       to += step.cast<float>();
       if (step.squaredNorm() < options.tolerance * options.tolerance) break;
       // Two places that lead to each other: the patch lies between them.

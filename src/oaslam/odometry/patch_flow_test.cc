@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "oaslam/odometry/corners.h"
+#include "oaslam/odometry/patch_kernels.h"
 #include "oaslam/odometry/point_flow.h"
 #include "oaslam/util/rng.h"
 
@@ -55,6 +56,32 @@ TEST(GreyPyramid, TheBorderMirrorsTheImage) {
     EXPECT_EQ(image.data[(kHeight - 1 + i) * image.step + kWidth - 1 + i],
               pixels[(kHeight - 1 - i) * kWidth + kWidth - 1 - i]);
   }
+}
+
+TEST(PatchKernels, DeriveAPlaneExactly) {
+  std::vector<uint8_t> pixels;  // 4 grey levels a column, 2 a row
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x) pixels.push_back(static_cast<uint8_t>(10 + 4 * x + 2 * y));
+  constexpr int one = 1 << kPatchGreyBits, n = kPatchSide * kPatchSide;
+  const PatchPlace first{pixels.data() + 3 * 40 + 5, 40, 1 << 14, 1 << 13};  // (5.5, 3.25)
+  DerivedPatch patch;
+  DerivePatch(first, patch);
+  for (int r = 0; r < kPatchSide; ++r)
+    for (int c = 0; c < kPatchSide; ++c) {
+      const int i = r * kPatchSide + c;
+      EXPECT_EQ(patch.grey[i], one * (10 + 4 * (c + 6) + 2 * (r + 4)) + one * 4 / 2 + one * 2 / 4);
+      EXPECT_EQ(patch.dx[i], 2 * one * 4);
+      EXPECT_EQ(patch.dy[i], 2 * one * 2);
+    }
+  EXPECT_EQ(patch.sum_x, n * 2 * one * 4);
+  EXPECT_EQ(patch.xy, n * 2 * one * 4 * 2 * one * 2);
+  // The patch itself begins a pixel right of and below its rim.
+  PatchPlace same = first;
+  same.pixel += 40 + 1;
+  EXPECT_EQ(ComparePatch(patch, same).by_x, 0);
+  same.pixel += 2;
+  EXPECT_EQ(ComparePatch(patch, same).sum, n * one * 4 * 2);
+  EXPECT_EQ(ComparePatch(patch, same).by_y, n * one * 4 * 2 * 2 * one * 2);
 }
 
 TEST(PatchFlow, FindsAShiftToAFractionOfAPixel) {

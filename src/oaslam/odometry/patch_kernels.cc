@@ -1,83 +1,144 @@
 #include "oaslam/odometry/patch_kernels.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE \
   "oaslam/odometry/patch_kernels.cc"  // compiled once for each instruction set
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Plain loops, which the compiler turns into vectors of each instruction set.
 HWY_BEFORE_NAMESPACE();
 namespace oaslam {
 namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
 
-template <int side>
-HWY_INLINE void Sample(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& w,
-                       int16_t* out) {
-  constexpr int shift = kPatchWeightBits - kPatchGreyBits, half = 1 << (shift - 1);
-  for (int r = 0; r < side; ++r) {
-    const uint8_t* a = from + r * step;
-    const uint8_t* b = a + step;
-    for (int c = 0; c < side; ++c)
-      out[r * side + c] = static_cast<int16_t>(
-          (a[c] * w.w00 + a[c + 1] * w.w01 + b[c] * w.w10 + b[c + 1] * w.w11 + half) >> shift);
+using Words = hn::CappedTag<int16_t, kPatchSide>;
+using WordVec = hn::Vec<Words>;
+
+// From `a` to `b` by a fraction in 1 / 32768.
+HWY_INLINE WordVec Between(WordVec a, WordVec b, WordVec fraction) {
+  return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), fraction));
+}
+
+// Columns of interpolated pixels, a row after the other.
+class Columns {
+ public:
+  Columns(const PatchPlace& first, int column)
+      : next_(first.pixel + column),
+        step_(first.step),
+        right_(hn::Set(Words(), first.right)),
+        down_(hn::Set(Words(), first.down)),
+        above_(InRow()) {}
+
+  HWY_INLINE WordVec Next() {
+    next_ += step_;
+    const WordVec below = InRow(), between = Between(above_, below, down_);
+    above_ = below;
+    constexpr int shift = kRowBits - kPatchGreyBits;
+    return hn::ShiftRight<shift>(hn::Add(between, hn::Set(Words(), 1 << (shift - 1))));
+  }
+
+ private:
+  static constexpr int kRowBits = 7;  // fractional bits of a pixel that fit 16 bits with its sign
+
+  HWY_INLINE WordVec InRow() const {
+    const auto at = [](const uint8_t* p) {
+      return hn::ShiftLeft<kRowBits>(
+          hn::PromoteTo(Words(), hn::LoadU(hn::Rebind<uint8_t, Words>(), p)));
+    };
+    return Between(at(next_), at(next_ + 1), right_);
+  }
+
+  const uint8_t* next_;
+  std::ptrdiff_t step_;
+  WordVec right_, down_, above_;
+};
+
+// A sum of products over the rows of some columns. A product is below 2^26, and a lane of the
+// result takes two of each row at most, so that it stays within 32 bits.
+class Products {
+ public:
+  Products() : first_(hn::Zero(kD)), second_(hn::Zero(kD)) {}
+  HWY_INLINE void Add(WordVec a, WordVec b) {
+    first_ = hn::ReorderWidenMulAccumulate(kD, a, b, first_, second_);
+  }
+  HWY_INLINE int64_t Sum() const { return SumOf(first_) + SumOf(second_); }
+
+ private:
+  static constexpr hn::RepartitionToWide<Words> kD{};
+  using Vec = hn::Vec<hn::RepartitionToWide<Words>>;
+
+  static HWY_INLINE int64_t SumOf(Vec v) {
+    int32_t lanes[kPatchSide / 2] = {};
+    hn::StoreU(v, kD, lanes);
+    int64_t sum = 0;
+    for (const int32_t lane : lanes) sum += lane;
+    return sum;
+  }
+
+  Vec first_, second_;
+};
+
+void Derive(const PatchPlace& first, DerivedPatch& out) {
+  const Words d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  int16_t wide[kPatchRim * kPatchRim];
+  for (int next = 0; next < kPatchRim; next += lanes) {
+    const int c = std::min(next, kPatchRim - lanes);  // the last vector overlaps the one before
+    Columns columns(first, c);
+    for (int r = 0; r < kPatchRim; ++r) hn::StoreU(columns.Next(), d, wide + r * kPatchRim + c);
+  }
+  // Scharr's weights 3, 10, 3 over 16, in 1 / 32768.
+  const WordVec outer = hn::Set(d, 3 << 11), middle = hn::Set(d, 10 << 11), one = hn::Set(d, 1);
+  const auto slope = [&](WordVec twice_outer, WordVec inner) {
+    return hn::Add(hn::MulFixedPoint15(twice_outer, outer), hn::MulFixedPoint15(inner, middle));
+  };
+  out.sum_x = out.sum_y = out.xx = out.xy = out.yy = 0;
+  for (int c = 0; c < kPatchSide; c += lanes) {
+    Products sum_x, sum_y, xx, xy, yy;
+    for (int r = 0; r < kPatchSide; ++r) {
+      const auto at = [&](int row, int column) {
+        return hn::LoadU(d, wide + (r + row) * kPatchRim + c + column);
+      };
+      const WordVec a = at(0, 0), b = at(0, 2), e = at(2, 0), f = at(2, 2);
+      const WordVec falling = hn::Sub(f, a), rising = hn::Sub(b, e);
+      const WordVec x = slope(hn::Add(falling, rising), hn::Sub(at(1, 2), at(1, 0)));
+      const WordVec y = slope(hn::Sub(falling, rising), hn::Sub(at(2, 1), at(0, 1)));
+      const int i = r * kPatchSide + c;
+      hn::StoreU(at(1, 1), d, out.grey.data() + i);
+      hn::StoreU(x, d, out.dx.data() + i);
+      hn::StoreU(y, d, out.dy.data() + i);
+      sum_x.Add(x, one);
+      sum_y.Add(y, one);
+      xx.Add(x, x);
+      xy.Add(x, y);
+      yy.Add(y, y);
+    }
+    out.sum_x += sum_x.Sum();
+    out.sum_y += sum_y.Sum();
+    out.xx += xx.Sum();
+    out.xy += xy.Sum();
+    out.yy += yy.Sum();
   }
 }
 
-void SampleInner(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& weights,
-                 int16_t* out) {
-  Sample<kPatchSide>(from, step, weights, out);
-}
-
-void SampleWide(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& weights,
-                int16_t* out) {
-  Sample<kPatchRim>(from, step, weights, out);
-}
-
-void DifferentiateRows(const int16_t* wide, int16_t* grey, int16_t* dx, int16_t* dy,
-                       int64_t* sums) {
-  for (int k = 0; k < 5; ++k) sums[k] = 0;
-  for (int r = 0; r < kPatchSide; ++r) {
-    const int16_t* p = wide + r * kPatchRim;
-    const int16_t *q = p + kPatchRim, *s = q + kPatchRim;
-    int16_t *x = dx + r * kPatchSide, *y = dy + r * kPatchSide;
-    int32_t row_x = 0, row_y = 0, row_xx = 0, row_xy = 0, row_yy = 0;
-    for (int c = 0; c < kPatchSide; ++c) {
-      const int gx = (3 * (p[c + 2] - p[c] + s[c + 2] - s[c]) + 10 * (q[c + 2] - q[c])) >> 4;
-      const int gy = (3 * (s[c] - p[c] + s[c + 2] - p[c + 2]) + 10 * (s[c + 1] - p[c + 1])) >> 4;
-      grey[r * kPatchSide + c] = q[c + 1];
-      x[c] = static_cast<int16_t>(gx);
-      y[c] = static_cast<int16_t>(gy);
+void Compare(const DerivedPatch& patch, const PatchPlace& first, PatchDifference& out) {
+  const Words d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const WordVec one = hn::Set(d, 1);
+  for (int c = 0; c < kPatchSide; c += lanes) {
+    Columns columns(first, c);
+    Products sum, by_x, by_y;
+    for (int i = c; i < kPatchSide * kPatchSide; i += kPatchSide) {
+      const WordVec difference = hn::Sub(columns.Next(), hn::LoadU(d, patch.grey.data() + i));
+      sum.Add(difference, one);
+      by_x.Add(difference, hn::LoadU(d, patch.dx.data() + i));
+      by_y.Add(difference, hn::LoadU(d, patch.dy.data() + i));
     }
-    for (int c = 0; c < kPatchSide; ++c) {
-      row_x += x[c];
-      row_y += y[c];
-      row_xx += x[c] * x[c];
-      row_xy += x[c] * y[c];
-      row_yy += y[c] * y[c];
-    }
-    sums[0] += row_x;
-    sums[1] += row_y;
-    sums[2] += row_xx;
-    sums[3] += row_xy;
-    sums[4] += row_yy;
-  }
-}
-
-void CompareRows(const int16_t* grey, const int16_t* dx, const int16_t* dy, const int16_t* other,
-                 int64_t* sums) {
-  for (int k = 0; k < 3; ++k) sums[k] = 0;
-  for (int r = 0; r < kPatchSide; ++r) {
-    int32_t row = 0, row_x = 0, row_y = 0;
-    for (int i = r * kPatchSide; i < (r + 1) * kPatchSide; ++i) {
-      const auto difference = static_cast<int16_t>(other[i] - grey[i]);
-      row += difference;
-      row_x += difference * dx[i];
-      row_y += difference * dy[i];
-    }
-    sums[0] += row;
-    sums[1] += row_x;
-    sums[2] += row_y;
+    out.sum += sum.Sum();
+    out.by_x += by_x.Sum();
+    out.by_y += by_y.Sum();
   }
 }
 
@@ -89,37 +150,17 @@ HWY_AFTER_NAMESPACE();
 
 namespace oaslam {
 
-HWY_EXPORT(SampleInner);
-HWY_EXPORT(SampleWide);
-HWY_EXPORT(DifferentiateRows);
-HWY_EXPORT(CompareRows);
+HWY_EXPORT(Derive);
+HWY_EXPORT(Compare);
 
-void SamplePatch(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& weights,
-                 Patch& out) {
-  HWY_DYNAMIC_DISPATCH(SampleInner)(from, step, weights, out.data());
+void DerivePatch(const PatchPlace& first, DerivedPatch& out) {
+  HWY_DYNAMIC_DISPATCH(Derive)(first, out);
 }
 
-void SampleWidePatch(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& weights,
-                     WidePatch& out) {
-  HWY_DYNAMIC_DISPATCH(SampleWide)(from, step, weights, out.data());
-}
-
-void Differentiate(const WidePatch& wide, PatchDerivatives& out) {
-  int64_t sums[5];
-  HWY_DYNAMIC_DISPATCH(DifferentiateRows)
-  (wide.data(), out.grey.data(), out.dx.data(), out.dy.data(), sums);
-  out.sum_x = sums[0];
-  out.sum_y = sums[1];
-  out.xx = sums[2];
-  out.xy = sums[3];
-  out.yy = sums[4];
-}
-
-PatchDifference Compare(const PatchDerivatives& patch, const Patch& other) {
-  int64_t sums[3];
-  HWY_DYNAMIC_DISPATCH(CompareRows)
-  (patch.grey.data(), patch.dx.data(), patch.dy.data(), other.data(), sums);
-  return {sums[0], sums[1], sums[2]};
+PatchDifference ComparePatch(const DerivedPatch& patch, const PatchPlace& first) {
+  PatchDifference difference;
+  HWY_DYNAMIC_DISPATCH(Compare)(patch, first, difference);
+  return difference;
 }
 
 }  // namespace oaslam

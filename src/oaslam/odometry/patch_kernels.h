@@ -7,40 +7,34 @@
 namespace oaslam {
 
 // The inner loops of the search of patches (odometry/patch_flow), compiled for each instruction set
-// and chosen at run time (Highway). All arithmetic is in integers, so that all give the same bits.
+// and chosen at run time (Highway). All arithmetic is in integers of fixed width, so that all give
+// the same bits.
 
 inline constexpr int kPatchSide = 16;
 inline constexpr int kPatchRim = kPatchSide + 2;  // with a pixel on each side, for its derivatives
-inline constexpr int kPatchWeightBits = 14;       // of bilinear weights
-inline constexpr int kPatchGreyBits = 5;  // fractional bits of an interpolated pixel: fits 16 bits
+inline constexpr int kPatchGreyBits = 5;          // fractional bits of an interpolated pixel
 
-using Patch = std::array<int16_t, kPatchSide * kPatchSide>;
-using WidePatch = std::array<int16_t, kPatchRim * kPatchRim>;
-
-// Of the four pixels around a place; their sum is 1 << kPatchWeightBits.
-struct BilinearWeights {
-  int w00 = 0, w01 = 0, w10 = 0, w11 = 0;
+// A place between the pixels of an image.
+struct PatchPlace {
+  const uint8_t* pixel = nullptr;  // above and left of the place
+  std::ptrdiff_t step = 0;         // from a row of the image to the next
+  int16_t right = 0, down = 0;     // fractions of a pixel, in 1 / 32768
 };
 
-// Squares of interpolated pixels whose first lies between `from` and its right and lower
-// neighbours.
-void SamplePatch(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& weights,
-                 Patch& out);
-void SampleWidePatch(const uint8_t* from, std::ptrdiff_t step, const BilinearWeights& weights,
-                     WidePatch& out);
-
-// The inner pixels with Scharr's derivatives, which are twice the slopes, and the sums over these.
-struct PatchDerivatives {
-  Patch grey, dx, dy;
+// The square of kPatchSide interpolated pixels with Scharr's derivatives, which are twice the
+// slopes, and the sums over these.
+struct DerivedPatch {
+  std::array<int16_t, kPatchSide * kPatchSide> grey, dx, dy;
   int64_t sum_x = 0, sum_y = 0, xx = 0, xy = 0, yy = 0;
 };
-void Differentiate(const WidePatch& wide, PatchDerivatives& out);
+// `first` is the place of the first pixel of the rim.
+void DerivePatch(const PatchPlace& first, DerivedPatch& out);
 
-// Sums over the differences of another patch from this one, and of their products with its
-// derivatives.
+// Sums over the differences of the square at `first` from a patch, and of their products with the
+// patch's derivatives.
 struct PatchDifference {
   int64_t sum = 0, by_x = 0, by_y = 0;
 };
-PatchDifference Compare(const PatchDerivatives& patch, const Patch& other);
+PatchDifference ComparePatch(const DerivedPatch& patch, const PatchPlace& first);
 
 }  // namespace oaslam
