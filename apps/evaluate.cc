@@ -70,6 +70,17 @@ void PlotErrors(const EvaluateOptions& o, const std::vector<StampedPose>& ground
   SaveErrorPlot(o.plot_errors, curves, "Position error over time");
 }
 
+void PrintConsistency(const std::string& frames, const TrajectoryReport& report) {
+  std::vector<std::pair<double, double>> sigmas;
+  for (const auto& row : LoadColumns(frames, {"timestamp", "sigma_position"}))
+    sigmas.emplace_back(row[0], row[1]);
+  const ConsistencyReport consistency = EvaluateConsistency(report, sigmas);
+  fmt::print(
+      "consistency: median squared error over its variance {:.2f} (0.8 where sigmas are right), "
+      "beyond three sigmas {:.1f} % of {} poses\n",
+      consistency.median, 100 * consistency.share_beyond, consistency.count);
+}
+
 void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   const auto estimate = LoadTrajectory(o.estimate), groundtruth = LoadTrajectory(o.groundtruth);
   const TrajectoryReport report = EvaluateTrajectory(groundtruth, estimate, ParseAlign(o.align));
@@ -88,6 +99,7 @@ void EvaluateTrajectoryCommand(const EvaluateOptions& o) {
   }
   fmt::print("poses {} of {} with ground truth, align {}, scale {:.6f}\n", report.pairs,
              estimate.size(), o.align, scale);
+  if (!o.frames.empty()) PrintConsistency(o.frames, report);
   if (!o.plot_errors.empty()) PlotErrors(o, groundtruth, report);
   if (o.plot.empty()) return;
   std::vector<StampedPose> shown;  // only the time span of the estimate
@@ -257,6 +269,9 @@ void AddEvaluateCommand(CLI::App& app) {
   trajectory->add_option("estimate", o.estimate, "Trajectory")->required();
   trajectory->add_option("groundtruth", o.groundtruth, "Ground truth")->required();
   trajectory->add_option("--plot", o.plot, "Draw both into this SVG");
+  trajectory->add_option("--frames", o.frames,
+                         "frames.csv of the run: also compares the errors with their stated "
+                         "standard deviations, which are those of trajectory_live.txt");
   auto* plot_errors = trajectory->add_option(
       "--plot-errors", o.plot_errors, "Draw the error of each position over time into this SVG");
   trajectory

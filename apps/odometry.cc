@@ -38,10 +38,9 @@ class Report {
     if (!file_.is_open()) return;
     constexpr double kDegrees = 57.29578;
     file_ << fmt::format("{:.6f},{},{},{},{:.6f},{:.4f},{},{},{:.2f}\n", timestamp,
-                         ToString(e.state), e.tracked, e.inliers,
-                         std::sqrt(e.covariance.topLeftCorner<3, 3>().trace()),
-                         kDegrees * std::sqrt(e.covariance.bottomRightCorner<3, 3>().trace()),
-                         static_cast<int>(e.is_keyframe), static_cast<int>(e.was_restarted), ms);
+                         ToString(e.state), e.tracked, e.inliers, SigmaOfPosition(e.covariance),
+                         kDegrees * SigmaOfRotation(e.covariance), static_cast<int>(e.is_keyframe),
+                         static_cast<int>(e.was_restarted), ms);
   }
 
  private:

@@ -80,16 +80,21 @@ RunResults::RunResults(const std::string& folder, const SlamConfig& config)
     : folder_(folder), config_(config) {}
 
 void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
+  constexpr double kDegrees = 57.29578;
   std::ofstream csv(folder_ + "/frames.csv");
   csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
-         "ms_track,ms_objects,cpu_ms,filled,depth,piece\n";
+         "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
+         "deg\n";
   for (const auto& [index, r] : frames_) {
     const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {},
                                                                         &StampedPose::timestamp);
     csv << fmt::format(
-        "{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{}\n", index,
-        r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections, r.objects,
-        r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth, r.piece);
+        "{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{},{:.3f},{:."
+        "4g},{:.4g}\n",
+        index, r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections,
+        r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth,
+        r.piece, r.confidence, SigmaOfPosition(r.covariance),
+        kDegrees * SigmaOfRotation(r.covariance));
   }
 }
 
@@ -114,6 +119,8 @@ void RunResults::Scale(double factor) {
     if (r.world_from_cam && r.piece == main_piece_) {
       r.world_from_cam->translation *= factor;
       r.depth *= factor;
+      r.covariance.topRows<3>() *= factor;
+      r.covariance.leftCols<3>() *= factor;
     }
 }
 

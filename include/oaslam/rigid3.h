@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace oaslam {
 
@@ -45,5 +46,17 @@ struct Rigid3 {
     return m;
   }
 };
+
+// The covariance of a camera's pose: of a small motion (translation in map units, rotation vector
+// in rad; axes of the camera) between the pose and the true one.
+using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+
+// Root mean squares of the distance between the positions, map units, and of the angle, rad.
+inline double SigmaOfPosition(const PoseCovariance& covariance) {
+  return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+}
+inline double SigmaOfRotation(const PoseCovariance& covariance) {
+  return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+}
 
 }  // namespace oaslam

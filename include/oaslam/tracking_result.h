@@ -19,6 +19,12 @@ struct TrackingResult {
   // `detections`: all of this image; `objects`: mapped objects seen in it.
   int detections = 0, objects = 0;
   double confidence = 0;  // probability that the pose is right (RelocalizationResult)
+  // Of the pose, in the frame of the map; 0 without a pose. What a loop will correct is in it only
+  // as far as such errors are usual (docs/lab/uncertainty.md).
+  PoseCovariance covariance = PoseCovariance::Zero();
+  // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else
+  // 0.
+  double seconds_without_map = 0;
   // Median depth of the landmarks that support the pose, map units; 0 without any.
   double depth = 0;
   // The number of the piece of map that the pose refers to, counted from 0 since the start, Load or

@@ -24,6 +24,10 @@ void AddTrackingResult(py::module_& m) {
       .def_readonly(OASLAM_FIELD(TrackingResult, detections))
       .def_readonly(OASLAM_FIELD(TrackingResult, objects))
       .def_readonly(OASLAM_FIELD(TrackingResult, confidence))
+      .def_property_readonly(
+          "covariance", [](const TrackingResult& r) { return ArrayOf(r.covariance); },
+          doc::TrackingResult_covariance)
+      .def_readonly(OASLAM_FIELD(TrackingResult, seconds_without_map))
       .def_readonly(OASLAM_FIELD(TrackingResult, depth))
       .def_readonly(OASLAM_FIELD(TrackingResult, piece))
       .def_readonly(OASLAM_FIELD(TrackingResult, ms_total))

@@ -21,7 +21,7 @@ struct FocalReport {
   // 1 sigma of log(focal length), at the stated variances.
   double relative_sigma = std::numeric_limits<double>::infinity();
   // Covariance of the pose as in PoseReport, with unknown focal length.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance = PoseCovariance::Zero();
 };
 
 // Refines the pose and focal length of a camera without distortion from points, like RefinePose

@@ -64,6 +64,13 @@ void AddPrior(const ExpectedPose& prior, const Rigid3& pose, NormalEquations<6>&
 
 }  // namespace
 
+PoseCovariance ExpectedPose::Covariance() const {
+  PoseVector variances;
+  variances << Eigen::Vector3d::Constant(sigma_position * sigma_position),
+      Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
+  return variances.asDiagonal();
+}
+
 PoseReport RefinePose(const Camera& camera, const Rigid3& initial_cam_from_world,
                       std::span<const PointObservation> observations,
                       const std::optional<ExpectedPose>& prior) {

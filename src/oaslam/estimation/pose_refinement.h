@@ -23,6 +23,8 @@ struct ExpectedPose {
   Rigid3 cam_from_world;
   double sigma_position = 1;  // standard deviations: in the unit of the world; in rad
   double sigma_rotation = 1;
+
+  PoseCovariance Covariance() const;
 };
 
 struct PoseReport {
@@ -32,7 +34,7 @@ struct PoseReport {
   int inliers = 0;
   // Covariance of a small motion (translation, rotation [rad]) applied after cam_from_world, given
   // the stated variances.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance = PoseCovariance::Zero();
 };
 
 // The 95 % quantiles of chi^2, by degrees of freedom: a larger squared error, in units of its

@@ -79,6 +79,22 @@ TEST(TrajectoryMetrics, KnownErrors) {
   EXPECT_NEAR(EvaluateRelative(truth, estimate, 1, 0).translation.rmse, 0.04, 1e-12);
 }
 
+TEST(TrajectoryMetrics, ComparesErrorsWithTheirSigmas) {
+  const auto truth = Spiral(60);
+  auto estimate = truth;
+  std::vector<std::pair<double, double>> sigmas;
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    estimate[i].world_from_cam.translation.x() += i % 4 == 0 ? 0.08 : 0.02;
+    if (i < 40) sigmas.emplace_back(estimate[i].timestamp, i == 0 ? 0 : 0.02);
+  }
+  const auto report = EvaluateTrajectory(truth, estimate, AlignMode::kNone);
+  const ConsistencyReport consistency = EvaluateConsistency(report, sigmas);
+  EXPECT_EQ(consistency.count, 39u);  // a sigma of 0 says nothing
+  EXPECT_NEAR(consistency.median, 1, 1e-9);
+  EXPECT_NEAR(consistency.share_beyond, 9 / 39.0, 1e-9);
+  EXPECT_EQ(EvaluateConsistency(report, {}).count, 0u);
+}
+
 TEST(TrajectoryMetrics, SaysWhyNot) {
   const auto truth = Spiral(60);
   auto late = truth;

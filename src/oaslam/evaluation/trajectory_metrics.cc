@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "oaslam/util/median.h"
+
 namespace oaslam {
 
 ErrorStatistics StatisticsOf(std::vector<double> errors) {
@@ -78,6 +80,27 @@ std::vector<std::pair<size_t, size_t>> Intervals(const std::vector<StampedPose>&
 }
 
 }  // namespace
+
+ConsistencyReport EvaluateConsistency(const TrajectoryReport& report,
+                                      const std::vector<std::pair<double, double>>& sigmas) {
+  constexpr double kSameTime = 1e-6;  // seconds: as written to a file
+  ConsistencyReport consistency;
+  std::vector<double> squares;
+  for (const auto& [timestamp, error] : report.position_errors) {
+    const auto stated = std::ranges::lower_bound(sigmas, timestamp - kSameTime, {},
+                                                 &std::pair<double, double>::first);
+    if (stated == sigmas.end() || stated->first > timestamp + kSameTime || !(stated->second > 0))
+      continue;
+    const double off = error / (report.reference_from_estimate.scale * stated->second);
+    squares.push_back(off * off);
+    consistency.share_beyond += off > 3;
+  }
+  consistency.count = squares.size();
+  if (squares.empty()) return consistency;
+  consistency.share_beyond /= static_cast<double>(squares.size());
+  consistency.median = Median(std::move(squares));
+  return consistency;
+}
 
 RelativeReport EvaluateRelative(const std::vector<StampedPose>& reference_poses,
                                 const std::vector<StampedPose>& estimated_poses, double scale,

@@ -28,6 +28,20 @@ struct TrajectoryReport {
 TrajectoryReport EvaluateTrajectory(const std::vector<StampedPose>& reference,
                                     const std::vector<StampedPose>& estimate, AlignMode mode);
 
+// Whether positions are as certain as was stated: the squared error over its variance (normalised
+// estimation error squared, Bar-Shalom, Li and Kirubarajan 2001, here divided by its degrees of
+// freedom).
+struct ConsistencyReport {
+  double median = 0;        // 0.8 where the errors are Gaussian as stated
+  double share_beyond = 0;  // of the positions that are off by more than three sigmas
+  size_t count = 0;
+};
+
+// `sigmas`: time stamp and standard deviation (of the distance), units of the estimate, ascending.
+// Poses without a sigma do not count.
+ConsistencyReport EvaluateConsistency(const TrajectoryReport& report,
+                                      const std::vector<std::pair<double, double>>& sigmas);
+
 // Relative pose error (Sturm et al. 2012): the error of the motion over an interval, with the
 // estimate scaled by `scale`.
 struct RelativeReport {

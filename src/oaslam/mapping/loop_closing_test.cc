@@ -211,6 +211,14 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
     object.observations.front().reference = current;
     g.map.objects.Insert(ObjectId(0), object);
 
+    const KeyframeId before(current.value - 1);
+    const auto motion_between = [&] {
+      return g.map.keyframes.At(current).cam_from_world *
+             g.map.keyframes.At(before).cam_from_world.Inverse();
+    };
+    g.map.keyframes.MutableAt(current).motion =
+        KeyframeMotion{before, motion_between(), 0.01, 0.01};
+
     Rng rng(1);
     const auto loop = LoopDetector().Detect(g.map, current, rng);
     ASSERT_TRUE(loop) << scale;
@@ -227,6 +235,11 @@ TEST(LoopClosing, TakesBackADriftOfTheScale) {
                   .norm(),
               0.03)
         << scale;
+    // What the odometry measured is in the unit of the map, too.
+    const KeyframeMotion& motion = *g.map.keyframes.At(current).motion;
+    const double length = motion_between().translation.norm();
+    EXPECT_NEAR(motion.cam_from_cam.translation.norm(), length, 0.1 * length) << scale;
+    EXPECT_NEAR(motion.sigma_position * scale, 0.01, 0.001) << scale;
     const Ellipsoid& corrected = g.map.objects.At(ObjectId(0)).ellipsoid;
     EXPECT_LT((corrected.center - as_it_is.center).norm(), 0.2) << scale;
     for (int i = 0; i < 3; ++i)

@@ -162,8 +162,10 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
   MoveObjects(motions, map);
   ScaleRelativePoses(motions, map);
   for (size_t i = 0; i < motions.ids.size(); ++i) {
-    Rigid3& pose = map.keyframes.MutableAt(motions.ids[i]).cam_from_world;
-    pose = (Similarity(pose) * motions.new_from_old[i].Inverse()).AsPose();
+    Keyframe& keyframe = map.keyframes.MutableAt(motions.ids[i]);
+    keyframe.cam_from_world =
+        (Similarity(keyframe.cam_from_world) * motions.new_from_old[i].Inverse()).AsPose();
+    if (keyframe.motion) keyframe.motion->Scale(motions.new_from_old[i].scale);
   }
   return true;
 }

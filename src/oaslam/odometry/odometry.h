@@ -48,7 +48,7 @@ struct OdometryEstimate {
   Rigid3 cam_from_odom;
   // Of a PoseVector, from the window alone as it was optimised last: it orders estimates by their
   // risk, but says 1 or 2 % where a wrong minimum is off by 15.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance = PoseCovariance::Zero();
   int image = 0;  // counted since the motion was begun
   // With the first image that is not preliminary: the poses of earlier keyframes, by image, which
   // replace what was given for them.
@@ -104,7 +104,7 @@ class Odometry {
   int run_ = 0;
   double doubt_ = 0;  // how many points did not fit in the last images
   bool is_uncertain_ = false;
-  Eigen::Matrix<double, 6, 6> covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance_ = PoseCovariance::Zero();
   Window window_;
   bool is_beginning_ = true;
   std::optional<BeginningMotion> leader_;  // of the beginning

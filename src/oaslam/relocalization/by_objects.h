@@ -26,7 +26,7 @@ struct ObjectPoseCandidate {
   double llr = 0;                                 // log-likelihood ratio of the matched boxes
   std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
   // Of a small motion (translation, rotation [rad]) applied after the pose; 0 without matches.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance = PoseCovariance::Zero();
   double sigma_position = 0;  // map units, 1 sigma
   bool accepted = false;      // the evidence suffices to report the pose
 

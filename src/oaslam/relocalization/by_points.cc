@@ -177,7 +177,7 @@ FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
   result.relative_sigma = refined.relative_sigma;
   result.report.cam_from_world = refined.cam_from_world;
   result.report.covariance = refined.covariance;
-  result.report.sigma_position = std::sqrt(refined.covariance.topLeftCorner<3, 3>().trace());
+  result.report.sigma_position = SigmaOfPosition(refined.covariance);
   // An uncertain focal length makes the distance to the scene uncertain, too: Judge allows twice as
   // much as for a known camera.
   constexpr double kMaxRelativeSigma = 0.06;

@@ -86,7 +86,7 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map,
     report.inliers = pose.inliers;
     report.inlier_share = static_cast<double>(pose.inliers) / matches.count;
     report.covariance = pose.covariance;
-    report.sigma_position = std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace());
+    report.sigma_position = SigmaOfPosition(pose.covariance);
     report.landmarks.assign(features.keypoints.size(), LandmarkId());
     for (size_t i = 0; i < selected.keypoints.size(); ++i)
       if (pose.inlier[i])

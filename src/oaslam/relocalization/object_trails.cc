@@ -35,7 +35,7 @@ void ObjectTrails::GoOn(Trail& trail, const ObjectScene& scene, double seconds) 
   else
     trail.motion.Correct(now.cam_from_world, now.covariance);
   now.covariance = trail.motion.covariance();
-  now.sigma_position = std::sqrt(now.covariance.topLeftCorner<3, 3>().trace());
+  now.sigma_position = SigmaOfPosition(now.covariance);
   const double weight = WeightOf(seconds), kept = std::exp(-seconds / kMemory);
   trail.score = kept * trail.score + weight * now.score;
   trail.weight = kept * trail.weight + weight;

@@ -24,8 +24,8 @@ struct RelocalizationReport {
   int expected = 0;           // landmarks expected in the image at this pose
   double inlier_share = 0;    // of the landmarks that were found near their projection
   double chance_inliers = 0;  // inliers that the same search would give for a wrong pose
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // as PoseReport's
-  double sigma_position = 0;                                                     // map units
+  PoseCovariance covariance = PoseCovariance::Zero();  // as PoseReport's
+  double sigma_position = 0;                           // map units
   KeyframeId keyframe;                     // the place that was matched; invalid for VerifyByPoints
   std::vector<PoseHypothesis> hypotheses;  // by number of inliers, best first; also without success
 };

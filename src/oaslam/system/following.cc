@@ -155,7 +155,7 @@ void Tracker::Remember(const Frame& frame, const Map& map, const TrackReport& tr
     depth_ = tracked.depth;
   }
   if (frame.index == newest_.frame.index) newest_.landmarks = tracked.landmarks;
-  last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference};
+  last_ = Last{frame, tracked.landmarks, tracked.reference, cam_from_reference, tracked.covariance};
   trajectory_.Add({frame.index, frame.timestamp, tracked.reference, cam_from_reference, state},
                   frame, tracked.landmarks);
   trajectory_.RefinePosesBefore(map, frame.index - kRefineAfter);

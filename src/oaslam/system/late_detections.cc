@@ -59,6 +59,8 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   Remember(frame, map, tracked, TrackingState::kRelocalized);
   outcome = Outcome::Tracked(TrackingState::kRelocalized, tracked.cam_from_world, tracked.matched,
                              tracked.inliers);
+  outcome.depth = tracked.depth;
+  StateCertainty(frame, map, tracked.covariance, tracked.reference, outcome);
   outcome.objects = Associate({frame, tracked.cam_from_world, tracked.reference,
                                last_->cam_from_reference, tracked.landmarks, tracked.inliers},
                               map);

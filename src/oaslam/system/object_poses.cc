@@ -1,4 +1,5 @@
 // Poses of a camera that is lost, by the objects that it sees and by its motion since.
+#include <numbers>
 #include <optional>
 
 #include "oaslam/system/tracker.h"
@@ -20,6 +21,10 @@ KeyframeId NearestKeyframe(const Map& map, const Rigid3& cam_from_world) {
   return nearest;
 }
 
+ExpectedPose ExpectedBy(const Relocalization& found) {
+  return {found.cam_from_world, found.sigma_position / std::numbers::sqrt3, found.relative_sigma};
+}
+
 }  // namespace
 
 // A pose by objects of the newest frame, in which the camera is lost. One that is too uncertain for
@@ -29,12 +34,9 @@ Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
   const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
   const LocatedPose located{found.cam_from_world, found.sigma_position};
   AddToRegistration(frame, map, located);
-  Outcome outcome =
-      is_sure ? ShowPose(frame, map, found.cam_from_world) : ByRegistration(frame, map);
-  if (!outcome.cam_from_world)
-    outcome = Outcome::Tracked(TrackingState::kObjects, found.cam_from_world, 0, 0);
+  Outcome outcome = is_sure ? ShowObjectPose(frame, map, found) : ByRegistration(frame, map);
+  if (!outcome.cam_from_world) outcome = Outcome::ByObjects(ExpectedBy(found), found.confidence);
   outcome.objects = found.matched_objects;
-  outcome.confidence = found.confidence;
   KeepUntracked(frame, is_sure);
   outcome.located = located;
   return outcome;
@@ -42,23 +44,21 @@ Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
 
 Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
                                          const Relocalization& found) {
-  Outcome outcome = ShowPose(frame, map, found.cam_from_world);
+  Outcome outcome = ShowPose(frame, map, ExpectedBy(found), found.confidence);
   outcome.objects = found.matched_objects;
-  outcome.confidence = found.confidence;
   return outcome;
 }
 
 // Gives the newest frame, in which the camera is lost, a pose that does not come from points of the
 // map. Tracking does not continue from it.
-Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map,
-                                   const Rigid3& cam_from_world) {
-  const KeyframeId nearest = NearestKeyframe(map, cam_from_world);
+Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map, const ExpectedPose& pose,
+                                   double confidence) {
+  const KeyframeId nearest = NearestKeyframe(map, pose.cam_from_world);
   if (!nearest.IsValid()) return {};
-  const Rigid3 cam_from_reference = RelativeTo(map, nearest, cam_from_world);
-  trajectory_.Add(
-      {frame.index, frame.timestamp, nearest, cam_from_reference, TrackingState::kObjects}, frame,
-      {});
-  return Outcome::Tracked(TrackingState::kObjects, cam_from_world, 0, 0);
+  trajectory_.Add({frame.index, frame.timestamp, nearest,
+                   RelativeTo(map, nearest, pose.cam_from_world), TrackingState::kObjects},
+                  frame, {});
+  return Outcome::ByObjects(pose, confidence);
 }
 
 void Tracker::AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located) {
@@ -71,11 +71,8 @@ void Tracker::AddToRegistration(const Frame& frame, const Map& map, const Locate
 Tracker::Outcome Tracker::ByRegistration(const Frame& frame, const Map& map) {
   const auto registered = registration_.PoseOf(frame);
   if (!registered) return {};
-  Outcome outcome = mapping_
-                        ? Outcome::Tracked(TrackingState::kObjects, registered->cam_from_map, 0, 0)
-                        : ShowPose(frame, map, registered->cam_from_map);
-  outcome.confidence = registered->agreeing;
-  return outcome;
+  return mapping_ ? Outcome::ByObjects(registered->pose, registered->agreeing)
+                  : ShowPose(frame, map, registered->pose, registered->agreeing);
 }
 
 }  // namespace oaslam

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "oaslam/estimation/similarity_fit.h"
@@ -63,16 +64,18 @@ void OdometryRegistration::Add(const Frame& frame, const LocatedPose& in_map,
 
 std::optional<OdometryRegistration::Registered> OdometryRegistration::PoseOf(
     const Frame& frame) const {
-  constexpr double kMaxSeconds = 15;    // since the camera was found: the odometry drifts
-  constexpr double kSigmaOfUnit = 0.1;  // relative: ellipsoids are rough surfaces
-  constexpr double kMinShare = 0.6;     // of the images that must agree
+  constexpr double kMaxSeconds = 15;         // since the camera was found: the odometry drifts
+  constexpr double kSigmaOfUnit = 0.1;       // relative: ellipsoids are rough surfaces
+  constexpr double kSigmaOfRotation = 0.02;  // about that of single images by objects
+  constexpr double kMinShare = 0.6;          // of the images that must agree
   if (!KnowsWay(frame) || sights_.empty() || frame.motion->run != run_ ||
       std::abs(frame.timestamp - sights_.back().timestamp) > kMaxSeconds)
     return std::nullopt;
   std::vector<PosePair> pairs;
-  std::vector<double> units;
+  std::vector<double> units, sigmas;
   for (const Sight& sight : sights_) {
     pairs.push_back({sight.cam_from_odom, sight.in_map.cam_from_world, sight.in_map.sigma});
+    sigmas.push_back(sight.in_map.sigma);
     if (sight.unit) units.push_back(*sight.unit);
   }
   if (units.empty()) return std::nullopt;
@@ -80,7 +83,11 @@ std::optional<OdometryRegistration::Registered> OdometryRegistration::PoseOf(
       FitSimilarity(pairs, ScalePrior{Median(std::move(units)), kSigmaOfUnit});
   const double agreeing = fit.inliers / static_cast<double>(pairs.size());
   if (!fit.success || agreeing < kMinShare) return std::nullopt;
-  return Registered{(Similarity(frame.motion->cam_from_odom) * fit.b_from_a.Inverse()).AsPose(),
+  // Images that follow each other show the same objects with the same errors: their number does not
+  // make the pose more certain.
+  const double sigma = Median(std::move(sigmas));
+  return Registered{{(Similarity(frame.motion->cam_from_odom) * fit.b_from_a.Inverse()).AsPose(),
+                     sigma / std::numbers::sqrt3, kSigmaOfRotation},
                     agreeing};
 }
 

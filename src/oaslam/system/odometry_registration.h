@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
 #include "oaslam/pieces/piece_link.h"
@@ -19,7 +20,7 @@ class OdometryRegistration {
   void Add(const Frame& frame, const LocatedPose& in_map, const std::optional<double>& unit,
            const Map& map);
   struct Registered {
-    Rigid3 cam_from_map;
+    ExpectedPose pose;
     double agreeing = 0;  // share of the images that were found
   };
   // The pose of an image in the map; nothing where the images that were found do not agree, or are

@@ -78,7 +78,7 @@ TEST(OdometryRegistration, ManyImagesTellMoreThanOne) {
   for (const int i : {20, 39, 60}) {
     const auto found = registration.PoseOf(MovingFrame(i, map, rng));
     ASSERT_TRUE(found.has_value()) << i;
-    EXPECT_LT(ErrorOf(found->cam_from_map, i), 0.02) << i;
+    EXPECT_LT(ErrorOf(found->pose.cam_from_world, i), 0.02) << i;
     EXPECT_GT(found->agreeing, 0.8);
   }
 }
@@ -90,7 +90,7 @@ TEST(OdometryRegistration, OneImageIsEnoughWhereObjectsTellTheUnit) {
   registration.Add(MovingFrame(0, map, rng), Located(0, 1e-3, rng), std::nullopt, map);
   const auto found = registration.PoseOf(MovingFrame(20, map, rng));
   ASSERT_TRUE(found.has_value());
-  EXPECT_LT(ErrorOf(found->cam_from_map, 20), 0.02);  // of .32
+  EXPECT_LT(ErrorOf(found->pose.cam_from_world, 20), 0.02);  // of .32
 }
 
 TEST(OdometryRegistration, KnowsNothingOfOtherRunsOrLongAfter) {

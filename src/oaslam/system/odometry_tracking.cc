@@ -171,6 +171,7 @@ Tracker::Outcome Tracker::Carry(const Frame& frame, const Map& map,
                                                                       : TrackingState::kOdometry,
                        carried.cam_from_world, carried.matched, carried.inliers);
   outcome.depth = carried.depth;
+  StateCertainty(frame, map, predicted.expected.Covariance(), carried.reference, outcome);
   ObserveObjects(newest_.frame, map, carried, outcome);
   if (!mapping_) TakeRest();
   const FramePose pose{frame.index, frame.timestamp, carried.reference,
@@ -226,15 +227,19 @@ Tracker::Outcome Tracker::ContinueByOdometry(const Frame& frame, const Map& map,
 
 // The unit of the odometry, by points whose depth it knows that are landmarks of the map, too.
 void Tracker::LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked) {
-  constexpr double kSeconds = 10;  // time constant: the odometry's scale drifts slowly
   if (!frame.motion) return;
   const std::optional<double> length = UnitOfOdometry(frame, map, tracked);
   if (!length) return;
-  const bool goes_on = unit_ && unit_->run == frame.motion->run && last_;
-  const double seconds = goes_on ? std::abs(frame.timestamp - last_->frame.timestamp) : 0;
-  const double kept = goes_on ? std::exp(-seconds / kSeconds) : 0;
-  unit_ = OdometryUnit{frame.motion->run,
-                       goes_on ? *length * std::pow(unit_->length / *length, kept) : *length};
+  const OdometryUnit first{frame.motion->run, map.loops_closed, *length};
+  const bool goes_on = unit_ && unit_->run == first.run && unit_->loops == first.loops && last_;
+  if (!goes_on) {
+    unit_ = first;
+    return;
+  }
+  const double elapsed = std::abs(frame.timestamp - last_->frame.timestamp);
+  unit_->seconds = std::min(kUnitSeconds, unit_->seconds + elapsed);
+  if (unit_->seconds > 0)
+    unit_->length *= std::pow(*length / unit_->length, std::min(1.0, elapsed / unit_->seconds));
 }
 
 // Without mapping nothing but this corrects a pose that the odometry carries on: the frame is

@@ -42,6 +42,8 @@ void TakePose(const Tracker::Outcome& outcome, TrackingResult& result) {
   result.inliers = outcome.inliers;
   result.objects = outcome.objects;
   result.confidence = outcome.confidence;
+  result.covariance = outcome.covariance;
+  result.seconds_without_map = outcome.seconds_without_map;
   result.depth = outcome.depth;
 }
 
@@ -271,6 +273,8 @@ void Slam::Impl::SetMetresPerUnit(double metres) {
     for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
     trails_ = {};
     newest_.depth *= metres;
+    newest_.covariance.topRows<3>() *= metres;
+    newest_.covariance.leftCols<3>() *= metres;
     if (newest_.world_from_cam) newest_.world_from_cam->translation *= metres;
     PostChange();
   }

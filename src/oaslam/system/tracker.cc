@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "oaslam/relocalization/confidence.h"
 #include "oaslam/tracking/keyframe_decision.h"
 #include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
@@ -17,14 +16,6 @@ double PositionSigma(const Map& map, const TrackReport& tracked) {
   return kTrackedSigma * map.MedianDepth(tracked.reference);
 }
 
-// The map will have the frame and the unit of the odometry.
-Tracker::Outcome WithoutMap(const FrameMotion* motion) {
-  Tracker::Outcome outcome;
-  outcome.state = motion ? TrackingState::kPreliminary : TrackingState::kInitializing;
-  if (motion) outcome.cam_from_world = motion->cam_from_odom;
-  return outcome;
-}
-
 }  // namespace
 
 Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& cam_from_world,
@@ -34,7 +25,6 @@ Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& ca
   outcome.cam_from_world = cam_from_world;
   outcome.matched = matched;
   outcome.inliers = inliers;
-  outcome.confidence = ConfidenceOfPoints(inliers);
   return outcome;
 }
 
@@ -100,6 +90,7 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   Outcome outcome =
       Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   outcome.depth = tracked.depth;
+  StateCertainty(frame, map, tracked.covariance, tracked.reference, outcome);
   ObserveObjects(frame, map, tracked, outcome);
   constexpr int kBackfillPerFrame = 2;  // spread over frames, so that no single frame takes long
   if (backfill_ && !IsOnProbation(frame.timestamp)) {
@@ -151,13 +142,14 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   phase_ = Phase::kTracking;
   motion_.reset();
   uses_.clear();
-  last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}};
+  last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}, PoseCovariance::Zero()};
   newest_.landmarks = keyframe->landmarks;
   anchors_ = {{frame.motion, newest_keyframe_, {}}};
   seen_in_map_time_ = map_began_time_ = frame.timestamp;
   depth_ = map.MedianDepth(newest_keyframe_);
   unit_.reset();
-  if (frame.motion && !frame.motion->is_preliminary) unit_ = OdometryUnit{frame.motion->run, 1};
+  if (frame.motion && !frame.motion->is_preliminary)
+    unit_ = OdometryUnit{frame.motion->run, 0, 1, kUnitSeconds};
   keyframe_motion_ = frame.motion;
   FillInBeforeMap(map);
   const int points = static_cast<int>(map.landmarks.size());
@@ -165,6 +157,9 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   Outcome outcome =
       Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
   outcome.depth = map.MedianDepth(newest_keyframe_);
+  drift_ = {};
+  seen_confidence_ = 0;
+  StateCertainty(frame, map, PoseCovariance::Zero(), newest_keyframe_, outcome);
   return outcome;
 }
 
@@ -180,6 +175,7 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
   motion_.reset();
   last_.reset();
+  seen_confidence_ = 0;
   const Relocalization found = Find(frame, map);
   if (found.evidence == PoseEvidence::kNone) return Lose(frame, map);
   if (found.evidence == PoseEvidence::kObjects) return ReportObjectPose(frame, map, found);
@@ -254,14 +250,16 @@ void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
   is_pose_doubted_ = true;
 }
 
-Tracker::Outcome Tracker::Present(const Map& map) const {
+Tracker::Outcome Tracker::Present(const Map& map) {
   const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference || phase_ != Phase::kTracking) return {};
   const auto seen = static_cast<int>(
       std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
   Outcome outcome = Outcome::Tracked(TrackingState::kRelocalized,
                                      last_->cam_from_reference * *reference, seen, seen);
-  if (map.keyframes.Contains(last_->reference)) outcome.depth = map.MedianDepth(last_->reference);
+  if (!map.keyframes.Contains(last_->reference)) return outcome;
+  outcome.depth = map.MedianDepth(last_->reference);
+  StateCertainty(last_->frame, map, last_->covariance, last_->reference, outcome);
   return outcome;
 }
 

@@ -16,16 +16,22 @@
 #include "oaslam/system/mapper.h"
 #include "oaslam/system/odometry_registration.h"
 #include "oaslam/tracking/initializer.h"
+#include "oaslam/tracking/map_drift.h"
 #include "oaslam/tracking/pose_tracking.h"
 #include "oaslam/tracking/trajectory.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
 
+// Over so long the odometry's unit is averaged: its scale drifts slowly.
+inline constexpr double kUnitSeconds = 10;
+
 // The length of the odometry's unit in units of the map.
 struct OdometryUnit {
-  int run = 0;  // FrameMotion::run
+  int run = 0;    // FrameMotion::run
+  int loops = 0;  // closed in the map: each may have changed its scale
   double length = 1;
+  double seconds = 0;  // over which it was averaged
 };
 
 // A pose by the camera's motion since the map was last seen.
@@ -45,7 +51,9 @@ class Tracker {
     // Number of mapped objects seen.
     int objects = 0;
     double confidence = 0;  // [0, 1], of the pose
-    double depth = 0;       // median depth of the landmarks that support the pose, map units
+    PoseCovariance covariance = PoseCovariance::Zero();
+    double seconds_without_map = 0;
+    double depth = 0;  // median depth of the landmarks that support the pose, map units
     double ms_objects = 0;
     // The pose in this map of a camera that is lost or has just been found again. Frames with a
     // pose in two pieces of map tell how the pieces lie to each other (PieceLink).
@@ -62,6 +70,7 @@ class Tracker {
 
     static Outcome Tracked(TrackingState state, const Rigid3& cam_from_world, int matched,
                            int inliers);
+    static Outcome ByObjects(const ExpectedPose& pose, double confidence);
   };
 
   // With fewer landmarks in view, the camera may soon be lost, and the pose is strengthened by
@@ -125,7 +134,7 @@ class Tracker {
 
   // The outcome of the newest frame, computed again with `map`; lost where the
   // frame is not tracked.
-  Outcome Present(const Map& map) const;
+  Outcome Present(const Map& map);
 
   bool IsInitializing() const { return phase_ == Phase::kInitializing; }
   // While it is initialising: why there is no map yet.
@@ -147,6 +156,7 @@ class Tracker {
   static Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
     return cam_from_world * map.keyframes.At(reference).cam_from_world.Inverse();
   }
+  static Outcome WithoutMap(const FrameMotion* motion);
   Outcome Initialize(const Frame& frame, const Map& map);
   Outcome Relocalize(const Frame& frame, const Map& map);
   Outcome Carry(const Frame& frame, const Map& map, const OdometryPrediction& predicted);
@@ -161,11 +171,13 @@ class Tracker {
   Outcome ContinueByOdometry(const Frame& frame, const Map& map,
                              const OdometryPrediction& predicted, TrackReport carried);
   Outcome ReportObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
-  Outcome ShowPose(const Frame& frame, const Map& map, const Rigid3& cam_from_world);
+  Outcome ShowPose(const Frame& frame, const Map& map, const ExpectedPose& pose, double confidence);
   Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   bool IsOnProbation(double timestamp)
       const;  // shortly after a relocalization by points, which must still prove itself
   TrackDemands Demands(const Frame& frame) const;
+  void StateCertainty(const Frame& frame, const Map& map, const PoseCovariance& given_landmarks,
+                      KeyframeId reference, Outcome& outcome);
   double LeastSpread() const;
   // Finds the pose of a frame that follows the last one: tries the most reliable method first.
   TrackReport Follow(const Frame& frame, const Map& map);
@@ -208,6 +220,7 @@ class Tracker {
     std::vector<LandmarkId> landmarks;
     KeyframeId reference;
     Rigid3 cam_from_reference;
+    PoseCovariance covariance;  // given the landmarks
   };
 
   // The newest frame, with or without a pose, as it is shown.
@@ -285,7 +298,9 @@ class Tracker {
   double relocalized_time_ = 0;
   // By the user (ForceRelocalization): the last pose does not predict the next.
   bool is_pose_doubted_ = false;
-  std::optional<Rigid3> prior_;    // from the user, world_from_cam, while the camera is lost
+  std::optional<Rigid3> prior_;  // from the user, world_from_cam, while the camera is lost
+  MapDrift drift_;
+  double seen_confidence_ = 0;     // of the newest pose that the map gave
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   ObjectTracks object_tracks_;

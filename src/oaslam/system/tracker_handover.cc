@@ -29,6 +29,8 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   relocalized_frame_ = other.relocalized_frame_;
   relocalized_time_ = other.relocalized_time_;
   usual_spread_ = other.usual_spread_;
+  drift_ = {};
+  seen_confidence_ = other.seen_confidence_;
   uses_ = std::move(other.uses_);
   EndBackfill();
   next_keyframe_ = other.next_keyframe_;

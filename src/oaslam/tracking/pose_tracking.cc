@@ -60,9 +60,8 @@ TrackReport Report(const Camera& camera, const PoseReport& pose, const MatchedPo
   report.inliers = pose.inliers;
   report.depth = MedianDepth(pose, matched);
   report.spread = Spread(pose, matched, camera);
-  report.relative_sigma =
-      report.depth > 0 ? std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) / report.depth
-                       : 1;
+  report.covariance = pose.covariance;
+  report.relative_sigma = report.depth > 0 ? SigmaOfPosition(pose.covariance) / report.depth : 1;
   report.success = pose.inliers >= min_inliers;
   return report;
 }
@@ -164,6 +163,7 @@ TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose&
     return TrackIn(local, frame, map, prior.cam_from_world, none, prior, demands);
   TrackReport report;
   report.cam_from_world = prior.cam_from_world;
+  report.covariance = prior.Covariance();
   report.landmarks = none;
   return report;
 }

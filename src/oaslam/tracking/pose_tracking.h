@@ -24,6 +24,8 @@ struct TrackReport {
   // units of the image sides, along the direction in which it is smallest. Few or crowded points
   // give a small value.
   double spread = 0;
+  // Given the landmarks (PoseReport).
+  PoseCovariance covariance = PoseCovariance::Zero();
   // Standard deviation of the position divided by the median depth of the points.
   double relative_sigma = 0;
   KeyframeId reference;             // keyframe that shares most landmarks; invalid on failure

@@ -34,6 +34,9 @@ TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
   ASSERT_TRUE(tracked.success);
   EXPECT_GT(tracked.inliers, first.inliers);
   EXPECT_LT(s.Error(tracked.cam_from_world), 0.01);
+  const double sigma = SigmaOfPosition(tracked.covariance);
+  EXPECT_LT(s.Error(tracked.cam_from_world), 3 * sigma);
+  EXPECT_LT(sigma, SigmaOfPosition(first.covariance));  // of fewer landmarks
   EXPECT_TRUE(tracked.reference.IsValid());
   EXPECT_GE(tracked.visible.size(), static_cast<size_t>(tracked.inliers));
 }

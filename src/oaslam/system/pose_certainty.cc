@@ -1,0 +1,64 @@
+// How sure the tracker is of a pose that it gives (docs/lab/uncertainty.md).
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "oaslam/relocalization/confidence.h"
+#include "oaslam/system/tracker.h"
+
+namespace oaslam {
+namespace {
+
+// Standard deviations of the place of landmarks in view: what stays where all views share them, and
+// for each link of a chain of views (MapDrift). Shares of the depth; and radians. Fitted on the
+// flat.
+constexpr double kOfPlace = 0.001, kOfLink = 0.006, kTurnOfLink = 0.0025;
+
+// The probability that a position is off by less than a tenth of the depth (Maxwell's
+// distribution).
+double ProbablyNear(double sigma_of_depth) {
+  constexpr double kNear = 0.1;
+  const double x = kNear / std::max(sigma_of_depth, 1e-9);
+  return std::erf(x / std::numbers::sqrt2) -
+         std::sqrt(2 / std::numbers::pi) * x * std::exp(-x * x / 2);
+}
+
+}  // namespace
+
+// `given_landmarks`: the covariance if the landmarks were where the map says.
+void Tracker::StateCertainty(const Frame& frame, const Map& map,
+                             const PoseCovariance& given_landmarks, KeyframeId reference,
+                             Outcome& outcome) {
+  const double links = drift_.LinksTo(map, reference);
+  const ExpectedPose map_error{{},
+                               outcome.depth * std::hypot(kOfPlace, kOfLink * std::sqrt(links)),
+                               std::hypot(kOfPlace, kTurnOfLink * std::sqrt(links))};
+  outcome.covariance = given_landmarks + map_error.Covariance();
+  const bool is_seen = outcome.state != TrackingState::kOdometry;
+  outcome.seconds_without_map = is_seen ? 0 : frame.timestamp - seen_in_map_time_;
+  // A pose near where the motion led is as right as the one before; few landmarks confirm it.
+  if (is_seen) seen_confidence_ = std::max(seen_confidence_, ConfidenceOfPoints(outcome.inliers));
+  const double sigma = std::sqrt(given_landmarks.topLeftCorner<3, 3>().trace() / 3);
+  outcome.confidence =
+      seen_confidence_ * (outcome.depth > 0 ? ProbablyNear(sigma / outcome.depth) : 1);
+}
+
+// Before there is a map, which will have the frame and the unit of the odometry: a median depth.
+Tracker::Outcome Tracker::WithoutMap(const FrameMotion* motion) {
+  constexpr double kUnknownWay = 0.03;  // as while the map does not tell how far the camera moves
+  Outcome outcome;
+  outcome.state = motion ? TrackingState::kPreliminary : TrackingState::kInitializing;
+  if (!motion) return outcome;
+  outcome.cam_from_world = motion->cam_from_odom;
+  outcome.covariance = ExpectedPose{{}, kUnknownWay, kUnknownWay}.Covariance();
+  return outcome;
+}
+
+Tracker::Outcome Tracker::Outcome::ByObjects(const ExpectedPose& pose, double confidence) {
+  Outcome outcome = Tracked(TrackingState::kObjects, pose.cam_from_world, 0, 0);
+  outcome.covariance = pose.Covariance();
+  outcome.confidence = confidence;
+  return outcome;
+}
+
+}  // namespace oaslam
