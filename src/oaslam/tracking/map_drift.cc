@@ -12,13 +12,15 @@
 namespace oaslam {
 namespace {
 
+int SeenBy(const Keyframe& keyframe) {
+  return static_cast<int>(
+      std::ranges::count_if(keyframe.landmarks, [](LandmarkId id) { return id.IsValid(); }));
+}
+
 // The share of landmarks that two keyframes do not share.
-double Link(const Map& map, const Keyframe& keyframe, const Covisible& other) {
-  const auto seen = [](const Keyframe& k) {
-    return std::ranges::count_if(k.landmarks, [](LandmarkId id) { return id.IsValid(); });
-  };
-  const auto fewer = std::min(seen(keyframe), seen(map.keyframes.At(other.keyframe)));
-  return fewer > 0 ? std::max(0.0, 1 - other.shared / static_cast<double>(fewer)) : 1;
+double Link(int seen_by_one, int seen_by_other, int shared) {
+  const int fewer = std::min(seen_by_one, seen_by_other);
+  return fewer > 0 ? std::max(0.0, 1 - shared / static_cast<double>(fewer)) : 1;
 }
 
 }  // namespace
@@ -27,10 +29,12 @@ double MapDrift::LinksTo(const Map& map, KeyframeId id) {
   if (loops_closed_ != map.loops_closed || links_.empty()) LinkAll(map);
   if (const auto known = links_.find(id); known != links_.end()) return known->second;
   const Keyframe& keyframe = map.keyframes.At(id);
+  const int seen = SeenBy(keyframe);
   double least = std::numeric_limits<double>::infinity();
   for (const Covisible& c : keyframe.covisible)
     if (const auto known = links_.find(c.keyframe); known != links_.end())
-      least = std::min(least, known->second + Link(map, keyframe, c));
+      least = std::min(least,
+                       known->second + Link(seen, SeenBy(map.keyframes.At(c.keyframe)), c.shared));
   if (!std::isfinite(least))
     LinkAll(map);
   else
@@ -46,17 +50,21 @@ void MapDrift::LinkAll(const Map& map) {
   using Place = std::pair<double, KeyframeId>;
   std::priority_queue<Place, std::vector<Place>, std::greater<>> next;
   const std::vector<KeyframeId> ids = map.keyframes.Ids();
+  std::vector<int> seen;
+  for (const KeyframeId id : ids) seen.push_back(SeenBy(map.keyframes.At(id)));
+  const auto place_of = [&](KeyframeId id) {
+    return std::ranges::lower_bound(ids, id) - ids.begin();
+  };
   next.emplace(0, ids.front());
   while (!next.empty()) {
     const auto [links, id] = next.top();
     next.pop();
     if (!links_.emplace(id, links).second) continue;
-    const Keyframe& keyframe = map.keyframes.At(id);
-    for (const Covisible& c : keyframe.covisible)
-      next.emplace(links + Link(map, keyframe, c), c.keyframe);
-    const auto here = std::ranges::lower_bound(ids, id);
-    if (here != ids.begin()) next.emplace(links + 1, *std::prev(here));
-    if (std::next(here) != ids.end()) next.emplace(links + 1, *std::next(here));
+    const auto here = place_of(id);
+    for (const Covisible& c : map.keyframes.At(id).covisible)
+      next.emplace(links + Link(seen[here], seen[place_of(c.keyframe)], c.shared), c.keyframe);
+    if (here > 0) next.emplace(links + 1, ids[here - 1]);
+    if (here + 1 < std::ssize(ids)) next.emplace(links + 1, ids[here + 1]);
   }
 }
 
