@@ -35,7 +35,8 @@ struct LandmarkUse {
 struct KeyframeInsertion {
   KeyframeId id;
   TrackedFrame frame;
-  std::optional<KeyframeMotion> motion{};
+  // To this keyframe and to earlier ones, as the odometry knows them by now.
+  std::vector<std::pair<KeyframeId, KeyframeMotion>> motions{};
 };
 
 }  // namespace oaslam

@@ -1,5 +1,8 @@
 #include "oaslam/map/frame.h"
 
+#include <algorithm>
+#include <ranges>
+
 #include "oaslam/geometry/camera_model.h"
 
 namespace oaslam {
@@ -16,6 +19,17 @@ std::vector<ObjectDetection> IdealDetections(const Camera& camera,
 bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
                      const std::shared_ptr<const FrameMotion>& b) {
   return a && b && a->run == b->run && !a->is_preliminary && !b->is_preliminary;
+}
+
+Rigid3 CamFromOdom(const FrameMotion& earlier, const FrameMotion& now) {
+  if (&earlier == &now) return now.cam_from_odom;
+  for (const auto& [image, then] : earlier.keyframes | std::views::reverse) {
+    const auto later =
+        std::ranges::lower_bound(now.keyframes, image, {}, &std::pair<int, Rigid3>::first);
+    if (later != now.keyframes.end() && later->first == image)
+      return earlier.cam_from_odom * then.Inverse() * later->second;
+  }
+  return earlier.cam_from_odom;
 }
 
 }  // namespace oaslam

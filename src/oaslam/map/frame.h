@@ -41,8 +41,9 @@ struct FrameMotion {
   int image = 0;
   Rigid3 cam_from_odom;
   bool is_preliminary = false;
-  // Of earlier images of this run whose poses were preliminary, the final ones, by image.
-  std::vector<std::pair<int, Rigid3>> revised{};
+  // cam_from_odom of the odometry's keyframes as they are known with this image, by image,
+  // ascending; none while the motion is preliminary.
+  std::vector<std::pair<int, Rigid3>> keyframes{};
   bool is_keyframe = false;  // the view has changed
   std::vector<KnownDepth> depths;
 };
@@ -63,6 +64,9 @@ struct Frame {
 // Whether it is known how the camera moved between two images.
 bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
                      const std::shared_ptr<const FrameMotion>& b);
+// cam_from_odom of an earlier image of the same run as it is known with image `now`: it has moved
+// with the odometry's last keyframe before it that both know.
+Rigid3 CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
 
 // A frame with its pose and the landmarks its key points are matched to.
 struct TrackedFrame {

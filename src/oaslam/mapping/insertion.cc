@@ -70,7 +70,8 @@ void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& con
   map.keyframes.Insert(
       insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference
                                                           : tracked.cam_from_world));
-  map.keyframes.MutableAt(insertion.id).motion = insertion.motion;
+  for (const auto& [id, motion] : insertion.motions)
+    if (Keyframe* keyframe = map.keyframes.Mutable(id)) keyframe->motion = motion;
   for (uint32_t i = 0; i < tracked.landmarks.size(); ++i)
     if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i))
       map.UpdateLandmark(tracked.landmarks[i]);

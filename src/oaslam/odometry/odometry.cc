@@ -75,6 +75,9 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
   estimate.image = window_.newest().id;
   last_motions_.push_back({time_s, window_.newest().cam_from_odom});
   if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
+  if (!is_beginning_)
+    for (const WindowImage& image : window_.images)
+      if (image.is_keyframe) estimate.keyframes.emplace_back(image.id, image.cam_from_odom);
   last_ = present_;
   if (estimate.is_keyframe) keyframe_ = present_;
   Forget();
@@ -117,12 +120,16 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
   MakeKeyframe();
 }
 
-// Whether, within the last images, too many points did not fit: in a swing with blurred images such
-// poses were off by several degrees. In walks the share of inliers is hardly ever below .9
-// (docs/lab/odometry.md). What follows is a new run.
+// Whether, within the last images, the camera turned so fast that images are blurred, and too many
+// points did not fit: after such a swing poses were off by several degrees. Slower turns may lose
+// as many points, and be right (docs/lab/odometry.md). What follows is a new run.
 bool Odometry::IsUncertain(double elapsed, double share_of_inliers) {
-  constexpr double kUsual = 0.9, kMost = 0.12, kSeconds = 0.5;
-  doubt_ = doubt_ * std::exp(-elapsed / kSeconds) + std::max(0.0, kUsual - share_of_inliers);
+  constexpr double kFast = 3;  // rad/s
+  constexpr double kUsual = 0.9, kMost = 0.08, kSeconds = 0.5;
+  const double turn = window_.newest().cam_from_odom.rotation.angularDistance(
+      last_motions_.back().cam_from_odom.rotation);
+  doubt_ *= std::exp(-elapsed / kSeconds);
+  if (turn > kFast * elapsed) doubt_ += std::max(0.0, kUsual - share_of_inliers);
   const bool was_uncertain = is_uncertain_;
   is_uncertain_ = doubt_ > (was_uncertain ? kMost / 2 : kMost);
   if (is_uncertain_ && !was_uncertain) ++run_;
@@ -254,8 +261,6 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   is_beginning_ = false;
   leader_.reset();
   estimate.state = OdometryState::kTracking;
-  for (const WindowImage& image : window_.images)
-    if (image.is_keyframe) estimate.revised.emplace_back(image.id, image.cam_from_odom);
   keyframe_is_due_ = true;  // with the unit of length
   FlagOutliers(window_options_, window_);
   UpdateMedianDepth(false, window_);

@@ -18,7 +18,7 @@ namespace oaslam {
 
 struct OdometryOptions {
   int max_width = 960;     // of the tracked image: larger ones are halved until they fit
-  int window = 10;         // free keyframes
+  int window = 15;         // free keyframes
   int recent = 2;          // free images that are no keyframes
   int max_beginning = 14;  // keyframes before the motion is known: then the first is dropped
   CornerGrid grid;
@@ -50,9 +50,9 @@ struct OdometryEstimate {
   // risk, but says 1 or 2 % where a wrong minimum is off by 15.
   PoseCovariance covariance = PoseCovariance::Zero();
   int image = 0;  // counted since the motion was begun
-  // With the first image that is not preliminary: the poses of earlier keyframes, by image, which
-  // replace what was given for them.
-  std::vector<std::pair<int, Rigid3>> revised;
+  // Once the motion is not preliminary: cam_from_odom of the window's keyframes as they are now, by
+  // image, ascending. They replace what was given for them.
+  std::vector<std::pair<int, Rigid3>> keyframes;
   int tracked = 0;  // points followed into this image
   int inliers = 0;
   bool is_keyframe = false;

@@ -15,6 +15,8 @@
 namespace oaslam {
 namespace {
 
+constexpr double kYoung = 2;  // seconds, of a map
+
 // The median depth of the points that the odometry follows, in its unit; 0 without any.
 double MedianDepth(const FrameMotion& motion) {
   std::vector<double> inverse;
@@ -72,24 +74,26 @@ std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
 // The motion between two images in the unit of the map, and how far to trust it. While the odometry
 // does not know how far the camera has moved, it still knows how it has turned.
 std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
-    const std::shared_ptr<const FrameMotion>& before,
-    const std::shared_ptr<const FrameMotion>& now) const {
-  // Shares of the way, of the depth and of the turn: about the errors over a second in rendered
-  // rooms; real films have more (docs/lab/odometry.md). The last is a guess: a hand's way in a
-  // tenth of a second.
-  constexpr double kSigmaOfWay = 0.03, kSigmaOfDepth = 0.003, kSigmaOfTurn = 0.02,
-                   kLeastTurn = 0.004, kUnknownWay = 0.03;
-  if (!before || !now || before->run != now->run) return std::nullopt;
+    const std::shared_ptr<const FrameMotion>& before, const std::shared_ptr<const FrameMotion>& now,
+    const FrameMotion& newest) const {
+  // Shares of the way, of the depth and of the turn (docs/lab/odometry.md). In a young map neither
+  // the map nor the odometry knows its scale well. The last is a guess: a hand's way in a tenth of
+  // a second.
+  constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.001, kSigmaOfTurn = 0.0025,
+                   kLeastTurn = 0.0005, kUnknownWay = 0.03, kTimesIfYoung = 3;
+  if (!before || !now || before->run != now->run || newest.run != now->run) return std::nullopt;
+  const bool is_young = newest_.frame.timestamp - map_began_time_ < kYoung;
   CameraMotion motion;
-  motion.cam_from_cam = now->cam_from_odom * before->cam_from_odom.Inverse();
+  motion.cam_from_cam = CamFromOdom(*now, newest) * CamFromOdom(*before, newest).Inverse();
   motion.is_turn = !HaveKnownMotion(before, now) || !unit_ || unit_->run != now->run;
   if (motion.is_turn) {
     motion.cam_from_cam.translation.setZero();
     motion.sigma_position = kUnknownWay * depth_;
   } else {
     motion.cam_from_cam.translation *= unit_->length;
-    motion.sigma_position = kSigmaOfWay * motion.cam_from_cam.translation.norm() +
-                            kSigmaOfDepth * unit_->length * MedianDepth(*now);
+    motion.sigma_position =
+        kSigmaOfWay * motion.cam_from_cam.translation.norm() +
+        (is_young ? kTimesIfYoung : 1) * kSigmaOfDepth * unit_->length * MedianDepth(*now);
   }
   // A way that is not known looks like a turn.
   const double least_turn = motion.is_turn ? kUnknownWay : kLeastTurn;
@@ -99,11 +103,25 @@ std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
   return motion;
 }
 
-std::optional<KeyframeMotion> Tracker::MotionSinceKeyframe(const Frame& frame) const {
-  const auto motion = MotionBetween(keyframe_motion_, frame.motion);
-  if (!motion || motion->is_turn) return std::nullopt;
-  return KeyframeMotion{newest_keyframe_, motion->cam_from_cam, motion->sigma_position,
-                        motion->sigma_rotation};
+std::optional<Tracker::CameraMotion> Tracker::MotionSince(
+    const std::shared_ptr<const FrameMotion>& before, const Frame& frame) const {
+  return frame.motion ? MotionBetween(before, frame.motion, *frame.motion) : std::nullopt;
+}
+
+// The motions between the newest keyframes as the odometry knows them by now. Its window goes on
+// correcting its poses: without the corrections the chain of motions would keep its errors.
+std::vector<std::pair<KeyframeId, KeyframeMotion>> Tracker::MotionsToKeyframes(
+    const Frame& frame) const {
+  std::vector<std::pair<KeyframeId, KeyframeMotion>> motions;
+  for (size_t i = 1; i < keyframe_motions_.size(); ++i) {
+    const auto& [from, before] = keyframe_motions_[i - 1];
+    const auto& [to, now] = keyframe_motions_[i];
+    const auto motion = frame.motion ? MotionBetween(before, now, *frame.motion) : std::nullopt;
+    if (motion && !motion->is_turn)
+      motions.push_back({to, KeyframeMotion{from, motion->cam_from_cam, motion->sigma_position,
+                                            motion->sigma_rotation}});
+  }
+  return motions;
 }
 
 // The pose by the camera's motion since the newest anchor that is in the map.
@@ -111,7 +129,7 @@ std::optional<OdometryPrediction> Tracker::PredictByOdometry(const Frame& frame,
                                                              const Map& map) const {
   for (const OdometryAnchor& anchor : anchors_ | std::views::reverse) {
     const auto carried = map.ResolveKeyframe(anchor.reference);
-    const auto motion = carried ? MotionBetween(anchor.motion, frame.motion) : std::nullopt;
+    const auto motion = carried ? MotionSince(anchor.motion, frame) : std::nullopt;
     const double seconds = std::abs(frame.timestamp - seen_in_map_time_);
     // Seconds without knowing how far the camera has moved; and without mapping, where the error
     // grows until the map is found again.
@@ -132,8 +150,7 @@ std::optional<OdometryPrediction> Tracker::PredictByOdometry(const Frame& frame,
 bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
   // Two images at 30 Hz may pass in between. Other values were not measured.
   constexpr double kSeconds = 0.08;
-  // Seconds: a new map needs all the keyframes that it can get (docs/lab/odometry.md).
-  constexpr double kYoung = 2;
+  // A new map needs all the keyframes that it can get (docs/lab/odometry.md).
   if (phase_ != Phase::kTracking || !last_ || !unit_ || IsOnProbation(timestamp) ||
       timestamp - last_->frame.timestamp > kSeconds || timestamp - map_began_time_ < kYoung)
     return true;
@@ -176,7 +193,7 @@ Tracker::Outcome Tracker::Carry(const Frame& frame, const Map& map,
   if (!mapping_) TakeRest();
   const FramePose pose{frame.index, frame.timestamp, carried.reference,
                        RelativeTo(map, carried.reference, carried.cam_from_world), outcome.state};
-  if (const auto motion = MotionBetween(last_->frame.motion, frame.motion))
+  if (const auto motion = MotionSince(last_->frame.motion, frame))
     trajectory_.AddCarried(pose, last_->frame.index, motion->cam_from_cam);
   else
     trajectory_.Add(pose, frame, {});

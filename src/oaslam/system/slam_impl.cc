@@ -146,7 +146,7 @@ std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const cv::Mat& grey,
     motion = std::make_shared<FrameMotion>();
     motion->run = estimate.run;
     motion->image = estimate.image;
-    motion->revised = estimate.revised;
+    motion->keyframes = estimate.keyframes;
     motion->cam_from_odom = estimate.cam_from_odom;
     motion->is_preliminary = estimate.state == OdometryState::kPreliminary;
     motion->is_keyframe = estimate.is_keyframe;

@@ -150,7 +150,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   unit_.reset();
   if (frame.motion && !frame.motion->is_preliminary)
     unit_ = OdometryUnit{frame.motion->run, 0, 1, kUnitSeconds};
-  keyframe_motion_ = frame.motion;
+  keyframe_motions_ = {{newest_keyframe_, frame.motion}};
   FillInBeforeMap(map);
   const int points = static_cast<int>(map.landmarks.size());
   newest_keyframe_inliers_ = points;
@@ -276,18 +276,23 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       .reference_landmarks =
           map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
       .inliers_at_keyframe = newest_keyframe_inliers_};
-  const std::optional<KeyframeMotion> motion = MotionSinceKeyframe(frame);
+  const auto motion = keyframe_motions_.empty()
+                          ? std::nullopt
+                          : MotionSince(keyframe_motions_.back().second, frame);
+  const bool knows_way = motion && !motion->is_turn;
   const KeyframeNeed need =
       outcome.state == TrackingState::kOdometry
-          ? NeedsKeyframeByOdometry(view_has_changed_ && motion, evidence, config_.tracking)
+          ? NeedsKeyframeByOdometry(view_has_changed_ && knows_way, evidence, config_.tracking)
           : NeedsKeyframe(evidence, config_.tracking);
   if (need == KeyframeNeed::kNone) return;
   view_has_changed_ = false;
   anchors_.push_back({frame.motion, KeyframeId(next_keyframe_), {}});
-  keyframe_motion_ = frame.motion;
   newest_keyframe_ = KeyframeId(next_keyframe_++);
   newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
+  constexpr size_t kMostMotions = 20;  // more than the odometry goes on optimising
+  keyframe_motions_.emplace_back(newest_keyframe_, frame.motion);
+  if (keyframe_motions_.size() > kMostMotions) keyframe_motions_.erase(keyframe_motions_.begin());
   newest_keyframe_inliers_ = tracked.inliers;
   trajectory_.MakeKeyframe(frame.index, newest_keyframe_);
   MapCommand command;
@@ -296,7 +301,7 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       KeyframeInsertion{newest_keyframe_,
                         {frame, tracked.cam_from_world, tracked.reference,
                          last_->cam_from_reference, tracked.landmarks, tracked.inliers},
-                        motion};
+                        MotionsToKeyframes(frame)};
   command.uses = TakeUses();
   command.sightings = std::exchange(sightings_, {});
   outcome.command = std::move(command);

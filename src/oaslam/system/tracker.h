@@ -187,13 +187,16 @@ class Tracker {
     bool is_turn = false;  // how far the camera has moved is not known
   };
   std::optional<CameraMotion> MotionBetween(const std::shared_ptr<const FrameMotion>& before,
-                                            const std::shared_ptr<const FrameMotion>& now) const;
+                                            const std::shared_ptr<const FrameMotion>& now,
+                                            const FrameMotion& newest) const;
+  std::optional<CameraMotion> MotionSince(const std::shared_ptr<const FrameMotion>& before,
+                                          const Frame& frame) const;
   std::optional<OdometryPrediction> PredictByOdometry(const Frame& frame, const Map& map) const;
   TrackReport FollowByOdometry(const Frame& frame, const Map& map,
                                const OdometryPrediction& predicted);
   TrackReport StrengthenedInLocalMap(const Frame& frame, const Map& map, const TrackReport& first,
                                      const TrackDemands& demands) const;
-  std::optional<KeyframeMotion> MotionSinceKeyframe(const Frame& frame) const;
+  std::vector<std::pair<KeyframeId, KeyframeMotion>> MotionsToKeyframes(const Frame& frame) const;
   void LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked);
   const Keyframe* LastAsKeyframe(const Map& map) const;
   Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
@@ -283,8 +286,9 @@ class Tracker {
   // The newest one first in the map is used: a keyframe is not yet in it.
   std::vector<OdometryAnchor> anchors_;
   std::optional<OdometryUnit> unit_;
-  OdometryRegistration registration_;                   // of a lost camera, by objects
-  std::shared_ptr<const FrameMotion> keyframe_motion_;  // of the newest keyframe
+  OdometryRegistration registration_;  // of a lost camera, by objects
+  // Of the newest keyframes, ascending.
+  std::vector<std::pair<KeyframeId, std::shared_ptr<const FrameMotion>>> keyframe_motions_;
   double map_began_time_ = -INFINITY;
   double seen_in_map_time_ = 0;    // of the newest frame whose pose the map gave
   double depth_ = 0;               // median, of that frame

@@ -16,7 +16,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= scale;
   unit_ = other.unit_;
   registration_ = {};
-  keyframe_motion_ = std::move(other.keyframe_motion_);
+  keyframe_motions_ = std::move(other.keyframe_motions_);
   if (unit_) unit_->length *= scale;
   map_began_time_ = other.map_began_time_;
   seen_in_map_time_ = other.seen_in_map_time_;

@@ -32,10 +32,11 @@ constexpr double kStillPixels = 3;
 void Revise(const FrameMotion& newest, Frame& frame) {
   if (!frame.motion || frame.motion->run != newest.run) return;
   const auto found =
-      std::ranges::find(newest.revised, frame.motion->image, &std::pair<int, Rigid3>::first);
-  if (found == newest.revised.end()) return;
+      std::ranges::find(newest.keyframes, frame.motion->image, &std::pair<int, Rigid3>::first);
+  if (found == newest.keyframes.end()) return;
   auto motion = std::make_shared<FrameMotion>(*frame.motion);
   motion->cam_from_odom = found->second;
+  motion->keyframes = newest.keyframes;
   motion->is_preliminary = false;
   frame.motion = std::move(motion);
 }
@@ -90,7 +91,7 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   options.min_points = NeededMatches(frame) / 2;
   if (HaveKnownMotion(reference.frame.motion, frame.motion))
     options.known_motion =
-        frame.motion->cam_from_odom * reference.frame.motion->cam_from_odom.Inverse();
+        frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion).Inverse();
   const TwoViewReport report =
       EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
   if (!report.success) {
