@@ -258,7 +258,7 @@ std::vector<Corner> DetectFast(const GreyImage& image, uint8_t threshold,
     return scores.data() + static_cast<size_t>(y) * image.width + kFastRing;
   };
   for (int y = kFastRing; y < image.height - kFastRing; ++y) HWY_DYNAMIC_DISPATCH(ScoreRow)
-  (image.data + y * image.step + kFastRing, image.step, inner_width, threshold, row_of_scores(y));
+  (image.Row(y) + kFastRing, image.step, inner_width, threshold, row_of_scores(y));
   for (int y = kFastRing; y < image.height - kFastRing; ++y) HWY_DYNAMIC_DISPATCH(AppendMaxima)
   (row_of_scores(y), image.width, inner_width, kFastRing, y, corners);
   return corners;
@@ -272,7 +272,7 @@ void BlurGaussian7(const GreyImage& image, uint8_t* blurred, std::ptrdiff_t blur
   for (int y = 0; y < image.height; ++y) {
     const uint8_t* rows[7];
     for (int k = -kReach; k <= kReach; ++k)
-      rows[k + kReach] = image.data + Mirrored(y + k, image.height) * image.step;
+      rows[k + kReach] = image.Row(Mirrored(y + k, image.height));
     HWY_DYNAMIC_DISPATCH(BlurColumns)(rows, image.width, sums);
     for (int k = 1; k <= kReach; ++k) {
       sums[-k] = sums[k];

@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "oaslam/features/features.h"
+#include "oaslam/features/grey_image.h"
 
 namespace oaslam {
 
 // The pixel kernels of ORB, in the widest vectors of the processor (Highway, chosen at run time).
-// All arithmetic is on integers, so that every processor gives the same bits. Images are 8-bit
-// grey; `step` is the distance of rows in bytes.
+// All arithmetic is on integers, so that every processor gives the same bits. `step` is the
+// distance of rows in bytes.
 
 constexpr int kMinKernelWidth = 40;  // least width of the images for these functions
 constexpr int kFastRing = 3;  // radius of FAST's circle: no corners are found nearer to the border
@@ -23,12 +24,6 @@ struct Corner {
   uint8_t score = 0;
   // Subpixel offset to the vertex of the parabolas through the scores, within half a pixel.
   float dx = 0, dy = 0;
-};
-
-struct GreyImage {
-  const uint8_t* data = nullptr;
-  std::ptrdiff_t step = 0;
-  int width = 0, height = 0;
 };
 
 // FAST-9-16 (Rosten and Drummond 2006): corners with a score above `threshold`, local maxima of the

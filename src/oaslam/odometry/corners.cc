@@ -28,8 +28,7 @@ std::vector<float> Strengths(const GreyImage& image, const Area& area) {
   };
   std::vector<Products> products(static_cast<size_t>(width) * height);
   for (int y = 0; y < height; ++y) {
-    const uint8_t* row =
-        image.data + (area.y1 - kHalfBlock + y) * image.step + area.x1 - kHalfBlock;
+    const uint8_t* row = image.Row(area.y1 - kHalfBlock + y) + area.x1 - kHalfBlock;
     const uint8_t *above = row - image.step, *below = row + image.step;
     for (int x = 0; x < width; ++x) {
       // Sobel's derivatives: eight times the slope.

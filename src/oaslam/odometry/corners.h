@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "oaslam/features/orb_kernels.h"
+#include "oaslam/features/grey_image.h"
 
 namespace oaslam {
 

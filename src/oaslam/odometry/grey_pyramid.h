@@ -1,9 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
-#include "oaslam/features/orb_kernels.h"
+#include "oaslam/features/grey_image.h"
 
 namespace oaslam {
 
@@ -19,24 +18,12 @@ class GreyPyramid {
   GreyPyramid(const GreyImage& image, int levels);
 
   int levels() const { return static_cast<int>(levels_.size()); }
-  GreyImage level(int i) const;
+  GreyImage level(int i) const { return levels_[i].view(); }
   // So many levels go, from the lowest on; at least one stays.
   void DropLowest(int count);
 
  private:
-  struct Level {
-    int width = 0, height = 0;
-    std::vector<uint8_t> pixels;  // with the border
-
-    Level(int w, int h);
-    int step() const { return width + 2 * kBorder; }
-    uint8_t* Row(int y) { return pixels.data() + (y + kBorder) * step() + kBorder; }
-    const uint8_t* Row(int y) const { return pixels.data() + (y + kBorder) * step() + kBorder; }
-    void FillBorder();
-  };
-  static Level Halved(const Level& level);
-
-  std::vector<Level> levels_;
+  std::vector<GreyBuffer> levels_;
 };
 
 }  // namespace oaslam

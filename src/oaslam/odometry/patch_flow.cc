@@ -21,7 +21,7 @@ PatchPlace FirstOfSquare(const GreyImage& image, const Eigen::Vector2f& px, int 
   const float x = px.x() - 0.5F * static_cast<float>(side - 1),
               y = px.y() - 0.5F * static_cast<float>(side - 1);
   const float fx = std::floor(x), fy = std::floor(y);
-  return {image.data + static_cast<int>(fy) * image.step + static_cast<int>(fx), image.step,
+  return {image.Row(static_cast<int>(fy)) + static_cast<int>(fx), image.step,
           static_cast<int16_t>((x - fx) * 32768), static_cast<int16_t>((y - fy) * 32768)};
 }
 
