@@ -11,6 +11,7 @@
 #include "common.h"
 #include "frame_inputs.h"
 #include "oaslam/error.h"
+#include "oaslam/localization/frame_maker.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/stopwatch.h"
 
@@ -66,8 +67,7 @@ void TrackAll(FrameInputs& inputs, uint64_t seed, bool quiet, Report& report, Tr
       throw InputError(fmt::format("image {} ({}) has {}x{} pixels, expected {}x{}", frame->index,
                                    frame->name, grey.cols, grey.rows, camera.width, camera.height));
     const Stopwatch watch;
-    const OdometryEstimate estimate = odometry.Process(
-        {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows}, timestamp);
+    const OdometryEstimate estimate = odometry.Process(ViewOf(grey), timestamp);
     const double ms = watch.WallMs();
     tracked.ms += ms;
     ++tracked.images;

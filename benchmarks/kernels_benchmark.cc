@@ -10,6 +10,8 @@
 #include "oaslam/features/band_search.h"
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/features/orb_kernels.h"
+#include "oaslam/features/resize.h"
+#include "oaslam/localization/frame_maker.h"
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/tracking/pose_tracking.h"
@@ -42,13 +44,9 @@ const cv::Mat& Scene() {
   return scene;
 }
 
-GreyImage View(const cv::Mat& image) {
-  return {image.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(image.step), image.cols, image.rows};
-}
-
 void Fast(benchmark::State& state) {
   std::vector<uint8_t> scores;
-  for (auto _ : state) benchmark::DoNotOptimize(DetectFast(View(Scene()), 7, scores));
+  for (auto _ : state) benchmark::DoNotOptimize(DetectFast(ViewOf(Scene()), 7, scores));
 }
 BENCHMARK(Fast)->Apply(FixedCalls);
 
@@ -60,9 +58,8 @@ void FastOfOpenCv(benchmark::State& state) {
 BENCHMARK(FastOfOpenCv)->Apply(FixedCalls);
 
 void Blur(benchmark::State& state) {
-  cv::Mat blurred(Scene().size(), CV_8UC1);
-  for (auto _ : state)
-    BlurGaussian7(View(Scene()), blurred.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred.step));
+  GreyBuffer blurred(Scene().cols, Scene().rows);
+  for (auto _ : state) BlurGaussian7(ViewOf(Scene()), blurred.Row(0), blurred.step());
 }
 BENCHMARK(Blur)->Apply(FixedCalls);
 
@@ -72,6 +69,34 @@ void BlurOfOpenCv(benchmark::State& state) {
   for (auto _ : state) cv::GaussianBlur(Scene(), blurred, {7, 7}, 2, 2, cv::BORDER_REFLECT_101);
 }
 BENCHMARK(BlurOfOpenCv)->Apply(FixedCalls);
+
+// From a level of the pyramid to the next.
+void Resize(benchmark::State& state) {
+  GreyBuffer resized(533, 400);
+  for (auto _ : state) ResizeLinear(ViewOf(Scene()), resized);
+}
+BENCHMARK(Resize)->Apply(FixedCalls);
+
+void ResizeOfOpenCv(benchmark::State& state) {
+  cv::setNumThreads(1);
+  cv::Mat resized;
+  for (auto _ : state) cv::resize(Scene(), resized, {533, 400}, 0, 0, cv::INTER_LINEAR);
+}
+BENCHMARK(ResizeOfOpenCv)->Apply(FixedCalls);
+
+// To a working resolution.
+void Averaging(benchmark::State& state) {
+  GreyBuffer resized(370, 277);
+  for (auto _ : state) ResizeByArea(ViewOf(Scene()), resized);
+}
+BENCHMARK(Averaging)->Apply(FixedCalls);
+
+void AveragingOfOpenCv(benchmark::State& state) {
+  cv::setNumThreads(1);
+  cv::Mat resized;
+  for (auto _ : state) cv::resize(Scene(), resized, {370, 277}, 0, 0, cv::INTER_AREA);
+}
+BENCHMARK(AveragingOfOpenCv)->Apply(FixedCalls);
 
 // For one key point.
 void Orientation(benchmark::State& state) {
@@ -94,7 +119,7 @@ void Extraction(benchmark::State& state) {
   cv::setNumThreads(1);
   OrbExtractor extractor({},
                          {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240});
-  for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(Scene(), 1000));
+  for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(ViewOf(Scene()), 1000));
 }
 BENCHMARK(Extraction)->Unit(benchmark::kMicrosecond)->Apply(FixedCalls);
 

@@ -1,11 +1,12 @@
 #include "oaslam/features/orb_extractor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "oaslam/features/keypoint_spread.h"
+#include "oaslam/features/resize.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -17,41 +18,46 @@ constexpr int kFastBorder = kBorder - kFastRing;  // margin around FAST's own bo
 // but take noise for corners in each that has no texture.
 constexpr int kCellSize = 32;
 
-GreyImage View(const cv::Mat& image) {
-  return {image.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(image.step), image.cols, image.rows};
-}
-
 // atan2 of integers is that of doubles. That of floats gives other bits on other processors.
 float AngleOf(const Moments& moments) {
   const auto angle = static_cast<float>(std::atan2(moments.y, moments.x));
   return angle < 0 ? angle + 2 * std::numbers::pi_v<float> : angle;
 }
 
-}  // namespace
+int Rounded(double value) { return static_cast<int>(std::lrint(value)); }
 
-cv::Size WorkingSize(const Camera& camera, int resolution) {
-  // The number of pixels decides, whatever the image's shape. Scaling blurs, so that the size is
-  // kept where it would change by less than a fifth. An image of less than half the size is
-  // enlarged, so that FAST's circle of 7 pixels fits its details; by 2 at most, since details
-  // beyond are invented.
+// How many times smaller than the image of the camera is that in which key points are detected. It
+// has as many pixels as `resolution` x 3/4 `resolution`, whatever the image's shape. Scaling blurs,
+// so that the size is kept where it would change by less than a fifth. An image of less than half
+// the size is enlarged, so that FAST's circle of 7 pixels fits its details; by 2 at most, since
+// details beyond are invented.
+double WorkingShrink(const Camera& camera, int resolution) {
   constexpr double kWorthwhile = 1.2, kSmall = 0.5, kMaxEnlargement = 2;
   const double area = static_cast<double>(camera.width) * camera.height;
-  double shrink = std::sqrt(area / (0.75 * resolution * resolution));
-  if (shrink < kSmall / kWorthwhile)
-    shrink = std::max(shrink / kSmall, 1 / kMaxEnlargement);
-  else if (shrink < kWorthwhile)
-    shrink = 1;
-  return {std::max(1, cvRound(camera.width / shrink)),
-          std::max(1, cvRound(camera.height / shrink))};
+  const double shrink = std::sqrt(area / (0.75 * resolution * resolution));
+  if (shrink < kSmall / kWorthwhile) return std::max(shrink / kSmall, 1 / kMaxEnlargement);
+  return shrink < kWorthwhile ? 1 : shrink;
 }
 
+}  // namespace
+
 OrbExtractor::OrbExtractor(const FeaturesConfig& config, const Camera& camera)
-    : config_(config),
-      camera_(camera),
-      working_size_(WorkingSize(camera, config.resolution)),
-      pyramid_(config.levels, config.scale_factor,
-               std::sqrt(static_cast<double>(camera.width) * camera.height / working_size_.area())),
-      ideal_image_(camera) {}
+    : config_(config), camera_(camera), ideal_image_(camera) {
+  constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
+  const double shrink = WorkingShrink(camera, config.resolution);
+  const int lowest_width = std::max(1, Rounded(camera.width / shrink)),
+            lowest_height = std::max(1, Rounded(camera.height / shrink));
+  pyramid_ = PyramidScales(config.levels, config.scale_factor,
+                           std::sqrt(static_cast<double>(camera.width) * camera.height /
+                                     (static_cast<double>(lowest_width) * lowest_height)));
+  for (int level = 0; level < pyramid_.levels; ++level) {
+    const int width = Rounded(lowest_width / pyramid_.Relative(level)),
+              height = Rounded(lowest_height / pyramid_.Relative(level));
+    if (width < kMinWidth || height < kMinHeight) break;
+    levels_.emplace_back(width, height);
+  }
+  if (!levels_.empty()) blurred_ = GreyBuffer(lowest_width, lowest_height);
+}
 
 std::vector<int> OrbExtractor::CountPerLevel(int count) const {
   // A geometric series gives each level the same number of key points for its area.
@@ -70,11 +76,10 @@ std::vector<int> OrbExtractor::CountPerLevel(int count) const {
 
 // FAST corners of one level: above the high threshold, and above the low one in cells where that
 // finds nothing.
-std::vector<Corner> OrbExtractor::DetectCorners(const cv::Mat& image) {
-  const cv::Rect inner(kFastBorder, kFastBorder, image.cols - 2 * kFastBorder,
-                       image.rows - 2 * kFastBorder);
+std::vector<Corner> OrbExtractor::DetectCorners(const GreyImage& image) {
+  const GreyImage inner = image.Inside(kFastBorder);
   std::vector<Corner> corners =
-      DetectFast(View(image(inner)), static_cast<uint8_t>(config_.min_fast_threshold), scores_);
+      DetectFast(inner, static_cast<uint8_t>(config_.min_fast_threshold), scores_);
   const int columns = inner.width / kCellSize + 1;
   const auto cell_of = [&](const Corner& c) { return c.y / kCellSize * columns + c.x / kCellSize; };
   std::vector<char> is_strong(static_cast<size_t>(columns) * (inner.height / kCellSize + 1), 0);
@@ -90,13 +95,6 @@ std::vector<Corner> OrbExtractor::DetectCorners(const cv::Mat& image) {
   return corners;
 }
 
-cv::Mat OrbExtractor::AtWorkingResolution(const cv::Mat& grey) {
-  if (grey.size() == working_size_) return grey;
-  cv::resize(grey, working_, working_size_, 0, 0,
-             working_size_.width < grey.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
-  return working_;
-}
-
 Features OrbExtractor::Nothing() const {
   Features features;
   features.pyramid = pyramid_;
@@ -104,48 +102,42 @@ Features OrbExtractor::Nothing() const {
   return features;
 }
 
-Features OrbExtractor::Extract(const cv::Mat& grey, int count) {
-  OASLAM_CHECK(grey.type() == CV_8UC1 && grey.cols == camera_.width && grey.rows == camera_.height);
-  constexpr int kMinWidth = kMinKernelWidth + 2 * kFastBorder, kMinHeight = 2 * kBorder + 9;
+Features OrbExtractor::Extract(const GreyImage& image, int count) {
+  OASLAM_CHECK(image.width == camera_.width && image.height == camera_.height);
   Features features = Nothing();
   const std::vector<int> counts = CountPerLevel(count);
-  level_images_.resize(pyramid_.levels);
-  level_images_[0] = AtWorkingResolution(grey);
-  const cv::Size lowest = level_images_[0].size();
-  for (int level = 0; level < pyramid_.levels; ++level) {
-    cv::Mat& image = level_images_[level];
-    if (level > 0) {
-      const auto scale = static_cast<float>(pyramid_.Relative(level));
-      const cv::Size size(cvRound(static_cast<float>(lowest.width) / scale),
-                          cvRound(static_cast<float>(lowest.height) / scale));
-      if (size.empty()) break;
-      cv::resize(level_images_[level - 1], image, size, 0, 0, cv::INTER_LINEAR);
+  GreyImage level = image;
+  for (size_t i = 0; i < levels_.size(); ++i) {
+    GreyBuffer& scaled = levels_[i];
+    if (level.width != scaled.width() || level.height != scaled.height()) {
+      if (i > 0)
+        ResizeLinear(level, scaled);
+      else if (scaled.width() < level.width)
+        ResizeByArea(level, scaled);
+      else
+        ResizeCubic(level, scaled);
+      level = scaled.view();
     }
-    if (image.cols < kMinWidth || image.rows < kMinHeight) break;
-    const cv::Rect2f area(kBorder, kBorder, static_cast<float>(image.cols - 2 * kBorder),
-                          static_cast<float>(image.rows - 2 * kBorder));
-    const std::vector<Corner> corners = SpreadKeypoints(DetectCorners(image), area, counts[level]);
+    const Box area{kBorder, kBorder, static_cast<double>(level.width - kBorder),
+                   static_cast<double>(level.height - kBorder)};
+    const std::vector<Corner> corners = SpreadKeypoints(DetectCorners(level), area, counts[i]);
     if (corners.empty()) continue;
-    blurred_.create(image.size(), CV_8UC1);
-    BlurGaussian7(View(image), blurred_.ptr<uint8_t>(), static_cast<std::ptrdiff_t>(blurred_.step));
+    BlurGaussian7(level, blurred_.Row(0), blurred_.step());
     // Pixel centres are at integers, so levels are aligned at corners of pixels, not at centres.
-    const double ratio_x = static_cast<double>(grey.cols) / image.cols,
-                 ratio_y = static_cast<double>(grey.rows) / image.rows;
+    const double ratio_x = static_cast<double>(image.width) / level.width,
+                 ratio_y = static_cast<double>(image.height) / level.height;
     for (const Corner& c : corners) {
       const Eigen::Vector2d pixel((c.x + double{c.dx} + 0.5) * ratio_x - 0.5,
                                   (c.y + double{c.dy} + 0.5) * ratio_y - 0.5);
       const std::optional<Eigen::Vector2d> ideal = ideal_image_.Undistort(pixel);
       if (!ideal) continue;
-      const Moments moments =
-          PatchMoments(image.ptr<uint8_t>(c.y) + c.x, static_cast<std::ptrdiff_t>(image.step));
+      const Moments moments = PatchMoments(level.Row(c.y) + c.x, level.step);
       features.keypoints.push_back(
-          {ideal->cast<float>(), AngleOf(moments), static_cast<uint8_t>(level)});
-      features.descriptors.push_back(Describe(blurred_.ptr<uint8_t>(c.y) + c.x,
-                                              static_cast<std::ptrdiff_t>(blurred_.step),
-                                              DirectionOf(moments)));
+          {ideal->cast<float>(), AngleOf(moments), static_cast<uint8_t>(i)});
+      features.descriptors.push_back(
+          Describe(blurred_.Row(c.y) + c.x, blurred_.step(), DirectionOf(moments)));
     }
   }
-  level_images_[0].release();
   features.BuildGrid();
   return features;
 }

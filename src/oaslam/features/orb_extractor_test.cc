@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <opencv2/imgproc.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
 
+#include "grey_scene.h"
 #include "oaslam/features/keypoint_spread.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/util/rng.h"
@@ -13,19 +18,12 @@ namespace {
 
 const Camera kCamera{.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240};
 
-cv::Mat RandomScene(uint64_t seed) {
-  Rng rng(seed);
-  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
-  for (int i = 0; i < 300; ++i)
-    cv::rectangle(image,
-                  cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)),
-                  cv::Scalar(rng.Index(256)), -1);
-  cv::GaussianBlur(image, image, {3, 3}, 0.8);
-  return image;
+GreyBuffer Scene(uint64_t seed) {
+  return synthetic::RandomScene(kCamera.width, kCamera.height, seed);
 }
 
 TEST(OrbExtractor, FindsTheNumberAskedForOnEveryLevelInsideTheImage) {
-  const Features f = OrbExtractor({}, kCamera).Extract(RandomScene(1), 1000);
+  const Features f = OrbExtractor({}, kCamera).Extract(Scene(1).view(), 1000);
   EXPECT_NEAR(f.size(), 1000, 60);
   EXPECT_EQ(f.descriptors.size(), f.keypoints.size());
   std::array<int, 8> per_level{};
@@ -44,9 +42,9 @@ TEST(OrbExtractor, KeyPointsBeyondTheLensModelAreNotUsed) {
   Camera fisheye = kCamera;
   fisheye.model = LensModel::kFisheye;
   fisheye.fx = fisheye.fy = 200;
-  const Features f = OrbExtractor({}, fisheye).Extract(RandomScene(1), 1000);
+  const Features f = OrbExtractor({}, fisheye).Extract(Scene(1).view(), 1000);
   EXPECT_GT(f.size(), 600);
-  EXPECT_LT(f.size(), OrbExtractor({}, kCamera).Extract(RandomScene(1), 1000).size());
+  EXPECT_LT(f.size(), OrbExtractor({}, kCamera).Extract(Scene(1).view(), 1000).size());
   EXPECT_EQ(f.descriptors.size(), f.keypoints.size());
   for (const Keypoint& k : f.keypoints) {
     const Eigen::Vector2d pixel = Distort(fisheye, k.px.cast<double>());
@@ -57,24 +55,30 @@ TEST(OrbExtractor, KeyPointsBeyondTheLensModelAreNotUsed) {
 
 TEST(OrbExtractor, TheSameImageGivesTheSameFeatures) {
   OrbExtractor orb({}, kCamera);
-  const Features a = orb.Extract(RandomScene(2), 500), b = orb.Extract(RandomScene(2), 500);
+  const Features a = orb.Extract(Scene(2).view(), 500), b = orb.Extract(Scene(2).view(), 500);
   EXPECT_GT(a.size(), 400);
   EXPECT_EQ(a.descriptors, b.descriptors);
 }
 
 TEST(OrbExtractor, DescriptorsSurviveARotationOfTheImage) {
-  const cv::Mat image = RandomScene(3);
-  cv::Mat rotated;
-  const cv::Mat turn = cv::getRotationMatrix2D({320, 240}, 35, 1);
-  cv::warpAffine(image, rotated, turn, image.size());
+  const GreyBuffer image = Scene(3);
+  const Eigen::Vector2d center(320, 240);
+  const Eigen::Rotation2Dd turn(35 * std::numbers::pi / 180);
+  const GreyBuffer rotated = synthetic::Drawn(640, 480, [&](int x, int y) {
+    const Eigen::Vector2d p = center + turn.inverse() * (Eigen::Vector2d(x, y) - center);
+    const int left = static_cast<int>(std::floor(p.x())), top = static_cast<int>(std::floor(p.y()));
+    if (left < 0 || left > 638 || top < 0 || top > 478) return 0.0;
+    const double u = p.x() - left, v = p.y() - top;
+    const auto row = [&](int i) {
+      return (1 - u) * image.Row(i)[left] + u * image.Row(i)[left + 1];
+    };
+    return (1 - v) * row(top) + v * row(top + 1);
+  });
   OrbExtractor orb({}, kCamera);
-  const Features a = orb.Extract(image, 1000), b = orb.Extract(rotated, 1000);
+  const Features a = orb.Extract(image.view(), 1000), b = orb.Extract(rotated.view(), 1000);
   int checked = 0, matched = 0;
   for (int i = 0; i < a.size(); ++i) {
-    const Eigen::Vector2d p = a.keypoints[i].px.cast<double>();
-    const Eigen::Vector2d there(
-        turn.at<double>(0, 0) * p.x() + turn.at<double>(0, 1) * p.y() + turn.at<double>(0, 2),
-        turn.at<double>(1, 0) * p.x() + turn.at<double>(1, 1) * p.y() + turn.at<double>(1, 2));
+    const Eigen::Vector2d there = center + turn * (a.keypoints[i].px.cast<double>() - center);
     int best = 256;
     b.VisitNear(there, 3, [&](int j) {
       best = std::min(best, HammingDistance(a.descriptors[i], b.descriptors[j]));
@@ -87,11 +91,38 @@ TEST(OrbExtractor, DescriptorsSurviveARotationOfTheImage) {
   EXPECT_GT(matched, checked * 0.6);
 }
 
+TEST(OrbExtractor, AnImageOfTwiceTheResolutionHasTheSameFeatures) {
+  const GreyBuffer image = Scene(4);
+  const GreyBuffer doubled =
+      synthetic::Drawn(1280, 960, [&](int x, int y) { return image.Row(y / 2)[x / 2]; });
+  const Camera camera{.width = 1280, .height = 960, .fx = 1000, .fy = 1000, .cx = 640, .cy = 480};
+  const Features small = OrbExtractor({}, kCamera).Extract(image.view(), 1000),
+                 large = OrbExtractor({}, camera).Extract(doubled.view(), 1000);
+  EXPECT_GT(small.size(), 900);
+  EXPECT_EQ(small.descriptors, large.descriptors);
+  EXPECT_FLOAT_EQ(static_cast<float>(large.pyramid.working_pixel()), 2);
+  for (int i = 0; i < std::min(small.size(), large.size()); ++i)
+    EXPECT_LT(
+        (2 * small.keypoints[i].px + Eigen::Vector2f(0.5F, 0.5F) - large.keypoints[i].px).norm(),
+        1e-3F);
+}
+
+TEST(OrbExtractor, AVerySmallImageIsEnlarged) {
+  const GreyBuffer image = synthetic::RandomScene(160, 120, 5);
+  const Camera camera{.width = 160, .height = 120, .fx = 125, .fy = 125, .cx = 80, .cy = 60};
+  const Features f = OrbExtractor({}, camera).Extract(image.view(), 300);
+  EXPECT_FLOAT_EQ(static_cast<float>(f.pyramid.working_pixel()), 0.5F);
+  EXPECT_GT(f.size(), 200);
+  for (const Keypoint& k : f.keypoints)
+    EXPECT_TRUE(k.px.x() > 9 && k.px.x() < 150 && k.px.y() > 9 && k.px.y() < 110)
+        << k.px.transpose();
+}
+
 TEST(OrbExtractor, ABlackOrATinyImageHasNoFeatures) {
-  EXPECT_EQ(OrbExtractor({}, kCamera).Extract(cv::Mat::zeros(480, 640, CV_8UC1), 1000).size(), 0);
+  EXPECT_EQ(OrbExtractor({}, kCamera).Extract(GreyBuffer(640, 480).view(), 1000).size(), 0);
   Camera tiny = kCamera;
   tiny.width = tiny.height = 20;
-  EXPECT_EQ(OrbExtractor({}, tiny).Extract(cv::Mat::zeros(20, 20, CV_8UC1), 1000).size(), 0);
+  EXPECT_EQ(OrbExtractor({}, tiny).Extract(GreyBuffer(20, 20).view(), 1000).size(), 0);
 }
 
 TEST(SpreadKeypoints, TakesTheStrongestOfEachPlace) {

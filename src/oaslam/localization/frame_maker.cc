@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -14,6 +15,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/detection_check.h"
 #include "oaslam/objects/presence.h"
+#include "oaslam/util/check.h"
 
 namespace oaslam {
 
@@ -39,6 +41,11 @@ cv::Mat ToGrey(const cv::Mat& image) {
   cv::Mat grey;
   cv::cvtColor(image, grey, image.type() == CV_8UC3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   return grey;
+}
+
+GreyImage ViewOf(const cv::Mat& grey) {
+  OASLAM_CHECK(grey.type() == CV_8UC1);
+  return {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows};
 }
 
 void CheckConfig(const SlamConfig& config) {
@@ -101,8 +108,8 @@ Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
   Check(input);
   const cv::Mat grey = ToGrey(input.image);
   Frame frame = MakeWithoutFeatures(input, index);
-  frame.features =
-      std::make_shared<const Features>(ExtractStatic(grey, keypoints, MovingBoxes(frame, classes)));
+  frame.features = std::make_shared<const Features>(
+      ExtractStatic(ViewOf(grey), keypoints, MovingBoxes(frame, classes)));
   return frame;
 }
 
@@ -116,7 +123,8 @@ std::vector<Box> FrameMaker::MovingBoxes(const Frame& frame, const ClassRelation
 // Extracts about `count` key points outside of `moving`, the boxes of objects that can move. A box
 // does not tell the object from a static one in front of it, so that all key points inside are
 // dropped.
-Features FrameMaker::ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving) {
+Features FrameMaker::ExtractStatic(const GreyImage& grey, int count,
+                                   const std::vector<Box>& moving) {
   if (moving.empty()) return extractor_.Extract(grey, count);
   const double share = 1 - HiddenShare(IdealImageBounds(camera_), moving);
   Features features = extractor_.Extract(grey, static_cast<int>(count / std::max(share, 0.5)));

@@ -8,6 +8,7 @@
 #include "oaslam/camera.h"
 #include "oaslam/class_relations.h"
 #include "oaslam/config.h"
+#include "oaslam/features/grey_image.h"
 #include "oaslam/features/orb_extractor.h"
 #include "oaslam/image_input.h"
 #include "oaslam/map/frame.h"
@@ -16,6 +17,8 @@ namespace oaslam {
 
 // A grey image as it is; one in BGR or BGRA converted. Throws InputError for any other type.
 cv::Mat ToGrey(const cv::Mat& image);
+// The pixels of a grey image, which must outlive the view.
+GreyImage ViewOf(const cv::Mat& grey);
 
 // Check the inputs of Slam; throw InputError.
 void CheckConfig(const SlamConfig& config);
@@ -50,7 +53,7 @@ class FrameMaker {
 
  private:
   std::vector<Box> MovingBoxes(const Frame& frame, const ClassRelations& classes) const;
-  Features ExtractStatic(const cv::Mat& grey, int count, const std::vector<Box>& moving);
+  Features ExtractStatic(const GreyImage& grey, int count, const std::vector<Box>& moving);
 
   Camera camera_;
   double min_score_;  // of a detection inside of which key points are dropped

@@ -139,8 +139,7 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
 std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const cv::Mat& grey, double timestamp,
                                                             double& cpu_ms) {
   const Stopwatch watch;
-  const OdometryEstimate estimate = odometry_->Process(
-      {grey.data, static_cast<std::ptrdiff_t>(grey.step), grey.cols, grey.rows}, timestamp);
+  const OdometryEstimate estimate = odometry_->Process(ViewOf(grey), timestamp);
   std::shared_ptr<FrameMotion> motion;
   if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
     motion = std::make_shared<FrameMotion>();
