@@ -48,7 +48,7 @@ function(oaslam_precompile target kind)
     set_property(GLOBAL PROPERTY OASLAM_PRECOMPILED_${kind} ${target})
   endif()
 endfunction()
-set(oaslam_common_headers <Eigen/Dense> <fmt/format.h> <opencv2/core.hpp> <algorithm> <array> <cmath> <filesystem> <functional>
+set(oaslam_common_headers <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <filesystem> <functional>
   <map> <memory> <numbers> <optional> <ranges> <set> <span> <string> <vector>)
 
 # oaslam_room(NAME [NOT_IN_LIBRARY] [LINK target...] [PRIVATE_LINK target...])
@@ -68,7 +68,6 @@ function(oaslam_room name)
   add_library(oaslam_${name} STATIC ${sources})
   set_target_properties(oaslam_${name} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME ${name}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-  target_include_directories(oaslam_${name} SYSTEM PUBLIC ${OpenCV_INCLUDE_DIRS})
   target_include_directories(oaslam_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

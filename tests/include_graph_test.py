@@ -22,10 +22,17 @@ def files_under(folder, prefix=""):
     return {prefix + path.relative_to(folder).as_posix(): path.read_text() for path in sorted(folder.rglob("*")) if path.suffix in (".h", ".cc")}
 
 
-ROOMS = rooms_of_build((ROOT / "src" / "CMakeLists.txt").read_text())
+CMAKE = (ROOT / "src" / "CMakeLists.txt").read_text()
+ROOMS = rooms_of_build(CMAKE)
 FILES = {**files_under(ROOT / "src" / "oaslam"), **files_under(PUBLIC, "public/")}
 # The rooms that implement public headers, those with a file of the same name: only they and those above them may use these. What is not listed is for all.
 IMPLEMENTED_IN = {path.stem + ".h": path.parts[0] for path in map(pathlib.PurePath, FILES) if path.suffix == ".cc" and (PUBLIC / (path.stem + ".h")).exists()}
+
+
+# These rooms run by themselves, in a browser or on a robot. They and their tests may use these libraries, beside the standard one and POSIX.
+STANDALONE = ("util", "geometry", "features", "estimation", "odometry")
+STANDALONE_HEADERS = re.compile(r"(Eigen|fmt|hwy|gtest|gmock)/|openssl/evp\.h$|sys/resource\.h$|time\.h$|[a-z_]+$")
+STANDALONE_LIBRARIES = {"Eigen3::Eigen", "fmt::fmt", "hwy::hwy", "OpenSSL::Crypto", "Threads::Threads"}
 
 
 def reached(rooms, room):
@@ -71,6 +78,26 @@ def violations(rooms, files):
     return found
 
 
+def foreign_includes(files):
+    """Includes of a room that stands alone, and of the public headers that it sees, which bring another library."""
+    def seen(path, done):
+        for quote, include in includes_of(files[path]):
+            public = "public/" + include.removeprefix("oaslam/")
+            if public in files and public not in done:
+                done.add(public)
+                yield from seen(public, done)
+            elif quote == "<" and not STANDALONE_HEADERS.match(include):
+                yield f"{path} includes {include}"
+
+    return [found for path in files if path.split("/")[0] in STANDALONE for found in seen(path, set())]
+
+
+def foreign_libraries(cmake):
+    """The libraries that such a room is linked with and may not need."""
+    links = {room: set(words.split()) - {"LINK", "PRIVATE_LINK"} for room, words in re.findall(r"oaslam_room\((\w+)([^)]*)\)", cmake)}
+    return {(room, library) for room in STANDALONE for library in links[room] - STANDALONE_LIBRARIES if library.removeprefix("oaslam_") not in STANDALONE}
+
+
 def undefined_types(files):
     """Types that the public headers name but do not define: an application could not use them."""
     named, defined = set(), set()
@@ -92,6 +119,21 @@ def test_the_code_keeps_to_the_architecture():
     assert violations(ROOMS, FILES) == []
     assert undefined_types(FILES) == set()
     assert types_defined_twice(FILES) == set()
+
+
+def test_the_odometry_and_what_is_below_it_stand_alone():
+    assert foreign_includes(FILES) == []
+    assert foreign_libraries(CMAKE) == set()
+    assert all(reached(ROOMS, room) <= set(STANDALONE) for room in STANDALONE)
+
+
+def test_libraries_in_rooms_that_stand_alone_are_found():
+    for include in ("opencv2/core.hpp", "ceres/ceres.h", "sqlite3.h"):
+        assert foreign_includes({"features/a.cc": f"#include <vector>\n#include <{include}>\n"}) == [f"features/a.cc includes {include}"]
+        assert foreign_includes({"map/a.cc": f"#include <{include}>\n"}) == []
+    public = {"public/image.h": '#include "oaslam/size.h"\n', "public/size.h": "#include <opencv2/core.hpp>\n"}
+    assert foreign_includes({"util/a.h": '#include "oaslam/image.h"\n', **public}) == ["public/size.h includes opencv2/core.hpp"]
+    assert foreign_libraries(CMAKE.replace("oaslam_room(features LINK", "oaslam_room(features LINK opencv_core")) == {("features", "opencv_core")}
 
 
 def test_types_of_one_name_are_found():

@@ -4,7 +4,7 @@
 #include <opencv2/dnn.hpp>
 
 #include "oaslam/detection/network_backends.h"
-#include "oaslam/geometry/quiet_opencv.h"
+#include "oaslam/images/quiet_opencv.h"
 
 namespace oaslam {
 namespace {

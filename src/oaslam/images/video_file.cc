@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "oaslam/error.h"
-#include "oaslam/geometry/quiet_opencv.h"
+#include "oaslam/images/quiet_opencv.h"
 #include "oaslam/util/check.h"
 #include "oaslam/util/median.h"
 
