@@ -10,14 +10,25 @@
 
 #include "camera_choice.h"
 #include "oaslam/camera_file.h"
+#include "oaslam/formats/imu_file.h"
 
 namespace oaslam::apps {
 
-SideInputs::SideInputs(const std::string& detections_file, const std::string& gravity_file,
+void AddImuOption(CLI::App& app, SideFiles& files) {
+  app.add_option("--imu", files.imu,
+                 "a gyroscope beside the camera, as EuRoC's imu0/data.csv; how it lies to the "
+                 "camera is read from the calibration (T_BS, T_cam_imu)")
+      ->type_name("FILE");
+}
+
+SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
                        const DetectorSettings& detector_settings)
     : detector(LoadDetector(detector_settings)) {
-  if (!detections_file.empty()) detections = LoadDetections(detections_file);
-  if (!gravity_file.empty()) gravity = GravityTrack::Load(gravity_file);
+  if (!files.detections.empty()) detections = LoadDetections(files.detections);
+  if (!files.gravity.empty()) gravity = GravityTrack::Load(files.gravity);
+  if (!files.imu.empty())
+    angular_velocity = LoadImu(files.imu, IsAutoCamera(camera) ? Eigen::Quaterniond::Identity()
+                                                               : LoadCameraFromImu(camera));
 }
 
 FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
@@ -62,6 +73,7 @@ std::optional<InputImage> FrameInputs::NextReadable() {
                    image->name, image->timestamp, *last_timestamp_);
       continue;
     }
+    if (!first_timestamp_) first_timestamp_ = image->timestamp;
     last_timestamp_ = image->timestamp;
     return image;
   }
@@ -122,6 +134,12 @@ std::optional<FrameInput> FrameInputs::Next() {
   frame.input.image = image.image;
   frame.input.timestamp = image.timestamp;
   frame.input.gravity_in_cam = side_.gravity.At(image.timestamp);
+  constexpr double kClockAhead = 0.25;  // s: see ImageInput::angular_velocity
+  const std::vector<AngularVelocity>& samples = side_.angular_velocity;
+  for (; given_samples_ < samples.size() &&
+         samples[given_samples_].timestamp <= image.timestamp + kClockAhead;
+       ++given_samples_)
+    frame.input.angular_velocity.push_back(samples[given_samples_]);
   if (background_) {
     frame.input.detections_follow = true;
   } else if (!pool_) {
@@ -131,6 +149,18 @@ std::optional<FrameInput> FrameInputs::Next() {
     ++looked_at_;
   }
   return frame;
+}
+
+void FrameInputs::CheckSensors() const {
+  side_.gravity.WarnIfUnused();
+  const std::vector<AngularVelocity>& samples = side_.angular_velocity;
+  if (samples.empty() || (samples.front().timestamp <= *last_timestamp_ &&
+                          samples.back().timestamp >= *first_timestamp_))
+    return;
+  spdlog::warn(
+      "--imu: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to "
+      "{:.3f} s",
+      samples.front().timestamp, samples.back().timestamp, *first_timestamp_, *last_timestamp_);
 }
 
 }  // namespace oaslam::apps

@@ -34,16 +34,26 @@ struct DetectorPace {
   double busy_ms = 0;
 };
 
+// Paths of files besides images; empty: none.
+struct SideFiles {
+  std::string detections, gravity, imu;
+};
+
+// --imu.
+void AddImuOption(CLI::App& app, SideFiles& files);
+
 // The inputs of a command besides images. They are read before the first image, so that errors in
 // them are reported at once.
 struct SideInputs {
-  // Throws InputError. Empty paths: nothing.
-  SideInputs(const std::string& detections_file, const std::string& gravity_file,
+  // Throws InputError. Empty paths: nothing. `camera` tells how it lies to the gyroscope, if it is
+  // a file.
+  SideInputs(const SideFiles& files, const std::string& camera,
              const DetectorSettings& detector_settings);
 
   DetectionTable detections;
   GravityTrack gravity;
-  std::unique_ptr<Detector> detector;  // null: none
+  std::vector<AngularVelocity> angular_velocity;  // ascending in time
+  std::unique_ptr<Detector> detector;             // null: none
 };
 
 // Images with their time stamps and detections, from files or from a detector. Skips, with a
@@ -76,6 +86,10 @@ class FrameInputs {
   // The next image. While the camera is lost, the detector runs even where the view has hardly
   // changed.
   std::optional<FrameInput> Next();
+  // The last image is not processed: its samples of angular velocity come with the next one.
+  void KeepSamples(const FrameInput& frame) {
+    given_samples_ -= frame.input.angular_velocity.size();
+  }
   // The state after the last image. The camera counts as lost unless points gave its pose.
   void SetState(TrackingState state) {
     is_lost_ = state == TrackingState::kLost || state == TrackingState::kObjects;
@@ -93,8 +107,8 @@ class FrameInputs {
   void FinishLate() {
     if (background_) background_->Wait();
   }
-  // Call it once all images are read. Warns where no gravity sample was near any image.
-  void CheckGravity() const { side_.gravity.WarnIfUnused(); }
+  // Call it once all images are read. Warns where no sample of a sensor was near any image.
+  void CheckSensors() const;
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
     if (!pool_) return {};
@@ -126,8 +140,9 @@ class FrameInputs {
   Camera camera_;
   SideInputs side_;
   bool is_lost_;
-  std::optional<double> last_timestamp_;
-  int detect_every_ = 0;  // 0: where the view changes
+  std::optional<double> first_timestamp_, last_timestamp_;
+  size_t given_samples_ = 0;  // of angular velocity
+  int detect_every_ = 0;      // 0: where the view changes
   ViewChange view_change_;
   // The detector in the background (live), or its copies (else); destroyed before `side_`.
   std::unique_ptr<BackgroundDetector> background_;

@@ -30,9 +30,10 @@ struct LocalizeOptions {
   CommonOptions common;
   PlainForm plain;
   DetectorSettings detector;
+  SideFiles side;
   RecordingSettings recording;
   std::vector<std::string> models;
-  std::string map, images, camera, detections, out, gravity, relocalization = "points+objects";
+  std::string map, images, camera, out, relocalization = "points+objects";
   bool every_frame = false;
   int forget_every = 0;  // images; 0: never
   int piece = 0;
@@ -175,7 +176,7 @@ FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::option
 }
 
 SideInputs SideInputsOf(const LocalizeOptions& options) {
-  return {options.detections, options.gravity, options.detector};
+  return {options.side, options.camera, options.detector};
 }
 
 // Estimates the one camera of a source: relocalizes images until some are found, and takes the
@@ -253,7 +254,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
     failure = std::current_exception();
   }
   progress.Finish();
-  inputs.CheckGravity();
+  inputs.CheckSensors();
   results.SetPresence(slam.Presence());
   if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (failure) std::rethrow_exception(failure);
@@ -261,7 +262,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
 
 void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config,
                         LocalizeResults& results) {
-  if (options.detections.empty())
+  if (options.side.detections.empty())
     throw InputError("localize: neither --images nor --detections given");
   if (options.relocalization != "objects")
     throw InputError(
@@ -270,10 +271,10 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   if (IsAutoCamera(options.camera))
     throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
-  const auto images =
-      SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  const auto images = SelectTimedDetections(LoadDetections(options.side.detections),
+                                            options.side.detections, options.common);
   GravityTrack gravity =
-      options.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.gravity);
+      options.side.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.side.gravity);
   Slam slam(config, camera);
   BeginInMap(options, slam);
   ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
@@ -297,7 +298,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
 // Fills in what the command line leaves out.
 LocalizeOptions Complete(LocalizeOptions options) {
   Complete(options.plain, ".localized",
-           {options.images, options.detections, options.detector, options.out});
+           {options.images, options.side.detections, options.detector, options.out});
   if (options.out.empty()) throw InputError("localize: needs --out");
   return options;
 }
@@ -344,8 +345,8 @@ void AddLocalizeCommand(CLI::App& app) {
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "
                       "map, or found by its points");
-  auto* detections =
-      command->add_option("--detections", options->detections, "JSON with the boxes of all images");
+  auto* detections = command->add_option("--detections", options->side.detections,
+                                         "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   AddDetectEveryOption(*command, options->detector);
   command->add_option("--out", options->out, "folder for the results; by default beside PATH");
@@ -358,8 +359,9 @@ void AddLocalizeCommand(CLI::App& app) {
                    "forget after each N images what they told, to measure what N images tell")
       ->check(CLI::PositiveNumber)
       ->excludes(every_frame);
-  command->add_option("--gravity", options->gravity,
+  command->add_option("--gravity", options->side.gravity,
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
+  AddImuOption(*command, options->side);
   auto* record = AddRecordingOptions(*command, options->recording);
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);

@@ -20,6 +20,7 @@ namespace {
 
 struct OdometryCommandOptions {
   CommonOptions common;
+  SideFiles side;
   std::string images, camera, out, report;
   uint64_t seed = 0;
 };
@@ -50,6 +51,7 @@ class Report {
 
 struct Tracked {
   std::vector<StampedPose> trajectory;
+  std::optional<GyroscopeCalibration> gyroscope;
   int images = 0;
   double ms = 0;
 };
@@ -67,10 +69,12 @@ void TrackAll(FrameInputs& inputs, uint64_t seed, bool quiet, Report& report, Tr
       throw InputError(fmt::format("image {} ({}) has {}x{} pixels, expected {}x{}", frame->index,
                                    frame->name, grey.cols, grey.rows, camera.width, camera.height));
     const Stopwatch watch;
-    const OdometryEstimate estimate = odometry.Process(ViewOf(grey), timestamp);
+    const OdometryEstimate estimate =
+        odometry.Process(ViewOf(grey), timestamp, frame->input.angular_velocity);
     const double ms = watch.WallMs();
     tracked.ms += ms;
     ++tracked.images;
+    tracked.gyroscope = odometry.gyroscope().calibration();
     report.Add(timestamp, estimate, ms);
     if (estimate.state != OdometryState::kBlind)
       tracked.trajectory.push_back({timestamp, estimate.cam_from_odom.Inverse()});
@@ -79,13 +83,28 @@ void TrackAll(FrameInputs& inputs, uint64_t seed, bool quiet, Report& report, Tr
   progress.Finish();
 }
 
+void SayGyroscope(const std::optional<GyroscopeCalibration>& calibration) {
+  if (!calibration) {
+    spdlog::warn(
+        "gyroscope: not known at the end: the camera hardly turned, or the axes do not fit");
+    return;
+  }
+  const Eigen::Vector3d bias = calibration->bias / kDegree;
+  spdlog::info(
+      "gyroscope: bias {:.3f} {:.3f} {:.3f} (sigma {:.3f}) deg/s, clock ahead by {:.1f} (sigma "
+      "{:.1f}) ms",
+      bias.x(), bias.y(), bias.z(), calibration->sigma_bias / kDegree, 1e3 * calibration->offset_s,
+      1e3 * calibration->sigma_offset_s);
+}
+
 int RunOdometry(const OdometryCommandOptions& options) {
   if (IsAutoCamera(options.camera))
     throw InputError("odometry: --camera auto: a calibration file or fov:DEGREES is needed");
   const OutputFolder folder = FolderOfOutputFile(options.out);
   Report report(options.report);
   InstallInterruptHandler();
-  FrameInputs inputs({options.images, options.camera, {}}, SideInputs("", "", {}), options.common);
+  FrameInputs inputs({options.images, options.camera, {}},
+                     SideInputs(options.side, options.camera, {}), options.common);
   Tracked tracked;
   std::exception_ptr failure;
   try {
@@ -94,7 +113,9 @@ int RunOdometry(const OdometryCommandOptions& options) {
     failure = std::current_exception();  // rethrown after the results are saved
   }
   SaveTrajectory(options.out, tracked.trajectory);
+  inputs.CheckSensors();
   if (failure) std::rethrow_exception(failure);
+  if (!options.side.imu.empty()) SayGyroscope(tracked.gyroscope);
   spdlog::info("{}{} of {} images with a pose, {:.1f} ms an image -> {}",
                Interrupted() ? "interrupted: " : "", tracked.trajectory.size(), tracked.images,
                tracked.images > 0 ? tracked.ms / tracked.images : 0.0, options.out);
@@ -121,6 +142,7 @@ void AddOdometryCommand(CLI::App& app) {
       ->add_option("--report", options->report,
                    "Where to write what was tracked in each image (CSV)")
       ->type_name("FILE");
+  AddImuOption(*command, options->side);
   command->add_option("--seed", options->seed, "Of the random samples");
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);

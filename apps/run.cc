@@ -29,13 +29,13 @@ struct RunOptions {
   CommonOptions common;
   PlainForm plain;
   DetectorSettings detector;
+  SideFiles side;
   ScaleSettings scale;
   ViewerSettings viewer;
   RecordingSettings recording;
   std::vector<std::string> models;
   CameraSettings camera;
-  std::string images, detections, out, map_out, map_in, mode, relocalization = "points+objects",
-                                                              groundtruth, gravity;
+  std::string images, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
   std::optional<int> seed;
   std::optional<double> readout_ms;
 };
@@ -156,7 +156,7 @@ std::optional<CameraEstimate> RefineWholeMap(const RunOptions& options, const Sl
 // Fills in what the command line leaves out.
 RunOptions Complete(RunOptions options) {
   Complete(options.plain, ".oaslam",
-           {options.images, options.detections, options.detector, options.out});
+           {options.images, options.side.detections, options.detector, options.out});
   if (options.plain.IsUsed() && options.map_out.empty())
     options.map_out = options.out + "/map.oaslam";
   if (options.images.empty()) throw InputError("run: no images given: oaslam run PATH");
@@ -191,7 +191,7 @@ int Run(const RunOptions& given) {
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
-  SideInputs side(options.detections, options.gravity, options.detector);
+  SideInputs side(options.side, options.camera.camera, options.detector);
   const bool has_detector = side.detector != nullptr;
   const Classes classes = ClassesFor(options.common, side.detector.get());
   const MetricScale scale(options.scale, classes.names, groundtruth);
@@ -252,6 +252,7 @@ int Run(const RunOptions& given) {
       if (!frame) break;
       if (is_live && !inputs.is_live() && !pace.Wait(frame->input.timestamp)) {
         ++dropped;
+        inputs.KeepSamples(*frame);
         continue;
       }
       const TrackingResult result = slam.Process(frame->input);
@@ -266,7 +267,7 @@ int Run(const RunOptions& given) {
     inputs.FinishLate();
     AddLateDetections(inputs, slam, results);
   });
-  inputs.CheckGravity();
+  inputs.CheckSensors();
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
@@ -316,8 +317,8 @@ void AddRunCommand(CLI::App& app) {
                                      "TUM folder, list file, folder of images, video, or webcam:N");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
-  auto* detections =
-      command->add_option("--detections", options->detections, "JSON with the boxes of all images");
+  auto* detections = command->add_option("--detections", options->side.detections,
+                                         "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
   AddDetectEveryOption(*command, options->detector);
   command->add_option("--out", options->out, "folder for the results; by default beside PATH");
@@ -334,8 +335,9 @@ void AddRunCommand(CLI::App& app) {
       ->check(CLI::Range(-100.0, 100.0));
   command->add_option("--groundtruth", options->groundtruth, "TUM trajectory to compare with");
   command->add_option(
-      "--gravity", options->gravity,
+      "--gravity", options->side.gravity,
       "gravity in the camera's frame, for the map's vertical: \"timestamp gx gy gz\" a line");
+  AddImuOption(*command, options->side);
   AddScaleOptions(*command, options->scale);
   AddViewerOptions(*command, options->viewer);
   AddRecordingOptions(*command, options->recording);

@@ -2,6 +2,7 @@
 
 // Everything that applications use.
 #include "oaslam/anchors.h"
+#include "oaslam/angular_velocity.h"
 #include "oaslam/background_detector.h"
 #include "oaslam/camera.h"
 #include "oaslam/camera_estimation.h"

@@ -22,20 +22,23 @@ std::string WithImageDocs(const char* text, bool in_sequence) {
          (in_sequence ? line("timestamp", doc::ImageInput_timestamp) : "") +
          line("detections", doc::ImageInput_detections) +
          (in_sequence ? line("detections_follow", doc::ImageInput_detections_follow) : "") +
-         line("gravity_in_cam", doc::ImageInput_gravity_in_cam);
+         line("gravity_in_cam", doc::ImageInput_gravity_in_cam) +
+         (in_sequence ? line("angular_velocity", doc::ImageInput_angular_velocity) : "");
 }
 
 TrackingResult Process(ExclusiveSlam& slam, const cv::Mat& image, double timestamp,
                        const Detections& detections, bool detections_follow,
-                       const OptionalVector& gravity_in_cam) {
-  return slam.Use([&](Slam& s) {
-    return s.Process({image, timestamp, detections, detections_follow, gravity_in_cam});
-  });
+                       const OptionalVector& gravity_in_cam,
+                       const std::vector<std::array<double, 4>>& angular_velocity) {
+  ImageInput input{image, timestamp, detections, detections_follow, gravity_in_cam, {}};
+  for (const auto& [time, x, y, z] : angular_velocity)
+    input.angular_velocity.push_back({time, {x, y, z}});
+  return slam.Use([&](Slam& s) { return s.Process(input); });
 }
 
 ImageInput SingleImage(const std::optional<cv::Mat>& image, const Detections& detections,
                        const OptionalVector& gravity_in_cam) {
-  return {image.value_or(cv::Mat()), 0, detections, false, gravity_in_cam};
+  return {image.value_or(cv::Mat()), 0, detections, false, gravity_in_cam, {}};
 }
 
 RelocalizationResult Relocalize(ExclusiveSlam& slam, const cv::Mat& image, RelocalizationMode mode,
@@ -93,7 +96,8 @@ void AddTracking(SlamClass& slam) {
            py::arg("config"), py::arg("camera"), doc::Slam)
       .def("process", &Process, py::arg("image"), py::arg("timestamp"),
            py::arg("detections") = py::tuple(), py::kw_only(), py::arg("detections_follow") = false,
-           py::arg("gravity_in_cam") = std::nullopt, WithImageDocs(doc::Slam_Process, true).c_str())
+           py::arg("gravity_in_cam") = std::nullopt, py::arg("angular_velocity") = py::tuple(),
+           WithImageDocs(doc::Slam_Process, true).c_str())
       .def("add_detections", Method(&Slam::AddDetections), py::arg("frame"), py::arg("detections"),
            doc::Slam_AddDetections)
       .def("relocalize", &Relocalize, py::arg("image"), py::arg("mode"),

@@ -134,6 +134,7 @@ def seeds():
         "map": [b"\0" + bytes(range(1, 60)), b"\0" + b"\xff\x03" * 30],
         "detections": [json.dumps(d).encode() for d in DETECTIONS],
         "calibration": [bytes([kind]) + text.encode() for kind, texts in CAMERAS.items() for text in texts],
+        "imu": [b"#timestamp [ns],w_x,w_y,w_z\n1000000000,0.1,-2,3e-1,9.8\n1005000000,0,0,0\n", b"T_BS: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1]\n"],
         "trajectory": [b"# time x y z qx qy qz qw\n0.5 1 2 3 0 0 0 1\n1.5 1 2 3 0 0 1 0 0.9\n"],
         "settings": [text.encode() for text in SETTINGS],
         "classes": [text.encode() for text in CLASSES],

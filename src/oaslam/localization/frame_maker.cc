@@ -12,6 +12,7 @@
 
 #include "oaslam/camera_file.h"
 #include "oaslam/error.h"
+#include "oaslam/geometry/angular_velocity_check.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/detection_check.h"
 #include "oaslam/objects/presence.h"
@@ -77,6 +78,15 @@ void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
     throw InputError("gravity in the camera's frame: must be finite and not zero");
 }
 
+void CheckAngularVelocity(const std::vector<AngularVelocity>& samples) {
+  const double* last = nullptr;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (const std::string problem = ProblemOf(samples[i], last); !problem.empty())
+      throw InputError(fmt::format("sample {}: {}", i, problem));
+    last = &samples[i].timestamp;
+  }
+}
+
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
                                                const std::vector<Detection>& detections) {
   CheckDetections(detections);
@@ -90,6 +100,7 @@ void FrameMaker::Check(const ImageInput& input) const {
                                  camera_.height));
   CheckImageType(input.image);
   CheckGravity(input.gravity_in_cam);
+  CheckAngularVelocity(input.angular_velocity);
   CheckDetections(input.detections);
 }
 

@@ -26,6 +26,7 @@ void CheckCamera(const Camera& camera);
 void CheckMode(RelocalizationMode mode);
 void CheckPose(const std::optional<Rigid3>& pose);
 void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam);
+void CheckAngularVelocity(const std::vector<AngularVelocity>& samples);
 
 // IdealDetections of checked boxes; throws InputError for an invalid one.
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,
@@ -40,8 +41,8 @@ class FrameMaker {
         extractor_(config.features, camera),
         nothing_(std::make_shared<const Features>(extractor_.Nothing())) {}
 
-  // Throws InputError for an image of another size or type, for detections that are not valid, and
-  // for gravity that is zero or not finite.
+  // Throws InputError for an image of another size or type, for detections or samples of a
+  // gyroscope that are not valid, and for gravity that is zero or not finite.
   void Check(const ImageInput& input) const;
 
   // The frame of an image, with about `keypoints` key points, none inside the boxes of objects that

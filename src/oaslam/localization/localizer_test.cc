@@ -222,6 +222,11 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   bad.gravity_in_cam = Eigen::Vector3d::Zero();
   EXPECT_THAT(problem(bad), HasSubstr("gravity"));
   bad = good;
+  bad.angular_velocity = {{0.1, {0, 0, 0}}, {0.1, {0, 0, 0}}};
+  EXPECT_THAT(problem(bad), HasSubstr("sample 1: angular velocity: time stamp 0.100000"));
+  bad.angular_velocity = {{0.1, {0, kNan, 0}}};
+  EXPECT_THAT(problem(bad), HasSubstr("sample 0: angular velocity: must be finite"));
+  bad = good;
   bad.detections = {{.category_id = 1, .score = 0.5, .box = {0, 0, 10, kNan}}};
   EXPECT_THAT(problem(bad), HasSubstr("detection 0"));
   bad.image.release();

@@ -39,6 +39,13 @@ Eigen::Vector3d ChangeOfVelocity(const VelocityPrior& v, const std::vector<Cam>&
          v.sigma;
 }
 
+// In units of its sigma, about the axes of the second image.
+Eigen::Vector3d RotationError(const RotationPrior& r, const std::vector<Cam>& cams) {
+  const Eigen::AngleAxisd off(cams[r.second].rotation * cams[r.first].rotation.transpose() *
+                              r.turn.second_from_first.toRotationMatrix().transpose());
+  return off.angle() / std::sqrt(r.turn.variance) * off.axis();
+}
+
 // The relative pose of the image of a measurement and its point's anchor.
 struct Pair {
   int pose = 0, anchor = 0;
@@ -107,6 +114,7 @@ double Cost(const InverseDepthProblem& problem, const InverseDepthState& state,
     cost += off * off;
   }
   for (const VelocityPrior& v : problem.velocities) cost += ChangeOfVelocity(v, cams).squaredNorm();
+  for (const RotationPrior& r : problem.rotations) cost += RotationError(r, cams).squaredNorm();
   if (problem.length) {
     const LengthPrior& l = *problem.length;
     const double off = ((cams[l.second].center - cams[l.first].center).norm() - l.length) / l.sigma;
@@ -266,6 +274,25 @@ class Solver {
     }
   }
 
+  // A step of the first image turns the second one back, seen from there. That the error is not
+  // small does not matter to the gradient: the inverse left Jacobian leaves its own vector.
+  void AddRotation(const RotationPrior& r, const std::vector<Cam>& cams) {
+    const Eigen::Vector3d error = RotationError(r, cams);
+    const double inverse_sigma = 1 / std::sqrt(r.turn.variance);
+    const std::array<int, 2> poses{r.first, r.second};
+    const std::array<Eigen::Matrix3d, 2> by_step{
+        -inverse_sigma * cams[r.second].rotation * cams[r.first].rotation.transpose(),
+        inverse_sigma * Eigen::Matrix3d::Identity()};
+    for (int i = 0; i < 2; ++i) {
+      if (poses[i] >= problem_.free_poses) continue;
+      system_.Gradient(poses[i]).tail<3>() += by_step[i].transpose() * error;
+      for (int j = 0; j < 2; ++j)
+        if (poses[j] <= poses[i])
+          system_.Hessian(poses[i], poses[j]).bottomRightCorner<3, 3>() +=
+              by_step[i].transpose() * by_step[j];
+    }
+  }
+
   void LinearizePriors(const std::vector<Cam>& cams) {
     const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
     for (const VelocityPrior& v : problem_.velocities) {
@@ -273,6 +300,7 @@ class Solver {
       AddCenters<3>(cams, ChangeOfVelocity(v, cams), {v.before, v.middle, v.after},
                     {first * one, -(first + second) * one, second * one});
     }
+    for (const RotationPrior& r : problem_.rotations) AddRotation(r, cams);
     if (problem_.length) {
       const LengthPrior& l = *problem_.length;
       const Eigen::Vector3d between = cams[l.second].center - cams[l.first].center;

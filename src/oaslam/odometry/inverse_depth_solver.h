@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/estimation/schur_minimization.h"
+#include "oaslam/odometry/turn.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
@@ -43,11 +44,18 @@ struct LengthPrior {
   double length = 1, sigma = 1e-3;
 };
 
+// What a gyroscope tells of two images.
+struct RotationPrior {
+  int first = 0, second = 0;  // poses
+  Turn turn;
+};
+
 struct InverseDepthProblem {
   int free_poses = 0;  // the first ones; the others are held
   std::vector<DepthPrior> points;
   std::vector<DepthMeasurement> measurements;
   std::vector<VelocityPrior> velocities;
+  std::vector<RotationPrior> rotations;
   std::optional<LengthPrior> length;
   double huber_chi2 = 0;           // as in SchurOptions
   double least_inverse_depth = 0;  // a point beyond infinity is no point; a little less is noise

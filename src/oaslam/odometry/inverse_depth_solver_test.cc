@@ -90,6 +90,12 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
   Scene scene(1);
   scene.problem.velocities = {{5, 0, 1, 0.1, 0.1, 0.3}, {0, 1, 2, 0.1, 0.1, 0.3}};
   scene.problem.length = LengthPrior{4, 2, 0.45, 0.01};
+  // Of a held and a free pose, and of two free ones in both orders; wrong by some degrees.
+  for (const auto& [first, second] : {std::pair{5, 0}, {0, 1}, {3, 2}}) {
+    const Rigid3 turn = scene.truth.poses[second] * scene.truth.poses[first].Inverse();
+    const Eigen::Quaterniond wrong = RotationOf({0.05, -0.1, 0.02});
+    scene.problem.rotations.push_back({first, second, {turn.rotation * wrong, 1e-4}});
+  }
   InverseDepthState state = scene.Disturbed();
   MinimizeInverseDepths(scene.problem, kThorough, state);
   const double best = CostOf(scene.problem, state);
@@ -108,6 +114,17 @@ TEST(InverseDepthSolver, EndsAtAMinimumWithAllPriors) {
       if (moved.inverse_depths[i] < scene.problem.least_inverse_depth) continue;
       EXPECT_GT(CostOf(scene.problem, moved), best) << i;
     }
+}
+
+// Without points in view a pose turns as the gyroscope says.
+TEST(InverseDepthSolver, ARotationPriorIsEnoughForARotation) {
+  Scene scene;
+  std::erase_if(scene.problem.measurements, [](const DepthMeasurement& m) { return m.pose == 3; });
+  const Rigid3 turn = scene.truth.poses[3] * scene.truth.poses[2].Inverse();
+  scene.problem.rotations = {{2, 3, {turn.rotation, 1e-6}}};
+  InverseDepthState state = scene.Disturbed();
+  MinimizeInverseDepths(scene.problem, kThorough, state);
+  EXPECT_LT(state.poses[3].rotation.angularDistance(scene.truth.poses[3].rotation), 1e-3);
 }
 
 TEST(InverseDepthSolver, PosesFollowTheirCovariance) {

@@ -53,7 +53,9 @@ Odometry::Odometry(const Camera& camera, const OdometryOptions& options, uint64_
   window_options_.focal_px = 0.5 * (camera_.fx + camera_.fy);
 }
 
-OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
+OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
+                                   std::span<const AngularVelocity> angular_velocity) {
+  gyroscope_.Add(angular_velocity);
   present_ = std::make_shared<const GreyPyramid>(TrackedImage(image));
   OdometryEstimate estimate;
   if (!window_.images.empty()) ProcessNext(time_s, estimate);
@@ -85,8 +87,10 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s) {
 }
 
 void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
-  const Rigid3 predicted = Predict(time_s);
+  const std::optional<Turn> turn = gyroscope_.Between(window_.newest().time_s, time_s);
+  const Rigid3 predicted = Predict(time_s, turn);
   window_.images.push_back({window_.newest().id + 1, time_s, predicted});
+  window_.newest().turn = turn;
   estimate.tracked = Follow(predicted);
   if (estimate.tracked < kLeastPoints) {
     estimate.state = OdometryState::kBlind;
@@ -107,6 +111,7 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
       !is_beginning_ &&
       IsUncertain(elapsed, static_cast<double>(estimate.inliers) / estimate.tracked);
   if (is_uncertain) estimate.state = OdometryState::kUncertain;
+  LearnGyroscope(estimate);
   if (!estimate.is_keyframe) return;
   if (is_doubtful_ && !is_beginning_) {
     is_doubtful_ = false;
@@ -118,6 +123,17 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
     }
   }
   MakeKeyframe();
+}
+
+// From two images in a row that fit well.
+void Odometry::LearnGyroscope(const OdometryEstimate& estimate) {
+  const bool was_sure =
+      std::exchange(is_sure_, estimate.state == OdometryState::kTracking &&
+                                  estimate.inliers >= kDoubtful * estimate.tracked);
+  if (!was_sure || !is_sure_) return;
+  const WindowImage &last = window_.images[window_.images.size() - 2], &newest = window_.newest();
+  gyroscope_.Compare(last.time_s, newest.time_s,
+                     newest.cam_from_odom.rotation * last.cam_from_odom.rotation.conjugate());
 }
 
 // Whether, within the last images, the camera turned so fast that images are blurred, and too many
@@ -159,19 +175,26 @@ void Odometry::BeginFirst(double time_s) {
   AddPoints();
 }
 
-// Velocity and angular velocity stay.
-Rigid3 Odometry::Predict(double time_s) const {
+// Velocity and angular velocity stay, unless a gyroscope tells the rotation.
+Rigid3 Odometry::Predict(double time_s, const std::optional<Turn>& measured) const {
   const Motion& last = last_motions_.back();
-  if (last_motions_.size() < 2) return last.cam_from_odom;
+  if (last_motions_.size() < 2) {
+    // The first image is where the odometry begins.
+    return measured ? Rigid3(measured->second_from_first * last.cam_from_odom.rotation,
+                             Eigen::Vector3d::Zero())
+                    : last.cam_from_odom;
+  }
   const Motion& before = last_motions_.front();
   constexpr double kMaxShare = 2;  // after a pause the camera may do anything
   const double share = std::min(kMaxShare, (time_s - last.time_s) / (last.time_s - before.time_s));
-  const Eigen::AngleAxisd turn(
+  const Eigen::AngleAxisd usual(
       Eigen::Quaterniond(last.cam_from_odom.rotation * before.cam_from_odom.rotation.conjugate()));
   const Eigen::Vector3d center = last.cam_from_odom.OriginInSource(),
                         step = center - before.cam_from_odom.OriginInSource();
-  const Eigen::Quaterniond rotation = Eigen::AngleAxisd(share * turn.angle(), turn.axis()) *
-                                      Eigen::Quaterniond(last.cam_from_odom.rotation);
+  const Eigen::Quaterniond turn =
+      measured ? Eigen::Quaterniond(measured->second_from_first)
+               : Eigen::Quaterniond(Eigen::AngleAxisd(share * usual.angle(), usual.axis()));
+  const Eigen::Quaterniond rotation = turn * Eigen::Quaterniond(last.cam_from_odom.rotation);
   return Rigid3(Rigid3::Rotation(rotation),
                 rotation * -(is_beginning_ ? center : center + share * step));
 }
@@ -242,7 +265,11 @@ Eigen::Matrix3d Odometry::RotationOfFlow(const Rigid3& predicted) const {
 void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   WindowImage& newest = window_.newest();
   const WindowImage& last = window_.images[window_.images.size() - 2];
-  const Eigen::Matrix3d rotation = RotationOfFlow(newest.cam_from_odom);
+  // A turn that is less certain would look like parallax.
+  constexpr double kCertain = 0.2 * kDegree;
+  const bool is_known = newest.turn && newest.turn->variance < kCertain * kCertain;
+  const Eigen::Matrix3d rotation = is_known ? newest.cam_from_odom.rotation.toRotationMatrix()
+                                            : RotationOfFlow(newest.cam_from_odom);
   newest.cam_from_odom = Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
   estimate.inliers = estimate.tracked;
   estimate.cam_from_odom = newest.cam_from_odom;
@@ -278,9 +305,11 @@ void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate)
                       anchor.cam_from_odom.OriginInSource(), p.inverse_depth,
                       std::min(p.variance, p.prior_sigma * p.prior_sigma), p.sightings.back().ray});
   }
-  const PositionPrior prior{predicted.OriginInSource(),
-                            std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
-                                               window_.median_inverse_depth)};
+  PoseFitPrior prior{predicted.OriginInSource(),
+                     std::max(1e-4, window_options_.velocity_sigma * elapsed * elapsed /
+                                        window_.median_inverse_depth)};
+  if (const std::optional<Turn>& turn = window_.newest().turn)
+    prior.rotation = Turn{turn->second_from_first * last.cam_from_odom.rotation, turn->variance};
   const std::vector<Rigid3> starts =
       PoseStarts(points, window_options_, prior, predicted, RotationOfFlow(predicted),
                  (predicted.OriginInSource() - last.cam_from_odom.OriginInSource()).norm());

@@ -7,10 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "oaslam/angular_velocity.h"
 #include "oaslam/camera.h"
 #include "oaslam/odometry/beginning.h"
 #include "oaslam/odometry/corners.h"
 #include "oaslam/odometry/grey_pyramid.h"
+#include "oaslam/odometry/gyroscope.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
 
@@ -66,10 +68,14 @@ class Odometry {
  public:
   Odometry(const Camera& camera, const OdometryOptions& options, uint64_t seed);
 
-  // `image` has the camera's size; times ascend.
-  OdometryEstimate Process(const GreyImage& image, double time_s);
+  // `image` has the camera's size; times ascend. The samples of a gyroscope ascend, too, over all
+  // calls: best those up to a quarter of a second after the image, the most that its clock may be
+  // ahead of the camera's.
+  OdometryEstimate Process(const GreyImage& image, double time_s,
+                           std::span<const AngularVelocity> angular_velocity = {});
   // Of the points in the newest image whose depth is known to a third.
   std::vector<OdometryDepth> Depths() const;
+  const Gyroscope& gyroscope() const { return gyroscope_; }
 
  private:
   struct Motion {
@@ -80,7 +86,7 @@ class Odometry {
   GreyPyramid TrackedImage(const GreyImage& image) const;
   void BeginFirst(double time_s);
   void ProcessNext(double time_s, OdometryEstimate& estimate);
-  Rigid3 Predict(double time_s) const;
+  Rigid3 Predict(double time_s, const std::optional<Turn>& measured) const;
   Eigen::Vector2d RayAt(const Eigen::Vector2f& px) const;
   std::optional<Eigen::Vector2f> PxOf(const Rigid3& cam_from_odom, const WindowPoint& point) const;
   int Follow(const Rigid3& predicted);
@@ -93,6 +99,7 @@ class Odometry {
   void MakeKeyframe();
   void AddPoints();
   void Forget();
+  void LearnGyroscope(const OdometryEstimate& estimate);
   bool IsUncertain(double elapsed, double share_of_inliers);
 
   Camera camera_;  // of the tracked image
@@ -114,6 +121,8 @@ class Odometry {
   std::shared_ptr<const GreyPyramid> last_, keyframe_, present_;
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
+  Gyroscope gyroscope_;
+  bool is_sure_ = false;  // the newest image fits well
 };
 
 }  // namespace oaslam

@@ -36,7 +36,7 @@ Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
 }
 
 Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
-                  const PositionPrior& prior, double inflation, const Rigid3& start) {
+                  const PoseFitPrior& prior, double inflation, const Rigid3& start) {
   constexpr int kIterations = 14;
   constexpr double kShrink = 0.6;     // of the inflation
   constexpr double kFar2 = 25;        // beyond five sigmas a point is most likely wrong:
@@ -72,6 +72,12 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
     const double prior_information = 1 / (prior.sigma * prior.sigma);
     hessian.topLeftCorner<3, 3>().diagonal().array() += prior_information;
     gradient.head<3>() -= prior_information * (rotation * off);
+    if (prior.rotation) {
+      const Eigen::AngleAxisd turned(
+          Eigen::Quaterniond(pose.rotation * prior.rotation->second_from_first.conjugate()));
+      hessian.bottomRightCorner<3, 3>().diagonal().array() += 1 / prior.rotation->variance;
+      gradient.tail<3>() += turned.angle() / prior.rotation->variance * turned.axis();
+    }
     hessian.diagonal().array() += 1e-6;  // a camera without points stays
     const PoseVector step = -hessian.ldlt().solve(gradient);
     if (!step.allFinite()) break;
@@ -85,11 +91,12 @@ Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& option
 }
 
 std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
-                               const PositionPrior& prior, const Rigid3& predicted,
+                               const PoseFitPrior& prior, const Rigid3& predicted,
                                const Eigen::Matrix3d& rotation_of_flow, double last_step) {
   const Eigen::Vector3d center = predicted.OriginInSource();
   const Rigid3 turned(rotation_of_flow, -(rotation_of_flow * center));
-  const PositionPrior held{prior.center, 0.1 * prior.sigma};
+  PoseFitPrior held = prior;
+  held.sigma *= 0.1;
   const std::vector<Rigid3> reached = {
       RefinePose(points, options, prior, 8, predicted),
       RefinePose(points, options, prior, 8, turned),

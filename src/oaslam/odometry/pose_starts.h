@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,9 +18,11 @@ struct PosePoint {
 };
 
 // Where the camera is expected, and how surely.
-struct PositionPrior {
+struct PoseFitPrior {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double sigma = 1;
+  // Where a gyroscope tells it: from the odometry's frame.
+  std::optional<Turn> rotation{};
 };
 
 // The rotation that takes rays of one image to those of another, as if all points were far away;
@@ -30,13 +33,13 @@ Eigen::Matrix3d RotationBetween(std::span<const Eigen::Vector2d> first,
 // The pose of a new image by its points, whose depths may be wrong by their variances: Gauss-Newton
 // with errors that are `inflation` times as large at first, so that a start far away is drawn in.
 Rigid3 RefinePose(std::span<const PosePoint> points, const WindowOptions& options,
-                  const PositionPrior& prior, double inflation, const Rigid3& start);
+                  const PoseFitPrior& prior, double inflation, const Rigid3& start);
 
 // The distinct poses that RefinePose reaches from the predicted one, from the predicted place with
 // the rotation of the flow, and from the prediction with its place nearly held. Rotation and
 // translation look alike where the view is narrow: which is right, the window decides.
 std::vector<Rigid3> PoseStarts(std::span<const PosePoint> points, const WindowOptions& options,
-                               const PositionPrior& prior, const Rigid3& predicted,
+                               const PoseFitPrior& prior, const Rigid3& predicted,
                                const Eigen::Matrix3d& rotation_of_flow, double last_step);
 
 }  // namespace oaslam

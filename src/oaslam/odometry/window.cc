@@ -64,7 +64,22 @@ void Window::Remove(int id) {
     point.sightings.erase(point.sightings.begin());
   }
   std::erase_if(points, [&](const WindowPoint& p) { return p.anchor == id; });
-  images.erase(FindImage(images, id));
+  EraseImages([&](const WindowImage& image) { return image.id == id; });
+}
+
+template <typename IsErased>
+void Window::EraseImages(IsErased&& is_erased) {
+  for (size_t i = 0; i + 1 < images.size(); ++i) {
+    if (!is_erased(images[i])) continue;
+    const std::optional<Turn>& first = images[i].turn;
+    std::optional<Turn>& second = images[i + 1].turn;
+    if (first && second)
+      second = Turn{(second->second_from_first * first->second_from_first).normalized(),
+                    first->variance + second->variance};
+    else
+      second.reset();
+  }
+  std::erase_if(images, is_erased);
 }
 
 void Window::RemoveUnused(int kept_image) {
@@ -89,8 +104,7 @@ void Window::RemoveUnused(int kept_image) {
       used.push_back(images[i].id);
   }
   std::ranges::sort(used);
-  std::erase_if(images,
-                [&](const WindowImage& i) { return !std::ranges::binary_search(used, i.id); });
+  EraseImages([&](const WindowImage& i) { return !std::ranges::binary_search(used, i.id); });
 }
 
 InverseDepthState WindowProblem::StateOf(const Window& window) const {
@@ -157,6 +171,11 @@ WindowProblem ProblemOf(const Window& window, const WindowOptions& options, bool
     problem.velocities.push_back(
         {pose_of[a.id], pose_of[b.id], pose_of[c.id], first, second,
          options.velocity_sigma * 0.5 * (first + second) / window.median_inverse_depth});
+  }
+  for (int i = 1; i < count; ++i) {
+    const WindowImage &first = window.images[i - 1], &second = window.images[i];
+    if (second.turn && !(first.is_held && second.is_held))
+      problem.rotations.push_back({pose_of[first.id], pose_of[second.id], *second.turn});
   }
   if (window.unit && window.Has(window.unit->first) && window.Has(window.unit->second) &&
       !window.Image(window.unit->second).is_held)

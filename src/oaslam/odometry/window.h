@@ -1,16 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "oaslam/odometry/inverse_depth_solver.h"
+#include "oaslam/odometry/turn.h"
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
-
-inline constexpr double kDegree = std::numbers::pi / 180;  // in rad
 
 // An image whose pose the odometry still uses.
 struct WindowImage {
@@ -20,6 +18,7 @@ struct WindowImage {
   bool is_keyframe = false;
   bool is_held = false;             // its pose is no longer changed
   double median_inverse_depth = 1;  // of what it sees
+  std::optional<Turn> turn{};       // from the image before, where a gyroscope tells it
 };
 
 // A point seen again in an image after its anchor.
@@ -85,6 +84,11 @@ struct Window {
   void Remove(int id);
   // Removes points and held images that no free image depends on any more, except `kept`.
   void RemoveUnused(int kept_image);
+
+ private:
+  // The image after the erased ones turned since the one before them.
+  template <typename IsErased>
+  void EraseImages(IsErased&& is_erased);
 };
 
 // The least-squares problem of a window, and how its parts are found again.

@@ -87,6 +87,23 @@ TEST(Window, APointStaysWhereItIsWhenItsAnchorGoes) {
   EXPECT_EQ(window.points.size(), walk.points.size() - 1);  // one was seen in no other image
 }
 
+TEST(Window, TurnsAreJoinedWhereAnImageGoes) {
+  Walk walk(false);
+  Window window = walk.Seen(walk.truth, true);
+  for (size_t k = 1; k < walk.truth.size(); ++k)
+    window.images[k].turn = Turn{(walk.truth[k] * walk.truth[k - 1].Inverse()).rotation, 1e-6};
+  window.Remove(3);
+  window.Remove(4);
+  const Rigid3 joined = walk.truth[5] * walk.truth[2].Inverse();
+  ASSERT_TRUE(window.Image(5).turn);
+  EXPECT_LT(window.Image(5).turn->second_from_first.angularDistance(joined.rotation), 1e-9);
+  EXPECT_NEAR(window.Image(5).turn->variance, 3e-6, 1e-12);
+  EXPECT_EQ(ProblemOf(window, kOptions, false).problem.rotations.size(), window.images.size() - 1);
+  window.Image(6).turn.reset();
+  window.Remove(6);
+  EXPECT_FALSE(window.Image(7).turn);
+}
+
 TEST(Window, OutliersAreFlaggedAndNoLongerTracked) {
   Walk walk(false);
   Window window = walk.Seen(walk.truth, true);

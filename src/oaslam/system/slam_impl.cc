@@ -136,10 +136,11 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
 // time.
-std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const cv::Mat& grey, double timestamp,
+std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& input,
                                                             double& cpu_ms) {
   const Stopwatch watch;
-  const OdometryEstimate estimate = odometry_->Process(ViewOf(grey), timestamp);
+  const OdometryEstimate estimate =
+      odometry_->Process(ViewOf(input.image), input.timestamp, input.angular_velocity);
   std::shared_ptr<FrameMotion> motion;
   if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
     motion = std::make_shared<FrameMotion>();
@@ -168,7 +169,7 @@ Frame Slam::Impl::MakeNextFrame(const ImageInput& input, double& cpu_ms) {
                      config_.features.count * (atlas_->IsInitializing() ? 2 : 1));
   };
   double motion_cpu_ms = 0;
-  const auto follow = [&] { return FollowMotion(grey.image, grey.timestamp, motion_cpu_ms); };
+  const auto follow = [&] { return FollowMotion(grey, motion_cpu_ms); };
   Frame frame;
   if (atlas_->NeedsFeatures(input.timestamp, nullptr)) {
     auto motion = std::async(std::launch::async, follow);

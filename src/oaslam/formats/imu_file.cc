@@ -1,0 +1,78 @@
+#include "oaslam/formats/imu_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/table_file.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/formats/yaml.h"
+#include "oaslam/geometry/angular_velocity_check.h"
+
+namespace oaslam {
+namespace {
+
+// The rotation of a rigid motion of four rows, as a list, a list of lists, or OpenCV's "data".
+Eigen::Quaterniond RotationOfMatrix(const YAML::Node& node, const std::string& path,
+                                    const std::string& key) {
+  std::vector<double> values;
+  if (node.IsSequence() && node.size() == 4 && node[0].IsSequence())
+    for (const YAML::Node& row : node)
+      for (const double x : YamlNumbers(row, path, key)) values.push_back(x);
+  else
+    values = node.IsMap() ? YamlNumbers(node["data"], path, key + ".data")
+                          : YamlNumbers(node, path, key);
+  if (values.size() != 16)
+    throw InputError(fmt::format("{}: {}: {} values, expected 16", path, key, values.size()));
+  const Eigen::Matrix3d rotation =
+      Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data())
+          .topLeftCorner<3, 3>();
+  constexpr double kRounded = 1e-3;  // by who wrote the file
+  if (!(rotation * rotation.transpose()).isIdentity(kRounded) || rotation.determinant() < 0)
+    throw InputError(
+        fmt::format("{}: {}: its first three rows and columns are no rotation", path, key));
+  return Eigen::Quaterniond(rotation).normalized();
+}
+
+}  // namespace
+
+Eigen::Quaterniond LoadCameraFromImu(const std::string& camera) {
+  if (camera.starts_with("fov:")) return Eigen::Quaterniond::Identity();
+  const std::string text = ReadTextFile(camera);
+  if (text.find("T_BS") == std::string::npos && text.find("T_cam_imu") == std::string::npos)
+    return Eigen::Quaterniond::Identity();  // a kind of file that cannot have them may be no YAML
+  const YAML::Node root = ParseYamlMapping(text, camera);
+  if (const YAML::Node node = root["T_BS"])
+    return RotationOfMatrix(node, camera, "T_BS").conjugate();
+  if (const YAML::Node cam0 = root["cam0"]; cam0 && cam0.IsMap() && cam0["T_cam_imu"])
+    return RotationOfMatrix(cam0["T_cam_imu"], camera, "cam0.T_cam_imu");
+  return Eigen::Quaterniond::Identity();
+}
+
+std::vector<AngularVelocity> LoadImu(const std::string& path,
+                                     const Eigen::Quaterniond& camera_from_imu) {
+  std::vector<AngularVelocity> samples;
+  const std::string text = ReadTextFile(path);
+  size_t number = 0;
+  for (const std::string_view line : SplitLines(text)) {
+    ++number;
+    const std::string_view content = Trim(line);
+    if (content.empty() || content.front() == '#') continue;
+    const auto fields = SplitCommas(content);
+    const auto value = [&](size_t column) { return NumberAt(fields, column, path, number); };
+    constexpr double kNanosecond = 1e-9;
+    const AngularVelocity sample{kNanosecond * value(0),
+                                 camera_from_imu * Eigen::Vector3d(value(1), value(2), value(3))};
+    const double* last = samples.empty() ? nullptr : &samples.back().timestamp;
+    if (const std::string problem = ProblemOf(sample, last); !problem.empty())
+      throw InputError(fmt::format("{}:{}: {}", path, number, problem));
+    samples.push_back(sample);
+  }
+  if (samples.empty())
+    throw InputError(fmt::format(
+        "{}: no line \"timestamp [ns],w_x,w_y,w_z [rad/s]\" as in EuRoC's data.csv", path));
+  return samples;
+}
+
+}  // namespace oaslam
