@@ -26,9 +26,10 @@ struct ImageInput {
   // vectors may have any length. The map's vertical is computed from the gravity of its keyframes.
   std::optional<Eigen::Vector3d> gravity_in_cam{};
   // From a gyroscope, ascending in time (in Python rows of timestamp, x, y, z): the samples since
-  // those of the image before, where there are any. Only Slam::Process uses them. Bias and offset
-  // of its clock are estimated; samples as late after the image as its clock may be ahead (at most
-  // 0.25 s) help, but need not be waited for. No interval without samples may be longer than 0.1 s.
+  // those of the image before; such as were given before are ignored. Only Slam::Process uses them.
+  // Bias and offset of its clock are estimated; samples as late after the image as its clock may be
+  // ahead (at most 0.25 s) help, but need not be waited for. No interval without samples may be
+  // longer than 0.1 s.
   std::vector<AngularVelocity> angular_velocity{};
 };
 

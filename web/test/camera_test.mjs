@@ -235,7 +235,7 @@ test("images go at the pace of the answers, with what was found about the camera
   await page.waitForFunction(() => window.oaslam.session.ids > 12);
   const first = service.images[0];
   assert.equal(first.camera, "auto");
-  assert.ok(first.id === 1 && first.time > 0 && first.gravity === undefined);
+  assert.ok(first.id === 1 && first.time > 0 && first.gravity === undefined && first.angular_velocity === undefined);
   const { camera, time } = service.images.at(-1);
   assert.deepEqual(camera, CAMERA);
   assert.ok(time > first.time);
@@ -245,10 +245,14 @@ test("images go at the pace of the answers, with what was found about the camera
   assert.ok(service.images.every(({ time }, i) => i === 0 || time > service.images[i - 1].time));
   // Gravity, in the picture's axes: held upright, and rolled.
   await page.evaluate(() => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 90, gamma: 0 })));
+  await page.evaluate(() => dispatchEvent(new DeviceMotionEvent("devicemotion", { rotationRate: { alpha: 0, beta: 90, gamma: 0 } })));
   const feed = setInterval(() => page.evaluate(() => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 90, gamma: 0 }))).catch(() => null), 50);
   const n = service.images.length;
   await page.waitForFunction((ids) => window.oaslam.session.ids > ids + 3, n);
   clearInterval(feed);
+  const rates = service.images.flatMap((image) => image.angular_velocity ?? []);
+  assert.ok(rates.length > 0 && Math.abs(Math.hypot(...rates[0].slice(1)) - Math.PI / 2) < 1e-6, String(rates[0]));
+  assert.ok(Math.abs(rates[0][0] - service.images.at(-1).time) < 60, String(rates[0])); // the clock of the images
   const { gravity } = service.images.at(-1);
   assert.ok(Math.abs(Math.hypot(...gravity) - 9.81) < 0.01, String(gravity));
   // The browser remembers the lens.

@@ -12,6 +12,7 @@ const { AnchorEdits } = await import("../src/anchor_edits.js");
 const { Link } = await import("../src/link.js");
 const { packImage } = await import("../src/camera/framing.js");
 const { gravityOfMotion, gravityOfOrientation, toPicture } = await import("../src/camera/gravity.js");
+const { Gyroscope } = await import("../src/camera/gyroscope.js");
 const { refusal } = await import("../src/camera/help.js");
 const { KnownCameras, scaledCamera, sentSize } = await import("../src/camera/intrinsics.js");
 const { between, moved, MotionFilter } = await import("../src/camera/motion.js");
@@ -64,6 +65,19 @@ test("the angles of orientation and the acceleration at rest say the same, on bo
     near(gravityOfMotion({ x: -x, y: -y, z: -z }, false), down.toArray());
     near(gravityOfMotion({ x, y, z }, true), down.toArray());
   }
+});
+
+test("how the device turns, about the picture's axes, in the last second", () => {
+  const gyroscope = new Gyroscope();
+  assert.deepEqual(gyroscope.read(false, 0), []);
+  // Upright it turns to the left, about its own y axis, which is up: against the picture's y.
+  for (const time of [9, 10, 10.5, 10.5, 10.4]) gyroscope.take(time, { alpha: 0, beta: 90, gamma: 0 });
+  const rows = gyroscope.read(false, 0);
+  near(rows.map(([time]) => time), [10, 10.5]);
+  near(rows[0].slice(1), [0, -Math.PI / 2, 0]);
+  // The picture of a device with its top to the left is turned: the device's x axis is up.
+  near(gyroscope.read(false, 90)[0].slice(1), [-Math.PI / 2, 0, 0]);
+  near(gyroscope.read(true, 0)[0].slice(1), [0, -Math.PI / 2, 0]);
 });
 
 test("intrinsics of another size show the same rays, and are kept for the lens they are of", () => {

@@ -101,7 +101,9 @@ std::optional<Turn> Gyroscope::Between(double first_s, double second_s) const {
 
 void Gyroscope::Compare(double first_s, double second_s,
                         const Eigen::Quaterniond& second_from_first) {
-  if (has_samples()) waiting_.push_back({first_s, second_s, second_from_first.conjugate()});
+  // Of a gyroscope that gives no more samples nothing is learned.
+  if (has_samples() && samples_.back().time_s > second_s - kKept)
+    waiting_.push_back({first_s, second_s, second_from_first.conjugate()});
 }
 
 void Gyroscope::Learn(const Comparison& comparison) {

@@ -86,6 +86,14 @@ ImageRequest ReadImageRequest(const JsonInput& json) {
     request.gravity_in_cam = gravity->Vector();
     if (!(request.gravity_in_cam->norm() > 0)) gravity->Refuse("has no direction");
   }
+  if (const auto samples = json.Find("angular_velocity")) {
+    constexpr size_t kMostSamples = 2000;  // two seconds of a fast gyroscope
+    for (const JsonInput& sample : samples->Items(0, kMostSamples)) {
+      const std::vector<JsonInput> row = sample.Items(4, 4);
+      request.angular_velocity.push_back(
+          {row[0].Number(), {row[1].Number(), row[2].Number(), row[3].Number()}});
+    }
+  }
   if (const auto prior = json.Find("prior")) request.prior = prior->Pose();
   if (const auto time = json.Find("time")) request.time = time->Number();
   return request;

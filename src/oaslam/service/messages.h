@@ -36,6 +36,7 @@ struct ImageRequest {
   CameraChoice camera;
   std::optional<std::vector<Detection>> detections;
   std::optional<Eigen::Vector3d> gravity_in_cam;
+  std::vector<AngularVelocity> angular_velocity;
   std::optional<Rigid3> prior;  // world_from_cam
   double time = 0;
 };

@@ -105,6 +105,7 @@ StreamStep Recording::Image(const ImageRequest& request, const nlohmann::json& h
   input.image = DecodeReceivedImage(request.bytes, detects ? ImageColor::kBgr : ImageColor::kGrey);
   KeepImage(*state_, name_, request.bytes);
   input.gravity_in_cam = request.gravity_in_cam;
+  input.angular_velocity = request.angular_velocity;
   const std::optional<Camera> given = CameraFor(request.camera, input.image.size());
   if (given && !slam_) BeginMap(*given);
   if (slam_ && cv::Size(camera_->width, camera_->height) != input.image.size())

@@ -124,6 +124,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
   ImageInput input;
   input.timestamp = request.time;
   input.gravity_in_cam = request.gravity_in_cam;
+  input.angular_velocity = request.angular_velocity;
   input.image = DecodeReceivedImage(request.bytes, ImageColor::kGrey);
   // The detector runs only while points do not find the camera.
   if (request.detections)

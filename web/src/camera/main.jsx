@@ -5,6 +5,7 @@ import { Content } from "../content.js";
 import { Refusal, Service } from "../service.js";
 import { News, Toast } from "../toast.jsx";
 import { GravitySensor } from "./gravity.js";
+import { Gyroscope } from "./gyroscope.js";
 import { refusal } from "./help.js";
 import { KnownCameras } from "./intrinsics.js";
 import { LiveView } from "./live_view.js";
@@ -22,6 +23,8 @@ const state = new MapState();
 const content = new Content(state);
 content.loader.setRequestHeader(service.headers);
 const gravity = new GravitySensor();
+const gyroscope = new Gyroscope();
+gyroscope.start();
 const cameras = new KnownCameras(globalThis.localStorage);
 const source = new VideoSource(/** @type {HTMLVideoElement} */ ($("video")), { onFrame, onEnded: () => !document.hidden && openCamera() });
 /** @type {LiveView | null} */
@@ -156,7 +159,7 @@ function enter(map, kind, view) {
   setPlacing(false);
   history.replaceState(null, "", addressOf(kind === "track" ? map : null));
   document.body.dataset.kind = kind;
-  const entered = new Session({ service, state, source, gravity, cameras }, map, kind);
+  const entered = new Session({ service, state, source, gravity, gyroscope, cameras }, map, kind);
   session = view.session = entered;
   Object.assign(window, { oaslam: { session, state, source, view, service, cameras } });
   for (const part of ["link", "answer", "progress"]) entered.addEventListener(part, draw);

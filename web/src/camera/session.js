@@ -24,15 +24,16 @@ export class Session extends EventTarget {
 
   /**
    * @param {{ service: import("../service.js").Service, state: import("./map_state.js").MapState, source: import("./video_source.js").VideoSource,
-   *   gravity: import("./gravity.js").GravitySensor, cameras: import("./intrinsics.js").KnownCameras }} parts
+   *   gravity: import("./gravity.js").GravitySensor, gyroscope: import("./gyroscope.js").Gyroscope, cameras: import("./intrinsics.js").KnownCameras }} parts
    * @param {string} map  @param {"track" | "record"} kind
    */
-  constructor({ service, state, source, gravity, cameras }, map, kind) {
+  constructor({ service, state, source, gravity, gyroscope, cameras }, map, kind) {
     super();
     this.service = service;
     this.state = state;
     this.source = source;
     this.gravity = gravity;
+    this.gyroscope = gyroscope;
     this.cameras = cameras;
     this.map = map;
     this.kind = kind;
@@ -121,7 +122,9 @@ export class Session extends EventTarget {
       if (!this.link.isFree) return;
       const id = ++this.ids;
       this.asked = this.cameras.recall(this.source.lens, size) ?? "auto";
-      this.link.sendBytes(packImage({ type: "image", id, time, camera: this.asked, ...(gravity ? { gravity } : {}) }, jpeg));
+      const rates = this.gyroscope.read(this.source.isFront);
+      const sensors = { ...(gravity && { gravity }), ...(rates.length > 0 && { angular_velocity: rates }) };
+      this.link.sendBytes(packImage({ type: "image", id, time, camera: this.asked, ...sensors }, jpeg));
       this.pacer.sent(id, now);
     } finally {
       this.isEncoding = false;
