@@ -1,4 +1,9 @@
 """oaslam odometry: the motion of the camera without a map."""
+import os
+import re
+import subprocess
+import sys
+
 import numpy as np
 
 from harness import SAMPLE, InFolder, groundtruth, distances, must_run, oaslam, pairs, read_bytes, read_csv, read_tum, rmse, similarity
@@ -32,6 +37,32 @@ class TestOdometry(InFolder):
     def test_it_repeats_exactly(self):
         must_run("odometry", VIDEO, "--camera", CAMERA, "--to", "150", "--out", self.path("again.txt"))
         assert read_bytes(self.path("again.txt")) == read_bytes(self.path("poses.txt"))
+
+    # What a phone's gyroscope would have measured, with its clock 30 ms ahead.
+    def test_a_gyroscope_is_calibrated(self):
+        imu = self.path("imu.csv")
+        tool = os.path.join(os.environ["OASLAM_SOURCE_DIR"], "tools", "simulated_gyroscope")
+        subprocess.run([sys.executable, tool, groundtruth("map_front"), imu, "--offset", "0.03"], check=True)
+        done = must_run("odometry", VIDEO, "--camera", CAMERA, "--imu", imu, "--out", self.path("turned.txt"))
+        offset, sigma = map(float, re.search(r"clock ahead by (\S+) \(sigma (\S+)\) ms", done.err).groups())
+        assert abs(offset - 30) < 4 * sigma < 20, done.err
+        matched = pairs(read_tum(self.path("turned.txt"))[100:], read_tum(groundtruth("map_front")))
+        assert rmse(distances(matched, similarity(matched))) < 0.005
+        # Without the samples the poses are others.
+        assert read_tum(self.path("turned.txt"))[149] != read_tum(self.path("poses.txt"))[149]
+
+    def test_a_gyroscope_that_cannot_be_used(self):
+        bad = self.path("bad.csv")
+        for text, message in (("0,0,0,0\n0,0,0,0\n", "bad.csv:2: angular velocity: time stamp 0.000000 is not after"),
+                              ("0,0,0\n", "bad.csv:1: column 4"), ("0,200,0,0\n", "200 rad/s, allowed: 0 to 100"), ("#\n", "EuRoC")):
+            with open(bad, "w", encoding="utf-8") as file:
+                file.write(text)
+            done = oaslam("odometry", VIDEO, "--camera", CAMERA, "--imu", bad, "--out", self.path("no.txt"))
+            assert done.code == 1 and message in done.err and done.err.count("\n") == 1, done
+        with open(bad, "w", encoding="utf-8") as file:
+            file.write("1000000000000,0,0,0\n")
+        done = must_run("odometry", VIDEO, "--camera", CAMERA, "--to", 5, "--imu", bad, "--out", self.path("unused.txt"))
+        assert "no sample near any image: it has 1000.000 to 1000.000 s" in done.err
 
     def test_bad_input(self):
         missing = self.path("missing.mp4")
