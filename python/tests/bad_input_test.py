@@ -78,6 +78,18 @@ def test_vectors(slam, gravity, error):
         slam.process(IMAGE, 0, gravity_in_cam=gravity)
 
 
+def test_a_gyroscope(slam):
+    rows = numpy.array([[0.5, 0, 1, 0], [0.51, 0, 1, 0]])
+    slam.process(IMAGE, 0.5, angular_velocity=rows)
+    slam.process(IMAGE, 0.6, angular_velocity=[(0.6, 0, 1, 0)])
+    with pytest.raises(oaslam.InputError, match="sample 1: angular velocity: time stamp 0.500000"):
+        slam.process(IMAGE, 0.7, angular_velocity=rows[::-1])
+    with pytest.raises(oaslam.InputError, match="sample 0: angular velocity: 180 rad/s, allowed: 0 to 100"):
+        slam.process(IMAGE, 0.7, angular_velocity=[(0.7, 0, 180, 0)])
+    with pytest.raises(TypeError):
+        slam.process(IMAGE, 0.7, angular_velocity=[(0, 1, 0)])
+
+
 def test_input_errors(slam, tmp_path):
     assert issubclass(oaslam.InputError, ValueError) and issubclass(oaslam.MappingError, RuntimeError)
     slam.process(IMAGE, 1)
