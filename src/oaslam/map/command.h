@@ -37,6 +37,7 @@ struct KeyframeInsertion {
   TrackedFrame frame;
   // To this keyframe and to earlier ones, as the odometry knows them by now.
   std::vector<std::pair<KeyframeId, KeyframeMotion>> motions{};
+  int loops_closed = 0;  // in the map whose unit the motions have
 };
 
 }  // namespace oaslam

@@ -21,7 +21,7 @@ bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
   return a && b && a->run == b->run && !a->is_preliminary && !b->is_preliminary;
 }
 
-Rigid3 CamFromOdom(const FrameMotion& earlier, const FrameMotion& now) {
+std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion& now) {
   if (&earlier == &now) return now.cam_from_odom;
   for (const auto& [image, then] : earlier.keyframes | std::views::reverse) {
     const auto later =
@@ -29,7 +29,7 @@ Rigid3 CamFromOdom(const FrameMotion& earlier, const FrameMotion& now) {
     if (later != now.keyframes.end() && later->first == image)
       return earlier.cam_from_odom * then.Inverse() * later->second;
   }
-  return earlier.cam_from_odom;
+  return std::nullopt;
 }
 
 }  // namespace oaslam

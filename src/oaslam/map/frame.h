@@ -65,8 +65,9 @@ struct Frame {
 bool HaveKnownMotion(const std::shared_ptr<const FrameMotion>& a,
                      const std::shared_ptr<const FrameMotion>& b);
 // cam_from_odom of an earlier image of the same run as it is known with image `now`: it has moved
-// with the odometry's last keyframe before it that both know.
-Rigid3 CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
+// with the odometry's last keyframe before it that both know. Nothing where they share none: it is
+// as it was given.
+std::optional<Rigid3> CamFromOdom(const FrameMotion& earlier, const FrameMotion& now);
 
 // A frame with its pose and the landmarks its key points are matched to.
 struct TrackedFrame {

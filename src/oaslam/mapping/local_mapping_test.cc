@@ -51,6 +51,26 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
   EXPECT_TRUE(refused.keyframes.empty());
 }
 
+// The motions of earlier keyframes are replaced, unless a loop has scaled them since.
+TEST(InsertKeyframe, BringsTheMotionsAsTheyAreKnownByNow) {
+  for (const int loops : {0, 1}) {
+    Scene s;
+    const KeyframeId newest(9), fresh(10);
+    s.map.keyframes.MutableAt(newest).motion = KeyframeMotion{KeyframeId(8), Rigid3(), 1, 1};
+    s.map.loops_closed = loops;
+    const Keyframe& last = s.map.keyframes.At(newest);
+    KeyframeInsertion insertion{fresh, {}};
+    insertion.frame.frame.features = last.features;
+    insertion.frame.cam_from_world = insertion.frame.cam_from_reference = last.cam_from_world;
+    insertion.frame.landmarks.resize(last.landmarks.size());
+    insertion.motions = {{newest, KeyframeMotion{KeyframeId(8), Rigid3(), 2, 2}},
+                         {fresh, KeyframeMotion{newest, Rigid3(), 3, 3}}};
+    InsertKeyframe(insertion, {}, s.map);
+    EXPECT_EQ(s.map.keyframes.At(newest).motion->sigma_position, loops == 0 ? 2 : 1);
+    EXPECT_EQ(s.map.keyframes.At(fresh).motion->sigma_position, 3);
+  }
+}
+
 TEST(Triangulation, RecoversErasedLandmarks) {
   Scene s;
   for (const LandmarkId id : s.map.landmarks.Ids())

@@ -84,7 +84,8 @@ std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
   if (!before || !now || before->run != now->run || newest.run != now->run) return std::nullopt;
   const bool is_young = newest_.frame.timestamp - map_began_time_ < kYoung;
   CameraMotion motion;
-  motion.cam_from_cam = CamFromOdom(*now, newest) * CamFromOdom(*before, newest).Inverse();
+  motion.cam_from_cam = CamFromOdom(*now, newest).value_or(now->cam_from_odom) *
+                        CamFromOdom(*before, newest).value_or(before->cam_from_odom).Inverse();
   motion.is_turn = !HaveKnownMotion(before, now) || !unit_ || unit_->run != now->run;
   if (motion.is_turn) {
     motion.cam_from_cam.translation.setZero();
@@ -108,15 +109,18 @@ std::optional<Tracker::CameraMotion> Tracker::MotionSince(
   return frame.motion ? MotionBetween(before, frame.motion, *frame.motion) : std::nullopt;
 }
 
-// The motions between the newest keyframes as the odometry knows them by now. Its window goes on
-// correcting its poses: without the corrections the chain of motions would keep its errors.
+// The motion to the newest keyframe, and those before it that lie in the odometry's window, as the
+// odometry knows them by now. It goes on correcting them: otherwise the chain of motions would keep
+// its errors.
 std::vector<std::pair<KeyframeId, KeyframeMotion>> Tracker::MotionsToKeyframes(
     const Frame& frame) const {
   std::vector<std::pair<KeyframeId, KeyframeMotion>> motions;
   for (size_t i = 1; i < keyframe_motions_.size(); ++i) {
     const auto& [from, before] = keyframe_motions_[i - 1];
     const auto& [to, now] = keyframe_motions_[i];
-    const auto motion = frame.motion ? MotionBetween(before, now, *frame.motion) : std::nullopt;
+    const bool is_newest = i + 1 == keyframe_motions_.size();
+    if (!before || !frame.motion || (!is_newest && !CamFromOdom(*before, *frame.motion))) continue;
+    const auto motion = MotionBetween(before, now, *frame.motion);
     if (motion && !motion->is_turn)
       motions.push_back({to, KeyframeMotion{from, motion->cam_from_cam, motion->sigma_position,
                                             motion->sigma_rotation}});

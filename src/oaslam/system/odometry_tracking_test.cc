@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/system/atlas.h"
 #include "oaslam/system/tracker.h"
@@ -14,8 +16,10 @@ struct Walk {
   int frames = 90;
   int blind_from = 45, blind_to = 60;  // nothing of the map is seen there
   int preliminary_to = 5;
-  int cut_at = 1000;            // another run of the odometry begins
-  int unmapped_from = 1000;     // mapping ends there
+  int cut_at = 1000;         // another run of the odometry begins
+  int unmapped_from = 1000;  // mapping ends there
+  // The odometry's poses from here on are wrong, until it corrects them.
+  int wrong_from = 1000, wrong_to = 1000;
   bool saves_features = false;  // features are taken only where the tracker needs them
 };
 
@@ -48,8 +52,16 @@ Walked Follow(const Walk& walk) {
     FrameMotion motion;
     motion.run = i >= walk.cut_at;
     motion.image = i;
-    motion.cam_from_odom = pose * first.Inverse();
-    motion.cam_from_odom.translation /= kUnit;
+    walked.truth.push_back(pose * first.Inverse());
+    walked.truth.back().translation /= kUnit;
+    const auto known = [&](int image) {
+      constexpr double kDrift = 0.05;  // an image
+      Rigid3 then = walked.truth[image];
+      if (i < walk.wrong_to) then.translation.x() += kDrift * std::max(0, image - walk.wrong_from);
+      return then;
+    };
+    motion.cam_from_odom = known(i);
+    for (int k = 0; k <= i; k += 5) motion.keyframes.emplace_back(k, known(k));
     motion.is_preliminary = i < walk.preliminary_to;
     motion.is_keyframe = i % 5 == 0;
     for (const Eigen::Vector3d& x : world.points) {
@@ -58,7 +70,6 @@ Walked Follow(const Walk& walk) {
         motion.depths.push_back(
             {ProjectIdeal(world.camera, p).cast<float>(), static_cast<float>(kUnit / p.z())});
     }
-    walked.truth.push_back(motion.cam_from_odom);
     if (walk.saves_features && !atlas.NeedsFeatures(frame.timestamp, nullptr) &&
         !atlas.NeedsFeatures(frame.timestamp, &motion)) {
       frame.features = std::make_shared<const Features>(frame.features->Selected({}));
@@ -113,6 +124,20 @@ TEST(OdometryTracking, KeyframesGoOnWithoutLandmarks) {
   });
   EXPECT_GE(blind, 3);
   EXPECT_TRUE(walked.map->CheckInvariants().empty());
+}
+
+// The odometry goes on optimising its keyframes: what it corrects reaches the map's.
+TEST(OdometryTracking, CorrectionsOfTheMotionReachTheMap) {
+  const Walked walked =
+      Follow({.frames = 75, .blind_from = 45, .blind_to = 75, .wrong_from = 45, .wrong_to = 65});
+  EXPECT_GT(ErrorAt(walked, 60), 0.5);
+  walked.map->keyframes.ForEach([&](KeyframeId, const Keyframe& keyframe) {
+    EXPECT_LT((keyframe.cam_from_world.OriginInSource() -
+               walked.truth[keyframe.frame_index].OriginInSource())
+                  .norm(),
+              0.1)
+        << keyframe.frame_index;
+  });
 }
 
 // Images between those in which the map is looked for have their pose by the motion alone.

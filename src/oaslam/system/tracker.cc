@@ -290,7 +290,7 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
   newest_keyframe_ = KeyframeId(next_keyframe_++);
   newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
-  constexpr size_t kMostMotions = 20;  // more than the odometry goes on optimising
+  constexpr size_t kMostMotions = 30;  // the odometry's window mostly has fewer of these keyframes
   keyframe_motions_.emplace_back(newest_keyframe_, frame.motion);
   if (keyframe_motions_.size() > kMostMotions) keyframe_motions_.erase(keyframe_motions_.begin());
   newest_keyframe_inliers_ = tracked.inliers;
@@ -301,7 +301,8 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       KeyframeInsertion{newest_keyframe_,
                         {frame, tracked.cam_from_world, tracked.reference,
                          last_->cam_from_reference, tracked.landmarks, tracked.inliers},
-                        MotionsToKeyframes(frame)};
+                        MotionsToKeyframes(frame),
+                        map.loops_closed};
   command.uses = TakeUses();
   command.sightings = std::exchange(sightings_, {});
   outcome.command = std::move(command);

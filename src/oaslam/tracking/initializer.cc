@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -36,7 +37,7 @@ void Revise(const FrameMotion& newest, Frame& frame) {
   if (found == newest.keyframes.end()) return;
   auto motion = std::make_shared<FrameMotion>(*frame.motion);
   motion->cam_from_odom = found->second;
-  motion->keyframes = newest.keyframes;
+  motion->keyframes.assign(newest.keyframes.begin(), std::next(found));
   motion->is_preliminary = false;
   frame.motion = std::move(motion);
 }
@@ -91,7 +92,9 @@ std::optional<InitialMap> Initializer::Try(const Reference& reference, const Fra
   options.min_points = NeededMatches(frame) / 2;
   if (HaveKnownMotion(reference.frame.motion, frame.motion))
     options.known_motion =
-        frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion).Inverse();
+        frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)
+                                          .value_or(reference.frame.motion->cam_from_odom)
+                                          .Inverse();
   const TwoViewReport report =
       EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
   if (!report.success) {
