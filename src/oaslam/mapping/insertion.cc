@@ -70,10 +70,9 @@ void InsertKeyframe(const KeyframeInsertion& insertion, const MappingConfig& con
   map.keyframes.Insert(
       insertion.id, MakeKeyframe(tracked.frame, reference ? tracked.cam_from_reference * *reference
                                                           : tracked.cam_from_world));
-  // A loop that was closed meanwhile has scaled the motions that the map has.
-  const bool has_their_unit = insertion.loops_closed == map.loops_closed;
-  for (const auto& [id, motion] : insertion.motions)
-    if (id == insertion.id || has_their_unit)
+  // After a loop, which has scaled the map, they come again with a later keyframe.
+  if (insertion.loops_closed == map.loops_closed)
+    for (const auto& [id, motion] : insertion.motions)
       if (Keyframe* keyframe = map.keyframes.Mutable(id)) keyframe->motion = motion;
   for (uint32_t i = 0; i < tracked.landmarks.size(); ++i)
     if (tracked.landmarks[i].IsValid() && map.AddObservation(tracked.landmarks[i], insertion.id, i))

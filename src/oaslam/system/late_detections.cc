@@ -30,8 +30,7 @@ std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index,
 
 // Looks in an earlier frame for the pose of a camera that has been lost since.
 Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
-  if (relocalized_frame_ && frame.index <= *relocalized_frame_)
-    return {};  // such frames were tracked backwards from the relocalization where possible
+  if (relocalized_frame_ && frame.index <= *relocalized_frame_) return {};
   const Relocalization found =
       relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam, rng_);
   Outcome outcome;
@@ -39,11 +38,8 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   if (found.evidence == PoseEvidence::kObjects) {
     // A frame that was placed by other means has a better pose.
     const bool has_pose = trajectory_.PoseOf(frame.index) != nullptr;
-    if (!has_pose && found.relative_sigma <= config_.tracking.max_object_sigma) {
+    if (!has_pose && found.relative_sigma <= config_.tracking.max_object_sigma)
       outcome = ShowObjectPose(frame, map, found);
-      for (UntrackedFrame& untracked : untracked_)
-        untracked.has_pose = untracked.has_pose || untracked.frame.index == frame.index;
-    }
     outcome.located = LocatedPose{found.cam_from_world, found.sigma_position};
     AddToRegistration(frame, map, *outcome.located);
     return outcome;
@@ -52,10 +48,6 @@ Tracker::Outcome Tracker::FindLate(const Frame& frame, const Map& map) {
   if (!tracked.success) return outcome;
   relocalized_frame_ = newest_.frame.index;  // the probation lasts from the newest frame on
   relocalized_time_ = newest_.frame.timestamp;
-  std::erase_if(untracked_, [&](const UntrackedFrame& untracked) {
-    return untracked.frame.index >= frame.index;
-  });
-  backfill_ = Backfill{frame.features, tracked, frame.index, false};
   Remember(frame, map, tracked, TrackingState::kRelocalized);
   outcome = Outcome::Tracked(TrackingState::kRelocalized, tracked.cam_from_world, tracked.matched,
                              tracked.inliers);

@@ -37,7 +37,7 @@ Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
   Outcome outcome = is_sure ? ShowObjectPose(frame, map, found) : ByRegistration(frame, map);
   if (!outcome.cam_from_world) outcome = Outcome::ByObjects(ExpectedBy(found), found.confidence);
   outcome.objects = found.matched_objects;
-  KeepUntracked(frame, is_sure);
+  KeepLost(frame);
   outcome.located = located;
   return outcome;
 }

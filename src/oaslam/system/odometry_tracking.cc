@@ -79,8 +79,8 @@ std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
   // Shares of the way, of the depth and of the turn (docs/lab/odometry.md). In a young map neither
   // the map nor the odometry knows its scale well. The last is a guess: a hand's way in a tenth of
   // a second.
-  constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.001, kSigmaOfTurn = 0.0025,
-                   kLeastTurn = 0.0005, kUnknownWay = 0.03, kTimesIfYoung = 3;
+  constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.002, kSigmaOfTurn = 0.0025,
+                   kLeastTurn = 0.0005, kUnknownWay = 0.03, kTimesIfYoung = 1.5;
   if (!before || !now || before->run != now->run || newest.run != now->run) return std::nullopt;
   const bool is_young = newest_.frame.timestamp - map_began_time_ < kYoung;
   CameraMotion motion;

@@ -181,5 +181,22 @@ TEST(OdometryTracking, ACutLosesTheCamera) {
   EXPECT_FALSE(walked.outcomes[50].cam_from_world.has_value());
 }
 
+// The images in which it was lost get their poses by the motion to where it was found again.
+TEST(OdometryTracking, LostImagesArePlacedOnceTheCameraIsFound) {
+  const Walked walked = Follow({.frames = 100, .blind_from = 45, .blind_to = 60, .cut_at = 45});
+  EXPECT_EQ(walked.outcomes[50].state, TrackingState::kLost);
+  EXPECT_EQ(walked.outcomes.back().state, TrackingState::kTracking);
+  ASSERT_EQ(walked.trajectory.size(), 100);
+  for (const FramePose& pose : walked.trajectory) {
+    const auto reference = walked.map->ResolvePose(pose.reference);
+    ASSERT_TRUE(reference.has_value());
+    EXPECT_LT(((pose.cam_from_reference * *reference).OriginInSource() -
+               walked.truth[pose.frame_index].OriginInSource())
+                  .norm(),
+              0.1)
+        << pose.frame_index;
+  }
+}
+
 }  // namespace
 }  // namespace oaslam

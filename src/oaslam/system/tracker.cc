@@ -79,7 +79,7 @@ Tracker::Outcome Tracker::GiveUp() {
 }
 
 Tracker::Outcome Tracker::Lose(const Frame& frame, const Map& map) {
-  KeepUntracked(frame, false);
+  KeepLost(frame);
   return ByRegistration(frame, map);
 }
 
@@ -92,11 +92,8 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   outcome.depth = tracked.depth;
   StateCertainty(frame, map, tracked.covariance, tracked.reference, outcome);
   ObserveObjects(frame, map, tracked, outcome);
-  constexpr int kBackfillPerFrame = 2;  // spread over frames, so that no single frame takes long
-  if (backfill_ && !IsOnProbation(frame.timestamp)) {
-    backfill_->proven = true;
-    FillInUntracked(map, kBackfillPerFrame);
-  }
+  if (state != TrackingState::kOdometry && !IsOnProbation(frame.timestamp))
+    FillInLost(frame, map, tracked);
   if (IsOnProbation(frame.timestamp))
     outcome.located = LocatedPose{tracked.cam_from_world, PositionSigma(map, tracked), true};
   if (mapping_) {
@@ -186,7 +183,6 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   relocalized_frame_ = frame.index;
   relocalized_time_ = frame.timestamp;
   prior_.reset();
-  backfill_ = Backfill{frame.features, tracked, frame.index, false};
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
 

@@ -144,8 +144,7 @@ class Tracker {
   MapCommand TakeRest();
   // Poses of all frames so far, relative to keyframes of the map or retired ones.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
-  // Refines the poses of frames that are not refined yet against the finished map, and tracks the
-  // lost frames before the last relocalization if that has passed its probation.
+  // Refines the poses of frames that are not refined yet against the finished map.
   void RefineTrajectory(const Map& map);
 
  private:
@@ -205,9 +204,8 @@ class Tracker {
   Outcome ByRegistration(const Frame& frame, const Map& map);
   void AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located);
   Outcome GiveUp();
-  void KeepUntracked(const Frame& frame, bool has_pose);
-  void FillInUntracked(const Map& map, int count);
-  void EndBackfill();
+  void KeepLost(const Frame& frame);
+  void FillInLost(const Frame& frame, const Map& map, const TrackReport& tracked);
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked,
                 TrackingState state);
   void MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
@@ -248,22 +246,15 @@ class Tracker {
     Rigid3 cam_from_reference;
   };
 
-  struct UntrackedFrame {
-    Frame frame;
-    bool has_pose = false;  // by objects
+  struct LostImage {
+    int frame_index = 0;
+    double timestamp = 0;
+    std::shared_ptr<const FrameMotion> motion;
   };
   // A frame whose detections have not arrived yet.
   struct Undetected {
     TrackedFrame tracked;
     bool has_pose = false;  // by points
-  };
-  // After a relocalization the lost frames before it are tracked backwards in time. This is the
-  // last frame reached.
-  struct Backfill {
-    std::shared_ptr<const Features> features;
-    TrackReport after;
-    int index = 0;
-    bool proven = false;  // the relocalized pose has passed its probation
   };
 
   SlamConfig config_;
@@ -279,9 +270,8 @@ class Tracker {
   Newest newest_;
   std::optional<RelocalizationNote> relocalization_;  // of the newest frame
   std::optional<Last> last_;
-  std::vector<Frame> before_map_;         // frames before the initial map, in order
-  std::deque<UntrackedFrame> untracked_;  // the newest frames that were not tracked by points
-  std::optional<Backfill> backfill_;      // after a relocalization by points
+  std::vector<Frame> before_map_;       // frames before the initial map, in order
+  std::vector<LostImage> lost_images_;  // since the camera was last tracked
   std::optional<Motion> motion_;
   // The newest one first in the map is used: a keyframe is not yet in it.
   std::vector<OdometryAnchor> anchors_;

@@ -32,7 +32,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   drift_ = {};
   seen_confidence_ = other.seen_confidence_;
   uses_ = std::move(other.uses_);
-  EndBackfill();
+  lost_images_.clear();
   next_keyframe_ = other.next_keyframe_;
   object_tracks_ = std::move(other.object_tracks_);
   for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= scale;
@@ -54,7 +54,6 @@ void Tracker::Scale(double factor) {
   if (unit_) unit_->length *= factor;
   depth_ *= factor;
   registration_ = {};
-  EndBackfill();
   object_trails_ = {};
   for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= factor;
   for (Undetected& undetected : undetected_)

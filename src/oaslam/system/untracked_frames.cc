@@ -6,8 +6,8 @@
 
 #include "oaslam/system/tracker.h"
 
-// Finds poses for frames afterwards: those before the initial map, and those in which the camera
-// was lost.
+// Poses that are found afterwards: those before the initial map, and those in which the camera was
+// lost.
 namespace oaslam {
 namespace {
 
@@ -26,11 +26,10 @@ TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Feature
 
 }  // namespace
 
-void Tracker::KeepUntracked(const Frame& frame, bool has_pose) {
-  constexpr size_t kMaxUntracked = 30;  // frames of some 50 KB; 1 s at 30 Hz
-  if (backfill_) EndBackfill();         // lost again: the relocalized pose was not proven
-  untracked_.push_back({frame, has_pose});
-  if (untracked_.size() > kMaxUntracked) untracked_.pop_front();
+void Tracker::KeepLost(const Frame& frame) {
+  constexpr size_t kMost = 450;  // 15 s at 30 Hz; the odometry drifts
+  if (frame.motion) lost_images_.push_back({frame.index, frame.timestamp, frame.motion});
+  if (lost_images_.size() > kMost) lost_images_.erase(lost_images_.begin());
 }
 
 // Tracks the frames that came before the initial map: forward from the first keyframe to the
@@ -73,35 +72,20 @@ void Tracker::FillInBeforeMap(const Map& map) {
   fill_in(std::ranges::subrange(std::make_reverse_iterator(from_first), frames.rend()));
 }
 
-// Tracks at most `count` lost frames backwards in time, from where the camera was relocalized.
-void Tracker::FillInUntracked(const Map& map, int count) {
-  for (; backfill_ && count > 0; --count) {
-    if (untracked_.empty() || untracked_.back().frame.index != backfill_->index - 1)
-      return EndBackfill();
-    const UntrackedFrame untracked = std::move(untracked_.back());
-    untracked_.pop_back();
-    const Frame& frame = untracked.frame;
-    TrackReport report =
-        TrackFromNeighbour(frame, map, *backfill_->features, backfill_->after.landmarks,
-                           backfill_->after.cam_from_world,
-                           {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
-    if (!report.success) return EndBackfill();
-    const Rigid3 cam_from_reference = RelativeTo(map, report.reference, report.cam_from_world);
-    if (!untracked.has_pose)
-      trajectory_.Add({frame.index, frame.timestamp, report.reference, cam_from_reference,
-                       TrackingState::kTracking},
-                      frame, report.landmarks);
-    backfill_ = Backfill{frame.features, std::move(report), frame.index, true};
+// Gives the images in which the camera was lost, and which have no pose yet, the one by the motion
+// from there to this frame.
+void Tracker::FillInLost(const Frame& frame, const Map& map, const TrackReport& tracked) {
+  for (const LostImage& lost : std::exchange(lost_images_, {})) {
+    const auto motion = MotionSince(lost.motion, frame);
+    if (!motion || motion->is_turn || trajectory_.PoseOf(lost.frame_index)) continue;
+    const Rigid3 cam_from_world = motion->cam_from_cam.Inverse() * tracked.cam_from_world;
+    trajectory_.Add({lost.frame_index, lost.timestamp, tracked.reference,
+                     RelativeTo(map, tracked.reference, cam_from_world), TrackingState::kOdometry},
+                    frame, {});
   }
 }
 
-void Tracker::EndBackfill() {
-  backfill_.reset();
-  untracked_.clear();
-}
-
 void Tracker::RefineTrajectory(const Map& map) {
-  if (backfill_ && backfill_->proven) FillInUntracked(map, static_cast<int>(untracked_.size()) + 1);
   trajectory_.RefinePosesBefore(map, std::numeric_limits<int>::max());
 }
 
