@@ -14,10 +14,11 @@
 
 namespace oaslam::apps {
 
-void AddImuOption(CLI::App& app, SideFiles& files) {
-  app.add_option("--imu", files.imu,
-                 "a gyroscope beside the camera, as EuRoC's imu0/data.csv; how it lies to the "
-                 "camera is read from the calibration (T_BS, T_cam_imu)")
+CLI::Option* AddImuOption(CLI::App& app, SideFiles& files) {
+  return app
+      .add_option("--imu", files.imu,
+                  "a gyroscope beside the camera, as EuRoC's imu0/data.csv; how it lies to the "
+                  "camera is read from the calibration (T_BS, T_cam_imu)")
       ->type_name("FILE");
 }
 
@@ -26,9 +27,14 @@ SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
     : detector(LoadDetector(detector_settings)) {
   if (!files.detections.empty()) detections = LoadDetections(files.detections);
   if (!files.gravity.empty()) gravity = GravityTrack::Load(files.gravity);
-  if (!files.imu.empty())
-    angular_velocity = LoadImu(files.imu, IsAutoCamera(camera) ? Eigen::Quaterniond::Identity()
-                                                               : LoadCameraFromImu(camera));
+  if (files.imu.empty()) return;
+  const bool is_auto = IsAutoCamera(camera);
+  const auto camera_from_imu = is_auto ? std::nullopt : LoadCameraFromImu(camera);
+  axes = camera_from_imu
+             ? "axes turned to the camera's as " + camera + " says"
+             : fmt::format("axes taken to be the camera's, since --camera {} does not tell others",
+                           is_auto ? "auto" : camera);
+  angular_velocity = LoadImu(files.imu, camera_from_imu.value_or(Eigen::Quaterniond::Identity()));
 }
 
 FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
@@ -134,10 +140,9 @@ std::optional<FrameInput> FrameInputs::Next() {
   frame.input.image = image.image;
   frame.input.timestamp = image.timestamp;
   frame.input.gravity_in_cam = side_.gravity.At(image.timestamp);
-  constexpr double kClockAhead = 0.25;  // s: see ImageInput::angular_velocity
   const std::vector<AngularVelocity>& samples = side_.angular_velocity;
   for (; given_samples_ < samples.size() &&
-         samples[given_samples_].timestamp <= image.timestamp + kClockAhead;
+         samples[given_samples_].timestamp <= image.timestamp + Gyroscope::kMostOffset;
        ++given_samples_)
     frame.input.angular_velocity.push_back(samples[given_samples_]);
   if (background_) {
@@ -151,16 +156,40 @@ std::optional<FrameInput> FrameInputs::Next() {
   return frame;
 }
 
-void FrameInputs::CheckSensors() const {
+void FrameInputs::ReportSensors(const Gyroscope& gyroscope) const {
   side_.gravity.WarnIfUnused();
   const std::vector<AngularVelocity>& samples = side_.angular_velocity;
-  if (samples.empty() || (samples.front().timestamp <= *last_timestamp_ &&
-                          samples.back().timestamp >= *first_timestamp_))
+  if (samples.empty()) return;
+  if (samples.front().timestamp > *last_timestamp_ ||
+      samples.back().timestamp < *first_timestamp_) {
+    spdlog::warn(
+        "--imu: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to "
+        "{:.3f} s",
+        samples.front().timestamp, samples.back().timestamp, *first_timestamp_, *last_timestamp_);
     return;
-  spdlog::warn(
-      "--imu: no sample near any image: it has {:.3f} to {:.3f} s, the images {:.3f} to "
-      "{:.3f} s",
-      samples.front().timestamp, samples.back().timestamp, *first_timestamp_, *last_timestamp_);
+  }
+  const GyroscopeCalibration& known = gyroscope.calibration();
+  const Eigen::Vector3d bias = known.bias / kDegree;
+  switch (gyroscope.state()) {
+    case Gyroscope::State::kUnknown:
+      spdlog::warn(
+          "gyroscope: bias and clock not known at the end: the camera hardly turned, or few images "
+          "that fit well had samples; {}",
+          side_.axes);
+      break;
+    case Gyroscope::State::kRefused:
+      spdlog::warn(
+          "gyroscope: refused at the end, most images contradict it: its axes, its unit (rad/s) or "
+          "its clock (within {} s of the images') are wrong; {}",
+          Gyroscope::kMostOffset, side_.axes);
+      break;
+    case Gyroscope::State::kCalibrated:
+      spdlog::info(
+          "gyroscope: bias {:.3f} {:.3f} {:.3f} (sigma {:.3f}) deg/s, clock ahead by {:.1f} (sigma "
+          "{:.1f}) ms; {}",
+          bias.x(), bias.y(), bias.z(), known.sigma_bias / kDegree, 1e3 * known.offset_s,
+          1e3 * known.sigma_offset_s, side_.axes);
+  }
 }
 
 }  // namespace oaslam::apps

@@ -16,6 +16,7 @@
 #include "oaslam/detection_file.h"
 #include "oaslam/image_source.h"
 #include "oaslam/latest_image.h"
+#include "oaslam/odometry/gyroscope.h"
 #include "oaslam/slam.h"
 
 namespace oaslam::apps {
@@ -40,7 +41,7 @@ struct SideFiles {
 };
 
 // --imu.
-void AddImuOption(CLI::App& app, SideFiles& files);
+CLI::Option* AddImuOption(CLI::App& app, SideFiles& files);
 
 // The inputs of a command besides images. They are read before the first image, so that errors in
 // them are reported at once.
@@ -53,6 +54,7 @@ struct SideInputs {
   DetectionTable detections;
   GravityTrack gravity;
   std::vector<AngularVelocity> angular_velocity;  // ascending in time
+  std::string axes;                               // of the gyroscope, in words
   std::unique_ptr<Detector> detector;             // null: none
 };
 
@@ -107,8 +109,9 @@ class FrameInputs {
   void FinishLate() {
     if (background_) background_->Wait();
   }
-  // Call it once all images are read. Warns where no sample of a sensor was near any image.
-  void CheckSensors() const;
+  // Call it once all images are read. Warns where no sample of a sensor was near any image, and
+  // says what is known of the gyroscope (--imu), which was given its samples.
+  void ReportSensors(const Gyroscope& gyroscope) const;
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
     if (!pool_) return {};

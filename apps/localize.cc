@@ -19,6 +19,7 @@
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/system/slam_access.h"
 #include "oaslam/trajectory_file.h"
 #include "recording.h"
 #include "timed_detections.h"
@@ -254,7 +255,7 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
     failure = std::current_exception();
   }
   progress.Finish();
-  inputs.CheckSensors();
+  inputs.ReportSensors(SlamAccess::GyroscopeOf(slam));
   results.SetPresence(slam.Presence());
   if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
   if (failure) std::rethrow_exception(failure);
@@ -307,6 +308,8 @@ int Localize(const LocalizeOptions& given) {
   const LocalizeOptions options = Complete(given);
   if (options.recording.IsAskedFor() && options.images.empty())
     throw InputError("localize: --record needs --images");
+  if (!options.side.imu.empty() && options.images.empty())
+    throw InputError("localize: --imu needs --images");
   const SlamConfig config = LoadConfiguration(options.common);
   const SavedMap saved = LoadPiece(options.map, options.piece);
   const OutputFolder folder(options.out);
@@ -361,7 +364,7 @@ void AddLocalizeCommand(CLI::App& app) {
       ->excludes(every_frame);
   command->add_option("--gravity", options->side.gravity,
                       "direction of gravity in the camera's frame: \"timestamp gx gy gz\" a line");
-  AddImuOption(*command, options->side);
+  AddImuOption(*command, options->side)->excludes(every_frame);
   auto* record = AddRecordingOptions(*command, options->recording);
   AddModelOption(*command, options->models)->needs(record);
   AddCommonOptions(*command, options->common);

@@ -51,15 +51,14 @@ class Report {
 
 struct Tracked {
   std::vector<StampedPose> trajectory;
-  std::optional<GyroscopeCalibration> gyroscope;
   int images = 0;
   double ms = 0;
 };
 
-void TrackAll(FrameInputs& inputs, uint64_t seed, bool quiet, Report& report, Tracked& tracked) {
+void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& report,
+              Tracked& tracked) {
   ProgressBar progress(inputs.size(), quiet);
   const Camera& camera = inputs.camera();
-  Odometry odometry(camera, OdometryOptions{}, seed);
   while (!Interrupted()) {
     const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
@@ -74,27 +73,12 @@ void TrackAll(FrameInputs& inputs, uint64_t seed, bool quiet, Report& report, Tr
     const double ms = watch.WallMs();
     tracked.ms += ms;
     ++tracked.images;
-    tracked.gyroscope = odometry.gyroscope().calibration();
     report.Add(timestamp, estimate, ms);
     if (estimate.state != OdometryState::kBlind)
       tracked.trajectory.push_back({timestamp, estimate.cam_from_odom.Inverse()});
     progress.Update(tracked.images, ToString(estimate.state));
   }
   progress.Finish();
-}
-
-void SayGyroscope(const std::optional<GyroscopeCalibration>& calibration) {
-  if (!calibration) {
-    spdlog::warn(
-        "gyroscope: not known at the end: the camera hardly turned, or the axes do not fit");
-    return;
-  }
-  const Eigen::Vector3d bias = calibration->bias / kDegree;
-  spdlog::info(
-      "gyroscope: bias {:.3f} {:.3f} {:.3f} (sigma {:.3f}) deg/s, clock ahead by {:.1f} (sigma "
-      "{:.1f}) ms",
-      bias.x(), bias.y(), bias.z(), calibration->sigma_bias / kDegree, 1e3 * calibration->offset_s,
-      1e3 * calibration->sigma_offset_s);
 }
 
 int RunOdometry(const OdometryCommandOptions& options) {
@@ -105,17 +89,17 @@ int RunOdometry(const OdometryCommandOptions& options) {
   InstallInterruptHandler();
   FrameInputs inputs({options.images, options.camera, {}},
                      SideInputs(options.side, options.camera, {}), options.common);
+  Odometry odometry(inputs.camera(), OdometryOptions{}, options.seed);
   Tracked tracked;
   std::exception_ptr failure;
   try {
-    TrackAll(inputs, options.seed, options.common.quiet, report, tracked);
+    TrackAll(inputs, odometry, options.common.quiet, report, tracked);
   } catch (const std::exception&) {
     failure = std::current_exception();  // rethrown after the results are saved
   }
   SaveTrajectory(options.out, tracked.trajectory);
-  inputs.CheckSensors();
+  inputs.ReportSensors(odometry.gyroscope());
   if (failure) std::rethrow_exception(failure);
-  if (!options.side.imu.empty()) SayGyroscope(tracked.gyroscope);
   spdlog::info("{}{} of {} images with a pose, {:.1f} ms an image -> {}",
                Interrupted() ? "interrupted: " : "", tracked.trajectory.size(), tracked.images,
                tracked.images > 0 ? tracked.ms / tracked.images : 0.0, options.out);

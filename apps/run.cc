@@ -267,7 +267,7 @@ int Run(const RunOptions& given) {
     inputs.FinishLate();
     AddLateDetections(inputs, slam, results);
   });
-  inputs.CheckSensors();
+  inputs.ReportSensors(SlamAccess::GyroscopeOf(slam));
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();

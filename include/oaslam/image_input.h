@@ -25,11 +25,12 @@ struct ImageInput {
   // accelerometer's vector with its measured length, which shows how much the hand shook; other
   // vectors may have any length. The map's vertical is computed from the gravity of its keyframes.
   std::optional<Eigen::Vector3d> gravity_in_cam{};
-  // From a gyroscope, ascending in time (in Python rows of timestamp, x, y, z): the samples since
-  // those of the image before; such as were given before are ignored. Only Slam::Process uses them.
-  // Bias and offset of its clock are estimated; samples as late after the image as its clock may be
-  // ahead (at most 0.25 s) help, but need not be waited for. No interval without samples may be
-  // longer than 0.1 s.
+  // From a gyroscope, ascending in time (in Python rows of timestamp, x, y, z): all samples since
+  // those of the image before. Samples that were given before are ignored; one that is more than 1
+  // s later than the image throws InputError. Only Slam::Process uses them. The bias is estimated,
+  // and how far the gyroscope's clock is ahead of the images' or behind it, up to 0.25 s. A clock
+  // that is ahead gives the samples at the image a later time stamp than the image: they help, but
+  // need not be waited for. A turn in which samples are missing for more than 0.1 s is not used.
   std::vector<AngularVelocity> angular_velocity{};
 };
 

@@ -86,6 +86,8 @@ def test_a_gyroscope(slam):
         slam.process(IMAGE, 0.7, angular_velocity=rows[::-1])
     with pytest.raises(oaslam.InputError, match="sample 0: angular velocity: 180 rad/s, allowed: 0 to 100"):
         slam.process(IMAGE, 0.7, angular_velocity=[(0.7, 0, 180, 0)])
+    with pytest.raises(oaslam.InputError, match="time stamp 700.000000, allowed: at most 1 s later than the image's, 0.700000"):
+        slam.process(IMAGE, 0.7, angular_velocity=[(700, 0, 1, 0)])
     with pytest.raises(TypeError):
         slam.process(IMAGE, 0.7, angular_velocity=[(0, 1, 0)])
 

@@ -46,15 +46,32 @@ class TestOdometry(InFolder):
         done = must_run("odometry", VIDEO, "--camera", CAMERA, "--imu", imu, "--out", self.path("turned.txt"))
         offset, sigma = map(float, re.search(r"clock ahead by (\S+) \(sigma (\S+)\) ms", done.err).groups())
         assert abs(offset - 30) < 4 * sigma < 20, done.err
+        assert f"ms; axes taken to be the camera's, since --camera {CAMERA} does not tell others" in done.err
         matched = pairs(read_tum(self.path("turned.txt"))[100:], read_tum(groundtruth("map_front")))
         assert rmse(distances(matched, similarity(matched))) < 0.005
         # Without the samples the poses are others.
         assert read_tum(self.path("turned.txt"))[149] != read_tum(self.path("poses.txt"))[149]
 
+        # Rates of the other direction.
+        rows = np.loadtxt(imu, delimiter=",")
+        with open(self.path("against.csv"), "w", encoding="utf-8") as file:
+            file.writelines(f"{time:.0f},{-x},{-y},{-z}\n" for time, x, y, z in rows[:, :4])
+        done = must_run("odometry", VIDEO, "--camera", CAMERA, "--imu", self.path("against.csv"), "--out", self.path("refused.txt"))
+        assert "gyroscope: refused at the end" in done.err and "clock ahead" not in done.err
+        for command in (["odometry", VIDEO, "--out", self.path("short.txt")], ["run", "--images", VIDEO, "--out", self.path("run")]):
+            done = must_run(*command, "--camera", CAMERA, "--to", 4, "--imu", imu)
+            assert "gyroscope: bias and clock not known at the end" in done.err and "clock ahead" not in done.err, done
+
+    def test_localize_refuses_a_gyroscope_that_it_would_not_use(self):
+        for options, message in ((["--detections", "boxes.json"], "localize: --imu needs --images"), (["--images", VIDEO, "--every-frame"], "--every-frame excludes --imu")):
+            done = oaslam("localize", "--map", "none.map", "--imu", "imu.csv", *options, "--out", self.path("no"))
+            assert done.code != 0 and message in done.err, done
+
     def test_a_gyroscope_that_cannot_be_used(self):
         bad = self.path("bad.csv")
         for text, message in (("0,0,0,0\n0,0,0,0\n", "bad.csv:2: angular velocity: time stamp 0.000000 is not after"),
-                              ("0,0,0\n", "bad.csv:1: column 4"), ("0,200,0,0\n", "200 rad/s, allowed: 0 to 100"), ("#\n", "EuRoC")):
+                              ("0,0,0\n", "bad.csv:1: column 4"), ("0,200,0,0\n", "200 rad/s, allowed: 0 to 100"), ("#\n", "EuRoC"),
+                              ("1.5,0,0,0\n1.505,0,0,0\n", "bad.csv:1: time stamps from here on: median spacing 5e-12 s, allowed: 0.0001 to 0.1 s")):
             with open(bad, "w", encoding="utf-8") as file:
                 file.write(text)
             done = oaslam("odometry", VIDEO, "--camera", CAMERA, "--imu", bad, "--out", self.path("no.txt"))

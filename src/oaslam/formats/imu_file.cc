@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/yaml.h"
 #include "oaslam/geometry/angular_velocity_check.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -35,26 +38,43 @@ Eigen::Quaterniond RotationOfMatrix(const YAML::Node& node, const std::string& p
   return Eigen::Quaterniond(rotation).normalized();
 }
 
+// Time stamps in another unit than nanoseconds are wrong by a factor of a thousand or more, which
+// no gyroscope's rate explains. `line`: of the first sample.
+void CheckSpacing(const std::vector<AngularVelocity>& samples, const std::string& path,
+                  size_t line) {
+  constexpr double kLeast = 1e-4, kMost = 0.1;  // s
+  std::vector<double> spacings;
+  for (size_t i = 1; i < samples.size(); ++i)
+    spacings.push_back(samples[i].timestamp - samples[i - 1].timestamp);
+  if (spacings.empty()) return;
+  const double median = Median(std::move(spacings));
+  if (median < kLeast || median > kMost)
+    throw InputError(fmt::format(
+        "{}:{}: time stamps from here on: median spacing {:.3g} s, allowed: {} to {} s; the first "
+        "column is in ns",
+        path, line, median, kLeast, kMost));
+}
+
 }  // namespace
 
-Eigen::Quaterniond LoadCameraFromImu(const std::string& camera) {
-  if (camera.starts_with("fov:")) return Eigen::Quaterniond::Identity();
+std::optional<Eigen::Quaterniond> LoadCameraFromImu(const std::string& camera) {
+  if (camera.starts_with("fov:")) return std::nullopt;
   const std::string text = ReadTextFile(camera);
   if (text.find("T_BS") == std::string::npos && text.find("T_cam_imu") == std::string::npos)
-    return Eigen::Quaterniond::Identity();  // a kind of file that cannot have them may be no YAML
+    return std::nullopt;  // a kind of file that cannot have them may be no YAML
   const YAML::Node root = ParseYamlMapping(text, camera);
   if (const YAML::Node node = root["T_BS"])
     return RotationOfMatrix(node, camera, "T_BS").conjugate();
   if (const YAML::Node cam0 = root["cam0"]; cam0 && cam0.IsMap() && cam0["T_cam_imu"])
     return RotationOfMatrix(cam0["T_cam_imu"], camera, "cam0.T_cam_imu");
-  return Eigen::Quaterniond::Identity();
+  return std::nullopt;
 }
 
 std::vector<AngularVelocity> LoadImu(const std::string& path,
                                      const Eigen::Quaterniond& camera_from_imu) {
   std::vector<AngularVelocity> samples;
   const std::string text = ReadTextFile(path);
-  size_t number = 0;
+  size_t number = 0, first_number = 0;
   for (const std::string_view line : SplitLines(text)) {
     ++number;
     const std::string_view content = Trim(line);
@@ -67,11 +87,13 @@ std::vector<AngularVelocity> LoadImu(const std::string& path,
     const double* last = samples.empty() ? nullptr : &samples.back().timestamp;
     if (const std::string problem = ProblemOf(sample, last); !problem.empty())
       throw InputError(fmt::format("{}:{}: {}", path, number, problem));
+    if (samples.empty()) first_number = number;
     samples.push_back(sample);
   }
   if (samples.empty())
     throw InputError(fmt::format(
         "{}: no line \"timestamp [ns],w_x,w_y,w_z [rad/s]\" as in EuRoC's data.csv", path));
+  CheckSpacing(samples, path, first_number);
   return samples;
 }
 

@@ -78,11 +78,18 @@ void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam) {
     throw InputError("gravity in the camera's frame: must be finite and not zero");
 }
 
-void CheckAngularVelocity(const std::vector<AngularVelocity>& samples) {
+void CheckAngularVelocity(const std::vector<AngularVelocity>& samples, double image_s) {
+  // Samples that come after one with a wrong time stamp in the future would all count as old.
+  constexpr double kLatest = 1;  // s
   const double* last = nullptr;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (const std::string problem = ProblemOf(samples[i], last); !problem.empty())
       throw InputError(fmt::format("sample {}: {}", i, problem));
+    if (samples[i].timestamp > image_s + kLatest)
+      throw InputError(fmt::format(
+          "sample {}: angular velocity: time stamp {:.6f}, allowed: at most {:.0f} s later than "
+          "the image's, {:.6f}",
+          i, samples[i].timestamp, kLatest, image_s));
     last = &samples[i].timestamp;
   }
 }
@@ -100,7 +107,7 @@ void FrameMaker::Check(const ImageInput& input) const {
                                  camera_.height));
   CheckImageType(input.image);
   CheckGravity(input.gravity_in_cam);
-  CheckAngularVelocity(input.angular_velocity);
+  CheckAngularVelocity(input.angular_velocity, input.timestamp);
   CheckDetections(input.detections);
 }
 

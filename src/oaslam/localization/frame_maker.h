@@ -26,7 +26,8 @@ void CheckCamera(const Camera& camera);
 void CheckMode(RelocalizationMode mode);
 void CheckPose(const std::optional<Rigid3>& pose);
 void CheckGravity(const std::optional<Eigen::Vector3d>& gravity_in_cam);
-void CheckAngularVelocity(const std::vector<AngularVelocity>& samples);
+// `image_s`: the time stamp of the image that the samples come with.
+void CheckAngularVelocity(const std::vector<AngularVelocity>& samples, double image_s);
 
 // IdealDetections of checked boxes; throws InputError for an invalid one.
 std::vector<ObjectDetection> CheckedDetections(const Camera& camera,

@@ -14,6 +14,7 @@
 namespace oaslam {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -226,6 +227,10 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   EXPECT_THAT(problem(bad), HasSubstr("sample 1: angular velocity: time stamp 0.100000"));
   bad.angular_velocity = {{0.1, {0, kNan, 0}}};
   EXPECT_THAT(problem(bad), HasSubstr("sample 0: angular velocity: must be finite"));
+  bad.timestamp = 7;
+  bad.angular_velocity = {{7.9, {0, 0, 0}}, {8.1, {0, 0, 0}}};
+  EXPECT_THAT(problem(bad), AllOf(HasSubstr("sample 1: angular velocity: time stamp 8.100000"),
+                                  HasSubstr("at most 1 s later than the image's, 7.000000")));
   bad = good;
   bad.detections = {{.category_id = 1, .score = 0.5, .box = {0, 0, 10, kNan}}};
   EXPECT_THAT(problem(bad), HasSubstr("detection 0"));

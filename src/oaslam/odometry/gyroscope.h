@@ -11,9 +11,9 @@
 
 namespace oaslam {
 
-// What is true of a gyroscope beside its samples. A sample with the time stamp t + offset_s belongs
-// to an image with the time stamp t. Before the images tell anything, the sigmas are those of what
-// a phone may have.
+// The errors of a gyroscope and of its clock. A sample with the time stamp t + offset_s belongs to
+// an image with the time stamp t. Before the images tell anything, bias and offset are zero and the
+// sigmas are those of what a phone may have.
 struct GyroscopeCalibration {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // rad/s, to be subtracted
   double sigma_bias = 0;                           // rad/s, of each axis
@@ -25,28 +25,40 @@ struct GyroscopeCalibration {
 // how the images turned in the last half minute.
 class Gyroscope {
  public:
+  static constexpr double kMostOffset = 0.25;  // s: the offset is looked for up to here
+
+  enum class State {
+    kUnknown,     // the images have not told more about it than what is true of any phone's
+    kCalibrated,  // bias and offset are known from the images
+    kRefused      // most images contradict the samples: axes, unit or clock may be wrong
+  };
+
   Gyroscope();
 
   // Samples that are not newer than the ones before are ignored.
   void Add(std::span<const AngularVelocity> samples);
 
-  // The integral of the samples between the times of two images. Nothing where there is no
-  // calibration or samples are missing.
+  // The integral of the samples between the times of two images. Nothing where samples are missing
+  // for more than 0.1 s, and while the gyroscope is refused.
   std::optional<Turn> Between(double first_s, double second_s) const;
 
   // Learns from a rotation that the images tell. It is looked at once all samples about it are
   // there.
   void Compare(double first_s, double second_s, const Eigen::Quaterniond& second_from_first);
 
-  // Nothing while most images contradict the samples: their axes or their unit may be wrong.
-  const std::optional<GyroscopeCalibration>& calibration() const { return calibration_; }
-  bool has_samples() const { return !samples_.empty(); }
+  State state() const;
+  // The last one that the images did not contradict.
+  const GyroscopeCalibration& calibration() const { return calibration_; }
 
  private:
+  struct Orientation {
+    Eigen::Quaterniond start_from_camera;  // integrated with the bias in it
+    int segment = 0;                       // a new one begins after each gap between the samples
+  };
   struct Sample {
     double time_s = 0;
-    Eigen::Vector3d rate;                  // rad/s
-    Eigen::Quaterniond start_from_camera;  // integrated with the bias in it
+    Eigen::Vector3d rate;  // rad/s
+    Orientation orientation;
   };
   struct Comparison {
     double first_s = 0, second_s = 0;
@@ -59,10 +71,17 @@ class Gyroscope {
     double squared = 0;
   };
 
-  // The integral from the first sample on, the bias in it; nothing where samples are missing.
-  std::optional<Eigen::Quaterniond> OrientationAt(double time_s) const;
+  // Nothing where samples are missing.
+  std::optional<Orientation> OrientationAt(double time_s) const;
+  // first_from_second between two times of the gyroscope's clock, the bias in it; nothing where
+  // samples are missing.
+  std::optional<Eigen::Quaterniond> Integral(double first_s, double second_s) const;
+  // Between, whether the gyroscope is refused or not.
+  std::optional<Turn> Calibrated(double first_s, double second_s) const;
   Eigen::Vector3d RateAt(double time_s) const;
   void Learn(const Comparison& comparison);
+  // The calibration by all comparisons; nothing where they do not fit any.
+  std::optional<GyroscopeCalibration> BestCalibration() const;
   void Calibrate();
 
   std::deque<Sample> samples_;
@@ -71,7 +90,8 @@ class Gyroscope {
   // Of comparisons, the older the less; and the same by how well they fit.
   double compared_ = 0, agreed_ = 0;
   double squared_duration_ = 0;
-  std::optional<GyroscopeCalibration> calibration_;
+  GyroscopeCalibration calibration_;
+  bool is_trusted_ = true;
 };
 
 }  // namespace oaslam

@@ -12,9 +12,8 @@ namespace oaslam {
 namespace {
 
 const Eigen::Vector3d kBias = Eigen::Vector3d(2, -1, 1.5) * kDegree;
-constexpr double kOffset = 0.034;  // s
-constexpr double kRate = 200;      // samples a second
-constexpr double kFrame = 0.1;     // s
+constexpr double kRate = 200;   // samples a second
+constexpr double kFrame = 0.1;  // s
 
 // A hand that turns a camera about all axes, by up to 80 degrees a second.
 Eigen::Quaterniond StartFromCam(double time_s) {
@@ -35,7 +34,9 @@ class GyroscopeTest : public testing::Test {
     for (int i = 0; i < images; ++i) {
       const double before = time_s_;
       time_s_ += kFrame;
+      const bool was_refused = gyroscope_.state() == Gyroscope::State::kRefused;
       gyroscope_.Add(SamplesUntil(time_s_ + 0.25, axes));
+      changes_ += (gyroscope_.state() == Gyroscope::State::kRefused) != was_refused;
       gyroscope_.Compare(before, time_s_, Measured(before, time_s_));
     }
   }
@@ -49,7 +50,7 @@ class GyroscopeTest : public testing::Test {
       const double sigma = 0.007 * kDegree * std::sqrt(kRate);
       const Eigen::Vector3d noise(rng_.Gaussian(sigma), rng_.Gaussian(sigma), rng_.Gaussian(sigma));
       samples.push_back(
-          {t + kOffset, axes * (turn.angle() / (2 * step) * turn.axis() + kBias + noise)});
+          {t + offset_s_, axes * (turn.angle() / (2 * step) * turn.axis() + kBias + noise)});
     }
     return samples;
   }
@@ -62,18 +63,20 @@ class GyroscopeTest : public testing::Test {
 
   Rng rng_{3};
   Gyroscope gyroscope_;
+  double offset_s_ = 0.034;
   double time_s_ = 0.5;
   int sampled_ = 0;
+  int changes_ = 0;  // between trust and none
 };
 
 TEST_F(GyroscopeTest, BiasAndOffsetAreFound) {
   See(100);
-  ASSERT_TRUE(gyroscope_.calibration());
-  const GyroscopeCalibration& found = *gyroscope_.calibration();
+  ASSERT_EQ(gyroscope_.state(), Gyroscope::State::kCalibrated);
+  const GyroscopeCalibration& found = gyroscope_.calibration();
   constexpr double kSigmas = 4;
   EXPECT_LT((found.bias - kBias).cwiseAbs().maxCoeff(), kSigmas * found.sigma_bias);
   EXPECT_LT(found.sigma_bias, 0.1 * kDegree);
-  EXPECT_LT(std::abs(found.offset_s - kOffset), kSigmas * found.sigma_offset_s);
+  EXPECT_LT(std::abs(found.offset_s - offset_s_), kSigmas * found.sigma_offset_s);
   EXPECT_LT(found.sigma_offset_s, 0.003);
   for (const double begin : {4.03, 6.5, 8.21}) {
     const auto turn = gyroscope_.Between(begin, begin + 0.4);
@@ -96,6 +99,16 @@ TEST_F(GyroscopeTest, BeforeTheImagesTellAnythingItIsAsUncertainAsAPhones) {
   const double off = TrueTurn(1, 1.1).angularDistance(Eigen::Quaterniond(turn->second_from_first));
   EXPECT_GT(off, 0.1 * kDegree);  // the bias and the offset are in it
   EXPECT_LT(off, 3 * std::sqrt(turn->variance));
+  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kUnknown);
+}
+
+TEST_F(GyroscopeTest, WhileTheCameraStandsStillItsOffsetIsNotKnown) {
+  for (int i = 0; i < 100; ++i) {
+    gyroscope_.Add(std::vector<AngularVelocity>{{i * 0.05, kBias}});
+    gyroscope_.Compare(i * 0.05, (i + 1) * 0.05, Eigen::Quaterniond::Identity());
+  }
+  EXPECT_LT(gyroscope_.calibration().sigma_bias, 0.2 * kDegree);
+  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kUnknown);
 }
 
 TEST_F(GyroscopeTest, WhereSamplesAreMissingItTellsNothing) {
@@ -106,6 +119,7 @@ TEST_F(GyroscopeTest, WhereSamplesAreMissingItTellsNothing) {
   gyroscope_.Add(samples);
   EXPECT_TRUE(gyroscope_.Between(0.8, 0.9));
   EXPECT_FALSE(gyroscope_.Between(0.9, 1.1));
+  EXPECT_FALSE(gyroscope_.Between(0.9, 1.5));
   EXPECT_TRUE(gyroscope_.Between(1.4, 1.5));
   EXPECT_FALSE(gyroscope_.Between(1.9, 2.2));
   EXPECT_FALSE(gyroscope_.Between(-0.1, 0.2));
@@ -125,19 +139,38 @@ TEST_F(GyroscopeTest, WrongAxesAreNotBelieved) {
   const Eigen::Matrix3d forward_is_up =
       (Eigen::Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
   See(60, forward_is_up);
-  EXPECT_FALSE(gyroscope_.calibration());
+  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kRefused);
+  EXPECT_FALSE(gyroscope_.Between(time_s_ - 0.2, time_s_ - 0.1));
+}
+
+// Axes off by so much fit in some images and not in others.
+TEST_F(GyroscopeTest, TrustDoesNotChangeFromImageToImage) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, 1, 0).normalized();
+  See(1200, Eigen::AngleAxisd(0.4, axis).toRotationMatrix());
+  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kRefused);
+  EXPECT_EQ(changes_, 1);
+  See(400);
+  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kCalibrated);
+  EXPECT_EQ(changes_, 2);
+}
+
+TEST_F(GyroscopeTest, AnOffsetBeyondTheSearchedOnesIsNotBelieved) {
+  offset_s_ = 0.3;
+  See(200);
+  EXPECT_EQ(gyroscope_.state(), Gyroscope::State::kRefused);
+  EXPECT_LT(std::abs(gyroscope_.calibration().offset_s), Gyroscope::kMostOffset - 0.005);
   EXPECT_FALSE(gyroscope_.Between(time_s_ - 0.2, time_s_ - 0.1));
 }
 
 TEST_F(GyroscopeTest, AWrongPoseChangesLittle) {
   See(100);
-  const GyroscopeCalibration before = *gyroscope_.calibration();
+  const GyroscopeCalibration before = gyroscope_.calibration();
   gyroscope_.Compare(
       time_s_, time_s_ + kFrame,
       RotationOf(Eigen::Vector3d(0, 10, 0) * kDegree) * TrueTurn(time_s_, time_s_ + kFrame));
   time_s_ += kFrame;
   See(5);
-  const GyroscopeCalibration& after = *gyroscope_.calibration();
+  const GyroscopeCalibration& after = gyroscope_.calibration();
   EXPECT_LT((after.bias - before.bias).norm(), 0.05 * kDegree);
   EXPECT_LT(std::abs(after.offset_s - before.offset_s), 0.001);
 }

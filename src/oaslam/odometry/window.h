@@ -86,7 +86,8 @@ struct Window {
   void RemoveUnused(int kept_image);
 
  private:
-  // The image after the erased ones turned since the one before them.
+  // Erases images. The turn of an image is from the image before it: that of the next image that
+  // stays is composed with the turns of the erased ones before it.
   template <typename IsErased>
   void EraseImages(IsErased&& is_erased);
 };

@@ -151,6 +151,10 @@ uint64_t SlamAccess::BeginningOf(const Slam& slam) { return slam.impl_->beginnin
 
 const ClassNames& SlamAccess::NamesOf(const Slam& slam) { return *slam.impl_->class_names_; }
 
+const Gyroscope& SlamAccess::GyroscopeOf(const Slam& slam) {
+  return slam.impl_->odometry_->gyroscope();
+}
+
 SavedMap SlamAccess::Export(const Slam& slam) {
   const Slam::Impl& impl = *slam.impl_;
   SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,

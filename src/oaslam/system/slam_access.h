@@ -5,6 +5,7 @@
 #include "oaslam/class_names.h"
 #include "oaslam/localization/localizer.h"
 #include "oaslam/map/frame_view.h"
+#include "oaslam/odometry/gyroscope.h"
 #include "oaslam/slam.h"
 #include "oaslam/storage/map_file.h"
 
@@ -22,6 +23,8 @@ class SlamAccess {
   static uint64_t BeginningOf(const Slam& slam);
   // The names of classes.
   static const ClassNames& NamesOf(const Slam& slam);
+  // What is known of the gyroscope whose samples came with the images.
+  static const Gyroscope& GyroscopeOf(const Slam& slam);
   // The map with the trajectory so far.
   static SavedMap Export(const Slam& slam);
 };

@@ -136,11 +136,11 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
 // time.
-std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& input,
+std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& grey,
                                                             double& cpu_ms) {
   const Stopwatch watch;
   const OdometryEstimate estimate =
-      odometry_->Process(ViewOf(input.image), input.timestamp, input.angular_velocity);
+      odometry_->Process(ViewOf(grey.image), grey.timestamp, grey.angular_velocity);
   std::shared_ptr<FrameMotion> motion;
   if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
     motion = std::make_shared<FrameMotion>();

@@ -82,7 +82,7 @@ class OASLAM_LOCAL Slam::Impl {
 
  private:
   void Begin(Map map, bool is_loaded, std::vector<Piece> others);
-  std::shared_ptr<const FrameMotion> FollowMotion(const ImageInput& input, double& cpu_ms);
+  std::shared_ptr<const FrameMotion> FollowMotion(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   void Post();
 };
