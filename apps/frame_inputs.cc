@@ -11,6 +11,7 @@
 #include "camera_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/imu_file.h"
+#include "oaslam/geometry/degree.h"
 
 namespace oaslam::apps {
 

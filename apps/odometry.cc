@@ -11,6 +11,7 @@
 #include "common.h"
 #include "frame_inputs.h"
 #include "oaslam/error.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/localization/frame_maker.h"
 #include "oaslam/trajectory_file.h"
 #include "oaslam/util/stopwatch.h"
@@ -38,10 +39,9 @@ class Report {
 
   void Add(double timestamp, const OdometryEstimate& e, double ms) {
     if (!file_.is_open()) return;
-    constexpr double kDegrees = 57.29578;
     file_ << fmt::format("{:.6f},{},{},{},{:.6f},{:.4f},{},{},{:.2f}\n", timestamp,
                          ToString(e.state), e.tracked, e.inliers, SigmaOfPosition(e.covariance),
-                         kDegrees * SigmaOfRotation(e.covariance), static_cast<int>(e.is_keyframe),
+                         SigmaOfRotation(e.covariance) / kDegree, static_cast<int>(e.is_keyframe),
                          static_cast<int>(e.was_restarted), ms);
   }
 

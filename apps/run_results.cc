@@ -13,6 +13,8 @@
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
+#include "oaslam/geometry/degree.h"
+#include "oaslam/system/slam_access.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam::apps {
@@ -80,7 +82,6 @@ RunResults::RunResults(const std::string& folder, const SlamConfig& config)
     : folder_(folder), config_(config) {}
 
 void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
-  constexpr double kDegrees = 57.29578;
   std::ofstream csv(folder_ + "/frames.csv");
   csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
          "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
@@ -94,7 +95,7 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
         index, r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections,
         r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth,
         r.piece, r.confidence, SigmaOfPosition(r.covariance),
-        kDegrees * SigmaOfRotation(r.covariance));
+        SigmaOfRotation(r.covariance) / kDegree);
   }
 }
 
@@ -116,12 +117,7 @@ void RunResults::Detected(int frame, int detections, std::optional<int> objects)
 
 void RunResults::Scale(double factor) {
   for (auto& [index, r] : frames_)
-    if (r.world_from_cam && r.piece == main_piece_) {
-      r.world_from_cam->translation *= factor;
-      r.depth *= factor;
-      r.covariance.topRows<3>() *= factor;
-      r.covariance.leftCols<3>() *= factor;
-    }
+    if (r.world_from_cam && r.piece == main_piece_) ScaleLengths(factor, r);
 }
 
 // Each piece has its own frame and unit.

@@ -6,18 +6,16 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <vector>
 
 #include "oaslam/estimation/plane_fit.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/util/median.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Against gravity, or as the cameras were held.
 Eigen::Vector3d UpOf(const Map& map) {

@@ -11,6 +11,7 @@
 #include "oaslam/estimation/two_view_models.h"
 #include "oaslam/estimation/two_view_refinement.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/util/check.h"
 
 namespace oaslam {
@@ -84,7 +85,6 @@ struct Candidate {
 
 // The direction of translation is less certain than the rotation (max_direction_sigma_deg).
 bool SameMotion(const Rigid3& a, const Rigid3& b) {
-  constexpr double kDegree = std::numbers::pi / 180;
   return a.rotation.angularDistance(b.rotation) < kDegree &&
          a.translation.dot(b.translation) > std::cos(5 * kDegree);
 }

@@ -8,12 +8,12 @@
 #include <numbers>
 #include <vector>
 
+#include "oaslam/geometry/degree.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 // The roll of a hand-held camera is independent once the view has changed by this much.
 constexpr double kNewView = 15 * kDegree;
 constexpr double kLeastRoll = 3 * kDegree;  // no hand keeps a camera more level over a few views

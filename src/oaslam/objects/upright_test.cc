@@ -6,15 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <vector>
 
+#include "oaslam/geometry/degree.h"
 #include "object_table.h"
 
 namespace oaslam {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // The orientation of a camera, in degrees, in a world whose z axis is up: yaw to the left, pitch
 // downwards, roll clockwise.

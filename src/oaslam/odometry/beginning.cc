@@ -10,6 +10,7 @@
 #include "oaslam/estimation/huber.h"
 #include "oaslam/estimation/two_view.h"
 #include "oaslam/estimation/two_view_models.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/median.h"
 

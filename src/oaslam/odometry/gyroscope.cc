@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {

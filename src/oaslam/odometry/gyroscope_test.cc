@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/util/rng.h"
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "oaslam/estimation/huber.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 #include "oaslam/geometry/skew.h"
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "oaslam/estimation/two_view_models.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
 
 namespace oaslam {

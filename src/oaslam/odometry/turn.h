@@ -1,12 +1,8 @@
 #pragma once
 
-#include <numbers>
-
 #include "oaslam/rigid3.h"
 
 namespace oaslam {
-
-inline constexpr double kDegree = std::numbers::pi / 180;  // in rad
 
 // How the camera turned between two times, by a gyroscope.
 struct Turn {

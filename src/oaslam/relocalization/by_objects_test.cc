@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
+#include "oaslam/geometry/degree.h"
 #include "oaslam/util/rng.h"
 #include "object_desk.h"
 
@@ -141,7 +141,6 @@ TEST(RelocalizeByObjects, ConfusedLabelsAreOutweighed) {
 
 // See docs/objects.md. The mapping cameras are level here.
 TEST(RelocalizeByObjects, ACameraThatIsRolledFurtherThanPeopleDoTakesGravity) {
-  constexpr double kDegree = std::numbers::pi / 180;
   const Map map = Desk(1);
   EXPECT_GE(Measure(map, map, false, 20, 12 * kDegree).found, 0.8);
   EXPECT_GE(Measure(map, map, true, 20, 40 * kDegree).found, 0.8);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/geometry/p3p.h"
 #include "oaslam/geometry/up2p.h"
@@ -14,7 +15,6 @@
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr size_t kMaxTriplets = 1500;    // at most, from one start; bounds the time
 constexpr size_t kTripletBudget = 2500;  // at most, from all starts in a large map; bounds the time
 // Refinement converges from half a step. The margin covers views steeper than those of mapping.

@@ -3,17 +3,16 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "oaslam/estimation/assignment.h"
 #include "oaslam/estimation/ellipsoid_residuals.h"
 #include "oaslam/estimation/hidden_edges.h"
 #include "oaslam/geometry/box.h"
+#include "oaslam/geometry/degree.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 // Scale of the kernel in sigma; with 2.5, fewer poses were within 5 cm (docs/lab).
 constexpr double kCauchy = 0.8;
 // How level a hand holds a camera, and the error of a phone's sensor with its mounting.

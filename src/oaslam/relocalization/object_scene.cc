@@ -4,18 +4,17 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <numeric>
 
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/ellipsoid.h"
 #include "oaslam/map/parts.h"
 
 namespace oaslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr size_t kMaxScored = 64;  // detections; bounds the time of a score
 
 SceneObject Prepare(ObjectId id, const Object& object) {

@@ -77,10 +77,9 @@ std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
     const std::shared_ptr<const FrameMotion>& before, const std::shared_ptr<const FrameMotion>& now,
     const FrameMotion& newest) const {
   // Shares of the way, of the depth and of the turn (docs/lab/odometry.md). In a young map neither
-  // the map nor the odometry knows its scale well. The last is a guess: a hand's way in a tenth of
-  // a second.
+  // the map nor the odometry knows its scale well.
   constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.002, kSigmaOfTurn = 0.0025,
-                   kLeastTurn = 0.0005, kUnknownWay = 0.03, kTimesIfYoung = 1.5;
+                   kLeastTurn = 0.0005, kTimesIfYoung = 1.5;
   if (!before || !now || before->run != now->run || newest.run != now->run) return std::nullopt;
   const bool is_young = newest_.frame.timestamp - map_began_time_ < kYoung;
   CameraMotion motion;

@@ -26,7 +26,7 @@ struct WalkResult {
 };
 
 // A camera that walks along the arc of the synthetic world, 0.4 degrees a frame; it sees
-// nothing in [blind_from, blind_to) and little up to dim_to. With a slow camera the mapper has
+// nothing in [blind_from, blind_to). With a slow camera the mapper has
 // all the time it needs.
 WalkResult RunWalk(RunnerMode mode, int frames, int blind_from = -1, int blind_to = -1,
                    bool slow_camera = false) {

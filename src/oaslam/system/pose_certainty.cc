@@ -45,7 +45,6 @@ void Tracker::StateCertainty(const Frame& frame, const Map& map,
 
 // Before there is a map, which will have the frame and the unit of the odometry: a median depth.
 Tracker::Outcome Tracker::WithoutMap(const FrameMotion* motion) {
-  constexpr double kUnknownWay = 0.03;  // as while the map does not tell how far the camera moves
   Outcome outcome;
   outcome.state = motion ? TrackingState::kPreliminary : TrackingState::kInitializing;
   if (!motion) return outcome;

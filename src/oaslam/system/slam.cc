@@ -151,6 +151,13 @@ uint64_t SlamAccess::BeginningOf(const Slam& slam) { return slam.impl_->beginnin
 
 const ClassNames& SlamAccess::NamesOf(const Slam& slam) { return *slam.impl_->class_names_; }
 
+void ScaleLengths(double factor, TrackingResult& result) {
+  if (result.world_from_cam) result.world_from_cam->translation *= factor;
+  result.depth *= factor;
+  result.covariance.topRows<3>() *= factor;
+  result.covariance.leftCols<3>() *= factor;
+}
+
 const Gyroscope& SlamAccess::GyroscopeOf(const Slam& slam) {
   return slam.impl_->odometry_->gyroscope();
 }

@@ -29,4 +29,7 @@ class SlamAccess {
   static SavedMap Export(const Slam& slam);
 };
 
+// Multiplies all lengths in a result, as those of its map were (Slam::SetMetresPerUnit).
+void ScaleLengths(double factor, TrackingResult& result);
+
 }  // namespace oaslam

@@ -11,6 +11,7 @@
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/localization/localizer.h"
+#include "oaslam/system/slam_access.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -139,14 +140,14 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
 std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& grey,
                                                             double& cpu_ms) {
   const Stopwatch watch;
-  const OdometryEstimate estimate =
+  OdometryEstimate estimate =
       odometry_->Process(ViewOf(grey.image), grey.timestamp, grey.angular_velocity);
   std::shared_ptr<FrameMotion> motion;
   if (estimate.state == OdometryState::kPreliminary || estimate.state == OdometryState::kTracking) {
     motion = std::make_shared<FrameMotion>();
     motion->run = estimate.run;
     motion->image = estimate.image;
-    motion->keyframes = estimate.keyframes;
+    motion->keyframes = std::move(estimate.keyframes);
     motion->cam_from_odom = estimate.cam_from_odom;
     motion->is_preliminary = estimate.state == OdometryState::kPreliminary;
     motion->is_keyframe = estimate.is_keyframe;
@@ -272,10 +273,7 @@ void Slam::Impl::SetMetresPerUnit(double metres) {
   if (!session().failure()) {
     for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
     trails_ = {};
-    newest_.depth *= metres;
-    newest_.covariance.topRows<3>() *= metres;
-    newest_.covariance.leftCols<3>() *= metres;
-    if (newest_.world_from_cam) newest_.world_from_cam->translation *= metres;
+    ScaleLengths(metres, newest_);
     PostChange();
   }
   ExpectMapping();

@@ -272,13 +272,15 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       .reference_landmarks =
           map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
       .inliers_at_keyframe = newest_keyframe_inliers_};
-  const auto motion = keyframe_motions_.empty()
-                          ? std::nullopt
-                          : MotionSince(keyframe_motions_.back().second, frame);
-  const bool knows_way = motion && !motion->is_turn;
+  const auto knows_way = [&] {
+    const auto motion = keyframe_motions_.empty()
+                            ? std::nullopt
+                            : MotionSince(keyframe_motions_.back().second, frame);
+    return motion && !motion->is_turn;
+  };
   const KeyframeNeed need =
       outcome.state == TrackingState::kOdometry
-          ? NeedsKeyframeByOdometry(view_has_changed_ && knows_way, evidence, config_.tracking)
+          ? NeedsKeyframeByOdometry(view_has_changed_ && knows_way(), evidence, config_.tracking)
           : NeedsKeyframe(evidence, config_.tracking);
   if (need == KeyframeNeed::kNone) return;
   view_has_changed_ = false;

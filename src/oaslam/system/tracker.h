@@ -34,6 +34,10 @@ struct OdometryUnit {
   double seconds = 0;  // over which it was averaged
 };
 
+// The error of a position that nothing tells but a hand's usual way in a tenth of a second, as a
+// share of the depth: a guess.
+inline constexpr double kUnknownWay = 0.03;
+
 // A pose by the camera's motion since the map was last seen.
 struct OdometryPrediction {
   ExpectedPose expected;
