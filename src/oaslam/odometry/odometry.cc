@@ -77,8 +77,8 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
   last_motions_.push_back({time_s, window_.newest().cam_from_odom});
   if (last_motions_.size() > 2) last_motions_.erase(last_motions_.begin());
   if (!is_beginning_)
-    for (const WindowImage& image : window_.images)
-      if (image.is_keyframe) estimate.keyframes.emplace_back(image.id, image.cam_from_odom);
+    for (const WindowImage& member : window_.images)
+      if (member.is_keyframe) estimate.keyframes.emplace_back(member.id, member.cam_from_odom);
   last_ = present_;
   if (estimate.is_keyframe) keyframe_ = present_;
   Forget();
