@@ -55,9 +55,9 @@ Walked Follow(const Walk& walk) {
     walked.truth.push_back(pose * first.Inverse());
     walked.truth.back().translation /= kUnit;
     const auto known = [&](int image) {
-      constexpr double kDrift = 0.05;  // an image
+      constexpr double kAway = 0.05;  // an image
       Rigid3 then = walked.truth[image];
-      if (i < walk.wrong_to) then.translation.x() += kDrift * std::max(0, image - walk.wrong_from);
+      if (i < walk.wrong_to) then.translation.x() += kAway * std::max(0, image - walk.wrong_from);
       return then;
     };
     motion.cam_from_odom = known(i);

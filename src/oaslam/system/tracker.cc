@@ -59,7 +59,8 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const auto predicted = PredictByOdometry(frame, map);
   if (predicted && frame.features->size() == 0) return Carry(frame, map, *predicted);
-  TrackReport tracked = predicted ? FollowByOdometry(frame, map, *predicted) : Follow(frame, map);
+  TrackReport tracked = predicted ? FollowByOdometry(frame, map, *predicted)
+                                  : FollowWithoutMotion(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   if (predicted && !mapping_)
     if (auto found = RegisterAgain(frame, map)) return *std::move(found);
@@ -137,7 +138,6 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
     return WithoutMap(frame.motion.get());
   }
   phase_ = Phase::kTracking;
-  motion_.reset();
   uses_.clear();
   last_ = Last{frame, keyframe->landmarks, newest_keyframe_, {}, PoseCovariance::Zero()};
   newest_.landmarks = keyframe->landmarks;
@@ -170,7 +170,6 @@ Relocalization Tracker::Find(const Frame& frame, const Map& map) {
 
 Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
-  motion_.reset();
   last_.reset();
   seen_confidence_ = 0;
   const Relocalization found = Find(frame, map);
@@ -241,7 +240,6 @@ void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
   prior_ = near;
   if (phase_ != Phase::kTracking) return;
   phase_ = Phase::kLost;
-  motion_.reset();
   last_.reset();
   is_pose_doubted_ = true;
 }

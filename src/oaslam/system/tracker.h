@@ -182,8 +182,7 @@ class Tracker {
   void StateCertainty(const Frame& frame, const Map& map, const PoseCovariance& given_landmarks,
                       KeyframeId reference, Outcome& outcome);
   double LeastSpread() const;
-  // Finds the pose of a frame that follows the last one: tries the most reliable method first.
-  TrackReport Follow(const Frame& frame, const Map& map);
+  TrackReport FollowWithoutMotion(const Frame& frame, const Map& map) const;
   struct CameraMotion {
     Rigid3 cam_from_cam;
     double sigma_position = 0, sigma_rotation = 0;
@@ -201,8 +200,6 @@ class Tracker {
                                      const TrackDemands& demands) const;
   std::vector<std::pair<KeyframeId, KeyframeMotion>> MotionsToKeyframes(const Frame& frame) const;
   void LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked);
-  const Keyframe* LastAsKeyframe(const Map& map) const;
-  Rigid3 Predict(const Rigid3& last_pose, double timestamp) const;
   void FillInBeforeMap(const Map& map);
   Outcome Lose(const Frame& frame, const Map& map);
   Outcome ByRegistration(const Frame& frame, const Map& map);
@@ -232,15 +229,6 @@ class Tracker {
   struct Newest {
     Frame frame;
     std::vector<LandmarkId> landmarks;  // by key point, or empty
-  };
-
-  // The motion of the camera between the last two frames.
-  struct Motion {
-    Rigid3 cam_from_before;
-    double seconds = 0;
-    // Median distance between where the motion model predicted landmarks in the last frame and
-    // where they were found; pixels of the lowest level.
-    double error = 0;
   };
 
   // An image with a known place in the map, from which the camera's motion is added up.
@@ -276,7 +264,6 @@ class Tracker {
   std::optional<Last> last_;
   std::vector<Frame> before_map_;       // frames before the initial map, in order
   std::vector<LostImage> lost_images_;  // since the camera was last tracked
-  std::optional<Motion> motion_;
   // The newest one first in the map is used: a keyframe is not yet in it.
   std::vector<OdometryAnchor> anchors_;
   std::optional<OdometryUnit> unit_;

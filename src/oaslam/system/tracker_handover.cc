@@ -10,8 +10,6 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   last_ = std::move(other.last_);
   if (last_) last_->cam_from_reference.translation *= scale;
   newest_ = std::move(other.newest_);
-  motion_ = other.motion_;
-  if (motion_) motion_->cam_from_before.translation *= scale;
   anchors_ = std::move(other.anchors_);
   for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= scale;
   unit_ = other.unit_;
@@ -47,7 +45,6 @@ void Tracker::GoOnAs(Tracker other, double scale) {
 }
 
 void Tracker::Scale(double factor) {
-  if (motion_) motion_->cam_from_before.translation *= factor;
   if (last_) last_->cam_from_reference.translation *= factor;
   if (prior_) prior_->translation *= factor;
   for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= factor;
