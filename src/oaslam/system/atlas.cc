@@ -192,7 +192,7 @@ void Atlas::End(std::unique_ptr<Session> session) {
 // pieces, unless the map is empty. Keeps its failure, and its ids from being used again.
 void Atlas::Park(Session& session) {
   MapCommand rest = session.tracker().TakeRest();
-  rest.adopt_adjustment = true;  // it would end with the session
+  rest.edit = AdoptAdjustment{};  // it would end with the session
   session.SubmitAndWait(std::move(rest));
   if (!failure_) failure_ = session.failure();
   const std::shared_ptr<const Map> map = session.snapshot();
@@ -293,12 +293,11 @@ void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
 }
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {
-  MapCommand command;
-  command.frame_index = newest_frame_ + 1;  // the first frame that they apply to
-  command.classes = relations;
+  // The next frame is the first that they apply to.
+  const MapCommand command{newest_frame_ + 1, relations};
   waiting_.SetClassRelations(relations);
   if (growing_) growing_->session().SubmitAndWait(command);
-  main_->SubmitAndWait(std::move(command));
+  main_->SubmitAndWait(command);
 }
 
 }  // namespace oaslam

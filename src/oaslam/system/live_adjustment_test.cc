@@ -42,15 +42,12 @@ class AdjustmentTest : public testing::Test {
   }
 
   // A copy of the map of the scene, `copy` times as far behind in its ids.
-  MapCommand Joining(uint32_t copy, int frame_index) const {
+  MapCommand Joining(uint32_t copy, int frame_index, const Similarity& where = {}) const {
     NextIds first = NextIdsOf(map_);
     first = {copy * first.keyframe, copy * first.landmark, copy * first.object};
     Renumbering numbers{.first = first, .cameras = map_.cameras, .camera_of = {0}};
-    MapCommand command;
-    command.frame_index = frame_index;
-    command.joining =
-        JoiningMap{std::make_shared<const Map>(Renumbered({map_, {}}, numbers).map), Similarity()};
-    return command;
+    return {frame_index,
+            JoiningMap{std::make_shared<const Map>(Renumbered({map_, {}}, numbers).map), where}};
   }
 
   // A keyframe that sees what the first one of the map sees.
@@ -64,10 +61,7 @@ class AdjustmentTest : public testing::Test {
     seen.cam_from_world = like.cam_from_world;
     seen.reference = first;
     seen.landmarks = like.landmarks;
-    MapCommand command;
-    command.frame_index = frame_index;
-    command.keyframe = KeyframeInsertion{KeyframeId(NextIdsOf(map).keyframe), std::move(seen)};
-    return command;
+    return {frame_index, KeyframeInsertion{KeyframeId(NextIdsOf(map).keyframe), std::move(seen)}};
   }
 
   // How far a keyframe has moved.
@@ -106,8 +100,7 @@ TEST_F(AdjustmentTest, LiveNothingWaitsForIt) {
   mapper.Apply(Joining(1, 0));
   const std::shared_ptr<const Map> before = mapper.Publish();
   const KeyframeId first = before->keyframes.First();
-  MapCommand adopt;
-  adopt.adopt_adjustment = true;
+  MapCommand adopt{0, AdoptAdjustment{}};
   for (adopt.frame_index = 1; adopt.frame_index < 100; ++adopt.frame_index) mapper.Apply(adopt);
   mapper.Apply(KeyframeOf(*before, adopt.frame_index));
   EXPECT_LT(Moved(*before, *mapper.Publish(), first), 1);
@@ -130,10 +123,9 @@ TEST_F(AdjustmentTest, LiveItBeginsAnewWithAPiece) {
   Mapper mapper = MapperOf(RunnerMode::kLive);
   mapper.Apply(Joining(1, 0));
   while (begun_ < 1) std::this_thread::yield();
-  MapCommand elsewhere = Joining(2, 1);  // too far away to be tied
-  elsewhere.joining->world_from_map =
-      Similarity(1, Eigen::Quaterniond::Identity(), Eigen::Vector3d(500, 0, 0));
-  mapper.Apply(elsewhere);
+  // Too far away to be tied.
+  mapper.Apply(
+      Joining(2, 1, Similarity(1, Eigen::Quaterniond::Identity(), Eigen::Vector3d(500, 0, 0))));
   while (begun_ < 2) std::this_thread::yield();
   LetItEnd();
 }

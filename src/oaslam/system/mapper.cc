@@ -16,53 +16,59 @@
 namespace oaslam {
 
 void Mapper::Apply(const MapCommand& command) {
-  map_.next_landmark = std::max(map_.next_landmark, command.first_landmark);
-  if (command.classes) SetClassRelations(*command.classes, map_);
-  if (command.anchors) {
-    map_.anchors = *command.anchors;
-    std::erase_if(map_.anchors,
-                  [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
-  }
   bool has_moved = AdoptBackgroundBundle(command);
-  if (command.initial) {
-    if (!InsertInitialMap(*command.initial, map_))
-      Log(LogLevel::kDebug, "initial map refused after refinement");
-    unsettled_keyframes_ = map_.keyframes.Ids();
-  }
-  if (command.metres_per_unit) ScaleToMetres(*command.metres_per_unit, command.frame_index);
-  if (command.joining) {
-    Join(*command.joining, command.frame_index);
-    has_moved = true;
-  }
   CountLandmarkUse(command.uses, map_);
-  if (command.keyframe) {
-    const int loops = map_.loops_closed;
-    MapKeyframe(*command.keyframe);
-    has_moved = has_moved || map_.loops_closed != loops;
-  }
+  has_moved |=
+      std::visit([&](const auto& edit) { return Make(edit, command.frame_index); }, command.edit);
   if (has_moved) RefitMovedObjects(config_.objects, map_);
   if (!command.sightings.empty())
     UpdateObjects(map_, command.sightings,
                   {command.frame_index, command.sightings.back().timestamp}, config_.objects);
-  else if (command.keyframe)
+  else if (std::holds_alternative<KeyframeInsertion>(command.edit))
     UpdateUp(map_);
 }
 
-void Mapper::ScaleToMetres(double metres_per_unit, int frame_index) {
-  map_.Scale(metres_per_unit);
-  map_.is_metric = true;
-  if (background_bundle_ || !windows_.empty()) AdjustInBackground(frame_index);
+bool Mapper::Make(const ClassRelations& classes, int) {
+  SetClassRelations(classes, map_);
+  return false;
 }
 
-void Mapper::Join(const JoiningMap& joining, int frame_index) {
+bool Mapper::Make(const NewAnchors& anchors, int) {
+  map_.anchors = anchors;
+  std::erase_if(map_.anchors,
+                [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
+  return false;
+}
+
+bool Mapper::Make(SkipLandmarks skip, int) {
+  map_.next_landmark = std::max(map_.next_landmark, skip.first);
+  return false;
+}
+
+bool Mapper::Make(const InitialMap& initial, int) {
+  if (!InsertInitialMap(initial, map_))
+    Log(LogLevel::kDebug, "initial map refused after refinement");
+  unsettled_keyframes_ = map_.keyframes.Ids();
+  return false;
+}
+
+bool Mapper::Make(ScaleToMetres scale, int frame_index) {
+  map_.Scale(scale.metres_per_unit);
+  map_.is_metric = true;
+  if (background_bundle_ || !windows_.empty()) AdjustInBackground(frame_index);
+  return false;
+}
+
+bool Mapper::Make(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = map_.keyframes.Ids();
   // A background adjustment that began before the piece came would not move its keyframes.
   const bool is_outdated = IsLive() && background_bundle_;
   if (is_tied || is_outdated) AdjustInBackground(frame_index);
+  return true;
 }
 
-void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
+bool Mapper::Make(const KeyframeInsertion& keyframe, int frame_index) {
   InsertKeyframe(keyframe, config_.mapping, map_);
   recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
   const std::vector<LandmarkId> created =
@@ -74,22 +80,25 @@ void Mapper::MapKeyframe(const KeyframeInsertion& keyframe) {
   CullKeyframes(keyframe.id, config_.mapping, map_);
   unsettled_keyframes_.push_back(keyframe.id);
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
-  CloseLoop(keyframe.id, keyframe.frame.frame.index);
-  if (!background_bundle_) BeginNextWindow(keyframe.frame.frame.index);
+  const bool has_closed = CloseLoop(keyframe.id, frame_index);
+  if (!background_bundle_) BeginNextWindow(frame_index);
+  return has_closed;
 }
 
-void Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
-  if (!config_.mapping.loop_closing) return;
+// Returns whether a loop was closed.
+bool Mapper::CloseLoop(KeyframeId keyframe, int frame_index) {
+  if (!config_.mapping.loop_closing) return false;
   constexpr uint32_t kMinKeyframesBetween = 10;  // the adjustment after a loop must settle first
-  if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween) return;
+  if (last_loop_.IsValid() && keyframe.value - last_loop_.value < kMinKeyframesBetween)
+    return false;
   const std::optional<LoopClosure> loop = loop_detector_.Detect(map_, keyframe, rng_);
-  if (!loop) return;
-  if (!CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_)) return;
+  if (!loop || !CorrectLoop(*loop, config_.mapping.min_shared_landmarks, map_)) return false;
   Log(LogLevel::kInfo, fmt::format("loop closed: keyframe {} is back at keyframe {}",
                                    loop->current.value, loop->old.value));
   last_loop_ = keyframe;
   ++map_.loops_closed;
   AdjustInBackground(frame_index);
+  return true;
 }
 
 void Mapper::AdjustInBackground(int frame_index) {
@@ -122,8 +131,9 @@ bool Mapper::IsAdjustmentDue(const MapCommand& command) const {
   // 1 s at 30 Hz; if the adjustment takes longer, the mapper waits for it.
   constexpr int kFrames = 30;
   if (!background_bundle_) return false;
-  if (IsLive()) return command.keyframe && background_bundle_->IsReady();
-  return command.adopt_adjustment ||
+  if (IsLive())
+    return std::holds_alternative<KeyframeInsertion>(command.edit) && background_bundle_->IsReady();
+  return std::holds_alternative<AdoptAdjustment>(command.edit) ||
          command.frame_index >= background_bundle_->begun_at() + kFrames;
 }
 
@@ -132,9 +142,8 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
   if (!IsAdjustmentDue(command)) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
-  // With adopt_adjustment the map must not move for now: the next window starts at the next
-  // keyframe.
-  if (!command.adopt_adjustment) BeginNextWindow(command.frame_index);
+  // The next window starts at the next keyframe where the map must not move for now.
+  if (!std::holds_alternative<AdoptAdjustment>(command.edit)) BeginNextWindow(command.frame_index);
   return true;
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <map>
 #include <memory>
-#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "oaslam/config.h"
@@ -23,24 +25,33 @@ struct JoiningMap {
   Similarity world_from_map;
 };
 
-// The changes of the map that the tracker requests after a frame.
+// Waits for the background bundle adjustment and applies it, so that nothing moves the map later.
+// Live mode does not wait; the map does not move until its next keyframe.
+struct AdoptAdjustment {};
+
+// New landmarks get this id or a higher one.
+struct SkipLandmarks {
+  uint32_t first = 0;
+};
+
+// The caller must scale the tracker, too.
+struct ScaleToMetres {
+  double metres_per_unit = 1;
+};
+
+// Replaces all anchors.
+using NewAnchors = std::map<std::string, Anchor>;
+
+using MapEdit =
+    std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap, AdoptAdjustment,
+                 SkipLandmarks, ScaleToMetres, ClassRelations, NewAnchors>;
+
+// A change of the map, and what was seen since the previous command.
 struct MapCommand {
   int frame_index = 0;
-  // New landmarks get this id or a higher one.
-  uint32_t first_landmark = 0;
-  // Waits for the background bundle adjustment and applies it, so that nothing moves the map later.
-  // Live mode does not wait; the map does not move until its next keyframe.
-  bool adopt_adjustment = false;
-  std::optional<ClassRelations> classes;
-  // Replaces all anchors.
-  std::optional<std::map<std::string, Anchor>> anchors;
-  std::optional<InitialMap> initial;
-  std::optional<JoiningMap> joining;
-  // Scales the map to metres; the caller must scale the tracker, too.
-  std::optional<double> metres_per_unit;
-  std::optional<KeyframeInsertion> keyframe;
-  std::vector<LandmarkUse> uses;
-  std::vector<ObjectSighting> sightings;  // since the previous command, in order of frames
+  MapEdit edit{};
+  std::vector<LandmarkUse> uses{};
+  std::vector<ObjectSighting> sightings{};  // in order of frames
 };
 
 // Applies commands to the map; nothing else writes it.
@@ -63,10 +74,17 @@ class Mapper {
   std::shared_ptr<const Map> Publish();
 
  private:
-  void ScaleToMetres(double metres_per_unit, int frame_index);
-  void Join(const JoiningMap& joining, int frame_index);
-  void MapKeyframe(const KeyframeInsertion& keyframe);
-  void CloseLoop(KeyframeId keyframe, int frame_index);
+  // One for each kind of edit; they return whether what was in the map has moved.
+  static bool Make(std::monostate, int) { return false; }
+  static bool Make(AdoptAdjustment, int) { return false; }
+  bool Make(const InitialMap& initial, int frame_index);
+  bool Make(const KeyframeInsertion& keyframe, int frame_index);
+  bool Make(const JoiningMap& joining, int frame_index);
+  bool Make(SkipLandmarks skip, int frame_index);
+  bool Make(ScaleToMetres scale, int frame_index);
+  bool Make(const ClassRelations& classes, int frame_index);
+  bool Make(const NewAnchors& anchors, int frame_index);
+  bool CloseLoop(KeyframeId keyframe, int frame_index);
   void AdjustInBackground(int frame_index);
   bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }
   bool IsAdjustmentDue(const MapCommand& command) const;

@@ -25,29 +25,18 @@ void Session::SubmitAndWait(MapCommand command) {
   Newest();
 }
 
-void Session::FinishAdjustment(int frame_index) {
-  MapCommand command;
-  command.frame_index = frame_index;
-  command.adopt_adjustment = true;
-  SubmitAndWait(std::move(command));
-}
+void Session::FinishAdjustment(int frame_index) { SubmitAndWait({frame_index, AdoptAdjustment{}}); }
 
 void Session::ScaleToMetres(double factor, int frame_index) {
   SubmitRest();
   if (failure()) return;
-  MapCommand command;
-  command.frame_index = frame_index;
-  command.metres_per_unit = factor;
-  SubmitAndWait(std::move(command));
+  SubmitAndWait({frame_index, oaslam::ScaleToMetres{factor}});
   if (!failure()) tracker_.Scale(factor);
 }
 
 bool Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
   if (failure()) return false;
-  MapCommand command;
-  command.frame_index = frame_index;
-  command.joining = JoiningMap{std::make_shared<const Map>(piece), world_from_piece};
-  SubmitAndWait(std::move(command));
+  SubmitAndWait({frame_index, JoiningMap{std::make_shared<const Map>(piece), world_from_piece}});
   return !failure();
 }
 
@@ -59,10 +48,7 @@ NextIds Session::next_ids() {
 
 void Session::SkipIds(const NextIds& ids, int frame_index) {
   tracker_.SkipIds(ids);
-  MapCommand command;
-  command.frame_index = frame_index;
-  command.first_landmark = ids.landmark;
-  SubmitAndWait(std::move(command));
+  SubmitAndWait({frame_index, SkipLandmarks{ids.landmark}});
 }
 
 void Session::Finish() {

@@ -281,10 +281,7 @@ void Slam::Impl::SetMetresPerUnit(double metres) {
 
 void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {
   ExpectMapping();
-  MapCommand command;
-  command.frame_index = next_index_;
-  command.anchors = std::move(anchors);
-  session().SubmitAndWait(std::move(command));
+  session().SubmitAndWait({next_index_, std::move(anchors)});
   PostChange();
   ExpectMapping();
 }

@@ -59,8 +59,8 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const auto predicted = PredictByOdometry(frame, map);
   if (predicted && frame.features->size() == 0) return Carry(frame, map, *predicted);
-  TrackReport tracked = predicted ? FollowByOdometry(frame, map, *predicted)
-                                  : FollowWithoutMotion(frame, map);
+  TrackReport tracked =
+      predicted ? FollowByOdometry(frame, map, *predicted) : FollowWithoutMotion(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   if (predicted && !mapping_)
     if (auto found = RegisterAgain(frame, map)) return *std::move(found);
@@ -124,9 +124,7 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   newest_keyframe_ = initial->second_id;
   newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
-  outcome.command.emplace();
-  outcome.command->frame_index = frame.index;
-  outcome.command->initial = std::move(initial);
+  outcome.command = MapCommand{frame.index, *std::move(initial)};
   outcome.map_required = true;
   return outcome;
 }
@@ -291,27 +289,22 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
   if (keyframe_motions_.size() > kMostMotions) keyframe_motions_.erase(keyframe_motions_.begin());
   newest_keyframe_inliers_ = tracked.inliers;
   trajectory_.MakeKeyframe(frame.index, newest_keyframe_);
-  MapCommand command;
-  command.frame_index = frame.index;
-  command.keyframe =
+  outcome.command = TakeRest();
+  outcome.command->edit =
       KeyframeInsertion{newest_keyframe_,
                         {frame, tracked.cam_from_world, tracked.reference,
                          last_->cam_from_reference, tracked.landmarks, tracked.inliers},
                         MotionsToKeyframes(frame),
                         map.loops_closed};
-  command.uses = TakeUses();
-  command.sightings = std::exchange(sightings_, {});
-  outcome.command = std::move(command);
   outcome.is_keyframe = true;
   outcome.is_urgent = need == KeyframeNeed::kUrgent;
 }
 
 MapCommand Tracker::TakeRest() {
-  MapCommand command;
-  command.frame_index = last_ ? last_->frame.index : newest_keyframe_frame_;
-  command.uses = TakeUses();
-  command.sightings = std::exchange(sightings_, {});
-  return command;
+  return {last_ ? last_->frame.index : newest_keyframe_frame_,
+          {},
+          TakeUses(),
+          std::exchange(sightings_, {})};
 }
 
 void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked,

@@ -87,17 +87,12 @@ void Trajectory::Refine(const Map& map, const Unrefined& unrefined, FramePose& p
   pose.cam_from_reference = refined.cam_from_world * reference->Inverse();
 }
 
-void Trajectory::Join(Trajectory other, double scale) {
-  for (FramePose& pose : other.poses_) {
-    pose.cam_from_reference.translation *= scale;
-    Put(pose);
-  }
-  for (Unrefined& unrefined : other.unrefined_) {
-    if (unrefined.carried) unrefined.carried->cam_from_other.translation *= scale;
+void Trajectory::Join(Trajectory other) {
+  for (const FramePose& pose : other.poses_) Put(pose);
+  for (Unrefined& unrefined : other.unrefined_)
     unrefined_.insert(
         std::ranges::upper_bound(unrefined_, unrefined.frame_index, {}, &Unrefined::frame_index),
         std::move(unrefined));
-  }
 }
 
 void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {

@@ -24,9 +24,9 @@ class Trajectory {
   // Refines the poses of frames before `frame_index` against the landmarks they saw, at the
   // landmarks' present positions.
   void RefinePosesBefore(const Map& map, int frame_index);
-  // Adds the poses of another trajectory whose keyframes were joined with this map, scaled by
-  // `scale`. They replace own poses of the same frames.
-  void Join(Trajectory other, double scale);
+  // Adds the poses of another trajectory whose keyframes were joined with this map. They replace
+  // own poses of the same frames.
+  void Join(Trajectory other);
   // Adds the poses of a piece that was joined with this map (AdoptPoses).
   void Adopt(const std::vector<FramePose>& poses, double scale);
   // Multiplies all lengths, as those of the map were.
