@@ -44,8 +44,10 @@ Eigen::Matrix3d Calibration(const Camera& camera) {
 
 }  // namespace
 
-LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, const Features& from,
-                                   std::span<const LandmarkId> seen, double ratio) {
+LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
+                                       const Keyframe& keyframe, double ratio) {
+  const Features& from = *keyframe.features;
+  const std::vector<LandmarkId>& seen = keyframe.landmarks;
   KeypointPairs pairs;
   std::vector<int> distances;
   for (int i = 0; i < from.size(); ++i) {
@@ -64,11 +66,6 @@ LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, con
     ++matches.count;
   }
   return matches;
-}
-
-LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
-                                       const Keyframe& keyframe, double ratio) {
-  return MatchSeenLandmarks(features, map, *keyframe.features, keyframe.landmarks, ratio);
 }
 
 KeypointPairs MatchWithinWindow(const Features& first, const Features& second,

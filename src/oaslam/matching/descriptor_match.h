@@ -13,12 +13,8 @@ namespace oaslam {
 // Pairs of key points (first image, second image).
 using KeypointPairs = std::vector<std::pair<int, int>>;
 
-// Finds landmarks that another image shows by the descriptors of that image: nearest neighbour with
-// a ratio test, each key point used once, and consistent changes of orientation. `seen` gives the
-// landmark of each key point of `from`, invalid where there is none.
-LandmarkMatches MatchSeenLandmarks(const Features& features, const Map& map, const Features& from,
-                                   std::span<const LandmarkId> seen, double ratio);
-// The same for a keyframe.
+// Finds landmarks that a keyframe shows by its descriptors: nearest neighbour with a ratio test,
+// each key point used once, and consistent changes of orientation.
 LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
                                        const Keyframe& keyframe, double ratio);
 

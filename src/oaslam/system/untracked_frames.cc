@@ -11,8 +11,8 @@
 namespace oaslam {
 namespace {
 
-// The search radius in pixels of the lowest level. It is wide, since without a motion model the
-// prediction is the pose of the neighbour in time.
+// The search radius in pixels of the lowest level. It is wide, since the prediction is the pose
+// of the neighbour in time.
 constexpr double kWindow = 30;
 
 // Tracks a frame from its neighbour in time, then in the local map.

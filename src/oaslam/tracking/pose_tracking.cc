@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/estimation/pose_by_matches.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/matching/descriptor_match.h"
@@ -96,19 +95,6 @@ TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Feature
                           last_landmarks, radius);
   if (matches.count < kMinMatches) return {};
   return Refine(frame, map, predicted, matches.landmarks, kMinFirstInliers);
-}
-
-TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from,
-                               const std::vector<LandmarkId>& seen, Rng& rng) {
-  constexpr double kRatio = 0.85;  // loose, since RANSAC rejects wrong matches
-  const LandmarkMatches matches = MatchSeenLandmarks(*frame.features, map, from, seen, kRatio);
-  if (matches.count < kMinFirstInliers) return {};
-  const AbsolutePoseReport rough = EstimateAbsolutePose(
-      map.cameras[frame.camera],
-      ObserveMatches(*frame.features, map, matches.landmarks).observations, {}, rng);
-  return rough.success
-             ? Refine(frame, map, rough.cam_from_world, matches.landmarks, kMinFirstInliers)
-             : TrackReport{};
 }
 
 namespace {

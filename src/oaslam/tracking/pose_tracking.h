@@ -8,7 +8,6 @@
 #include "oaslam/config.h"
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/map/map.h"
-#include "oaslam/util/rng.h"
 
 namespace oaslam {
 
@@ -38,11 +37,6 @@ struct TrackReport {
 TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
                                const std::vector<LandmarkId>& last_landmarks,
                                const Rigid3& predicted_cam_from_world, double radius);
-
-// Tracks a frame from another image whose landmarks are known, by matching descriptors over the
-// whole image and P3P in RANSAC. It needs no prediction, so the camera may have moved far.
-TrackReport TrackByDescriptors(const Frame& frame, const Map& map, const Features& from,
-                               const std::vector<LandmarkId>& seen, Rng& rng);
 
 // What a pose needs so that tracking may continue from it.
 struct TrackDemands {

@@ -41,16 +41,6 @@ TEST(PoseTracking, FollowsTheLastFrameThenTheLocalMap) {
   EXPECT_GE(tracked.visible.size(), static_cast<size_t>(tracked.inliers));
 }
 
-TEST(PoseTracking, FindsItselfByDescriptorsAlone) {
-  const Scene s;
-  const Keyframe& keyframe = s.mapped.map.keyframes.At(KeyframeId(4));
-  Rng rng(2);
-  const TrackReport report =
-      TrackByDescriptors(s.frame, s.mapped.map, *keyframe.features, keyframe.landmarks, rng);
-  ASSERT_TRUE(report.success);
-  EXPECT_LT(s.Error(report.cam_from_world), 0.02);
-}
-
 TEST(PoseTracking, AnImageOfNothingFails) {
   const Scene s;
   Rng rng(1);
@@ -61,8 +51,6 @@ TEST(PoseTracking, AnImageOfNothingFails) {
   const TrackReport first =
       TrackFromLastFrame(clutter, s.mapped.map, *last.features, last.landmarks, s.truth, 15);
   EXPECT_FALSE(first.success && TrackLocalMap(clutter, s.mapped.map, first, {}).success);
-  EXPECT_FALSE(
-      TrackByDescriptors(clutter, s.mapped.map, *last.features, last.landmarks, rng).success);
 }
 
 // A place that looks like the mapped one in part: two thirds of the landmarks are displaced.
