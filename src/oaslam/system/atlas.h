@@ -88,11 +88,8 @@ class Atlas {
   bool mapping_ = true;
   bool is_loaded_ = false;  // the main piece, by the user
   std::unique_ptr<Session> main_;
-  // While the camera is lost; without mapping, already when few landmarks are in view.
-  std::optional<GrowingPiece> growing_;
+  std::optional<GrowingPiece> growing_;  // while the camera is lost
   std::optional<double> lost_since_;  // time stamp, seconds; with mapping
-  // Time stamp, seconds, of the last frame with few landmarks in view, or none; without mapping.
-  std::optional<double> few_in_view_at_;
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;
   WaitingPieces waiting_;
