@@ -148,7 +148,7 @@ void MapAKeyframe(benchmark::State& state) {
         command.sightings.push_back(std::move(sighting));
       if (i + 1 < kFramesPerKeyframe) continue;
       command.frame_index = seen.frame.index;
-      command.keyframe = KeyframeInsertion{KeyframeId(keyframes + made), std::move(seen)};
+      command.edit = KeyframeInsertion{KeyframeId(keyframes + made), std::move(seen)};
     }
     ++made;
     median.Add(Timed([&] {

@@ -191,9 +191,9 @@ TEST(MappingFailure, WhatIsSubmittedLaterIsDropped) {
     pipeline.Submit(nothing, true);
     EXPECT_EQ(pipeline.Newest()->version, 2U);
     EXPECT_FALSE(pipeline.failure());
-    MapCommand broken;  // violates an invariant: no two pieces share an id
-    broken.joining = JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()};
-    pipeline.Submit(broken, true);
+    // Violates an invariant: no two pieces share an id.
+    pipeline.Submit(
+        {0, JoiningMap{std::make_shared<const Map>(MapOfKeyframes({3, 5})), Similarity()}}, true);
     EXPECT_EQ(pipeline.Newest()->version, 2U) << ToString(mode);
     EXPECT_EQ(pipeline.Newest()->keyframes.Ids(), std::vector{KeyframeId(5)}) << ToString(mode);
     ASSERT_TRUE(pipeline.failure()) << ToString(mode);

@@ -89,7 +89,7 @@ class Atlas {
   bool is_loaded_ = false;  // the main piece, by the user
   std::unique_ptr<Session> main_;
   std::optional<GrowingPiece> growing_;  // while the camera is lost
-  std::optional<double> lost_since_;  // time stamp, seconds; with mapping
+  std::optional<double> lost_since_;     // time stamp, seconds; with mapping
   // Time stamp in seconds of the last frame that was looked for in the main piece and not found.
   std::optional<double> last_vain_look_;
   WaitingPieces waiting_;

@@ -9,7 +9,7 @@
 namespace oaslam {
 namespace {
 
-constexpr double kProbation = 0.5;     // seconds, in which a false pose should fail
+constexpr double kProbation = 0.5;  // seconds, in which a false pose should fail
 // Poses are refined after this many frames (5 s at 30 Hz), when the map around them has settled;
 // until then the matches of a frame are kept, about 5 KB each.
 constexpr int kRefineAfter = 150;

@@ -228,8 +228,6 @@ TrackReport Tracker::FollowByOdometry(const Frame& frame, const Map& map,
         demands);
     if (report.success && agrees(report)) return report;
   }
-  if (predicted.is_turn)
-    if (const TrackReport report = FollowWithoutMotion(frame, map); report.success) return report;
   TrackReport report =
       TrackByPrior(frame, map, expected, LandmarksBefore(map, predicted.reference), demands);
   report.success = report.success && agrees(report);
