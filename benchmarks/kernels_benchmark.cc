@@ -15,6 +15,7 @@
 #include "oaslam/matching/descriptor_match.h"
 #include "oaslam/matching/projection_search.h"
 #include "oaslam/tracking/pose_tracking.h"
+#include "picture.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -29,11 +30,7 @@ void FixedCalls(benchmark::internal::Benchmark* benchmark) {
 const cv::Mat& Scene() {
   static const cv::Mat scene = [] {
     Rng rng(1);
-    cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
-    for (int i = 0; i < 600; ++i)
-      cv::rectangle(image,
-                    cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)),
-                    cv::Scalar(rng.Index(256)), -1);
+    cv::Mat image = Rectangles(rng);
     cv::Mat noise(image.size(), CV_8UC1);
     for (int y = 0; y < noise.rows; ++y)
       for (int x = 0; x < noise.cols; ++x)

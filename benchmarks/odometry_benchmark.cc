@@ -12,6 +12,7 @@
 #include "oaslam/odometry/restarts.h"
 #include "oaslam/odometry/window.h"
 #include "oaslam/util/rng.h"
+#include "picture.h"
 
 namespace oaslam {
 namespace {
@@ -19,14 +20,10 @@ namespace {
 constexpr int kPoints = 250;  // about what the odometry follows in a room
 constexpr int kImages = 17;   // its window: 15 keyframes and 2 recent images
 
-// Squares that are moved by `shift` pixels.
-cv::Mat Squares(const cv::Point2d& shift) {
+// A picture that is moved by `shift` pixels.
+cv::Mat Moved(const cv::Point2d& shift) {
   Rng rng(1);
-  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(90));
-  for (int i = 0; i < 600; ++i)
-    cv::rectangle(image,
-                  cv::Rect(rng.Index(620), rng.Index(460), 8 + rng.Index(40), 8 + rng.Index(40)),
-                  cv::Scalar(rng.Index(256)), -1);
+  cv::Mat image = Rectangles(rng);
   cv::GaussianBlur(image, image, {3, 3}, 0.8);
   const cv::Mat move = (cv::Mat_<double>(2, 3) << 1, 0, shift.x, 0, 1, shift.y);
   cv::warpAffine(image, image, move, image.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
@@ -34,7 +31,7 @@ cv::Mat Squares(const cv::Point2d& shift) {
 }
 
 void Tracks(benchmark::State& state) {
-  const cv::Mat images[] = {Squares({0, 0}), Squares({6.3, 2.1}), Squares({11.8, 3.9})};
+  const cv::Mat images[] = {Moved({0, 0}), Moved({6.3, 2.1}), Moved({11.8, 3.9})};
   std::vector<GreyPyramid> pyramids;
   for (const cv::Mat& image : images) pyramids.emplace_back(ViewOf(image), 4);
   Rng rng(2);

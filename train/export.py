@@ -23,7 +23,6 @@ import zlib
 import numpy as np
 
 MAGIC, VERSION = b'OASLDESC', 1
-STRIDED = {'first', 'quarter_a', 'eighth_a', 'sixteenth_a', 'thirtysecond'}
 
 
 def write(net, log_temperature, path):
@@ -31,7 +30,8 @@ def write(net, log_temperature, path):
     from net import LAYERS, fused
     out = MAGIC + struct.pack('<IIf', VERSION, len(LAYERS), log_temperature)
     for name, (weights, biases) in fused(net).items():
-        out += name.encode().ljust(16, b'\0') + struct.pack('<4I', *weights.shape[:2], weights.shape[2] if weights.ndim == 4 else 1, 2 if name in STRIDED else 1)
+        stride = next((m.stride[0] for m in getattr(net, name).modules() if hasattr(m, 'stride')), 1)
+        out += name.encode().ljust(16, b'\0') + struct.pack('<4I', *weights.shape[:2], weights.shape[2] if weights.ndim == 4 else 1, stride)
         out += weights.astype('<f2').tobytes() + biases.astype('<f2').tobytes()
     out += struct.pack('<I', zlib.crc32(out))
     with open(path + '.new', 'wb') as f:

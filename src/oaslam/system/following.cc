@@ -58,14 +58,16 @@ TrackReport Tracker::StrengthenedInLocalMap(const Frame& frame, const Map& map,
 TrackReport Tracker::FollowWithoutMotion(const Frame& frame, const Map& map) const {
   const std::optional<Rigid3> reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference) return {};
-  for (const double times : {1, 2, 4, 8})
-    if (const TrackReport found = StrengthenedInLocalMap(
-            frame, map,
-            TrackFromLastFrame(frame, map, *last_->frame.features, last_->landmarks,
-                               last_->cam_from_reference * *reference, times * kMotionWindow),
-            Demands(frame));
-        found.success)
-      return found;
+  const Rigid3 last_pose = last_->cam_from_reference * *reference;
+  const TrackDemands demands = Demands(frame);
+  for (const double times : {1, 2, 4, 8}) {
+    const TrackReport found = StrengthenedInLocalMap(
+        frame, map,
+        TrackFromLastFrame(frame, map, *last_->frame.features, last_->landmarks, last_pose,
+                           times * kMotionWindow),
+        demands);
+    if (found.success) return found;
+  }
   return {};
 }
 

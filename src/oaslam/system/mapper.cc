@@ -19,7 +19,7 @@ void Mapper::Apply(const MapCommand& command) {
   bool has_moved = AdoptBackgroundBundle(command);
   CountLandmarkUse(command.uses, map_);
   has_moved |=
-      std::visit([&](const auto& edit) { return Make(edit, command.frame_index); }, command.edit);
+      std::visit([&](const auto& edit) { return Apply(edit, command.frame_index); }, command.edit);
   if (has_moved) RefitMovedObjects(config_.objects, map_);
   if (!command.sightings.empty())
     UpdateObjects(map_, command.sightings,
@@ -28,38 +28,38 @@ void Mapper::Apply(const MapCommand& command) {
     UpdateUp(map_);
 }
 
-bool Mapper::Make(const ClassRelations& classes, int) {
+bool Mapper::Apply(const ClassRelations& classes, int) {
   SetClassRelations(classes, map_);
   return false;
 }
 
-bool Mapper::Make(const NewAnchors& anchors, int) {
+bool Mapper::Apply(const NewAnchors& anchors, int) {
   map_.anchors = anchors;
   std::erase_if(map_.anchors,
                 [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
   return false;
 }
 
-bool Mapper::Make(SkipLandmarks skip, int) {
+bool Mapper::Apply(SkipLandmarks skip, int) {
   map_.next_landmark = std::max(map_.next_landmark, skip.first);
   return false;
 }
 
-bool Mapper::Make(const InitialMap& initial, int) {
+bool Mapper::Apply(const InitialMap& initial, int) {
   if (!InsertInitialMap(initial, map_))
     Log(LogLevel::kDebug, "initial map refused after refinement");
   unsettled_keyframes_ = map_.keyframes.Ids();
   return false;
 }
 
-bool Mapper::Make(ScaleToMetres scale, int frame_index) {
+bool Mapper::Apply(MetricScale scale, int frame_index) {
   map_.Scale(scale.metres_per_unit);
   map_.is_metric = true;
   if (background_bundle_ || !windows_.empty()) AdjustInBackground(frame_index);
   return false;
 }
 
-bool Mapper::Make(const JoiningMap& joining, int frame_index) {
+bool Mapper::Apply(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = map_.keyframes.Ids();
   // A background adjustment that began before the piece came would not move its keyframes.
@@ -68,7 +68,7 @@ bool Mapper::Make(const JoiningMap& joining, int frame_index) {
   return true;
 }
 
-bool Mapper::Make(const KeyframeInsertion& keyframe, int frame_index) {
+bool Mapper::Apply(const KeyframeInsertion& keyframe, int frame_index) {
   InsertKeyframe(keyframe, config_.mapping, map_);
   recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
   const std::vector<LandmarkId> created =

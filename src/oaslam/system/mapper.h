@@ -35,7 +35,7 @@ struct SkipLandmarks {
 };
 
 // The caller must scale the tracker, too.
-struct ScaleToMetres {
+struct MetricScale {
   double metres_per_unit = 1;
 };
 
@@ -44,7 +44,7 @@ using NewAnchors = std::map<std::string, Anchor>;
 
 using MapEdit =
     std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap, AdoptAdjustment,
-                 SkipLandmarks, ScaleToMetres, ClassRelations, NewAnchors>;
+                 SkipLandmarks, MetricScale, ClassRelations, NewAnchors>;
 
 // A change of the map, and what was seen since the previous command.
 struct MapCommand {
@@ -75,15 +75,15 @@ class Mapper {
 
  private:
   // One for each kind of edit; they return whether what was in the map has moved.
-  static bool Make(std::monostate, int) { return false; }
-  static bool Make(AdoptAdjustment, int) { return false; }
-  bool Make(const InitialMap& initial, int frame_index);
-  bool Make(const KeyframeInsertion& keyframe, int frame_index);
-  bool Make(const JoiningMap& joining, int frame_index);
-  bool Make(SkipLandmarks skip, int frame_index);
-  bool Make(ScaleToMetres scale, int frame_index);
-  bool Make(const ClassRelations& classes, int frame_index);
-  bool Make(const NewAnchors& anchors, int frame_index);
+  static bool Apply(std::monostate, int) { return false; }
+  static bool Apply(AdoptAdjustment, int) { return false; }
+  bool Apply(const InitialMap& initial, int frame_index);
+  bool Apply(const KeyframeInsertion& keyframe, int frame_index);
+  bool Apply(const JoiningMap& joining, int frame_index);
+  bool Apply(SkipLandmarks skip, int frame_index);
+  bool Apply(MetricScale scale, int frame_index);
+  bool Apply(const ClassRelations& classes, int frame_index);
+  bool Apply(const NewAnchors& anchors, int frame_index);
   bool CloseLoop(KeyframeId keyframe, int frame_index);
   void AdjustInBackground(int frame_index);
   bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }

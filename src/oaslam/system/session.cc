@@ -30,7 +30,7 @@ void Session::FinishAdjustment(int frame_index) { SubmitAndWait({frame_index, Ad
 void Session::ScaleToMetres(double factor, int frame_index) {
   SubmitRest();
   if (failure()) return;
-  SubmitAndWait({frame_index, oaslam::ScaleToMetres{factor}});
+  SubmitAndWait({frame_index, MetricScale{factor}});
   if (!failure()) tracker_.Scale(factor);
 }
 
