@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <vector>
 
@@ -205,13 +204,7 @@ std::string ProblemOfSize(double size) {
 
 std::optional<Anchor> AnchorAt(const Map& map, const Rigid3& pose) {
   if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite()) return std::nullopt;
-  KeyframeId nearest;
-  double least = std::numeric_limits<double>::infinity();
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& k) {
-    const double distance = (k.cam_from_world.OriginInSource() - pose.translation).norm();
-    if (distance < least) least = distance, nearest = id;
-  });
-  return CarriedBy(map, nearest, pose);
+  return CarriedBy(map, map.NearestKeyframe(pose.translation), pose);
 }
 
 Placement FindPlace(const Map& map, const AnchorRequest& request) {

@@ -59,8 +59,7 @@ std::vector<Id> AddedTo(const Table<Id, T>& table, const Table<Id, T>& earlier) 
 
 BundleCorrection LocalBundleAdjustment(const Map& map, KeyframeId newest,
                                        const BundleConfig& config) {
-  std::vector<KeyframeId> window = map.CovisibleKeyframes(newest, config.max_local_keyframes - 1);
-  window.push_back(newest);
+  std::vector<KeyframeId> window = map.KeyframesAround(newest, config.max_local_keyframes - 1);
   std::ranges::sort(window);
   BundleSelection selection;
   selection.landmarks = LandmarksSeenBy(map, window);

@@ -234,6 +234,22 @@ std::vector<KeyframeId> Map::CovisibleKeyframes(KeyframeId id, int count) const 
   return result;
 }
 
+std::vector<KeyframeId> Map::KeyframesAround(KeyframeId id, int count) const {
+  std::vector<KeyframeId> around = CovisibleKeyframes(id, count);
+  around.push_back(id);
+  return around;
+}
+
+KeyframeId Map::NearestKeyframe(const Eigen::Vector3d& place) const {
+  KeyframeId nearest;
+  double least = std::numeric_limits<double>::infinity();
+  keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const double distance = (keyframe.cam_from_world.OriginInSource() - place).norm();
+    if (distance < least) least = distance, nearest = id;
+  });
+  return nearest;
+}
+
 int Map::CountTrackedLandmarks(KeyframeId id, int min_observations) const {
   int count = 0;
   for (const LandmarkId landmark : keyframes.At(id).landmarks)

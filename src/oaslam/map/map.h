@@ -180,6 +180,10 @@ struct Map {
 
   // The up to `count` most covisible keyframes.
   std::vector<KeyframeId> CovisibleKeyframes(KeyframeId id, int count) const;
+  // These and the keyframe itself, which comes last.
+  std::vector<KeyframeId> KeyframesAround(KeyframeId id, int count) const;
+  // The keyframe whose camera was nearest to a place; invalid in an empty map.
+  KeyframeId NearestKeyframe(const Eigen::Vector3d& place) const;
   // The number of key points of the keyframe whose landmark has at least
   // `min_observations` observations.
   int CountTrackedLandmarks(KeyframeId id, int min_observations) const;

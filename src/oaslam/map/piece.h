@@ -7,7 +7,7 @@
 namespace oaslam {
 
 // A part of the map that could not be joined with the others so far, with its own frame and unit,
-// and the poses of the frames from which it was made. No two pieces of a run share an id.
+// and the poses of the frames from which it was made. No two pieces of a map file share an id.
 struct Piece {
   Map map;
   std::vector<FramePose> trajectory;  // ascending by frame

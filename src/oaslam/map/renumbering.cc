@@ -60,6 +60,12 @@ class Renumberer {
 
 }  // namespace
 
+Piece Renumbered(const Piece& piece, const NextIds& first) {
+  Renumbering numbers{.first = first, .cameras = piece.map.cameras};
+  for (int i = 0; i < std::ssize(numbers.cameras); ++i) numbers.camera_of.push_back(i);
+  return Renumbered(piece, numbers);
+}
+
 Piece Renumbered(const Piece& piece, const Renumbering& numbers) {
   const Renumberer renumber(numbers);
   const Map& old = piece.map;

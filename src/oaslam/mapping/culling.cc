@@ -5,9 +5,6 @@
 namespace oaslam {
 namespace {
 
-// The number of keyframes after `first`, up to `newest`: ids are consecutive.
-uint32_t KeyframesSince(KeyframeId first, KeyframeId newest) { return newest.value - first.value; }
-
 // Whether at least three other keyframes see the landmark at about the same level or a finer one.
 bool SeenElsewhere(const Map& map, const Landmark& landmark, KeyframeId except, int octave) {
   constexpr int kOthers = 3;  // so that three views still constrain the landmark
@@ -45,7 +42,7 @@ std::vector<LandmarkId> CullRecentLandmarks(std::span<const LandmarkId> recent, 
   for (const LandmarkId id : recent) {
     const Landmark* landmark = map.landmarks.Find(id);
     if (!landmark) continue;
-    const uint32_t age = KeyframesSince(landmark->first_keyframe, newest);
+    const uint32_t age = newest.value - landmark->first_keyframe.value;  // in keyframes
     if (landmark->found < kMinFoundRatio * landmark->visible ||
         (age >= 2 && landmark->observations.size() < kMinObservations))
       map.EraseLandmark(id);

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <future>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
@@ -24,7 +25,6 @@ struct LoopClosure {
 
 // Where a camera was and which way it looked, in the world.
 struct KeyframePlace {
-  KeyframeId id;
   Eigen::Vector3d center = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::UnitZ();
 };
 
@@ -56,8 +56,8 @@ class LoopDetector {
   uint32_t indexed_up_to_ = 0;  // Map::next_landmark when the newest index was made, or begun
   std::future<PlaceIndex> next_index_;
   KeyframeId next_begun_at_;
-  Table<KeyframeId, Keyframe> known_;  // as of the last call
-  std::vector<KeyframePlace> places_;  // of `known_`, ascending by id
+  Table<KeyframeId, Keyframe> known_;           // as of the last call
+  std::map<KeyframeId, KeyframePlace> places_;  // of `known_`
   LoopProposals proposals_;
 };
 

@@ -15,12 +15,6 @@ namespace {
 constexpr int kNeighbours = 10;        // keyframes around each end, whose landmarks are fused
 constexpr double kFusionRadiusPx = 5;  // the error left after the pose graph
 
-std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId keyframe) {
-  std::vector<KeyframeId> group = map.CovisibleKeyframes(keyframe, kNeighbours);
-  group.push_back(keyframe);
-  return LandmarksSeenBy(map, group);
-}
-
 // Keyframes that share this many landmarks get an edge in the pose graph, so that only well
 // determined relative poses count; and each keyframe gets one to the earlier keyframe with which it
 // shares most, so that the graph is connected.
@@ -83,30 +77,25 @@ struct NodeMotions {
   }
 };
 
-// Scales what is stored relative to keyframes: retired keyframes, observations of
-// objects, and anchors.
-void ScaleRelativePoses(const NodeMotions& motions, Map& map) {
+// Moves the objects, and scales what is stored relative to keyframes: retired keyframes,
+// observations of objects, and anchors.
+void MoveWithKeyframes(const NodeMotions& motions, Map& map) {
   for (const KeyframeId id : map.retired.Ids())
     if (const auto carried = map.ResolveKeyframe(id))
       map.retired.MutableAt(id).cam_from_parent.translation *= motions.Of(carried->by).scale;
-  for (const ObjectId id : map.objects.Ids())
-    for (ObjectObservation& o : map.objects.MutableAt(id).observations)
-      if (const auto carried = map.ResolveKeyframe(o.reference))
-        o.cam_from_reference.translation *= motions.Of(carried->by).scale;
+  for (const ObjectId id : map.objects.Ids()) {
+    Object& object = map.objects.MutableAt(id);
+    for (size_t i = 0; i < object.observations.size(); ++i) {
+      const auto carried = map.ResolveKeyframe(object.observations[i].reference);
+      if (!carried) continue;
+      const Similarity& motion = motions.Of(carried->by);
+      object.observations[i].cam_from_reference.translation *= motion.scale;
+      if (i == object.observations.size() / 2) MoveObject(motion, object);
+    }
+  }
   for (auto& [name, anchor] : map.anchors)
     if (const auto carried = map.ResolveKeyframe(anchor.keyframe))
       anchor.Scale(motions.Of(carried->by).scale);
-}
-
-void MoveObjects(const NodeMotions& motions, Map& map) {
-  for (const ObjectId id : map.objects.Ids()) {
-    Object& object = map.objects.MutableAt(id);
-    if (object.observations.empty()) continue;
-    const auto carried =
-        map.ResolveKeyframe(object.observations[object.observations.size() / 2].reference);
-    if (!carried) continue;
-    MoveObject(motions.Of(carried->by), object);
-  }
 }
 
 // The motion of a keyframe between two nodes, interpolated between theirs by its position in the
@@ -159,8 +148,7 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
     Landmark& landmark = map.landmarks.MutableAt(id);
     landmark.position = motions.Of(landmark.observations.front().keyframe) * landmark.position;
   }
-  MoveObjects(motions, map);
-  ScaleRelativePoses(motions, map);
+  MoveWithKeyframes(motions, map);
   for (size_t i = 0; i < motions.ids.size(); ++i) {
     Keyframe& keyframe = map.keyframes.MutableAt(motions.ids[i]);
     keyframe.cam_from_world =
@@ -185,9 +173,9 @@ std::vector<KeyframeId> KeyframesToLink(const Map& map, const std::vector<Keyfra
 }  // namespace
 
 bool CorrectLoop(const LoopClosure& loop, int min_shared_landmarks, Map& map, KeyframeId held) {
-  std::vector<KeyframeId> ends = map.CovisibleKeyframes(loop.current, kNeighbours);
-  ends.push_back(loop.current);
-  const std::vector<LandmarkId> old = LandmarksAround(map, loop.old);
+  const std::vector<KeyframeId> ends = map.KeyframesAround(loop.current, kNeighbours);
+  const std::vector<LandmarkId> old =
+      LandmarksSeenBy(map, map.KeyframesAround(loop.old, kNeighbours));
   if (!SpreadCorrection(loop, held, map)) return false;
 
   const std::vector<KeyframeId> to_link = KeyframesToLink(map, ends, old);

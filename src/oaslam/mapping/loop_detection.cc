@@ -21,8 +21,10 @@ constexpr uint32_t kMinKeyframesApart = 15;  // a shorter loop has hardly any dr
 constexpr uint32_t kEvery = 3;  // keyframes between two searches: a place stays in view for several
 constexpr int kMaxCandidates = 3;  // to verify for a keyframe, which takes time
 
-KeyframePlace PlaceOf(KeyframeId id, const Keyframe& keyframe) {
-  return {id, keyframe.cam_from_world.OriginInSource(),
+using KeyframePlaces = std::map<KeyframeId, KeyframePlace>;
+
+KeyframePlace PlaceOf(const Keyframe& keyframe) {
+  return {keyframe.cam_from_world.OriginInSource(),
           keyframe.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ()};
 }
 
@@ -48,15 +50,15 @@ class OtherEnds {
 
 // The keyframes near the current one among those that `is_candidate` accepts, nearest first.
 template <typename Predicate>
-std::vector<KeyframeId> NearInSpace(const Map& map, std::span<const KeyframePlace> places,
+std::vector<KeyframeId> NearInSpace(const Map& map, const KeyframePlaces& places,
                                     KeyframeId current, Predicate&& is_candidate) {
   const double reach = kMaxDistanceToDepth * map.MedianDepth(current);
-  const KeyframePlace here = PlaceOf(current, map.keyframes.At(current));
+  const KeyframePlace here = PlaceOf(map.keyframes.At(current));
   std::vector<std::pair<double, KeyframeId>> near;
-  for (const KeyframePlace& there : places) {
+  for (const auto& [id, there] : places) {
     const double distance = (there.center - here.center).norm();
-    if (distance < reach && here.axis.dot(there.axis) >= kMinAxisCos && is_candidate(there.id))
-      near.emplace_back(distance, there.id);
+    if (distance < reach && here.axis.dot(there.axis) >= kMinAxisCos && is_candidate(id))
+      near.emplace_back(distance, id);
   }
   std::ranges::sort(near);
   std::vector<KeyframeId> ids;
@@ -130,7 +132,7 @@ std::vector<KeyframeId> KeyframesThatShow(const Map& map, std::span<const Object
   std::vector<std::pair<double, KeyframeId>> ranked;
   for (const auto& [id, count] : shown) {
     if (2 * count < most) continue;
-    const KeyframePlace place = PlaceOf(id, map.keyframes.At(id));
+    const KeyframePlace place = PlaceOf(map.keyframes.At(id));
     ranked.emplace_back(
         (place.center - expected.OriginInSource()).norm() / depth - place.axis.dot(axis), id);
   }
@@ -172,15 +174,10 @@ std::vector<Place> LoopDetector::LookingAlike(const Map& map, KeyframeId current
 // Looks only at keyframes that may have changed since the last call.
 void LoopDetector::UpdatePlaces(const Map& map) {
   map.keyframes.ForEachDifference(known_, [&](KeyframeId id, const Keyframe*, const Keyframe* now) {
-    const auto at = std::ranges::lower_bound(places_, id, {}, &KeyframePlace::id);
-    const bool is_known = at != places_.end() && at->id == id;
-    if (!now) {
-      if (is_known) places_.erase(at);
-    } else if (is_known) {
-      *at = PlaceOf(id, *now);
-    } else {
-      places_.insert(at, PlaceOf(id, *now));
-    }
+    if (now)
+      places_.insert_or_assign(id, PlaceOf(*now));
+    else
+      places_.erase(id);
   });
   known_ = map.keyframes;
 }
@@ -231,9 +228,9 @@ std::optional<LoopClosure> LoopDetector::Detect(const Map& map, KeyframeId curre
 
 std::optional<LoopClosure> FindTie(const Map& map, KeyframeId current,
                                    const std::set<KeyframeId>& others, Rng& rng) {
-  std::vector<KeyframePlace> places;
+  KeyframePlaces places;
   for (const KeyframeId id : others)
-    if (const Keyframe* keyframe = map.keyframes.Find(id)) places.push_back(PlaceOf(id, *keyframe));
+    if (const Keyframe* keyframe = map.keyframes.Find(id)) places.emplace(id, PlaceOf(*keyframe));
   for (const KeyframeId old : NearInSpace(map, places, current, [](KeyframeId) { return true; }))
     if (auto tie = VerifyLoop(map, current, {old, true}, rng); tie && IsSmall(map, *tie))
       return tie;

@@ -9,19 +9,13 @@
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/geometry/ellipsoid.h"
+#include "oaslam/map/joining.h"
 
 namespace oaslam {
 namespace {
 
 // The values of this file were chosen by these reasons, not measured.
 constexpr int kGroup = 10;  // keyframes around an end: they see it from several sides
-
-std::set<KeyframeId> Around(const Map& map, KeyframeId end) {
-  const std::vector<KeyframeId> neighbours = map.CovisibleKeyframes(end, kGroup);
-  std::set<KeyframeId> group(neighbours.begin(), neighbours.end());
-  group.insert(end);
-  return group;
-}
 
 // An image in which objects were detected, mapped or not.
 struct Shot {
@@ -38,12 +32,12 @@ struct End {
 };
 
 End LookAround(const Map& map, KeyframeId keyframe) {
-  const std::set<KeyframeId> group = Around(map, keyframe);
+  const std::vector<KeyframeId> group = map.KeyframesAround(keyframe, kGroup);
   End end;
   map.objects.ForEach([&](ObjectId id, const Object& object) {
     for (const ObjectObservation& o : object.observations) {
       const auto carried = map.ResolveKeyframe(o.reference);
-      if (!carried || !group.contains(carried->by)) continue;
+      if (!carried || std::ranges::find(group, carried->by) == group.end()) continue;
       Shot& shot = end.shots[o.frame_index];
       shot.keyframe = carried->by;
       const Rigid3 reference_from_world =
@@ -55,11 +49,6 @@ End LookAround(const Map& map, KeyframeId keyframe) {
     }
   });
   return end;
-}
-
-Ellipsoid Moved(const Ellipsoid& ellipsoid, const Similarity& motion) {
-  return {motion * ellipsoid.center, motion.scale * ellipsoid.half_axes,
-          (motion.rotation * ellipsoid.rotation).normalized()};
 }
 
 // Whether more than half of the landmarks that the keyframe sees where the object would be are
@@ -114,11 +103,11 @@ void Compare(const Map& map, const End& from, const Similarity& motion, const En
   constexpr int kShots = 3;  // images: detectors miss an object in single ones
   for (const ObjectId id : from.objects) {
     if (to.objects.contains(id)) continue;
-    const Object& object = map.objects.At(id);
-    const Ellipsoid moved = Moved(object.ellipsoid, motion);
+    Object moved = map.objects.At(id);
+    MoveObject(motion, moved);
     int shown = 0, missing = 0;
     for (const auto& [frame, shot] : to.shots) {
-      const Showing showing = Judge(map, shot, LabelsOf(object), moved);
+      const Showing showing = Judge(map, shot, LabelsOf(moved), moved.ellipsoid);
       shown += showing == Showing::kObject;
       missing += showing == Showing::kNoObject;
     }

@@ -18,6 +18,8 @@ constexpr size_t kWindow = 32;
 
 bool AreOfOneSize(double a, double b) { return a < kSameSize * b && b < kSameSize * a; }
 
+using PlacesInTime = std::map<ObjectId, ObjectPlaceInTime>;
+
 struct Match {
   const ObjectPlaceInTime *here, *there;
 };
@@ -125,9 +127,9 @@ bool IsConstellation(std::span<const Match> matches, size_t things) {
 
 // Of the objects seen in the last keyframes, those nearest to the camera.
 std::vector<const ObjectPlaceInTime*> ThingsAbout(const Eigen::Vector3d& camera, KeyframeId since,
-                                                  std::span<const ObjectPlaceInTime> places) {
+                                                  const PlacesInTime& places) {
   std::vector<std::pair<double, const ObjectPlaceInTime*>> near;
-  for (const ObjectPlaceInTime& place : places)
+  for (const auto& [id, place] : places)
     if (place.newest >= since) near.emplace_back((place.center - camera).squaredNorm(), &place);
   std::ranges::stable_sort(near, {}, [](const auto& entry) { return entry.first; });
   std::vector<const ObjectPlaceInTime*> things;
@@ -139,9 +141,9 @@ std::vector<const ObjectPlaceInTime*> ThingsAbout(const Eigen::Vector3d& camera,
 // The objects not seen since `before` that may be one of the constellation, in the order in which
 // they were seen last.
 std::vector<OldThing> OldThings(std::span<const ObjectPlaceInTime* const> constellation,
-                                KeyframeId before, std::span<const ObjectPlaceInTime> places) {
+                                KeyframeId before, const PlacesInTime& places) {
   std::vector<OldThing> old;
-  for (const ObjectPlaceInTime& place : places) {
+  for (const auto& [id, place] : places) {
     if (place.newest >= before) continue;
     OldThing thing{&place, {}};
     for (const ObjectPlaceInTime* here : constellation)
@@ -164,19 +166,12 @@ bool IsTurnAndScaleOfDrift(const Similarity& correction) {
 // Looks only at objects that may have changed since the last call.
 void LoopProposals::Update(const Map& map) {
   map.objects.ForEachDifference(known_, [&](ObjectId id, const Object*, const Object* now) {
-    const auto at = std::ranges::lower_bound(places_, id, {}, &ObjectPlaceInTime::id);
-    const bool is_known = at != places_.end() && at->id == id;
-    if (!now || now->state != ObjectState::kMapped || now->observations.empty()) {
-      if (is_known) places_.erase(at);
-      return;
-    }
-    const ObjectPlaceInTime place{id, now->category_id, now->ellipsoid.center,
-                                  now->ellipsoid.half_axes.maxCoeff(),
-                                  now->observations.back().reference};
-    if (is_known)
-      *at = place;
+    if (!now || now->state != ObjectState::kMapped || now->observations.empty())
+      places_.erase(id);
     else
-      places_.insert(at, place);
+      places_.insert_or_assign(id, ObjectPlaceInTime{id, now->category_id, now->ellipsoid.center,
+                                                     now->ellipsoid.half_axes.maxCoeff(),
+                                                     now->observations.back().reference});
   });
   known_ = map.objects;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -37,8 +38,8 @@ class LoopProposals {
  private:
   void Update(const Map& map);
 
-  Table<ObjectId, Object> known_;          // as of the last call
-  std::vector<ObjectPlaceInTime> places_;  // of `known_`, ascending by id
+  Table<ObjectId, Object> known_;                 // as of the last call
+  std::map<ObjectId, ObjectPlaceInTime> places_;  // of `known_`
 };
 
 // Drift turns and scales a map by no more than this.

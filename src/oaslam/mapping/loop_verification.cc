@@ -33,9 +33,7 @@ std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SharedPoints(const Map&
                                                                       const LoopClosure& loop) {
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> shared;
   for (const auto& [keypoint, old] : loop.old_landmarks)
-    if (const Landmark* current = here.landmarks[keypoint].IsValid()
-                                      ? map.landmarks.Find(here.landmarks[keypoint])
-                                      : nullptr)
+    if (const Landmark* current = map.landmarks.Find(here.landmarks[keypoint]))
       shared.emplace_back(current->position, map.landmarks.At(old).position);
   return shared;
 }
@@ -63,21 +61,16 @@ int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d
   }));
 }
 
-std::vector<ProjectedLandmark> ProjectGroup(const Map& map, std::span<const LandmarkId> landmarks,
-                                            const Keyframe& here, const Rigid3& cam_from_world) {
+LandmarkMatches SearchAbout(const Map& map, std::span<const LandmarkId> landmarks,
+                            const Keyframe& here, const Rigid3& cam_from_world, double radius_px) {
   std::vector<ProjectedLandmark> projected;
   for (const LandmarkId id : landmarks)
     if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[here.camera],
                                        cam_from_world, *here.features))
       projected.push_back(*p);
-  return projected;
-}
-
-LandmarkMatches SearchAbout(const Map& map, std::span<const LandmarkId> landmarks,
-                            const Keyframe& here, const Rigid3& cam_from_world, double radius_px) {
   ProjectionSearchOptions search;
   search.radius_px = radius_px;
-  return SearchByProjection(*here.features, map, ProjectGroup(map, landmarks, here, cam_from_world),
+  return SearchByProjection(*here.features, map, projected,
                             std::vector<LandmarkId>(here.features->keypoints.size()), search);
 }
 
@@ -116,9 +109,9 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
   const KeyframeId old = candidate.old;
   const Keyframe& here = map.keyframes.At(current);
   const Camera& camera = map.cameras[here.camera];
-  std::vector<KeyframeId> group = map.CovisibleKeyframes(old, kGroupSize);
-  group.push_back(old);
-  const auto group_landmarks = [&] { return LandmarksSeenBy(map, group); };
+  const auto group_landmarks = [&] {
+    return LandmarksSeenBy(map, map.KeyframesAround(old, kGroupSize));
+  };
   std::optional<Rigid3> rough = PoseByMatches(
       map, here, MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), kRatio), rng);
   std::optional<Rigid3> expected;

@@ -48,10 +48,6 @@ std::optional<Eigen::Vector3d> Triangulated(const View& a, const View& b, double
   return x->point;
 }
 
-}  // namespace
-
-namespace {
-
 // The covisible keyframes, and the few just before this one: a camera that turns fast shares few
 // landmarks with them, but much of the view.
 std::vector<KeyframeId> TriangulationPartners(const Map& map, KeyframeId id, int count) {

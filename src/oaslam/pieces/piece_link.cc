@@ -84,29 +84,6 @@ std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map&
   return LocatedPose{found.cam_from_world, std::max(least, found.sigma_position), by_points};
 }
 
-void PieceLink::AddCommon(const Map& other, std::span<const FramePose> in_other,
-                          std::span<const FramePose> in_this) {
-  for (const FramePose& pose : in_this) {
-    const auto there =
-        std::ranges::lower_bound(in_other, pose.frame_index, {}, &FramePose::frame_index);
-    if (there == in_other.end() || there->frame_index != pose.frame_index ||
-        there->state == TrackingState::kObjects)
-      continue;
-    const auto reference = other.ResolveKeyframe(there->reference);
-    if (!reference) continue;
-    const Rigid3 cam_from_other = there->cam_from_reference * reference->cam_from_carrier *
-                                  other.keyframes.At(reference->by).cam_from_world;
-    Add(pose.frame_index, {cam_from_other, kTrackedSigma * other.MedianDepth(reference->by), true});
-  }
-}
-
-bool PieceLink::CanAlign(size_t keyframes) const {
-  int weight = WeightOf(true, true) * static_cast<int>(keyframes);
-  for (const auto& [frame, located] : located_)
-    weight += WeightOf(located.in_other.by_points, located.of_keyframe);
-  return weight >= kMinWeight;
-}
-
 std::optional<PieceAlignment> PieceLink::Align(const Map& map,
                                                std::span<const FramePose> trajectory) const {
   std::vector<PosePair> pairs;

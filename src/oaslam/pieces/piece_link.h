@@ -57,12 +57,6 @@ class PieceLink {
     located_.insert_or_assign(frame_index, Located{in_other, true});
   }
 
-  // Adds the frames that were tracked by points in both pieces.
-  void AddCommon(const Map& other, std::span<const FramePose> in_other,
-                 std::span<const FramePose> in_this);
-
-  // Whether there would be enough evidence for Align if `keyframes` more keyframes were found.
-  bool CanAlign(size_t keyframes) const;
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
   // those of this piece.
   std::optional<PieceAlignment> Align(const Map& map, std::span<const FramePose> trajectory) const;

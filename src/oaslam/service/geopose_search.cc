@@ -72,13 +72,7 @@ std::string FileOf(const GeoPoseImage& image) {
 
 // The median distance of the landmarks that the nearest keyframe sees, map units.
 double DepthAt(const Map& map, const Eigen::Vector3d& place) {
-  const Keyframe* nearest = nullptr;
-  map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
-    const auto distance = [&](const Keyframe& of) {
-      return (of.cam_from_world.OriginInSource() - place).norm();
-    };
-    if (!nearest || distance(k) < distance(*nearest)) nearest = &k;
-  });
+  const Keyframe* nearest = map.keyframes.Find(map.NearestKeyframe(place));
   std::vector<double> distances;
   if (nearest)
     for (const LandmarkId id : nearest->landmarks)

@@ -3,23 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
+#include <functional>
+#include <iterator>
 #include <utility>
 #include <vector>
 
-#include "oaslam/map/next_ids.h"
+#include "oaslam/map/renumbering.h"
+#include "oaslam/objects/moved_objects.h"
+#include "oaslam/pieces/keyframe_search.h"
+#include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
 namespace {
 
+constexpr double kPatience = 0.33;  // seconds; most losses are shorter
+// Seconds in which a camera that was found again is tracked in both pieces: mostly they are joined.
+constexpr double kInBoth = 0.5;
+
 // An empty map with the same cameras and class relations, whose versions go on from there.
-Map EmptyLike(const Map& map, uint32_t first_landmark) {
+Map EmptyLike(const Map& map) {
   Map empty;
   empty.cameras = map.cameras;
   empty.classes = map.classes;
   empty.version = map.version;
-  empty.next_landmark = first_landmark;
   return empty;
 }
 
@@ -36,25 +43,22 @@ bool IsBeginning(const Tracker::Outcome& outcome) {
 }  // namespace
 
 Atlas::Atlas(const SlamConfig& config, Map map, bool is_loaded, std::vector<Piece> others)
-    : config_(config), waiting_(config) {
+    : config_(config), is_loaded_(is_loaded) {
   for (Piece& piece : others) {
     piece.map.cameras = map.cameras;
-    free_ids_ = Behind(free_ids_, NextIdsOf(piece.map));
-    waiting_.Add(std::move(piece), ++last_number_);
+    waiting_.push_back({std::move(piece), ++last_number_, Relocalizer(config_)});
   }
-  BeginMain(std::move(map), is_loaded);
-  is_loaded_ = is_loaded;
+  const NextIds ids = NextIdsOf(map);
+  main_ = MakeSession(std::move(map), ids, is_loaded);
 }
 
-// Makes `map` the main piece. `has_map`: the camera is looked for in it, and no initial map is
-// made.
-void Atlas::BeginMain(Map map, bool has_map) {
-  const NextIds ids = Behind(free_ids_, NextIdsOf(map));
+// New ids begin at `ids`. `has_map`: the camera is looked for in `map`, and no initial map is made.
+std::unique_ptr<Session> Atlas::MakeSession(Map map, const NextIds& ids, bool has_map) const {
   map.next_landmark = ids.landmark;
-  is_loaded_ = false;
-  End(std::exchange(main_, std::make_unique<Session>(config_, std::move(map), ids, has_map)));
-  main_->tracker().SetRelocalizationMode(mode_);
-  main_->tracker().SetMapping(mapping_);
+  auto session = std::make_unique<Session>(config_, std::move(map), ids, has_map);
+  session->tracker().SetRelocalizationMode(mode_);
+  session->tracker().SetMapping(mapping_);
+  return session;
 }
 
 bool Atlas::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
@@ -62,66 +66,55 @@ bool Atlas::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
 }
 
 Tracker::Outcome Atlas::Process(const Frame& frame) {
-  newest_frame_ = frame.index;
-  // Ids must stay unique across both pieces. While the camera is lost in the main one, that may
-  // make objects only, whose next id its tracker knows. Once the camera is found there, it may make
-  // keyframes and landmarks, too; the ids of landmarks are the mappers', for which this waits.
-  if (growing_) {
-    if (lost_since_)
-      main_->tracker().SkipIds(growing_->session().tracker().next_ids());
-    else
-      main_->SkipIds(growing_->session().next_ids(), frame.index);
-  }
-  const bool looks = MayLook(frame);
+  // Searches take more time than tracking: while a piece grows, each third image at 30 Hz.
+  constexpr double kSeconds = 0.09;
+  const bool looks = !growing_ || !last_vain_look_ || frame.timestamp - *last_vain_look_ > kSeconds;
+  // What a growing piece is to be joined with makes no ids that it has, too.
+  main_->tracker().SetAnotherGrows(growing_.has_value());
+  if (growing_) main_->tracker().SkipObjectsOf(growing_->session->tracker());
   Tracker::Outcome outcome = looks ? main_->Process(frame) : main_->PassOver(frame);
   const bool is_vain = IsLost(outcome) && !outcome.located;
   if (looks) last_vain_look_ = is_vain ? std::optional(frame.timestamp) : std::nullopt;
   if (outcome.gives_up) {  // the main piece is too small to find the camera again
-    EndGrowingPiece(frame.index);
     Park(*main_);
-    BeginMain(EmptyLike(*main_->snapshot(), free_ids_.landmark), false);
-    main_number_ = ++last_number_;
+    Lead(MakeSession(EmptyLike(*main_->snapshot()), {}, false), ++last_number_);
   }
   return mapping_ ? UpdateGrowingPiece(frame, std::move(outcome)) : outcome;
-}
-
-// Whether to look for the camera in the main piece. With mapping, while a new piece grows, not
-// shortly after a failed attempt.
-bool Atlas::MayLook(const Frame& frame) const {
-  constexpr double kSeconds = 0.09;  // three images at 30 Hz; searches take more time than tracking
-  if (!growing_ || !last_vain_look_) return true;
-  return frame.timestamp - *last_vain_look_ > kSeconds;
 }
 
 // After a frame was processed in the main piece: begins, continues, joins, promotes or ends the
 // growing piece. Returns the outcome to report.
 Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome outcome) {
   if (IsBeginning(outcome)) return outcome;
-  const bool is_lost = IsLost(outcome);
-  if (!is_lost)
-    lost_since_.reset();
-  else if (!lost_since_)
-    lost_since_ = frame.timestamp;
-  // The camera is found by points and has passed its probation. On probation (`outcome.located` is
-  // set) it makes no keyframes in the main map, and the new piece may still be joined.
-  if (!is_lost && !outcome.located) EndGrowingPiece(frame.index);
-  if (outcome.is_keyframe) waiting_.LookFor(frame, mode_, *main_);
-  const bool is_lost_for_long =
-      lost_since_ && frame.timestamp - *lost_since_ >= GrowingPiece::kPatience;
-  if (!growing_ && !is_lost_for_long) return outcome;
-  if (!growing_ || (is_lost && growing_->IsLost(frame.timestamp))) BeginGrowingPiece(frame.index);
-  growing_->session().tracker().SkipIds(main_->tracker().next_ids());
-  const Tracker::Outcome there = growing_->Process(frame, outcome.located);
-  if (there.gives_up) {
-    BeginGrowingPiece(frame.index);
+  const bool is_found = !IsLost(outcome);
+  const auto note = [&](bool is_so, std::optional<double>& since) {
+    if (!is_so || !since) since = is_so ? std::optional(frame.timestamp) : std::nullopt;
+  };
+  const auto have_passed = [&](double seconds, const std::optional<double>& since) {
+    return since && frame.timestamp - *since >= seconds;
+  };
+  note(!is_found, lost_since_);
+  if (outcome.is_keyframe) LookFor(frame, *main_);
+  if (!growing_ && !have_passed(kPatience, lost_since_)) return outcome;
+  if (!growing_ || (!is_found && have_passed(kPatience, growing_->lost_since))) BeginGrowingPiece();
+  Session& session = *growing_->session;
+  session.tracker().SkipObjectsOf(main_->tracker());
+  const Tracker::Outcome there = session.Process(frame);
+  note(IsLost(there), growing_->lost_since);
+  note(is_found, growing_->found_since);
+  if (there.gives_up || have_passed(kInBoth, growing_->found_since)) {
+    EndGrowingPiece();
     return outcome;
   }
-  if (there.is_keyframe) waiting_.LookFor(frame, mode_, growing_->session());
-  if (!JoinGrowingPiece(frame.index)) {
+  if (outcome.located) growing_->to_main.Add(frame.index, *outcome.located);
+  if (there.is_keyframe) LookFor(frame, session);
+  if (!JoinGrowingPiece()) {
     const bool is_larger =
-        growing_->session().snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
-    if (!is_larger || !is_lost || IsLost(there) || MustStayMain()) return outcome;
-    PromoteGrowingPiece();
+        session.snapshot()->keyframes.size() > main_->snapshot()->keyframes.size();
+    if (!is_larger || is_found || IsLost(there) || MustStayMain()) return outcome;
+    Park(*main_);
+    Lead(std::move(growing_->session), ++last_number_);
+    growing_.reset();
   }
   lost_since_.reset();
   const Tracker::Outcome now = main_->tracker().Present(*main_->snapshot());
@@ -129,89 +122,192 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
 }
 
 // Ends the piece that is being made, if there is one, and begins a new one.
-void Atlas::BeginGrowingPiece(int frame_index) {
-  EndGrowingPiece(frame_index);
-  main_->FinishAdjustment(frame_index);
-  const NextIds ids = Behind(free_ids_, main_->next_ids());
-  growing_.emplace(config_, EmptyLike(*main_->snapshot(), ids.landmark), ids);
-  growing_->session().tracker().SetRelocalizationMode(mode_);
+void Atlas::BeginGrowingPiece() {
+  EndGrowingPiece();
+  main_->Submit(AdoptAdjustment{});
+  growing_ = Growing{MakeSession(EmptyLike(*main_->snapshot()), main_->FreeIds(), false)};
 }
 
 // Ends the growing piece, if there is one: it waits.
-void Atlas::EndGrowingPiece(int frame_index) {
+void Atlas::EndGrowingPiece() {
   if (!growing_) return;
-  Park(growing_->session());
-  End(growing_->TakeSession());
+  Park(*growing_->session);
+  End(std::move(growing_->session));
   growing_.reset();
-  main_->SkipIds(free_ids_, frame_index);
 }
 
-// Joins the growing piece with the main one, in which the camera is then tracked as it was in the
-// growing one. Returns false, and leaves the pieces as they are, where the transformation is not
-// known yet, the camera would jump, or the mapping of the main piece has failed.
-bool Atlas::JoinGrowingPiece(int frame_index) {
-  // On the map that the tracker saw, since the newest one must be waited for. The commands that are
-  // waited for may move the map, so that the alignment is made again.
-  if (!growing_->Align()) return false;
-  Session& found = growing_->session();
-  const std::shared_ptr<const Map> map = found.Newest();
-  const std::optional<PieceAlignment> alignment = growing_->Align();
-  if (!alignment) return false;
-  const Similarity& world_from_new = alignment->other_from_this;
-  if (!IsContinuous(*main_->Newest(), main_->tracker().trajectory(), *map,
-                    found.tracker().trajectory(), world_from_new))
-    return false;
-  if (!main_->Join(*map, world_from_new, frame_index)) return false;
-  if (!failure_) failure_ = found.failure();
-  main_->tracker().GoOnAs(std::move(found.tracker()), world_from_new.scale);
-  End(growing_->TakeSession());
+// Joins the growing piece with the main one, in which a camera that is lost there is then tracked
+// as it was in the growing one. Returns false, and leaves the pieces as they are, where the
+// transformation is not known yet, the camera is lost or would jump, or the mapping of the main
+// piece has failed.
+bool Atlas::JoinGrowingPiece() {
+  constexpr size_t kMinKeyframes = 5;  // smaller maps have hardly any parallax
+  Session& session = *growing_->session;
+  if (growing_->lost_since || session.snapshot()->keyframes.size() < kMinKeyframes) return false;
+  const auto align = [&] {
+    return growing_->to_main.Align(*session.snapshot(), session.tracker().trajectory());
+  };
+  // First on the map that the tracker saw, since the newest one must be waited for, and may have
+  // moved.
+  if (!align()) return false;
+  const Piece piece{*session.Newest(), session.tracker().trajectory()};
+  const std::optional<PieceAlignment> alignment = align();
+  if (!alignment || !Join(piece, alignment->other_from_this, *main_)) return false;
+  if (!failure_) failure_ = session.failure();
+  main_->tracker().GoOnAs(std::move(session.tracker()), alignment->other_from_this.scale);
+  End(std::move(growing_->session));
   growing_.reset();
-  Log(LogLevel::kInfo,
-      fmt::format("frame {}: a map made while lost was joined with the old one", frame_index));
   return true;
 }
 
-// Makes the growing piece, now larger than the main one, the main piece.
-void Atlas::PromoteGrowingPiece() {
-  Park(*main_);
-  End(std::exchange(main_, growing_->TakeSession()));
-  growing_.reset();
-  is_loaded_ = false;
-  main_number_ = ++last_number_;
+// Looks for a keyframe of a session in one of the waiting pieces, in turn, and joins that piece
+// with the session's map once its place is known.
+void Atlas::LookFor(const Frame& keyframe, Session& session) {
+  if (waiting_.empty()) return;
+  const auto waiting =
+      std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  const auto located = LocatedPoseOf(
+      waiting->relocalizer.Find(keyframe, waiting->piece.map, mode_, keyframe.gravity_in_cam, rng),
+      waiting->piece.map);
+  if (!located) return;
+  waiting->link.AddKeyframe(keyframe.index, *located);
+  const auto align = [&] {
+    return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
+  };
+  if (!align()) return;
+  session.Submit(AdoptAdjustment{});  // queued commands may still move the map
+  const auto piece_from_world = align();
+  if (!piece_from_world) return;
+  if (JoinWaiting(waiting->piece, piece_from_world->other_from_this.Inverse(), session))
+    waiting_.erase(waiting);
 }
 
-// Destroys a session, if there is one; its background adjustment takes some tenths of a second to
-// stop. In live mode another thread does that, and the camera waits only where the session before
-// is still being destroyed.
+// Joins a piece with the map of a session; false where the camera would jump between them.
+bool Atlas::Join(const Piece& piece, const Similarity& world_from_piece, Session& session) {
+  if (!IsContinuous(*session.snapshot(), session.tracker().trajectory(), piece.map,
+                    piece.trajectory, world_from_piece) ||
+      !session.Join(piece.map, world_from_piece))
+    return false;
+  Log(LogLevel::kInfo,
+      fmt::format("frame {}: a piece of {} keyframes, from frame {} on, was joined",
+                  session.tracker().newest_frame(), piece.map.keyframes.size(),
+                  piece.map.keyframes.At(piece.map.keyframes.First()).frame_index));
+  return true;
+}
+
+bool Atlas::JoinWaiting(const Piece& piece, const Similarity& world_from_piece, Session& session) {
+  const Piece joining = Renumbered(piece, session.FreeIds());
+  if (!Join(joining, world_from_piece, session)) return false;
+  session.tracker().Adopt(joining, world_from_piece.scale);
+  return true;
+}
+
+bool Atlas::JoinWaiting(const Waiting& waiting, Waiting& into) const {
+  auto& [map, trajectory] = into.piece;
+  const auto world_from_piece = PlaceIn(map, trajectory, waiting, into.relocalizer);
+  if (!world_from_piece || !IsContinuous(map, trajectory, waiting.piece.map,
+                                         waiting.piece.trajectory, *world_from_piece))
+    return false;
+  const Piece joining = Renumbered(waiting.piece, NextIdsOf(map));
+  Rng rng(static_cast<uint64_t>(config_.runner.seed));
+  JoinPiece(joining.map, *world_from_piece, config_, rng, map);
+  AdoptPoses(joining.trajectory, world_from_piece->scale, trajectory);
+  ++map.version;
+  return true;
+}
+
+// The place of a waiting piece in another map: by its keyframes that are found there, or by frames
+// of the other one that were found in it.
+std::optional<Similarity> Atlas::PlaceIn(const Map& world, const std::vector<FramePose>& trajectory,
+                                         const Waiting& waiting, Relocalizer& relocalizer) const {
+  PieceLink link;
+  FindKeyframes(waiting.piece, world, mode_, {}, config_, relocalizer, link);
+  if (const auto found = link.Align(waiting.piece.map, waiting.piece.trajectory))
+    return found->other_from_this;
+  const auto seen = waiting.link.Align(world, trajectory);
+  return seen ? std::optional(seen->other_from_this.Inverse()) : std::nullopt;
+}
+
+// Joins waiting pieces with the main one and with each other.
+void Atlas::JoinAll() {
+  waiting_.sort([](const Waiting& a, const Waiting& b) { return a.keyframes() > b.keyframes(); });
+  // After each piece anew, since more may be found in what has become larger.
+  const auto join_others = [&](const auto& first, const auto& join) {
+    const auto next = [&] { return std::find_if(first(), waiting_.end(), join); };
+    for (auto joined = next(); joined != waiting_.end(); joined = next()) waiting_.erase(joined);
+  };
+  Relocalizer relocalizer(config_);
+  join_others([&] { return waiting_.begin(); },
+              [&](const Waiting& waiting) {
+                const auto world_from_piece = PlaceIn(
+                    *main_->snapshot(), main_->tracker().trajectory(), waiting, relocalizer);
+                return world_from_piece && JoinWaiting(waiting.piece, *world_from_piece, *main_);
+              });
+  for (auto into = waiting_.begin(); into != waiting_.end(); ++into)
+    join_others([&] { return std::next(into); },
+                [&](const Waiting& waiting) { return JoinWaiting(waiting, *into); });
+}
+
+// Exchanges the main piece with a larger waiting one, if there is one.
+void Atlas::PromoteLargest() {
+  const auto largest = std::ranges::max_element(waiting_, {}, &Waiting::keyframes);
+  if (MustStayMain() || largest == waiting_.end() ||
+      largest->keyframes() <= main_->snapshot()->keyframes.size())
+    return;
+  Park(*main_);
+  const NextIds ids = NextIdsOf(largest->piece.map);
+  Lead(MakeSession(std::move(largest->piece.map), ids, true), largest->number);
+  main_->tracker().Adopt({{}, std::move(largest->piece.trajectory)}, 1);
+  waiting_.erase(largest);
+}
+
+// Makes the map of a session the main piece.
+void Atlas::Lead(std::unique_ptr<Session> session, int number) {
+  End(std::exchange(main_, std::move(session)));
+  main_number_ = number;
+  is_loaded_ = false;
+}
+
+// Destroys a session; its background adjustment takes some tenths of a second to stop. In live mode
+// another thread does that, and the camera waits only where the session before is still being
+// destroyed.
 void Atlas::End(std::unique_ptr<Session> session) {
-  if (session && config_.runner.mode == RunnerMode::kLive)
+  if (config_.runner.mode == RunnerMode::kLive)
     ending_ = std::jthread([session = std::move(session)]() mutable { session.reset(); });
 }
 
-// Copies a session's map, with all that its tracker has seen, and its trajectory to the waiting
-// pieces, unless the map is empty. Keeps its failure, and its ids from being used again.
-void Atlas::Park(Session& session) {
-  MapCommand rest = session.tracker().TakeRest();
-  rest.edit = AdoptAdjustment{};  // it would end with the session
-  session.SubmitAndWait(std::move(rest));
+// A session's map, with all that its tracker has seen, and its trajectory. Keeps its failure.
+Piece Atlas::Completed(Session& session) {
+  session.SubmitRest(AdoptAdjustment{});  // the adjustment would end with the session
   if (!failure_) failure_ = session.failure();
-  const std::shared_ptr<const Map> map = session.snapshot();
-  free_ids_ = Behind(free_ids_, session.next_ids());
-  if (map->keyframes.size() == 0) return;
-  session.tracker().RefineTrajectory(*map);
+  session.tracker().RefineTrajectory(*session.snapshot());
+  return {*session.snapshot(), session.tracker().trajectory()};
+}
+
+// Copies a session's piece to the waiting ones, unless it is empty.
+void Atlas::Park(Session& session) {
+  Piece piece = Completed(session);
+  if (piece.map.keyframes.empty()) return;
   const int number = &session == main_.get() ? main_number_ : ++last_number_;
-  waiting_.Add({*map, session.tracker().trajectory()}, number);
+  waiting_.push_back({std::move(piece), number, Relocalizer(config_)});
 }
 
 std::vector<Piece> Atlas::Others() {
-  std::vector<Piece> others = waiting_.All();
-  if (!growing_) return others;
-  const std::shared_ptr<const Map> map = growing_->session().Mapped();
-  if (map->keyframes.size() == 0) return others;
-  const auto size = [](const Piece& piece) { return piece.map.keyframes.size(); };
-  const auto at =
-      std::ranges::lower_bound(others, map->keyframes.size(), std::ranges::greater(), size);
-  others.insert(at, {*map, growing_->session().tracker().trajectory()});
+  std::vector<Piece> others;
+  for (const Waiting& waiting : waiting_) others.push_back(waiting.piece);
+  if (growing_) {
+    const std::shared_ptr<const Map> map = growing_->session->Mapped();
+    if (!map->keyframes.empty())
+      others.push_back({*map, growing_->session->tracker().trajectory()});
+  }
+  std::ranges::stable_sort(others, std::greater(),
+                           [](const Piece& piece) { return piece.map.keyframes.size(); });
+  NextIds free = NextIdsOf(*main_->Mapped());
+  for (Piece& piece : others) {
+    piece = Renumbered(piece, free);
+    free = NextIdsOf(piece.map);
+  }
   return others;
 }
 
@@ -222,82 +318,73 @@ bool Atlas::MustStayMain() const {
   return (is_loaded_ && !map.keyframes.empty()) || !map.anchors.empty() || map.is_metric;
 }
 
-// Exchanges the main piece with a larger waiting one, if there is one.
-void Atlas::PromoteLargest() {
-  if (MustStayMain()) return;
-  auto largest = waiting_.TakeLargest(main_->snapshot()->keyframes.size());
-  if (!largest) return;
-  Park(*main_);
-  BeginMain(std::move(largest->piece.map), true);
-  main_->tracker().Adopt(largest->piece.trajectory, 1);
-  main_number_ = largest->number;
-}
-
 void Atlas::Finish() {
-  if (growing_) growing_->session().Newest();  // for Align in JoinGrowingPiece
-  if (growing_ && !JoinGrowingPiece(newest_frame_)) EndGrowingPiece(newest_frame_);
+  if (growing_) {
+    growing_->session->Newest();
+    if (!JoinGrowingPiece()) EndGrowingPiece();
+  }
   if (mapping_ && !failure()) {
-    main_->SubmitAndWait(main_->tracker().TakeRest());
-    waiting_.JoinAll(mode_, newest_frame_, main_number_, *main_);
+    main_->SubmitRest();
+    JoinAll();
     PromoteLargest();
   }
   main_->Finish();
-  if (mapping_ && !failure()) waiting_.Optimize();
+  if (mapping_ && !failure())
+    for (Waiting& waiting : waiting_) OptimizePiece(config_, waiting.piece.map);
 }
 
 std::exception_ptr Atlas::failure() {
   if (failure_) return failure_;
   if (const std::exception_ptr failure = main_->failure()) return failure;
-  return growing_ ? growing_->session().failure() : nullptr;
+  return growing_ ? growing_->session->failure() : nullptr;
 }
 
 std::optional<Tracker::Outcome> Atlas::AddDetections(
     int frame_index, const std::vector<ObjectDetection>& detections) {
   // Both pieces may make objects of them, with different ids.
-  if (growing_) main_->tracker().SkipIds(growing_->session().tracker().next_ids());
+  if (growing_) main_->tracker().SkipObjectsOf(growing_->session->tracker());
   std::optional<Tracker::Outcome> outcome = main_->AddDetections(frame_index, detections);
   if (outcome && outcome->state == TrackingState::kRelocalized) {
     lost_since_.reset();
     last_vain_look_.reset();
   }
   if (!growing_) return outcome;
-  growing_->session().tracker().SkipIds(main_->tracker().next_ids());
-  growing_->AddDetections(frame_index, detections, outcome ? outcome->located : std::nullopt);
+  growing_->session->tracker().SkipObjectsOf(main_->tracker());
+  growing_->session->AddDetections(frame_index, detections);
+  if (outcome && outcome->located) growing_->to_main.Add(frame_index, *outcome->located);
   return outcome;
 }
 
 void Atlas::SetRelocalizationMode(RelocalizationMode mode) {
   mode_ = mode;
   main_->tracker().SetRelocalizationMode(mode);
-  if (growing_) growing_->session().tracker().SetRelocalizationMode(mode);
+  if (growing_) growing_->session->tracker().SetRelocalizationMode(mode);
 }
 
 void Atlas::SetMapping(bool enabled) {
   if (mapping_ == enabled) return;
-  if (!enabled) main_->SubmitAndWait(main_->tracker().TakeRest());
-  EndGrowingPiece(newest_frame_);
+  if (!enabled) main_->SubmitRest();
+  EndGrowingPiece();
   lost_since_.reset();
   mapping_ = enabled;
   main_->tracker().SetMapping(enabled);
 }
 
 void Atlas::SetMetresPerUnit(double metres) {
-  EndGrowingPiece(newest_frame_);
-  main_->ScaleToMetres(metres, newest_frame_);
+  EndGrowingPiece();
+  main_->ScaleToMetres(metres);
 }
 
 void Atlas::ForceRelocalization(const std::optional<Rigid3>& near) {
   main_->tracker().ForceRelocalization(near);
-  EndGrowingPiece(newest_frame_);
+  EndGrowingPiece();
   lost_since_.reset();
 }
 
 void Atlas::SetClassRelations(const ClassRelations& relations) {
-  // The next frame is the first that they apply to.
-  const MapCommand command{newest_frame_ + 1, relations};
-  waiting_.SetClassRelations(relations);
-  if (growing_) growing_->session().SubmitAndWait(command);
-  main_->SubmitAndWait(command);
+  for (Waiting& waiting : waiting_) oaslam::SetClassRelations(relations, waiting.piece.map);
+  if (growing_) growing_->session->Submit(relations);
+  main_->Submit(relations);
 }
 
 }  // namespace oaslam

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <atomic>
-#include <exception>
+#include <chrono>
 #include <functional>
-#include <memory>
+#include <future>
 #include <stop_token>
-#include <thread>
 #include <vector>
 
 #include "oaslam/bundle/bundle_adjustment.h"
@@ -26,27 +24,24 @@ class BackgroundBundle {
   // frame.
   BackgroundBundle(const Map& map, std::vector<KeyframeId> window, const BundleConfig& config,
                    int frame_index, const WindowAdjustment& adjust = WindowBundleAdjustment);
+  ~BackgroundBundle() { stop_.request_stop(); }
   BackgroundBundle(const BackgroundBundle&) = delete;
   BackgroundBundle& operator=(const BackgroundBundle&) = delete;
 
   int begun_at() const { return begun_at_; }
-  bool IsReady() const { return work_->is_ready; }
+  bool IsReady() const {
+    return correction_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
   // Waits for the result and applies it to the map, which may have changed since. Rethrows an
   // exception of the bundle adjustment.
   void WaitAndApply(int min_shared_landmarks, Map& map);
 
  private:
-  struct Work {
-    Map map;
-    std::vector<KeyframeId> window;
-    BundleCorrection correction;
-    std::exception_ptr failure;
-    std::atomic<bool> is_ready = false;
-  };
-
   int begun_at_;
-  std::unique_ptr<Work> work_;
-  std::jthread thread_;  // last member: destroyed, and so joined, before `work_`
+  Map map_;
+  std::vector<KeyframeId> window_;
+  std::stop_source stop_;
+  std::shared_future<BundleCorrection> correction_;  // last member: its destructor waits
 };
 
 }  // namespace oaslam

@@ -9,36 +9,21 @@
 namespace oaslam {
 namespace {
 
-constexpr double kProbation = 0.5;  // seconds, in which a false pose should fail
 // Poses are refined after this many frames (5 s at 30 Hz), when the map around them has settled;
 // until then the matches of a frame are kept, about 5 KB each.
 constexpr int kRefineAfter = 150;
 
 }  // namespace
 
-// During its probation a relocalized pose needs as many inliers as a relocalization does.
-TrackDemands Tracker::Demands(const Frame& frame) const {
-  TrackDemands demands;
-  demands.inliers = config_.tracking.min_inliers;
-  demands.spread = LeastSpread();
-  if (IsOnProbation(frame.timestamp))
-    demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
-  return demands;
-}
-
-// The least spread of landmarks in the image that a pose needs. A few landmarks in one corner of
-// the image cannot tell a rotation from a sideways motion, so that the scale of the map drifts.
-// Less spread is demanded where landmarks have been few and close together for seconds, as on an
-// object on a plain table.
-double Tracker::LeastSpread() const {
+// A few landmarks in one corner of the image cannot tell a rotation from a sideways motion, so that
+// the scale of the map drifts. Less spread is demanded where landmarks have been few and close
+// together for seconds, as on an object on a plain table.
+TrackDemands Tracker::Demands() const {
   // Of the usual spread; set on the doorways of the flat (docs/lab/tracking.md).
   constexpr double kShare = 0.1;
   constexpr double kEnough = 0.36;  // e.g. a hundred landmarks in a fifth of the image's width
-  return std::min(kShare * usual_spread_, kEnough);
-}
-
-bool Tracker::IsOnProbation(double timestamp) const {
-  return relocalized_frame_ && timestamp - relocalized_time_ <= kProbation;
+  return {.inliers = config_.tracking.min_inliers,
+          .spread = std::min(kShare * usual_spread_, kEnough)};
 }
 
 // Tracks in the local map from a first pose. Where few landmarks are in view, matches with the last
@@ -59,7 +44,7 @@ TrackReport Tracker::FollowWithoutMotion(const Frame& frame, const Map& map) con
   const std::optional<Rigid3> reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
   if (!reference) return {};
   const Rigid3 last_pose = last_->cam_from_reference * *reference;
-  const TrackDemands demands = Demands(frame);
+  const TrackDemands demands = Demands();
   for (const double times : {1, 2, 4, 8}) {
     const TrackReport found = StrengthenedInLocalMap(
         frame, map,

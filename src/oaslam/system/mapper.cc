@@ -18,8 +18,7 @@ namespace oaslam {
 void Mapper::Apply(const MapCommand& command) {
   bool has_moved = AdoptBackgroundBundle(command);
   CountLandmarkUse(command.uses, map_);
-  has_moved |=
-      std::visit([&](const auto& edit) { return Apply(edit, command.frame_index); }, command.edit);
+  has_moved |= ApplyEdit(command);
   if (has_moved) RefitMovedObjects(config_.objects, map_);
   if (!command.sightings.empty())
     UpdateObjects(map_, command.sightings,
@@ -28,38 +27,30 @@ void Mapper::Apply(const MapCommand& command) {
     UpdateUp(map_);
 }
 
-bool Mapper::Apply(const ClassRelations& classes, int) {
-  SetClassRelations(classes, map_);
+bool Mapper::ApplyEdit(const MapCommand& command) {
+  if (const auto* keyframe = std::get_if<KeyframeInsertion>(&command.edit))
+    return Insert(*keyframe, command.frame_index);
+  if (const auto* joining = std::get_if<JoiningMap>(&command.edit))
+    return Join(*joining, command.frame_index);
+  if (const auto* initial = std::get_if<InitialMap>(&command.edit)) {
+    if (!InsertInitialMap(*initial, map_))
+      Log(LogLevel::kDebug, "initial map refused after refinement");
+    unsettled_keyframes_ = map_.keyframes.Ids();
+  } else if (const auto* scale = std::get_if<MetricScale>(&command.edit)) {
+    map_.Scale(scale->metres_per_unit);
+    map_.is_metric = true;
+    if (background_bundle_ || !windows_.empty()) AdjustInBackground(command.frame_index);
+  } else if (const auto* classes = std::get_if<ClassRelations>(&command.edit)) {
+    SetClassRelations(*classes, map_);
+  } else if (const auto* anchors = std::get_if<NewAnchors>(&command.edit)) {
+    map_.anchors = *anchors;
+    std::erase_if(map_.anchors,
+                  [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
+  }
   return false;
 }
 
-bool Mapper::Apply(const NewAnchors& anchors, int) {
-  map_.anchors = anchors;
-  std::erase_if(map_.anchors,
-                [&](const auto& entry) { return !map_.ResolveKeyframe(entry.second.keyframe); });
-  return false;
-}
-
-bool Mapper::Apply(SkipLandmarks skip, int) {
-  map_.next_landmark = std::max(map_.next_landmark, skip.first);
-  return false;
-}
-
-bool Mapper::Apply(const InitialMap& initial, int) {
-  if (!InsertInitialMap(initial, map_))
-    Log(LogLevel::kDebug, "initial map refused after refinement");
-  unsettled_keyframes_ = map_.keyframes.Ids();
-  return false;
-}
-
-bool Mapper::Apply(MetricScale scale, int frame_index) {
-  map_.Scale(scale.metres_per_unit);
-  map_.is_metric = true;
-  if (background_bundle_ || !windows_.empty()) AdjustInBackground(frame_index);
-  return false;
-}
-
-bool Mapper::Apply(const JoiningMap& joining, int frame_index) {
+bool Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
   unsettled_keyframes_ = map_.keyframes.Ids();
   // A background adjustment that began before the piece came would not move its keyframes.
@@ -68,7 +59,7 @@ bool Mapper::Apply(const JoiningMap& joining, int frame_index) {
   return true;
 }
 
-bool Mapper::Apply(const KeyframeInsertion& keyframe, int frame_index) {
+bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
   InsertKeyframe(keyframe, config_.mapping, map_);
   recent_landmarks_ = CullRecentLandmarks(recent_landmarks_, keyframe.id, map_);
   const std::vector<LandmarkId> created =
@@ -107,15 +98,11 @@ void Mapper::AdjustInBackground(int frame_index) {
   BeginNextWindow(frame_index);
 }
 
-// Stopping an adjustment takes some tenths of a second. In live mode another thread waits for that.
-void Mapper::DropBackgroundBundle() {
+void Mapper::BeginNextWindow(int frame_index) {
+  // Stopping an adjustment takes some tenths of a second. In live mode another thread waits for it.
   if (IsLive() && background_bundle_)
     ending_ = std::jthread([bundle = std::move(background_bundle_)]() mutable { bundle.reset(); });
   background_bundle_.reset();
-}
-
-void Mapper::BeginNextWindow(int frame_index) {
-  DropBackgroundBundle();
   if (windows_.empty()) return;
   std::vector<KeyframeId> window = std::move(windows_.back());
   windows_.pop_back();
@@ -123,23 +110,19 @@ void Mapper::BeginNextWindow(int frame_index) {
                                                           frame_index, adjust_);
 }
 
-// Whether to apply the background bundle adjustment now. Live: with the first keyframe after it is
-// ready, so that nothing waits for it, and the map does not move while the camera is lost, since a
-// lost camera makes no keyframes. Otherwise a fixed number of frames after its start, so that
-// results are the same on every run.
-bool Mapper::IsAdjustmentDue(const MapCommand& command) const {
-  // 1 s at 30 Hz; if the adjustment takes longer, the mapper waits for it.
-  constexpr int kFrames = 30;
-  if (!background_bundle_) return false;
-  if (IsLive())
-    return std::holds_alternative<KeyframeInsertion>(command.edit) && background_bundle_->IsReady();
-  return std::holds_alternative<AdoptAdjustment>(command.edit) ||
-         command.frame_index >= background_bundle_->begun_at() + kFrames;
-}
-
 // Applies the background bundle adjustment if it is due. Returns whether it has moved the map.
+// Live: with the first keyframe after it is ready, so that nothing waits for it, and the map does
+// not move while the camera is lost, since a lost camera makes no keyframes. Otherwise a fixed
+// number of frames after its start, so that results are the same on every run.
 bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
-  if (!IsAdjustmentDue(command)) return false;
+  constexpr int kFrames = 30;  // 1 s at 30 Hz; if the adjustment takes longer, the mapper waits
+  if (!background_bundle_) return false;
+  const bool is_due =
+      IsLive()
+          ? std::holds_alternative<KeyframeInsertion>(command.edit) && background_bundle_->IsReady()
+          : std::holds_alternative<AdoptAdjustment>(command.edit) ||
+                command.frame_index >= background_bundle_->begun_at() + kFrames;
+  if (!is_due) return false;
   background_bundle_->WaitAndApply(config_.mapping.min_shared_landmarks, map_);
   background_bundle_.reset();
   // The next window starts at the next keyframe where the map must not move for now.

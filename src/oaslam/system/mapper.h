@@ -29,11 +29,6 @@ struct JoiningMap {
 // Live mode does not wait; the map does not move until its next keyframe.
 struct AdoptAdjustment {};
 
-// New landmarks get this id or a higher one.
-struct SkipLandmarks {
-  uint32_t first = 0;
-};
-
 // The caller must scale the tracker, too.
 struct MetricScale {
   double metres_per_unit = 1;
@@ -42,9 +37,8 @@ struct MetricScale {
 // Replaces all anchors.
 using NewAnchors = std::map<std::string, Anchor>;
 
-using MapEdit =
-    std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap, AdoptAdjustment,
-                 SkipLandmarks, MetricScale, ClassRelations, NewAnchors>;
+using MapEdit = std::variant<std::monostate, InitialMap, KeyframeInsertion, JoiningMap,
+                             AdoptAdjustment, MetricScale, ClassRelations, NewAnchors>;
 
 // A change of the map, and what was seen since the previous command.
 struct MapCommand {
@@ -74,23 +68,15 @@ class Mapper {
   std::shared_ptr<const Map> Publish();
 
  private:
-  // One for each kind of edit; they return whether what was in the map has moved.
-  static bool Apply(std::monostate, int) { return false; }
-  static bool Apply(AdoptAdjustment, int) { return false; }
-  bool Apply(const InitialMap& initial, int frame_index);
-  bool Apply(const KeyframeInsertion& keyframe, int frame_index);
-  bool Apply(const JoiningMap& joining, int frame_index);
-  bool Apply(SkipLandmarks skip, int frame_index);
-  bool Apply(MetricScale scale, int frame_index);
-  bool Apply(const ClassRelations& classes, int frame_index);
-  bool Apply(const NewAnchors& anchors, int frame_index);
+  // These return whether what was in the map has moved.
+  bool ApplyEdit(const MapCommand& command);
+  bool Insert(const KeyframeInsertion& keyframe, int frame_index);
+  bool Join(const JoiningMap& joining, int frame_index);
   bool CloseLoop(KeyframeId keyframe, int frame_index);
   void AdjustInBackground(int frame_index);
   bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }
-  bool IsAdjustmentDue(const MapCommand& command) const;
   bool AdoptBackgroundBundle(const MapCommand& command);
   void BeginNextWindow(int frame_index);
-  void DropBackgroundBundle();
 
   SlamConfig config_;
   Map map_;

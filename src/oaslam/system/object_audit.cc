@@ -18,19 +18,17 @@ void ObjectAudit::Add(const Frame& frame, const Rigid3& cam_from_world, const Ma
        AssociateObjects(tracked, map, ObjectTracks::ContinueFrom(map), config).sightings) {
     if (sighting.place == PlaceEvidence::kNone) continue;
     const Object& object = map.objects.At(sighting.object);
-    Audited& audited = audited_[sighting.object];
-    audited.category_id = object.category_id;
-    ++audited.expected;
-    audited.seen += sighting.place == PlaceEvidence::kInPlace;
-    audited.absence += AbsenceEvidence(sighting.place, interval, object);
+    auto& [presence, absence] = audited_[sighting.object];
+    absence += AbsenceEvidence(sighting.place, interval, object);
+    presence = {sighting.object.value, object.category_id, presence.expected + 1,
+                presence.seen + (sighting.place == PlaceEvidence::kInPlace),
+                IsProvenAbsent(absence)};
   }
 }
 
 std::vector<ObjectPresence> ObjectAudit::Report() const {
   std::vector<ObjectPresence> report;
-  for (const auto& [id, audited] : audited_)
-    report.push_back({id.value, audited.category_id, audited.expected, audited.seen,
-                      IsProvenAbsent(audited.absence)});
+  for (const auto& [id, audited] : audited_) report.push_back(audited.presence);
   return report;
 }
 

@@ -22,9 +22,8 @@ class ObjectAudit {
 
  private:
   struct Audited {
-    int category_id = 0, expected = 0, seen = 0;
-    // Summed evidence that the object is gone (AbsenceEvidence), over all frames alike.
-    double absence = 0;
+    ObjectPresence presence;
+    double absence = 0;  // summed evidence that the object is gone, over all frames alike
   };
   std::map<ObjectId, Audited> audited_;
   std::optional<double> last_time_;

@@ -7,34 +7,21 @@
 namespace oaslam {
 namespace {
 
-// Invalid in an empty map.
-KeyframeId NearestKeyframe(const Map& map, const Rigid3& cam_from_world) {
-  KeyframeId nearest;
-  double least = 0;
-  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
-    const double distance =
-        (keyframe.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm();
-    if (nearest.IsValid() && distance >= least) return;
-    nearest = id;
-    least = distance;
-  });
-  return nearest;
-}
-
 ExpectedPose ExpectedBy(const Relocalization& found) {
   return {found.cam_from_world, found.sigma_position / std::numbers::sqrt3, found.relative_sigma};
 }
 
 }  // namespace
 
-// A pose by objects of the newest frame, in which the camera is lost. One that is too uncertain for
+// A pose by objects of a frame in which the camera is lost. One that is too uncertain for
 // tracking.max_object_sigma is given at once, and not kept.
 Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
                                            const Relocalization& found) {
   const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
   const LocatedPose located{found.cam_from_world, found.sigma_position};
   AddToRegistration(frame, map, located);
-  Outcome outcome = is_sure ? ShowObjectPose(frame, map, found) : ByRegistration(frame, map);
+  Outcome outcome = is_sure ? ShowPose(frame, map, ExpectedBy(found), found.confidence)
+                            : ByRegistration(frame, map);
   if (!outcome.cam_from_world) outcome = Outcome::ByObjects(ExpectedBy(found), found.confidence);
   outcome.objects = found.matched_objects;
   KeepLost(frame);
@@ -42,22 +29,16 @@ Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
   return outcome;
 }
 
-Tracker::Outcome Tracker::ShowObjectPose(const Frame& frame, const Map& map,
-                                         const Relocalization& found) {
-  Outcome outcome = ShowPose(frame, map, ExpectedBy(found), found.confidence);
-  outcome.objects = found.matched_objects;
-  return outcome;
-}
-
-// Gives the newest frame, in which the camera is lost, a pose that does not come from points of the
-// map. Tracking does not continue from it.
+// Gives a frame in which the camera is lost a pose that does not come from points of the map,
+// unless it has one. Tracking does not continue from it.
 Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map, const ExpectedPose& pose,
                                    double confidence) {
-  const KeyframeId nearest = NearestKeyframe(map, pose.cam_from_world);
+  const KeyframeId nearest = map.NearestKeyframe(pose.cam_from_world.OriginInSource());
   if (!nearest.IsValid()) return {};
-  trajectory_.Add({frame.index, frame.timestamp, nearest,
-                   RelativeTo(map, nearest, pose.cam_from_world), TrackingState::kObjects},
-                  frame, {});
+  if (!trajectory_.PoseOf(frame.index))
+    trajectory_.Add({frame.index, frame.timestamp, nearest,
+                     RelativeTo(map, nearest, pose.cam_from_world), TrackingState::kObjects},
+                    frame, {});
   return Outcome::ByObjects(pose, confidence);
 }
 

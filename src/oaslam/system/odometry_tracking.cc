@@ -36,8 +36,7 @@ std::optional<double> UnitOfOdometry(const Frame& frame, const Map& map,
   std::ranges::stable_sort(depths, {}, x_of);
   std::vector<double> lengths;
   for (size_t i = 0; i < tracked.landmarks.size(); ++i) {
-    const Landmark* landmark =
-        tracked.landmarks[i].IsValid() ? map.landmarks.Find(tracked.landmarks[i]) : nullptr;
+    const Landmark* landmark = map.landmarks.Find(tracked.landmarks[i]);
     if (!landmark) continue;
     const Eigen::Vector2f& px = frame.features->keypoints[i].px;
     const auto distance = [&](const auto& d) { return (d.px - px).squaredNorm(); };
@@ -154,7 +153,7 @@ bool Tracker::NeedsFeatures(double timestamp, const FrameMotion* motion) const {
   // Two images at 30 Hz may pass in between. Other values were not measured.
   constexpr double kSeconds = 0.08;
   // A new map needs all the keyframes that it can get (docs/lab/odometry.md).
-  if (phase_ != Phase::kTracking || !last_ || !unit_ || IsOnProbation(timestamp) ||
+  if (phase_ != Phase::kTracking || !last_ || !unit_ ||
       timestamp - last_->frame.timestamp > kSeconds || timestamp - map_began_time_ < kYoung)
     return true;
   return motion && (motion->is_preliminary || motion->is_keyframe || motion->run != unit_->run);
@@ -167,11 +166,12 @@ Tracker::Outcome Tracker::Carry(const Frame& frame, const Map& map,
   TrackReport carried;
   carried.cam_from_world = predicted.expected.cam_from_world;
   carried.reference = predicted.reference;
+  carried.covariance = predicted.expected.Covariance();
   Features features = *frame.features;
   const Features& before = *last_->frame.features;
   for (size_t i = 0; i < last_->landmarks.size(); ++i) {
     const LandmarkId id = last_->landmarks[i];
-    const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr;
+    const Landmark* landmark = map.landmarks.Find(id);
     const auto seen = landmark ? ProjectLandmark(id, *landmark, map.cameras[frame.camera],
                                                  carried.cam_from_world, before)
                                : std::nullopt;
@@ -187,11 +187,9 @@ Tracker::Outcome Tracker::Carry(const Frame& frame, const Map& map,
   newest_.landmarks = carried.landmarks;
   constexpr double kSeconds = 0.2;  // since the map was seen
   Outcome outcome =
-      Outcome::Tracked(frame.timestamp - seen_in_map_time_ < kSeconds ? TrackingState::kTracking
-                                                                      : TrackingState::kOdometry,
-                       carried.cam_from_world, carried.matched, carried.inliers);
-  outcome.depth = carried.depth;
-  StateCertainty(frame, map, predicted.expected.Covariance(), carried.reference, outcome);
+      OutcomeOf(frame, map, carried,
+                frame.timestamp - seen_in_map_time_ < kSeconds ? TrackingState::kTracking
+                                                               : TrackingState::kOdometry);
   ObserveObjects(newest_.frame, map, carried, outcome);
   if (!mapping_) TakeRest();
   const FramePose pose{frame.index, frame.timestamp, carried.reference,
@@ -210,7 +208,7 @@ TrackReport Tracker::FollowByOdometry(const Frame& frame, const Map& map,
                                       const OdometryPrediction& predicted) {
   constexpr double kSigmas = 5;
   const ExpectedPose& expected = predicted.expected;
-  TrackDemands demands = Demands(frame);
+  TrackDemands demands = Demands();
   // After images of which only the turn was known, the map is found again as by a relocalization.
   if (predicted.is_turn && last_->frame.timestamp != seen_in_map_time_)
     demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
@@ -231,27 +229,18 @@ TrackReport Tracker::FollowByOdometry(const Frame& frame, const Map& map,
   TrackReport report =
       TrackByPrior(frame, map, expected, LandmarksBefore(map, predicted.reference), demands);
   report.success = report.success && agrees(report);
+  if (report.success) return report;
+  report.reference = predicted.reference;
+  if (!(report.depth > 0)) report.depth = unit_ ? unit_->length * MedianDepth(*frame.motion) : 0;
   return report;
-}
-
-// Goes on with a pose by the camera's motion; the map gave none.
-Tracker::Outcome Tracker::ContinueByOdometry(const Frame& frame, const Map& map,
-                                             const OdometryPrediction& predicted,
-                                             TrackReport carried) {
-  carried.reference = predicted.reference;
-  if (!(carried.depth > 0)) carried.depth = unit_ ? unit_->length * MedianDepth(*frame.motion) : 0;
-  return Continue(frame, map, carried, TrackingState::kOdometry);
 }
 
 // The unit of the odometry, by points whose depth it knows that are landmarks of the map, too.
 void Tracker::LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked) {
-  if (!frame.motion) return;
-  const std::optional<double> length = UnitOfOdometry(frame, map, tracked);
+  const auto length = frame.motion ? UnitOfOdometry(frame, map, tracked) : std::nullopt;
   if (!length) return;
-  const OdometryUnit first{frame.motion->run, map.loops_closed, *length};
-  const bool goes_on = unit_ && unit_->run == first.run && unit_->loops == first.loops && last_;
-  if (!goes_on) {
-    unit_ = first;
+  if (!last_ || !unit_ || unit_->run != frame.motion->run || unit_->loops != map.loops_closed) {
+    unit_ = OdometryUnit{frame.motion->run, map.loops_closed, *length};
     return;
   }
   const double elapsed = std::abs(frame.timestamp - last_->frame.timestamp);

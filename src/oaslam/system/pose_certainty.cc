@@ -25,22 +25,24 @@ double ProbablyNear(double sigma_of_depth) {
 
 }  // namespace
 
-// `given_landmarks`: the covariance if the landmarks were where the map says.
-void Tracker::StateCertainty(const Frame& frame, const Map& map,
-                             const PoseCovariance& given_landmarks, KeyframeId reference,
-                             Outcome& outcome) {
-  const double links = drift_.LinksTo(map, reference);
+Tracker::Outcome Tracker::OutcomeOf(const Frame& frame, const Map& map, const TrackReport& tracked,
+                                    TrackingState state) {
+  Outcome outcome =
+      Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
+  outcome.depth = tracked.depth;
+  const double links = drift_.LinksTo(map, tracked.reference);
   const ExpectedPose map_error{{},
                                outcome.depth * std::hypot(kOfPlace, kOfLink * std::sqrt(links)),
                                std::hypot(kOfPlace, kTurnOfLink * std::sqrt(links))};
-  outcome.covariance = given_landmarks + map_error.Covariance();
-  const bool is_seen = outcome.state != TrackingState::kOdometry;
+  outcome.covariance = tracked.covariance + map_error.Covariance();
+  const bool is_seen = state != TrackingState::kOdometry;
   outcome.seconds_without_map = is_seen ? 0 : frame.timestamp - seen_in_map_time_;
   // A pose near where the motion led is as right as the one before; few landmarks confirm it.
   if (is_seen) seen_confidence_ = std::max(seen_confidence_, ConfidenceOfPoints(outcome.inliers));
-  const double sigma = std::sqrt(given_landmarks.topLeftCorner<3, 3>().trace() / 3);
+  const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   outcome.confidence =
       seen_confidence_ * (outcome.depth > 0 ? ProbablyNear(sigma / outcome.depth) : 1);
+  return outcome;
 }
 
 // Before there is a map, which will have the frame and the unit of the odometry: a median depth.

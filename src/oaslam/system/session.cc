@@ -11,44 +11,44 @@ Session::Session(const SlamConfig& config, Map map, const NextIds& ids, bool map
 
 Tracker::Outcome Session::Process(const Frame& frame) {
   snapshot_ = pipeline_.SnapshotFor(frame.index);
-  Tracker::Outcome outcome = tracker_.Track(frame, *snapshot_);
-  if (outcome.command)
-    pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
-  if (!outcome.map_required) return outcome;
-  return tracker_.AdoptInitialMap(frame, *Newest());
+  Tracker::Outcome outcome = Submitted(tracker_.Track(frame, *snapshot_));
+  return outcome.map_required ? tracker_.AdoptInitialMap(frame, *Newest()) : outcome;
 }
 
-void Session::SubmitRest() { SubmitAndWait(tracker_.TakeRest()); }
+std::optional<Tracker::Outcome> Session::AddDetections(
+    int frame_index, const std::vector<ObjectDetection>& detections) {
+  auto outcome = tracker_.AddDetections(frame_index, detections, *snapshot_);
+  return outcome ? std::optional(Submitted(*std::move(outcome))) : std::nullopt;
+}
 
-void Session::SubmitAndWait(MapCommand command) {
-  pipeline_.Submit(std::move(command), true);
+Tracker::Outcome Session::Submitted(Tracker::Outcome outcome) {
+  if (outcome.command)
+    pipeline_.Submit(std::move(*outcome.command), outcome.map_required || outcome.is_urgent);
+  return outcome;
+}
+
+void Session::Submit(MapEdit edit) {
+  pipeline_.Submit({tracker_.newest_frame(), std::move(edit)}, true);
   Newest();
 }
 
-void Session::FinishAdjustment(int frame_index) { SubmitAndWait({frame_index, AdoptAdjustment{}}); }
+void Session::SubmitRest(MapEdit edit) {
+  MapCommand rest = tracker_.TakeRest();
+  rest.edit = std::move(edit);
+  pipeline_.Submit(std::move(rest), true);
+  Newest();
+}
 
-void Session::ScaleToMetres(double factor, int frame_index) {
+void Session::ScaleToMetres(double factor) {
   SubmitRest();
   if (failure()) return;
-  SubmitAndWait({frame_index, MetricScale{factor}});
+  Submit(MetricScale{factor});
   if (!failure()) tracker_.Scale(factor);
 }
 
-bool Session::Join(const Map& piece, const Similarity& world_from_piece, int frame_index) {
-  if (failure()) return false;
-  SubmitAndWait({frame_index, JoiningMap{std::make_shared<const Map>(piece), world_from_piece}});
+bool Session::Join(const Map& piece, const Similarity& world_from_piece) {
+  Submit(JoiningMap{std::make_shared<const Map>(piece), world_from_piece});
   return !failure();
-}
-
-NextIds Session::next_ids() {
-  NextIds ids = tracker_.next_ids();
-  ids.landmark = Newest()->next_landmark;
-  return ids;
-}
-
-void Session::SkipIds(const NextIds& ids, int frame_index) {
-  tracker_.SkipIds(ids);
-  SubmitAndWait({frame_index, SkipLandmarks{ids.landmark}});
 }
 
 void Session::Finish() {

@@ -14,6 +14,7 @@ namespace oaslam {
 // A map that is being made, and the tracker that makes it.
 class Session {
  public:
+  // New ids begin at `ids`.
   Session(const SlamConfig& config, Map map, const NextIds& ids, bool map_is_loaded);
 
   // Tracks the next frame and submits the command that results to the mapper.
@@ -22,20 +23,15 @@ class Session {
   Tracker::Outcome PassOver(const Frame& frame) { return tracker_.PassOver(frame, *snapshot_); }
   // Detections of a frame that was processed before (Tracker::AddDetections).
   std::optional<Tracker::Outcome> AddDetections(int frame_index,
-                                                const std::vector<ObjectDetection>& detections) {
-    return tracker_.AddDetections(frame_index, detections, *snapshot_);
-  }
-  // Submits a command, waits until the mapper has applied it, and takes the resulting map.
-  void SubmitAndWait(MapCommand command);
-  // Waits for all commands submitted and, except in live mode, for the background bundle
-  // adjustment. Takes the resulting map, which does not move before its next keyframe.
-  // `frame_index`: the newest frame.
-  void FinishAdjustment(int frame_index);
+                                                const std::vector<ObjectDetection>& detections);
+  // Submits an edit, waits until the mapper has applied it, and takes the resulting map.
+  void Submit(MapEdit edit);
+  // The same with the observations since the last command.
+  void SubmitRest(MapEdit edit = {});
   // Waits until everything seen is in the map, then scales map and tracker to metres.
-  // `frame_index`: the newest frame.
-  void ScaleToMetres(double factor, int frame_index);
+  void ScaleToMetres(double factor);
   // Adds another piece to the map and waits for the mapper. Returns false where mapping has failed.
-  bool Join(const Map& piece, const Similarity& world_from_piece, int frame_index);
+  bool Join(const Map& piece, const Similarity& world_from_piece);
   // Submits the remaining observations and waits for the last optimisation, which is omitted
   // without mapping.
   void Finish();
@@ -44,19 +40,16 @@ class Session {
 
   Tracker& tracker() { return tracker_; }
   const Tracker& tracker() const { return tracker_; }
+  NextIds FreeIds() { return tracker_.FreeIds(*Newest()); }
   // The map that the tracker saw last.
   const std::shared_ptr<const Map>& snapshot() const { return snapshot_; }
-  // The first free ids.
-  NextIds next_ids();
-  // Makes new ids begin at `ids`, so that they differ from those that other pieces use.
-  void SkipIds(const NextIds& ids, int frame_index);
   // Waits for all commands submitted and returns the map that contains them.
   std::shared_ptr<const Map> Newest() { return snapshot_ = pipeline_.Newest(); }
   // The same without effect on the tracker.
   std::shared_ptr<const Map> Mapped() { return pipeline_.Mapped(); }
 
  private:
-  void SubmitRest();
+  Tracker::Outcome Submitted(Tracker::Outcome outcome);
 
   MapPipeline pipeline_;
   Tracker tracker_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
@@ -55,15 +56,8 @@ RelocalizationResult Slam::RelocalizeByObjects(
     const std::vector<Detection>& detections,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   CheckGravity(gravity_in_cam);
-  const Frame frame{
-      0, 0, impl_->camera_index_, {}, CheckedDetections(impl_->camera_, detections), false};
-  return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0);
-}
-
-RelocalizationResult Slam::FollowByObjects(double timestamp,
-                                           const std::vector<Detection>& detections,
-                                           const std::optional<Eigen::Vector3d>& gravity_in_cam) {
-  return impl_->FollowByObjects(timestamp, detections, gravity_in_cam);
+  return impl_->Find(impl_->FrameOf(0, detections), RelocalizationMode::kObjects, gravity_in_cam,
+                     0);
 }
 
 void Slam::SetMapping(bool enabled) {
@@ -87,7 +81,8 @@ FrameView SlamAccess::View(const Slam& slam) {
 }
 
 void Slam::SetClassNames(std::map<int, std::string> names) {
-  impl_->SetClassNames(std::move(names));
+  impl_->class_names_ = std::make_shared<const ClassNames>(std::move(names));
+  impl_->PostChange();
 }
 
 void Slam::SetClassRelations(const ClassRelations& relations) {
@@ -140,7 +135,21 @@ void Slam::Finish() {
   if (!impl_->has_told_failure_) impl_->ExpectMapping();
 }
 
-void Slam::SetMetresPerUnit(double metres) { impl_->SetMetresPerUnit(metres); }
+void Slam::SetMetresPerUnit(double metres) {
+  if (!(std::isfinite(metres) && metres > 0))
+    throw InputError(fmt::format("metres per unit: {}, allowed: above 0 and finite", metres));
+  impl_->ExpectMapping();
+  if (impl_->session().Newest()->keyframes.empty())
+    throw InputError("metres per unit: there is no map yet that has a unit");
+  impl_->atlas_->SetMetresPerUnit(metres);
+  if (!impl_->session().failure()) {
+    for (FramePose& pose : impl_->loaded_trajectory_) pose.cam_from_reference.translation *= metres;
+    impl_->trails_ = {};
+    ScaleLengths(metres, impl_->newest_);
+    impl_->PostChange();
+  }
+  impl_->ExpectMapping();
+}
 
 std::vector<StampedPose> Slam::Trajectory() const {
   const Session& session = impl_->session();
@@ -177,16 +186,20 @@ void Slam::Save(const std::string& path) const { SaveMap(path, SlamAccess::Expor
 void Slam::Load(const std::string& path, int piece) {
   SavedMap saved = LoadMap(path);
   LeadWithPiece(path, piece, saved);
-  impl_->Begin(std::move(saved));
+  impl_->Begin(std::move(saved), true);
 }
 
 void SlamAccess::Load(Slam& slam, const IndexedMap& map) {
-  slam.impl_->Begin(*map.saved);  // shares its tables
+  slam.impl_->Begin(*map.saved, true);  // shares its tables
   slam.impl_->session().tracker().Use(map.index);
   slam.impl_->relocalizer_.Use(map.index);
 }
 
-void Slam::Reset() { impl_->Reset(); }
+void Slam::Reset() {
+  SavedMap empty;
+  empty.map.classes = impl_->session().snapshot()->classes;
+  impl_->Begin(std::move(empty), false);
+}
 
 MapSnapshot Slam::Snapshot() const { return impl_->Snapshot(); }
 

@@ -52,17 +52,16 @@ void TakePose(const Tracker::Outcome& outcome, TrackingResult& result) {
 
 Slam::Impl::Impl(const SlamConfig& config, const Camera& camera)
     : config_(config), camera_(camera), frame_maker_(config, camera), relocalizer_(config) {
-  Map map;
-  map.cameras.push_back(camera);
-  Begin(std::move(map), false, {});
-  Post();
+  Begin({}, false);
 }
 
-void Slam::Impl::Begin(Map map, bool is_loaded, std::vector<Piece> others) {
+void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
+  const int frames = FramesOf(saved);
+  Map& map = saved.map;
   const auto known = std::ranges::find(map.cameras, camera_);
   const auto camera_index = static_cast<int>(known - map.cameras.begin());
   if (known == map.cameras.end()) map.cameras.push_back(camera_);
-  auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(others));
+  auto atlas = std::make_unique<Atlas>(config_, std::move(map), is_loaded, std::move(saved.pieces));
   atlas->SetRelocalizationMode(mode_);
   atlas->SetMapping(is_mapping_);
   static std::atomic<uint64_t> beginnings = 0;
@@ -78,24 +77,9 @@ void Slam::Impl::Begin(Map map, bool is_loaded, std::vector<Piece> others) {
   newest_ = {};
   newest_.frame = -1;
   newest_.state = is_loaded ? TrackingState::kLost : TrackingState::kInitializing;
-}
-
-void Slam::Impl::Begin(SavedMap saved) {
-  const int frames = FramesOf(saved);
-  Begin(std::move(saved.map), true, std::move(saved.pieces));
   first_index_ = next_index_ = frames;
   loaded_trajectory_ = std::move(saved.trajectory);
-  class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
-  Post();
-}
-
-void Slam::Impl::Reset() {
-  Map map;
-  map.cameras.push_back(camera_);
-  map.classes = session().snapshot()->classes;
-  Begin(std::move(map), false, {});
-  loaded_trajectory_.clear();
-  first_index_ = next_index_ = 0;
+  if (is_loaded) class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
   Post();
 }
 
@@ -133,6 +117,10 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
   Frame frame = frame_maker_.Make(input, index, keypoints, session().snapshot()->classes);
   frame.camera = camera_index_;
   return frame;
+}
+
+Frame Slam::Impl::FrameOf(double timestamp, const std::vector<Detection>& detections) const {
+  return {0, timestamp, camera_index_, {}, CheckedDetections(camera_, detections), false};
 }
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
@@ -253,42 +241,21 @@ RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mod
   return result;
 }
 
-RelocalizationResult Slam::Impl::FollowByObjects(
-    double timestamp, const std::vector<Detection>& detections,
-    const std::optional<Eigen::Vector3d>& gravity_in_cam) {
+RelocalizationResult Slam::FollowByObjects(double timestamp,
+                                           const std::vector<Detection>& detections,
+                                           const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   CheckGravity(gravity_in_cam);
-  CheckTimestamp(timestamp, last_followed_);
-  const Frame frame{0, timestamp, camera_index_, {}, CheckedDetections(camera_, detections), false};
-  last_followed_ = timestamp;
-  return Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0, &trails_);
-}
-
-void Slam::Impl::SetMetresPerUnit(double metres) {
-  if (!(std::isfinite(metres) && metres > 0))
-    throw InputError(fmt::format("metres per unit: {}, allowed: above 0 and finite", metres));
-  ExpectMapping();
-  if (session().Newest()->keyframes.empty())
-    throw InputError("metres per unit: there is no map yet that has a unit");
-  atlas_->SetMetresPerUnit(metres);
-  if (!session().failure()) {
-    for (FramePose& pose : loaded_trajectory_) pose.cam_from_reference.translation *= metres;
-    trails_ = {};
-    ScaleLengths(metres, newest_);
-    PostChange();
-  }
-  ExpectMapping();
+  CheckTimestamp(timestamp, impl_->last_followed_);
+  const Frame frame = impl_->FrameOf(timestamp, detections);
+  impl_->last_followed_ = timestamp;
+  return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0, &impl_->trails_);
 }
 
 void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {
   ExpectMapping();
-  session().SubmitAndWait({next_index_, std::move(anchors)});
+  session().Submit(std::move(anchors));
   PostChange();
   ExpectMapping();
-}
-
-void Slam::Impl::SetClassNames(ClassNames names) {
-  class_names_ = std::make_shared<const ClassNames>(std::move(names));
-  PostChange();
 }
 
 }  // namespace oaslam

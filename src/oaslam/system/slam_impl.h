@@ -25,12 +25,11 @@ namespace oaslam {
 class OASLAM_LOCAL Slam::Impl {
  public:
   Impl(const SlamConfig& config, const Camera& camera);
-  ~Impl() { states_->Close(); }
+  ~Impl() { states_->Post(nullptr); }
 
-  // Begins with an empty map; the settings stay.
-  void Reset();
-  // Begins with another map; the settings stay. Throws before anything is changed.
-  void Begin(SavedMap saved);
+  // Begins with another map, which is empty unless `is_loaded`; the settings stay. Throws before
+  // anything is changed.
+  void Begin(SavedMap saved, bool is_loaded);
 
   // For functions that would change the map: throws MappingError where mapping has failed.
   void ExpectMapping();
@@ -38,15 +37,13 @@ class OASLAM_LOCAL Slam::Impl {
   TrackingResult Process(const ImageInput& input);
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
+  // A frame of detections alone.
+  Frame FrameOf(double timestamp, const std::vector<Detection>& detections) const;
   RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
                             const std::optional<Eigen::Vector3d>& gravity_in_cam,
                             double ms_features, ObjectTrails* trails = nullptr,
                             const std::optional<Rigid3>& prior = std::nullopt);
-  RelocalizationResult FollowByObjects(double timestamp, const std::vector<Detection>& detections,
-                                       const std::optional<Eigen::Vector3d>& gravity_in_cam);
-  void SetMetresPerUnit(double metres);
   void SetAnchors(std::map<std::string, Anchor> anchors);
-  void SetClassNames(ClassNames names);
 
   Session& session() { return atlas_->main(); }
   const Session& session() const { return atlas_->main(); }
@@ -81,7 +78,6 @@ class OASLAM_LOCAL Slam::Impl {
   std::optional<double> last_timestamp_, last_followed_;  // of Process; of FollowByObjects
 
  private:
-  void Begin(Map map, bool is_loaded, std::vector<Piece> others);
   std::shared_ptr<const FrameMotion> FollowMotion(const ImageInput& grey, double& cpu_ms);
   Frame MakeNextFrame(const ImageInput& input, double& cpu_ms);
   void Post();

@@ -10,13 +10,6 @@
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
-namespace {
-
-double PositionSigma(const Map& map, const TrackReport& tracked) {
-  return kTrackedSigma * map.MedianDepth(tracked.reference);
-}
-
-}  // namespace
 
 Tracker::Outcome Tracker::Outcome::Tracked(TrackingState state, const Rigid3& cam_from_world,
                                            int matched, int inliers) {
@@ -46,10 +39,10 @@ Tracker::Outcome Tracker::PassOver(const Frame& frame, const Map& map) {
 void Tracker::Take(const Frame& frame) {
   // Frames of some 50 KB; 4 s at 30 Hz, which bounds the memory.
   constexpr size_t kMaxUndetected = 120;
-  if (frame.detections_follow) undetected_.push_back({{frame, {}, {}, {}, {}, 0}, false});
+  if (frame.detections_follow) undetected_.push_back({frame, {}, {}, {}, {}, 0});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
-  newest_ = {frame, {}};
-  relocalization_.reset();
+  newest_ = {};
+  newest_.frame = frame;
   if (frame.motion && frame.motion->is_keyframe) view_has_changed_ = true;
 }
 
@@ -59,19 +52,16 @@ Tracker::Outcome Tracker::Track(const Frame& frame, const Map& map) {
   if (phase_ == Phase::kLost) return Relocalize(frame, map);
   const auto predicted = PredictByOdometry(frame, map);
   if (predicted && frame.features->size() == 0) return Carry(frame, map, *predicted);
-  TrackReport tracked =
+  const TrackReport tracked =
       predicted ? FollowByOdometry(frame, map, *predicted) : FollowWithoutMotion(frame, map);
   if (tracked.success) return Continue(frame, map, tracked, TrackingState::kTracking);
   if (predicted && !mapping_)
     if (auto found = RegisterAgain(frame, map)) return *std::move(found);
-  if (predicted) return ContinueByOdometry(frame, map, *predicted, std::move(tracked));
+  if (predicted) return Continue(frame, map, tracked, TrackingState::kOdometry);
   const auto keyframes = static_cast<int>(map.keyframes.size() + map.retired.size());
   const bool is_wanted = map_is_loaded_ || !map.anchors.empty() || map.is_metric;
-  if (mapping_ && !is_wanted && keyframes < config_.tracking.reset_below_keyframes) return GiveUp();
-  return Relocalize(frame, map);
-}
-
-Tracker::Outcome Tracker::GiveUp() {
+  if (!mapping_ || is_wanted || keyframes >= config_.tracking.reset_below_keyframes)
+    return Relocalize(frame, map);
   phase_ = Phase::kLost;
   Outcome outcome;
   outcome.state = TrackingState::kInitializing;
@@ -88,21 +78,18 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
                                    TrackingState state) {
   Remember(frame, map, tracked, state);
   is_pose_doubted_ = false;
-  Outcome outcome =
-      Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
-  outcome.depth = tracked.depth;
-  StateCertainty(frame, map, tracked.covariance, tracked.reference, outcome);
+  Outcome outcome = OutcomeOf(frame, map, tracked, state);
   ObserveObjects(frame, map, tracked, outcome);
-  if (state != TrackingState::kOdometry && !IsOnProbation(frame.timestamp))
-    FillInLost(frame, map, tracked);
-  if (IsOnProbation(frame.timestamp))
-    outcome.located = LocatedPose{tracked.cam_from_world, PositionSigma(map, tracked), true};
-  if (mapping_) {
-    MakeKeyframe(frame, map, tracked, outcome);
-  } else {
+  if (state != TrackingState::kOdometry && !another_grows_) FillInLost(frame, map, tracked);
+  if (another_grows_)
+    outcome.located = LocatedPose{tracked.cam_from_world,
+                                  kTrackedSigma * map.MedianDepth(tracked.reference), true};
+  if (!mapping_) {
     TakeRest();
     if (state != TrackingState::kOdometry)
       AddToRegistration(frame, map, {tracked.cam_from_world, kTrackedSigma * tracked.depth, true});
+  } else if (state != TrackingState::kRelocalized && !another_grows_) {  // not while in doubt
+    MakeKeyframe(frame, map, tracked, outcome);
   }
   return outcome;
 }
@@ -112,8 +99,6 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   Outcome outcome = WithoutMap(frame.motion.get());
   std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
   if (!initial) return outcome;
-  before_map_ = initializer_.TakeRecent();
-  initializer_.Reset();
   initial->first_id = KeyframeId(next_keyframe_++);
   initial->second_id = KeyframeId(next_keyframe_++);
   trajectory_.Clear();
@@ -122,7 +107,6 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
     trajectory_.Add({pose_frame.index, pose_frame.timestamp, id, {}, TrackingState::kTracking},
                     pose_frame, {});
   newest_keyframe_ = initial->second_id;
-  newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
   outcome.command = MapCommand{frame.index, *std::move(initial)};
   outcome.map_required = true;
@@ -130,6 +114,7 @@ Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
 }
 
 Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
+  const std::vector<Frame> before = initializer_.Reset();
   const Keyframe* keyframe = map.keyframes.Find(newest_keyframe_);
   if (!keyframe) {
     trajectory_.Clear();
@@ -146,23 +131,23 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   if (frame.motion && !frame.motion->is_preliminary)
     unit_ = OdometryUnit{frame.motion->run, 0, 1, kUnitSeconds};
   keyframe_motions_ = {{newest_keyframe_, frame.motion}};
-  FillInBeforeMap(map);
-  const int points = static_cast<int>(map.landmarks.size());
-  newest_keyframe_inliers_ = points;
-  Outcome outcome =
-      Outcome::Tracked(TrackingState::kTracking, keyframe->cam_from_world, points, points);
-  outcome.depth = map.MedianDepth(newest_keyframe_);
+  FillInBeforeMap(before, map);
+  newest_keyframe_inliers_ = static_cast<int>(map.landmarks.size());
   drift_ = {};
   seen_confidence_ = 0;
-  StateCertainty(frame, map, PoseCovariance::Zero(), newest_keyframe_, outcome);
-  return outcome;
+  TrackReport tracked;
+  tracked.cam_from_world = keyframe->cam_from_world;
+  tracked.reference = newest_keyframe_;
+  tracked.matched = tracked.inliers = newest_keyframe_inliers_;
+  tracked.depth = depth_;
+  return OutcomeOf(frame, map, tracked, TrackingState::kTracking);
 }
 
 Relocalization Tracker::Find(const Frame& frame, const Map& map) {
   Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam,
                                            rng_, mapping_ ? nullptr : &object_trails_, prior_);
-  relocalization_ = {found.evidence, found.confidence, found.inliers, found.matched_objects,
-                     found.why_not};
+  newest_.relocalization = {found.evidence, found.confidence, found.inliers, found.matched_objects,
+                            found.why_not};
   return found;
 }
 
@@ -170,15 +155,17 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
   phase_ = Phase::kLost;
   last_.reset();
   seen_confidence_ = 0;
-  const Relocalization found = Find(frame, map);
+  return PlaceLost(frame, map, Find(frame, map));
+}
+
+Tracker::Outcome Tracker::PlaceLost(const Frame& frame, const Map& map,
+                                    const Relocalization& found) {
   if (found.evidence == PoseEvidence::kNone) return Lose(frame, map);
   if (found.evidence == PoseEvidence::kObjects) return ReportObjectPose(frame, map, found);
   const TrackReport tracked = TrackFound(frame, map, found);
-  if (!tracked.success && found.objects_suffice && !mapping_)
-    return ReportObjectPose(frame, map, found);
-  if (!tracked.success) return Lose(frame, map);
-  relocalized_frame_ = frame.index;
-  relocalized_time_ = frame.timestamp;
+  if (!tracked.success)
+    return found.objects_suffice && !mapping_ ? ReportObjectPose(frame, map, found)
+                                              : Lose(frame, map);
   prior_.reset();
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
@@ -193,35 +180,60 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
   first.landmarks = found.landmarks;
   first.inliers = found.inliers;
   constexpr double kAgreement = 0.225;  // docs/lab/tracking.md
-  const int inliers = config_.tracking.min_relocalization_inliers;
-  TrackReport tracked = TrackLocalMap(frame, map, first,
-                                      {.inliers = inliers,
-                                       .least_inliers = inliers,
-                                       .spread = LeastSpread(),
-                                       .agreement = kAgreement,
-                                       .radius_scale = kWiderSearch});
-  tracked.success = tracked.success && CouldHaveGone(frame, map, tracked);
-  return tracked;
-}
-
-bool Tracker::CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const {
+  TrackDemands demands = Demands();
+  demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
+  demands.agreement = kAgreement;
+  demands.radius_scale = kWiderSearch;
+  TrackReport tracked = TrackLocalMap(frame, map, first, demands);
+  if (!tracked.success || is_pose_doubted_) return tracked;
+  // The camera must be able to have moved there from its last pose.
   const FramePose here{frame.index, frame.timestamp, tracked.reference,
                        RelativeTo(map, tracked.reference, tracked.cam_from_world),
                        TrackingState::kRelocalized};
-  return is_pose_doubted_ || IsContinuous(map, NewestPoses(trajectory_.poses(), frame.timestamp),
-                                          map, {&here, 1}, Similarity());
+  tracked.success = IsContinuous(map, NewestPoses(trajectory_.poses(), frame.timestamp), map,
+                                 {&here, 1}, Similarity());
+  return tracked;
 }
 
-void Tracker::SkipIds(const NextIds& ids) {
-  next_keyframe_ = std::max(next_keyframe_, ids.keyframe);
-  object_tracks_.next_object = std::max(object_tracks_.next_object, ids.object);
+void Tracker::Adopt(const Piece& piece, double scale) {
+  trajectory_.Adopt(piece.trajectory, scale);
+  const NextIds next = NextIdsOf(piece.map);
+  next_keyframe_ = std::max(next_keyframe_, next.keyframe);
+  object_tracks_.next_object = std::max(object_tracks_.next_object, next.object);
+}
+
+void Tracker::GoOnAs(Tracker other, double scale) {
+  other.Scale(scale);
+  // These belong to this map.
+  trajectory_.Join(std::move(other.trajectory_));
+  other.trajectory_ = std::move(trajectory_);
+  other.sightings_.insert(other.sightings_.begin(), sightings_.begin(), sightings_.end());
+  other.relocalizer_ = std::move(relocalizer_);
+  other.newest_.relocalization = newest_.relocalization;
+  other.rng_ = rng_;
+  other.map_is_loaded_ = map_is_loaded_;
+  other.lost_images_.clear();
+  other.drift_ = {};
+  *this = std::move(other);
+}
+
+void Tracker::Scale(double factor) {
+  if (last_) last_->cam_from_reference.translation *= factor;
+  if (prior_) prior_->translation *= factor;
+  for (OdometryAnchor& anchor : anchors_) anchor.cam_from_reference.translation *= factor;
+  if (unit_) unit_->length *= factor;
+  depth_ *= factor;
+  registration_ = {};
+  object_trails_ = {};
+  for (ObjectTrack& track : object_tracks_.open) track.cam_from_reference.translation *= factor;
+  for (TrackedFrame& undetected : undetected_) undetected.cam_from_reference.translation *= factor;
+  for (ObjectSighting& sighting : sightings_)
+    sighting.observation.cam_from_reference.translation *= factor;
+  trajectory_.Scale(factor);
 }
 
 FrameView Tracker::View() const {
-  FrameView view;
-  view.frame = newest_.frame;
-  view.relocalization = relocalization_;
-  view.landmarks = newest_.landmarks;
+  FrameView view = newest_;
   const std::vector<ObjectDetection>& detections = newest_.frame.detections;
   view.detected.resize(detections.size());
   for (const ObjectTrack& track : object_tracks_.open)
@@ -243,23 +255,21 @@ void Tracker::ForceRelocalization(const std::optional<Rigid3>& near) {
 }
 
 Tracker::Outcome Tracker::Present(const Map& map) {
-  const auto reference = last_ ? map.ResolvePose(last_->reference) : std::nullopt;
+  const auto reference = last_ ? map.ResolveKeyframe(last_->reference) : std::nullopt;
   if (!reference || phase_ != Phase::kTracking) return {};
-  const auto seen = static_cast<int>(
+  TrackReport tracked;
+  tracked.cam_from_world = last_->cam_from_reference * *map.ResolvePose(last_->reference);
+  tracked.reference = reference->by;
+  tracked.matched = tracked.inliers = static_cast<int>(
       std::ranges::count_if(last_->landmarks, [](LandmarkId id) { return id.IsValid(); }));
-  Outcome outcome = Outcome::Tracked(TrackingState::kRelocalized,
-                                     last_->cam_from_reference * *reference, seen, seen);
-  if (!map.keyframes.Contains(last_->reference)) return outcome;
-  outcome.depth = map.MedianDepth(last_->reference);
-  StateCertainty(last_->frame, map, last_->covariance, last_->reference, outcome);
-  return outcome;
+  tracked.depth = map.MedianDepth(reference->by);
+  tracked.covariance = last_->covariance;
+  return OutcomeOf(last_->frame, map, tracked, TrackingState::kRelocalized);
 }
 
 void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
                            Outcome& outcome) {
-  if (IsOnProbation(frame.timestamp))
-    return;  // until the relocalized pose is proven the map is not changed
-  const KeyframeEvidence evidence{
+  KeyframeEvidence evidence{
       .seconds_since_keyframe = std::abs(frame.timestamp - newest_keyframe_time_),
       .mapper_idle = !newest_keyframe_.IsValid() || map.keyframes.Contains(newest_keyframe_) ||
                      map.retired.Contains(newest_keyframe_),
@@ -268,21 +278,17 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
       .reference_landmarks =
           map.CountTrackedLandmarks(tracked.reference, map.keyframes.size() > 2 ? 3 : 2),
       .inliers_at_keyframe = newest_keyframe_inliers_};
-  const auto knows_way = [&] {
+  if (outcome.state == TrackingState::kOdometry) {
     const auto motion = keyframe_motions_.empty()
                             ? std::nullopt
                             : MotionSince(keyframe_motions_.back().second, frame);
-    return motion && !motion->is_turn;
-  };
-  const KeyframeNeed need =
-      outcome.state == TrackingState::kOdometry
-          ? NeedsKeyframeByOdometry(view_has_changed_ && knows_way(), evidence, config_.tracking)
-          : NeedsKeyframe(evidence, config_.tracking);
+    evidence.view_has_changed = view_has_changed_ && motion && !motion->is_turn;
+  }
+  const KeyframeNeed need = NeedsKeyframe(evidence, config_.tracking);
   if (need == KeyframeNeed::kNone) return;
   view_has_changed_ = false;
   anchors_.push_back({frame.motion, KeyframeId(next_keyframe_), {}});
   newest_keyframe_ = KeyframeId(next_keyframe_++);
-  newest_keyframe_frame_ = frame.index;
   newest_keyframe_time_ = frame.timestamp;
   constexpr size_t kMostMotions = 30;  // the odometry's window mostly has fewer of these keyframes
   keyframe_motions_.emplace_back(newest_keyframe_, frame.motion);
@@ -290,36 +296,39 @@ void Tracker::MakeKeyframe(const Frame& frame, const Map& map, const TrackReport
   newest_keyframe_inliers_ = tracked.inliers;
   trajectory_.MakeKeyframe(frame.index, newest_keyframe_);
   outcome.command = TakeRest();
-  outcome.command->edit =
-      KeyframeInsertion{newest_keyframe_,
-                        {frame, tracked.cam_from_world, tracked.reference,
-                         last_->cam_from_reference, tracked.landmarks, tracked.inliers},
-                        MotionsToKeyframes(frame),
-                        map.loops_closed};
+  outcome.command->edit = KeyframeInsertion{newest_keyframe_, Placed(frame, map, tracked),
+                                            MotionsToKeyframes(frame), map.loops_closed};
   outcome.is_keyframe = true;
   outcome.is_urgent = need == KeyframeNeed::kUrgent;
 }
 
+TrackedFrame Tracker::Placed(const Frame& frame, const Map& map, const TrackReport& tracked) {
+  return {frame,
+          tracked.cam_from_world,
+          tracked.reference,
+          RelativeTo(map, tracked.reference, tracked.cam_from_world),
+          tracked.landmarks,
+          tracked.inliers};
+}
+
 MapCommand Tracker::TakeRest() {
-  return {last_ ? last_->frame.index : newest_keyframe_frame_,
-          {},
-          TakeUses(),
-          std::exchange(sightings_, {})};
+  std::ranges::stable_sort(uses_, {}, &LandmarkUse::landmark);
+  std::vector<LandmarkUse> sums;
+  for (const LandmarkUse& use : std::exchange(uses_, {})) {
+    if (sums.empty() || sums.back().landmark != use.landmark) sums.push_back({use.landmark, 0, 0});
+    sums.back().visible += use.visible;
+    sums.back().found += use.found;
+  }
+  return {newest_.frame.index, {}, std::move(sums), std::exchange(sightings_, {})};
 }
 
 void Tracker::ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked,
                              Outcome& outcome) {
   const Stopwatch watch;
-  TrackedFrame seen{frame,
-                    tracked.cam_from_world,
-                    tracked.reference,
-                    RelativeTo(map, tracked.reference, tracked.cam_from_world),
-                    tracked.landmarks,
-                    tracked.inliers};
   if (frame.detections_follow)
-    undetected_.back() = {std::move(seen), true};
+    undetected_.back() = Placed(frame, map, tracked);
   else
-    outcome.objects = Associate(seen, map);
+    outcome.objects = Associate(Placed(frame, map, tracked), map);
   outcome.ms_objects = watch.WallMs();
 }
 
@@ -337,16 +346,29 @@ int Tracker::Associate(const TrackedFrame& seen, const Map& map) {
   return objects;
 }
 
-std::vector<LandmarkUse> Tracker::TakeUses() {
-  std::ranges::stable_sort(uses_, {}, &LandmarkUse::landmark);
-  std::vector<LandmarkUse> sums;
-  for (const LandmarkUse& use : uses_) {
-    if (sums.empty() || sums.back().landmark != use.landmark) sums.push_back({use.landmark, 0, 0});
-    sums.back().visible += use.visible;
-    sums.back().found += use.found;
+std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index,
+                                                       std::vector<ObjectDetection> detections,
+                                                       const Map& map) {
+  const auto found = std::ranges::find(undetected_, frame_index,
+                                       [](const TrackedFrame& u) { return u.frame.index; });
+  if (found == undetected_.end()) return std::nullopt;
+  TrackedFrame late = std::move(*found);
+  undetected_.erase(undetected_.begin(), found + 1);
+  late.frame.detections = std::move(detections);
+  late.frame.detections_follow = false;
+  if (!late.reference.IsValid()) {
+    if (phase_ != Phase::kLost || late.frame.timestamp <= seen_in_map_time_) return std::nullopt;
+    return PlaceLost(
+        late.frame, map,
+        relocalizer_.Find(late.frame, map, relocalization_mode_, late.frame.gravity_in_cam, rng_));
   }
-  uses_.clear();
-  return sums;
+  const auto reference = map.ResolvePose(late.reference);
+  if (!reference) return std::nullopt;
+  late.cam_from_world = late.cam_from_reference * *reference;
+  Outcome outcome =
+      Outcome::Tracked(TrackingState::kTracking, late.cam_from_world, 0, late.inliers);
+  outcome.objects = Associate(late, map);
+  return outcome;
 }
 
 }  // namespace oaslam

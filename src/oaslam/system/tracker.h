@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <climits>
 #include <cmath>
 #include <deque>
 #include <memory>
@@ -11,6 +13,7 @@
 #include "oaslam/map/frame_view.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/next_ids.h"
+#include "oaslam/map/piece.h"
 #include "oaslam/objects/association.h"
 #include "oaslam/pieces/piece_link.h"
 #include "oaslam/system/mapper.h"
@@ -59,8 +62,8 @@ class Tracker {
     double seconds_without_map = 0;
     double depth = 0;  // median depth of the landmarks that support the pose, map units
     double ms_objects = 0;
-    // The pose in this map of a camera that is lost or has just been found again. Frames with a
-    // pose in two pieces of map tell how the pieces lie to each other (PieceLink).
+    // The pose by objects of a camera that is lost, and any while another piece grows. Frames with
+    // a pose in two pieces of map tell how the pieces lie to each other (PieceLink).
     std::optional<LocatedPose> located;
     std::optional<MapCommand> command;
     // `command` holds an initial map: the caller must hand it to the mapper and then call
@@ -84,7 +87,7 @@ class Tracker {
   static constexpr double kMotionWindow = 15;
 
   // `map_is_loaded`: the tracker begins as lost in a map that exists already, and does not
-  // initialise one.
+  // initialise one. `ids`: those of its first keyframe and object.
   Tracker(const SlamConfig& config, const NextIds& ids, bool map_is_loaded);
 
   void SetRelocalizationMode(RelocalizationMode mode) { relocalization_mode_ = mode; }
@@ -114,16 +117,27 @@ class Tracker {
   // `scale`; the poses of its frames are added to this trajectory.
   void GoOnAs(Tracker other, double scale);
   // Takes over the poses of a piece that was joined with the map and scaled by `scale`, for frames
-  // that have no pose by points here.
-  void Adopt(const std::vector<FramePose>& poses, double scale) { trajectory_.Adopt(poses, scale); }
-  // The mapper knows the next id of landmarks; here it is 0.
-  NextIds next_ids() const { return {next_keyframe_, 0, object_tracks_.next_object}; }
-  void SkipIds(const NextIds& ids);
+  // that have no pose by points here. Its ids are in use from now on.
+  void Adopt(const Piece& piece, double scale);
+  // The first ids that neither the tracker nor its newest map uses.
+  NextIds FreeIds(const Map& newest) const {
+    return {next_keyframe_, newest.next_landmark, object_tracks_.next_object};
+  }
+
+  // While another piece of map grows, which may be joined with this one, there are no keyframes,
+  // and images in which the camera was lost get no pose by its motion.
+  void SetAnotherGrows(bool grows) { another_grows_ = grows; }
+  // New objects get ids that another tracker has not given.
+  void SkipObjectsOf(const Tracker& other) {
+    object_tracks_.next_object =
+        std::max(object_tracks_.next_object, other.object_tracks_.next_object);
+  }
 
   // Whether a frame has a pose by points.
   bool HasTracked(int frame_index) const;
   // cam_from_world of a frame, or nothing where it has no pose.
   std::optional<Rigid3> PoseOf(int frame_index, const Map& map) const;
+  int newest_frame() const { return newest_.frame.index; }
   // How many points the newest frame has, with or without a landmark.
   int newest_features() const {
     return newest_.frame.features ? newest_.frame.features->size() : 0;
@@ -136,8 +150,8 @@ class Tracker {
   // Continues in the same map after all of its lengths were multiplied by `factor`.
   void Scale(double factor);
 
-  // The outcome of the newest frame, computed again with `map`; lost where the
-  // frame is not tracked.
+  // The outcome of the newest frame, computed again with `map`; lost where the frame is not
+  // tracked.
   Outcome Present(const Map& map);
 
   bool IsInitializing() const { return phase_ == Phase::kInitializing; }
@@ -149,12 +163,13 @@ class Tracker {
   // Poses of all frames so far, relative to keyframes of the map or retired ones.
   const std::vector<FramePose>& trajectory() const { return trajectory_.poses(); }
   // Refines the poses of frames that are not refined yet against the finished map.
-  void RefineTrajectory(const Map& map);
+  void RefineTrajectory(const Map& map) { trajectory_.RefinePosesBefore(map, INT_MAX); }
 
  private:
   void Take(const Frame& frame);
   enum class Phase { kInitializing, kTracking, kLost };
 
+  static TrackedFrame Placed(const Frame& frame, const Map& map, const TrackReport& tracked);
   // cam_from_reference of a pose.
   static Rigid3 RelativeTo(const Map& map, KeyframeId reference, const Rigid3& cam_from_world) {
     return cam_from_world * map.keyframes.At(reference).cam_from_world.Inverse();
@@ -166,22 +181,14 @@ class Tracker {
   std::optional<Outcome> RegisterAgain(const Frame& frame, const Map& map);
   Relocalization Find(const Frame& frame, const Map& map);
   TrackReport TrackFound(const Frame& frame, const Map& map, const Relocalization& found) const;
-  // Whether the camera can have moved from its last pose to this one (IsContinuous).
-  bool CouldHaveGone(const Frame& frame, const Map& map, const TrackReport& tracked) const;
-  Outcome FindLate(const Frame& frame, const Map& map);
+  Outcome PlaceLost(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome Continue(const Frame& frame, const Map& map, const TrackReport& tracked,
                    TrackingState state);
-  Outcome ContinueByOdometry(const Frame& frame, const Map& map,
-                             const OdometryPrediction& predicted, TrackReport carried);
   Outcome ReportObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
   Outcome ShowPose(const Frame& frame, const Map& map, const ExpectedPose& pose, double confidence);
-  Outcome ShowObjectPose(const Frame& frame, const Map& map, const Relocalization& found);
-  bool IsOnProbation(double timestamp)
-      const;  // shortly after a relocalization by points, which must still prove itself
-  TrackDemands Demands(const Frame& frame) const;
-  void StateCertainty(const Frame& frame, const Map& map, const PoseCovariance& given_landmarks,
-                      KeyframeId reference, Outcome& outcome);
-  double LeastSpread() const;
+  TrackDemands Demands() const;
+  Outcome OutcomeOf(const Frame& frame, const Map& map, const TrackReport& tracked,
+                    TrackingState state);
   TrackReport FollowWithoutMotion(const Frame& frame, const Map& map) const;
   struct CameraMotion {
     Rigid3 cam_from_cam;
@@ -200,18 +207,16 @@ class Tracker {
                                      const TrackDemands& demands) const;
   std::vector<std::pair<KeyframeId, KeyframeMotion>> MotionsToKeyframes(const Frame& frame) const;
   void LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked);
-  void FillInBeforeMap(const Map& map);
+  void FillInBeforeMap(const std::vector<Frame>& frames, const Map& map);
   Outcome Lose(const Frame& frame, const Map& map);
   Outcome ByRegistration(const Frame& frame, const Map& map);
   void AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located);
-  Outcome GiveUp();
   void KeepLost(const Frame& frame);
   void FillInLost(const Frame& frame, const Map& map, const TrackReport& tracked);
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked,
                 TrackingState state);
   void MakeKeyframe(const Frame& frame, const Map& map, const TrackReport& tracked,
                     Outcome& outcome);
-  std::vector<LandmarkUse> TakeUses();
   void ObserveObjects(const Frame& frame, const Map& map, const TrackReport& tracked,
                       Outcome& outcome);
   int Associate(const TrackedFrame& seen, const Map& map);
@@ -223,12 +228,6 @@ class Tracker {
     KeyframeId reference;
     Rigid3 cam_from_reference;
     PoseCovariance covariance;  // given the landmarks
-  };
-
-  // The newest frame, with or without a pose, as it is shown.
-  struct Newest {
-    Frame frame;
-    std::vector<LandmarkId> landmarks;  // by key point, or empty
   };
 
   // An image with a known place in the map, from which the camera's motion is added up.
@@ -243,11 +242,6 @@ class Tracker {
     double timestamp = 0;
     std::shared_ptr<const FrameMotion> motion;
   };
-  // A frame whose detections have not arrived yet.
-  struct Undetected {
-    TrackedFrame tracked;
-    bool has_pose = false;  // by points
-  };
 
   SlamConfig config_;
   Initializer initializer_;
@@ -257,12 +251,10 @@ class Tracker {
   Rng rng_;
   Phase phase_ = Phase::kInitializing;
   bool map_is_loaded_;
-  bool mapping_ = true;
+  bool mapping_ = true, another_grows_ = false;
   uint32_t next_keyframe_;
-  Newest newest_;
-  std::optional<RelocalizationNote> relocalization_;  // of the newest frame
+  FrameView newest_;  // without map, pose and objects
   std::optional<Last> last_;
-  std::vector<Frame> before_map_;       // frames before the initial map, in order
   std::vector<LostImage> lost_images_;  // since the camera was last tracked
   // The newest one first in the map is used: a keyframe is not yet in it.
   std::vector<OdometryAnchor> anchors_;
@@ -271,16 +263,13 @@ class Tracker {
   // Of the newest keyframes, ascending.
   std::vector<std::pair<KeyframeId, std::shared_ptr<const FrameMotion>>> keyframe_motions_;
   double map_began_time_ = -INFINITY;
-  double seen_in_map_time_ = 0;    // of the newest frame whose pose the map gave
-  double depth_ = 0;               // median, of that frame
-  double looked_in_map_time_ = 0;  // without mapping, while the odometry carries the pose on
-  bool view_has_changed_ = false;  // since the newest keyframe, as the odometry sees it
+  double seen_in_map_time_ = -INFINITY;  // of the newest frame whose pose the map gave
+  double depth_ = 0;                     // median, of that frame
+  double looked_in_map_time_ = 0;        // without mapping, while the odometry carries the pose on
+  bool view_has_changed_ = false;        // since the newest keyframe, as the odometry sees it
   KeyframeId newest_keyframe_;
-  int newest_keyframe_frame_ = 0;
   double newest_keyframe_time_ = 0;
   int newest_keyframe_inliers_ = 0;
-  std::optional<int> relocalized_frame_;  // the newest frame at the last relocalization by points
-  double relocalized_time_ = 0;
   // By the user (ForceRelocalization): the last pose does not predict the next.
   bool is_pose_doubted_ = false;
   std::optional<Rigid3> prior_;  // from the user, world_from_cam, while the camera is lost
@@ -290,7 +279,8 @@ class Tracker {
   std::vector<LandmarkUse> uses_;  // since the newest keyframe
   ObjectTracks object_tracks_;
   std::vector<ObjectSighting> sightings_;  // since the newest keyframe
-  std::deque<Undetected> undetected_;      // ascending by frame
+  // Frames whose detections have not arrived yet, ascending; without pose: `reference` is invalid.
+  std::deque<TrackedFrame> undetected_;
   Trajectory trajectory_;
 };
 

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <iterator>
-#include <limits>
 #include <ranges>
 #include <utility>
 
@@ -9,46 +6,31 @@
 // Poses that are found afterwards: those before the initial map, and those in which the camera was
 // lost.
 namespace oaslam {
-namespace {
-
-// The search radius in pixels of the lowest level. It is wide, since the prediction is the pose
-// of the neighbour in time.
-constexpr double kWindow = 30;
-
-// Tracks a frame from its neighbour in time, then in the local map.
-TrackReport TrackFromNeighbour(const Frame& frame, const Map& map, const Features& features,
-                               const std::vector<LandmarkId>& landmarks,
-                               const Rigid3& cam_from_world, const TrackDemands& demands) {
-  const TrackReport report =
-      TrackFromLastFrame(frame, map, features, landmarks, cam_from_world, kWindow);
-  return report.success ? TrackLocalMap(frame, map, report, demands) : TrackReport{};
-}
-
-}  // namespace
 
 void Tracker::KeepLost(const Frame& frame) {
   constexpr size_t kMost = 450;  // 15 s at 30 Hz; the odometry drifts
-  if (frame.motion) lost_images_.push_back({frame.index, frame.timestamp, frame.motion});
+  const bool is_new = lost_images_.empty() || lost_images_.back().frame_index < frame.index;
+  if (frame.motion && is_new) lost_images_.push_back({frame.index, frame.timestamp, frame.motion});
   if (lost_images_.size() > kMost) lost_images_.erase(lost_images_.begin());
 }
 
 // Tracks the frames that came before the initial map: forward from the first keyframe to the
 // second, and backward from the first until tracking fails.
-void Tracker::FillInBeforeMap(const Map& map) {
+void Tracker::FillInBeforeMap(const std::vector<Frame>& frames, const Map& map) {
+  // Pixels of the lowest level: wide, since the prediction is the pose of the neighbour in time.
+  constexpr double kWindow = 30;
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
   const std::shared_ptr<const FrameMotion>& now = last_->frame.motion;
-  const auto fill_in = [&](const auto& frames) {
+  const auto fill_in = [&](auto&& some) {
     std::shared_ptr<const Features> features = keyframe.features;
     std::vector<LandmarkId> landmarks = keyframe.landmarks;
     Rigid3 pose = keyframe.cam_from_world;
     bool is_tracked = true;
-    for (const Frame& frame : frames) {
+    for (const Frame& frame : some) {
       TrackReport report;
-      if (is_tracked)
-        report =
-            TrackFromNeighbour(frame, map, *features, landmarks, pose,
-                               {.inliers = config_.tracking.min_inliers, .spread = LeastSpread()});
+      if (is_tracked) report = TrackFromLastFrame(frame, map, *features, landmarks, pose, kWindow);
+      if (report.success) report = TrackLocalMap(frame, map, report, Demands());
       if (report.success) {
         features = frame.features;
         landmarks = report.landmarks;
@@ -65,11 +47,11 @@ void Tracker::FillInBeforeMap(const Map& map) {
           frame, report.landmarks);
     }
   };
-  const std::vector<Frame> frames = std::exchange(before_map_, {});
-  const auto from_first = std::ranges::lower_bound(frames, keyframe.frame_index, {}, &Frame::index);
-  const bool has_first = from_first != frames.end() && from_first->index == keyframe.frame_index;
-  fill_in(std::ranges::subrange(has_first ? std::next(from_first) : from_first, frames.end()));
-  fill_in(std::ranges::subrange(std::make_reverse_iterator(from_first), frames.rend()));
+  fill_in(frames | std::views::filter(
+                       [&](const Frame& frame) { return frame.index > keyframe.frame_index; }));
+  fill_in(frames | std::views::reverse | std::views::filter([&](const Frame& frame) {
+            return frame.index < keyframe.frame_index;
+          }));
 }
 
 // Gives the images in which the camera was lost, and which have no pose yet, the one by the motion
@@ -83,10 +65,6 @@ void Tracker::FillInLost(const Frame& frame, const Map& map, const TrackReport& 
                      RelativeTo(map, tracked.reference, cam_from_world), TrackingState::kOdometry},
                     frame, {});
   }
-}
-
-void Tracker::RefineTrajectory(const Map& map) {
-  trajectory_.RefinePosesBefore(map, std::numeric_limits<int>::max());
 }
 
 bool Tracker::HasTracked(int frame_index) const {

@@ -44,10 +44,11 @@ void Revise(const FrameMotion& newest, Frame& frame) {
 
 }  // namespace
 
-void Initializer::Reset() {
+std::vector<Frame> Initializer::Reset() {
   references_.clear();
-  recent_.clear();
   unclear_since_.reset();
+  const std::deque<Frame> recent = std::exchange(recent_, {});
+  return {recent.begin(), recent.end()};
 }
 
 int Initializer::NeededMatches(const Frame& frame) const {
@@ -165,12 +166,6 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
   recent_.push_back(frame);
   if (recent_.size() > kMaxRecent) recent_.pop_front();
   return std::nullopt;
-}
-
-std::vector<Frame> Initializer::TakeRecent() {
-  std::vector<Frame> recent(recent_.begin(), recent_.end());
-  recent_.clear();
-  return recent;
 }
 
 }  // namespace oaslam

@@ -22,10 +22,9 @@ class Initializer {
 
   // Processes the next frame. Returns the initial map, without keyframe ids, once one is reliable.
   std::optional<InitialMap> Process(const Frame& frame, const Camera& camera, Rng& rng);
-  void Reset();
-  // Removes and returns the frames of the last seconds before the second frame of the initial map,
+  // Begins anew. Returns the frames of the last seconds before the second frame of the initial map,
   // in order, so that they can be tracked in the map afterwards.
-  std::vector<Frame> TakeRecent();
+  std::vector<Frame> Reset();
   // Why there is no map yet, as text for the user: "the camera has not moved", "too few corners",
   // "only turned".
   const std::string& why_not() const { return why_not_; }

@@ -3,13 +3,12 @@
 #include <algorithm>
 
 namespace oaslam {
-namespace {
-
-constexpr double kTimeSlack = 1e-3;  // seconds: time stamps are rounded
-
-}  // namespace
 
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config) {
+  constexpr double kTimeSlack = 1e-3;  // seconds: time stamps are rounded
+  const bool is_time = evidence.seconds_since_keyframe > config.min_keyframe_interval - kTimeSlack;
+  if (evidence.view_has_changed)
+    return *evidence.view_has_changed && is_time ? KeyframeNeed::kUrgent : KeyframeNeed::kNone;
   // A keyframe with so few landmarks would hardly constrain its pose.
   constexpr int kMinInliers = 15;
   if (evidence.inliers <= kMinInliers) return KeyframeNeed::kNone;
@@ -30,15 +29,8 @@ KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfi
   // A view that is mostly new or has few landmarks becomes a keyframe at once. Otherwise keyframes
   // are at least min_keyframe_interval apart, to leave the mapper time.
   if (ratio < kThin || evidence.inliers < 3 * kMinInliers) return KeyframeNeed::kWanted;
-  const bool is_time = evidence.seconds_since_keyframe > config.min_keyframe_interval - kTimeSlack;
   return is_time && ratio < config.keyframe_inlier_ratio ? KeyframeNeed::kWanted
                                                          : KeyframeNeed::kNone;
-}
-
-KeyframeNeed NeedsKeyframeByOdometry(bool view_has_changed, const KeyframeEvidence& evidence,
-                                     const TrackingConfig& config) {
-  const bool is_time = evidence.seconds_since_keyframe > config.min_keyframe_interval - kTimeSlack;
-  return view_has_changed && is_time ? KeyframeNeed::kUrgent : KeyframeNeed::kNone;
 }
 
 }  // namespace oaslam

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "oaslam/config.h"
 
 namespace oaslam {
@@ -10,6 +12,8 @@ struct KeyframeEvidence {
   int matched = 0, inliers = 0;  // landmarks of this frame, and those that agree with its pose
   int reference_landmarks = 0;   // of the reference keyframe: those with enough observations
   int inliers_at_keyframe = 0;   // of the newest keyframe, when it became one
+  // Where the pose goes on by odometry: whether its view has changed.
+  std::optional<bool> view_has_changed{};
 };
 
 enum class KeyframeNeed {
@@ -22,12 +26,8 @@ enum class KeyframeNeed {
 
 // Whether a frame should become a keyframe: tracking is reliable, and the frame sees fewer than
 // `keyframe_inlier_ratio` of its reference's landmarks or the last keyframe is
-// `max_keyframe_interval` ago.
+// `max_keyframe_interval` ago. Where hardly any landmark is in view and the pose goes on by
+// odometry: whenever the view has changed, so that there are landmarks again.
 KeyframeNeed NeedsKeyframe(const KeyframeEvidence& evidence, const TrackingConfig& config);
-
-// The same where hardly any landmark is in view and the pose goes on by odometry: whenever the view
-// has changed, so that there are landmarks again.
-KeyframeNeed NeedsKeyframeByOdometry(bool view_has_changed, const KeyframeEvidence& evidence,
-                                     const TrackingConfig& config);
 
 }  // namespace oaslam

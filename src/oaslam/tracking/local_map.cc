@@ -9,7 +9,7 @@ namespace oaslam {
 LocalMap CollectLocalMap(const Map& map, std::span<const LandmarkId> matched, int max_keyframes) {
   std::vector<KeyframeId> observers;
   for (const LandmarkId id : matched)
-    if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
+    if (const Landmark* landmark = map.landmarks.Find(id))
       for (const Observation& o : landmark->observations) observers.push_back(o.keyframe);
   std::ranges::sort(observers);
   std::vector<Covisible> votes;

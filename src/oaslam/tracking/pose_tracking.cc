@@ -85,20 +85,6 @@ bool Meets(const TrackReport& report, const TrackDemands& demands) {
   return report.inliers >= demands.inliers || report.inliers > kMostOfMatched * report.matched;
 }
 
-}  // namespace
-
-TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
-                               const std::vector<LandmarkId>& last_landmarks,
-                               const Rigid3& predicted, double radius) {
-  const LandmarkMatches matches =
-      SearchFromLastFrame(*frame.features, map.cameras[frame.camera], predicted, map, last_features,
-                          last_landmarks, radius);
-  if (matches.count < kMinMatches) return {};
-  return Refine(frame, map, predicted, matches.landmarks, kMinFirstInliers);
-}
-
-namespace {
-
 // Searches for the landmarks of a local map near their projections. `matched`: by key point, what
 // was found already.
 TrackReport TrackIn(const LocalMap& local, const Frame& frame, const Map& map, const Rigid3& start,
@@ -129,33 +115,6 @@ TrackReport TrackIn(const LocalMap& local, const Frame& frame, const Map& map, c
   return report;
 }
 
-}  // namespace
-
-TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
-                          const TrackDemands& demands) {
-  const LocalMap local = CollectLocalMap(map, initial.landmarks, kMaxLocalKeyframes);
-  if (!local.keyframes.empty())
-    return TrackIn(local, frame, map, initial.cam_from_world, initial.landmarks, {}, demands);
-  TrackReport report = initial;
-  report.success = false;
-  return report;
-}
-
-TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose& prior,
-                         std::span<const LandmarkId> around, const TrackDemands& demands) {
-  const std::vector<LandmarkId> none(frame.features->keypoints.size());
-  const LocalMap local = CollectLocalMap(map, around, kMaxLocalKeyframes);
-  if (!local.keyframes.empty())
-    return TrackIn(local, frame, map, prior.cam_from_world, none, prior, demands);
-  TrackReport report;
-  report.cam_from_world = prior.cam_from_world;
-  report.covariance = prior.Covariance();
-  report.landmarks = none;
-  return report;
-}
-
-namespace {
-
 // Matches key points with the previous image, around where they would be if all were at `depth`.
 KeypointPairs MatchAtDepth(const Frame& frame, const Camera& camera, const Features& before,
                            const Rigid3& cam_from_before, double depth, double radius) {
@@ -181,6 +140,39 @@ EpipolarMatch ToMatch(const Camera& camera, const Features& before, const Featur
 }
 
 }  // namespace
+
+TrackReport TrackFromLastFrame(const Frame& frame, const Map& map, const Features& last_features,
+                               const std::vector<LandmarkId>& last_landmarks,
+                               const Rigid3& predicted, double radius) {
+  const LandmarkMatches matches =
+      SearchFromLastFrame(*frame.features, map.cameras[frame.camera], predicted, map, last_features,
+                          last_landmarks, radius);
+  if (matches.count < kMinMatches) return {};
+  return Refine(frame, map, predicted, matches.landmarks, kMinFirstInliers);
+}
+
+TrackReport TrackLocalMap(const Frame& frame, const Map& map, const TrackReport& initial,
+                          const TrackDemands& demands) {
+  const LocalMap local = CollectLocalMap(map, initial.landmarks, kMaxLocalKeyframes);
+  if (!local.keyframes.empty())
+    return TrackIn(local, frame, map, initial.cam_from_world, initial.landmarks, {}, demands);
+  TrackReport report = initial;
+  report.success = false;
+  return report;
+}
+
+TrackReport TrackByPrior(const Frame& frame, const Map& map, const ExpectedPose& prior,
+                         std::span<const LandmarkId> around, const TrackDemands& demands) {
+  const std::vector<LandmarkId> none(frame.features->keypoints.size());
+  const LocalMap local = CollectLocalMap(map, around, kMaxLocalKeyframes);
+  if (!local.keyframes.empty())
+    return TrackIn(local, frame, map, prior.cam_from_world, none, prior, demands);
+  TrackReport report;
+  report.cam_from_world = prior.cam_from_world;
+  report.covariance = prior.Covariance();
+  report.landmarks = none;
+  return report;
+}
 
 TrackReport StrengthenByMatches(const Frame& frame, const Map& map, const Features& before,
                                 const Rigid3& before_from_world, const TrackReport& tracked,

@@ -6,11 +6,6 @@
 
 namespace oaslam {
 
-std::vector<FramePose>::iterator Trajectory::Find(int frame_index) {
-  const auto place = std::ranges::lower_bound(poses_, frame_index, {}, &FramePose::frame_index);
-  return place != poses_.end() && place->frame_index == frame_index ? place : poses_.end();
-}
-
 void Trajectory::Add(const FramePose& pose, const Frame& frame,
                      const std::vector<LandmarkId>& landmarks) {
   Put(pose);
@@ -38,8 +33,7 @@ void Trajectory::Keep(Unrefined unrefined) {
 }
 
 void Trajectory::Put(const FramePose& pose) {
-  const auto own = Find(pose.frame_index);
-  if (own != poses_.end())
+  if (FramePose* own = Find(pose.frame_index))
     *own = pose;
   else
     poses_.insert(std::ranges::upper_bound(poses_, pose.frame_index, {}, &FramePose::frame_index),
@@ -47,8 +41,8 @@ void Trajectory::Put(const FramePose& pose) {
 }
 
 void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
-  const auto pose = Find(frame_index);
-  if (pose == poses_.end()) return;
+  FramePose* pose = Find(frame_index);
+  if (!pose) return;
   pose->reference = id;
   pose->cam_from_reference = {};
   std::erase_if(unrefined_, [&](const Unrefined& u) { return u.frame_index == frame_index; });
@@ -57,7 +51,7 @@ void Trajectory::MakeKeyframe(int frame_index, KeyframeId id) {
 void Trajectory::RefinePosesBefore(const Map& map, int frame_index) {
   for (; !unrefined_.empty() && unrefined_.front().frame_index < frame_index;
        unrefined_.pop_front())
-    if (const auto pose = Find(unrefined_.front().frame_index); pose != poses_.end())
+    if (FramePose* pose = Find(unrefined_.front().frame_index))
       Refine(map, unrefined_.front(), *pose);
 }
 
@@ -89,10 +83,7 @@ void Trajectory::Refine(const Map& map, const Unrefined& unrefined, FramePose& p
 
 void Trajectory::Join(Trajectory other) {
   for (const FramePose& pose : other.poses_) Put(pose);
-  for (Unrefined& unrefined : other.unrefined_)
-    unrefined_.insert(
-        std::ranges::upper_bound(unrefined_, unrefined.frame_index, {}, &Unrefined::frame_index),
-        std::move(unrefined));
+  for (Unrefined& unrefined : other.unrefined_) Keep(std::move(unrefined));
 }
 
 void Trajectory::Adopt(const std::vector<FramePose>& poses, double scale) {

@@ -54,7 +54,7 @@ class Trajectory {
   };
   void Keep(Unrefined unrefined);
   void Refine(const Map& map, const Unrefined& unrefined, FramePose& pose);
-  std::vector<FramePose>::iterator Find(int frame_index);
+  FramePose* Find(int frame_index) { return const_cast<FramePose*>(PoseOf(frame_index)); }
   void Put(const FramePose& pose);
 
   std::vector<FramePose> poses_;
