@@ -50,9 +50,8 @@ struct TrackingConfig {
                                         // (docs/lab/tracking.md)
   int min_inliers = 30;                 // landmarks that a pose needs; half of them do where they
                                         // are most of those that were matched
-  int min_relocalization_inliers = 50;  // the same to find a lost camera, and in the half second
-                                        // after it; at 30, one pose in 60 was wrong
-                                        // (docs/lab/tracking.md)
+  int min_relocalization_inliers = 50;  // the same in the half second after a lost camera was
+                                        // found
   double min_keyframe_interval = 0.1;   // seconds, unless much of the view is new; leaves time for
                                         // mapping
   double max_keyframe_interval = 1;     // seconds; the longest time between two keyframes, however
@@ -140,8 +139,8 @@ struct RelocalizationConfig {
                                                  // (docs/lab/relocalization.md)
   int accept_objects = 4;                        // matched ones; one fewer with gravity, which
                                                  // leaves a pose fewer unknowns
-  int min_matches = 30;                          // matches near their projection that confirm a
-                                                 // pose by objects
+  double accept_confidence = 0.95;               // least probability that a pose by points is
+                                                 // right (docs/lab/relocalization.md)
 };
 
 // How tracking and mapping run.
@@ -215,7 +214,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("relocalization.accept_margin", c.relocalization.accept_margin, 0.0, 1e6);
   visit("relocalization.accept_evidence", c.relocalization.accept_evidence, 0.0, 1e6);
   visit("relocalization.accept_objects", c.relocalization.accept_objects, 3, 1000);
-  visit("relocalization.min_matches", c.relocalization.min_matches, 10, 1000);
+  visit("relocalization.accept_confidence", c.relocalization.accept_confidence, 0.5, 0.9999);
   visit("runner.mode", c.runner.mode, Words{"sequential", "lockstep", "live"});
   visit("runner.lag", c.runner.lag, 1, 1000);
   visit("runner.seed", c.runner.seed, 0, 2147483647);

@@ -81,7 +81,7 @@ void AddObjectSections(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_margin))
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_evidence))
       .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_objects))
-      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, min_matches));
+      .def_readwrite(OASLAM_FIELD(RelocalizationConfig, accept_confidence));
   py::class_<RunnerConfig>(m, "RunnerConfig", doc::RunnerConfig)
       .def(py::init(), doc::RunnerConfig)
       .def_readwrite(OASLAM_FIELD(RunnerConfig, mode))

@@ -366,11 +366,11 @@ class PoseEvidence:
     def value(self) -> int: ...
 class RelocalizationConfig:
     def __init__(self) -> None: ...
+    accept_confidence: float
     accept_evidence: float
     accept_margin: float
     accept_objects: int
     max_detections: int
-    min_matches: int
     min_score: float
     objects: ObjectMethod
     ransac_iterations: int

@@ -22,6 +22,10 @@ double RelativeSigma(const Map& map, const ObjectPoseCandidate& candidate) {
              : 1;
 }
 
+// Points that are this likely to be right by themselves confirm a pose that is already supported by
+// something else.
+constexpr double kConfirms = 0.9;
+
 // 1.6 and 6.5 degrees; wider finds wrong matches.
 constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;
 
@@ -56,7 +60,7 @@ Relocalization FromPoints(const RelocalizationReport& report, PoseEvidence evide
   result.landmarks = report.landmarks;
   result.inliers = report.inliers;
   result.sigma_position = report.sigma_position;
-  result.confidence = ConfidenceOfPoints(report.inliers);
+  result.confidence = report.confidence;
   result.candidates = report.hypotheses;
   if (!result.candidates.empty()) result.candidates_are_by = PoseEvidence::kPoints;
   result.why_not = report.why_not;
@@ -103,7 +107,7 @@ std::optional<Relocalization> Relocalizer::Near(const Rigid3& world_from_cam, co
                                                 const Map& map, Rng& rng) const {
   const RelocalizationReport report =
       VerifyByPoints(frame, map, world_from_cam.Inverse(), SearchRadius(map, frame, kMaxErrorRad),
-                     config_.relocalization, config_.tracking, rng);
+                     config_.relocalization, kConfirms, rng);
   if (!report.success) return std::nullopt;
   Relocalization found = FromPoints(report, PoseEvidence::kPoints);
   found.candidates = {{report.cam_from_world, static_cast<double>(report.inliers)}};
@@ -114,7 +118,7 @@ std::optional<Relocalization> Relocalizer::Near(const Rigid3& world_from_cam, co
 Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects,
                                      Rng& rng) {
   const RelocalizationReport report =
-      RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
+      RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, rng);
   const bool are_few = report.inliers < 2 * config_.tracking.min_relocalization_inliers;
   if (report.success && join_objects && are_few)
     return JoinObjects(frame, map, report, PoseEvidence::kPoints);
@@ -161,9 +165,10 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   if (!candidates.empty()) result.candidates_are_by = PoseEvidence::kObjects;
   if (confirm_by_points && frame.features)
     for (const ObjectPoseCandidate& c : candidates) {
+      if (c.margin < -config_.relocalization.accept_margin) continue;  // they speak against it
       const RelocalizationReport report =
           VerifyByPoints(frame, map, c.cam_from_world, SearchRadius(map, frame, c),
-                         config_.relocalization, config_.tracking, rng);
+                         config_.relocalization, kConfirms, rng);
       if (!report.success || !Agree(report, c)) continue;
       Relocalization confirmed = JoinObjects(frame, map, report, PoseEvidence::kPointsAndObjects);
       confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, ConfidenceIn(c));

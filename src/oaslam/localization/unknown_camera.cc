@@ -84,7 +84,8 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
     report.landmarks = found.landmarks;
     report.inliers = found.inliers;
     const bool has_points = found.evidence != PoseEvidence::kObjects;
-    const FocalRelocalization refined = RefineFocal(seen.frame, seen.map, report, config_.tracking);
+    const FocalRelocalization refined =
+        RefineFocal(seen.frame, seen.map, report, config_.relocalization.accept_confidence);
     const Contradiction contradiction =
         has_points ? ContradictionOf(refined, camera) : Contradiction::kPossible;
     if (contradiction == Contradiction::kCertain) {
@@ -99,8 +100,8 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
     if (contradiction == Contradiction::kNone) return best;
   }
   if (mode == RelocalizationMode::kObjects) return best;
-  const FocalRelocalization free = RelocalizeByPointsAndFocal(
-      raw, map, IndexOf(map), config_.relocalization, config_.tracking, rng);
+  const FocalRelocalization free =
+      RelocalizeByPointsAndFocal(raw, map, IndexOf(map), config_.relocalization, rng);
   if (!free.report.success ||
       (best.found.evidence != PoseEvidence::kNone && free.report.inliers <= best.found.inliers)) {
     if (cameras.empty()) best.found.why_not = free.report.why_not;
@@ -112,7 +113,7 @@ UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
   best.found.landmarks = free.report.landmarks;
   best.found.inliers = free.report.inliers;
   best.found.sigma_position = free.report.sigma_position;
-  best.found.confidence = ConfidenceOfPoints(free.report.inliers);
+  best.found.confidence = free.report.confidence;
   best.found.candidates = free.report.hypotheses;
   LeadWithAccepted(best.found);
   best.camera = free.camera;

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/estimation/focal_refinement.h"
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/landmark_sets.h"
-#include "oaslam/matching/orientation_check.h"
 #include "oaslam/relocalization/guided_search.h"
+#include "oaslam/relocalization/place_matching.h"
 
 namespace oaslam {
 namespace {
@@ -17,67 +18,14 @@ namespace {
 // Each takes a match and a RANSAC; the right one is mostly among the first.
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;  // a RANSAC on fewer finds a pose by chance
-// Largest ratio of the nearest to the second-nearest descriptor distance in a place; loose, since
-// RANSAC rejects wrong matches.
-constexpr double kRatio = 0.85;
-// Around a place: they see most landmarks that the image may show.
-constexpr int kLocalKeyframes = 15;
-
-struct Match {
-  int keypoint = 0;
-  LandmarkId landmark;
-  int distance = 0;
-};
-
-// The orientation of the landmark's key point in the first keyframe of the place that sees it.
-float AngleIn(const Map& map, const Place& place, const Landmark& landmark) {
-  for (const KeyframeId id : place.keyframes)
-    for (const Observation& o : landmark.observations)
-      if (o.keyframe == id) return map.keyframes.At(id).features->keypoints[o.keypoint].angle_rad;
-  return 0;
-}
-
-// Keeps the closest match of each landmark, drops matches of inconsistent orientation, and sorts by
-// descriptor distance.
-std::vector<Match> Filter(const Map& map, const Features& features, const Place& place,
-                          std::vector<Match> matches) {
-  std::ranges::sort(matches, {},
-                    [](const Match& m) { return std::tuple(m.landmark, m.distance, m.keypoint); });
-  const auto repeats = std::ranges::unique(matches, {}, &Match::landmark);
-  matches.erase(repeats.begin(), repeats.end());
-  std::vector<float> turns;
-  for (const Match& m : matches)
-    turns.push_back(AngleIn(map, place, map.landmarks.At(m.landmark)) -
-                    features.keypoints[m.keypoint].angle_rad);
-  const std::vector<char> consistent = ConsistentOrientations(turns);
-  std::vector<Match> kept;
-  for (size_t i = 0; i < matches.size(); ++i)
-    if (consistent[i]) kept.push_back(matches[i]);
-  std::ranges::stable_sort(kept, {}, &Match::distance);
-  return kept;
-}
-
-std::vector<Match> MatchPlace(const Map& map, const Features& features, const Place& place,
-                              const LandmarkHits& hits) {
-  const std::vector<LandmarkId> here = LandmarksSeenBy(map, place.keyframes);
-  std::vector<Match> matches;
-  for (int k = 0; k < static_cast<int>(hits.size()); ++k) {
-    const DescriptorIndex::Hit *best = nullptr, *second = nullptr;
-    for (const DescriptorIndex::Hit& hit : hits[k]) {
-      if (!std::ranges::binary_search(here, LandmarkId(hit.label))) continue;
-      (best ? second : best) = &hit;
-      if (second) break;
-    }
-    if (best && (!second || best->distance < kRatio * second->distance))
-      matches.push_back({k, LandmarkId(best->label), best->distance});
-  }
-  return Filter(map, features, place, std::move(matches));
-}
+// Of a pose so likely, no other place is compared.
+constexpr double kSure = 0.998;
 
 AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map,
-                                   const std::vector<Match>& matches, int iterations, Rng& rng) {
+                                   const std::vector<PlaceMatch>& matches, int iterations,
+                                   Rng& rng) {
   std::vector<PointObservation> observations;
-  for (const Match& m : matches)
+  for (const PlaceMatch& m : matches)
     observations.push_back(
         ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
   return EstimateAbsolutePose(map.cameras[frame.camera], observations,
@@ -100,7 +48,7 @@ Map WithCameraOf(const Map& map, const Frame& frame, const Camera& camera) {
 // Estimates pose and focal length: of the focal lengths tried, takes the one for which most matches
 // agree on a pose. Returns nothing where none has such a pose.
 std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
-                                            const std::vector<Match>& matches, int iterations,
+                                            const std::vector<PlaceMatch>& matches, int iterations,
                                             Rng& rng) {
   // Focal lengths from wide to long (96 to 20 degrees over the longer side), so dense that the one
   // nearest to the true one finds most of its inliers.
@@ -108,7 +56,7 @@ std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
   const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
   const double longer = std::max(camera.width, camera.height);
   std::vector<PointObservation> observations;
-  for (const Match& m : matches)
+  for (const PlaceMatch& m : matches)
     observations.push_back(
         ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
   std::optional<FocalReport> best;
@@ -126,44 +74,54 @@ std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
   return best;
 }
 
+std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId place) {
+  // They see most landmarks that the image may show.
+  constexpr int kLocalKeyframes = 15;
+  return LandmarksSeenBy(map, map.KeyframesAround(place, kLocalKeyframes));
+}
+
+// The keyframe that sees most of these landmarks.
+KeyframeId PlaceOf(const Map& map, const std::vector<LandmarkId>& landmarks) {
+  std::map<KeyframeId, int> seen;
+  for (const LandmarkId id : landmarks)
+    for (const Observation& o : map.landmarks.At(id).observations) ++seen[o.keyframe];
+  return std::ranges::max_element(seen, {}, [](const auto& k) { return k.second; })->first;
+}
+
 void Keep(const RelocalizationReport& found, RelocalizationReport& best) {
   std::vector<PoseHypothesis> hypotheses = std::move(best.hypotheses);
   hypotheses.push_back({found.cam_from_world, static_cast<double>(found.inliers)});
-  if (found.inliers > best.inliers || found.success) best = found;
+  if (hypotheses.size() == 1 || found.confidence > best.confidence) best = found;
   best.hypotheses = std::move(hypotheses);
 }
 
 }  // namespace
 
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config,
-                                        const TrackingConfig& tracking, Rng& rng) {
+                                        const RelocalizationConfig& config, Rng& rng) {
   const Features& features = *frame.features;
   const LandmarkHits hits = index.Find(features);
   RelocalizationReport best;
   best.why_not = "no place of the map looks like this";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
-    const std::vector<Match> matches = MatchPlace(map, features, place, hits);
+    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
     const AbsolutePoseReport rough =
         PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
     if (!rough.success) continue;
-    std::vector<KeyframeId> around =
-        map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
-    around.push_back(place.keyframes.front());
-    RelocalizationReport found =
-        SearchAround(frame, map, LandmarksSeenBy(map, around), rough.cam_from_world);
+    RelocalizationReport found = SearchAround(
+        frame, map, LandmarksAround(map, place.keyframes.front()), rough.cam_from_world);
     found.keyframe = place.keyframes.front();
-    Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers, found);
+    Judge(config.accept_confidence, found);
     Keep(found, best);
-    if (best.success) break;
+    if (best.confidence > kSure) break;
   }
   std::ranges::stable_sort(best.hypotheses, std::ranges::greater{}, &PoseHypothesis::score);
   return best;
 }
 
 FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
-                                const RelocalizationReport& found, const TrackingConfig& tracking) {
+                                const RelocalizationReport& found, double min_confidence) {
   FocalRelocalization result{found, map.cameras[static_cast<size_t>(frame.camera)],
                              std::numeric_limits<double>::infinity()};
   std::vector<PointObservation> observations;
@@ -178,33 +136,28 @@ FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
   result.report.cam_from_world = refined.cam_from_world;
   result.report.covariance = refined.covariance;
   result.report.sigma_position = SigmaOfPosition(refined.covariance);
-  // An uncertain focal length makes the distance to the scene uncertain, too: Judge allows twice as
-  // much as for a known camera.
-  constexpr double kMaxRelativeSigma = 0.06;
-  Judge(map, tracking.min_relocalization_inliers, tracking.min_relocalization_inliers,
-        result.report, kMaxRelativeSigma);
+  // An uncertain focal length makes the distance to the scene uncertain, in a right pose, too.
+  constexpr double kTolerance = 2;
+  Weigh(map, result.report, kTolerance);
+  Judge(min_confidence, result.report);
   return result;
 }
 
 FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
                                                const PlaceIndex& index,
-                                               const RelocalizationConfig& config,
-                                               const TrackingConfig& tracking, Rng& rng) {
+                                               const RelocalizationConfig& config, Rng& rng) {
   const Features& features = *frame.features;
   const LandmarkHits hits = index.Find(features);
   FocalRelocalization best;
   best.camera = map.cameras[static_cast<size_t>(frame.camera)];
   best.report.why_not = "no place of the map looks like this, whatever the focal length";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
-    const std::vector<Match> matches = MatchPlace(map, features, place, hits);
+    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
     const std::optional<FocalReport> rough =
         FocalFromMatches(frame, map, matches, config.ransac_iterations, rng);
     if (!rough) continue;
-    std::vector<KeyframeId> around =
-        map.CovisibleKeyframes(place.keyframes.front(), kLocalKeyframes);
-    around.push_back(place.keyframes.front());
-    const std::vector<LandmarkId> landmarks = LandmarksSeenBy(map, around);
+    const std::vector<LandmarkId> landmarks = LandmarksAround(map, place.keyframes.front());
     FocalRelocalization found;
     found.camera = rough->camera;
     found.report.cam_from_world = rough->cam_from_world;
@@ -213,10 +166,10 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
     for (int round = 0; round < 2; ++round) {
       const Map with = WithCameraOf(map, frame, found.camera);
       found.report = SearchAround(frame, with, landmarks, found.report.cam_from_world);
-      found = RefineFocal(frame, with, found.report, tracking);
+      found = RefineFocal(frame, with, found.report, config.accept_confidence);
     }
     found.report.keyframe = place.keyframes.front();
-    const bool is_better = found.report.success || found.report.inliers > best.report.inliers;
+    const bool is_better = found.report.confidence > best.report.confidence;
     Keep(found.report, best.report);
     if (is_better) {
       best.camera = found.camera;
@@ -230,27 +183,40 @@ FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& ma
 
 RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
                                     const Rigid3& cam_from_world_guess, double search_radius_px,
-                                    const RelocalizationConfig& config,
-                                    const TrackingConfig& tracking, Rng& rng) {
+                                    const RelocalizationConfig& config, double min_confidence,
+                                    Rng& rng) {
   const Features& features = *frame.features;
-  const std::vector<LandmarkId> all = map.landmarks.Ids();
-  const auto projected = ProjectLandmarks(map, all, frame, cam_from_world_guess);
+  const auto projected = ProjectLandmarks(map, map.landmarks.Ids(), frame, cam_from_world_guess);
   const auto wide = SearchByProjection(features, map, projected,
                                        std::vector<LandmarkId>(features.keypoints.size()),
-                                       {search_radius_px, 64, kRatio, false});
-  RelocalizationReport report;
-  std::vector<Match> matches;
+                                       {search_radius_px, 64, 0.85, false});
+  std::vector<PlaceMatch> matches;
   for (int k = 0; k < features.size(); ++k)
     if (wide.landmarks[k].IsValid())
       matches.push_back({k, wide.landmarks[k],
                          HammingDistance(map.landmarks.At(wide.landmarks[k]).descriptor,
                                          features.descriptors[k])});
-  std::ranges::stable_sort(matches, {}, &Match::distance);
+  std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);
   const AbsolutePoseReport rough =
       PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
-  report =
-      SearchAround(frame, map, all, rough.success ? rough.cam_from_world : cam_from_world_guess);
-  Judge(map, tracking.min_relocalization_inliers, config.min_matches, report);
+  RelocalizationReport report;
+  report.why_not = "no landmarks are where this pose would have them";
+  std::vector<LandmarkId> agree;
+  for (size_t i = 0; i < matches.size(); ++i)
+    if (!rough.success || rough.inlier[i]) agree.push_back(matches[i].landmark);
+  if (agree.empty()) return report;
+  report = SearchAround(frame, map, LandmarksAround(map, PlaceOf(map, agree)),
+                        rough.success ? rough.cam_from_world : cam_from_world_guess);
+  Judge(min_confidence, report);
+  if (std::getenv("DBGV")) {
+    const Rigid3 w = report.cam_from_world.Inverse();
+    std::fprintf(stderr,
+                 "V %.6f 0 0 %d %d %d %d 0 0 %.5f %d %.5f %.5f %.5f %.6f %.6f %.6f %.6f %.4f\n",
+                 frame.timestamp, (int)matches.size(), rough.inliers, report.inliers,
+                 report.expected, report.relative_sigma, report.success, w.translation.x(),
+                 w.translation.y(), w.translation.z(), w.rotation.x(), w.rotation.y(),
+                 w.rotation.z(), w.rotation.w(), report.covered);
+  }
   report.hypotheses.push_back({report.cam_from_world, static_cast<double>(report.inliers)});
   return report;
 }

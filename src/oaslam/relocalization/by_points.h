@@ -14,8 +14,7 @@ namespace oaslam {
 // pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
 // other landmarks around.
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config,
-                                        const TrackingConfig& tracking, Rng& rng);
+                                        const RelocalizationConfig& config, Rng& rng);
 
 struct FocalRelocalization {
   RelocalizationReport report;
@@ -28,19 +27,19 @@ struct FocalRelocalization {
 // and the one with the most points is refined together with the pose.
 FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
                                                const PlaceIndex& index,
-                                               const RelocalizationConfig& config,
-                                               const TrackingConfig& tracking, Rng& rng);
+                                               const RelocalizationConfig& config, Rng& rng);
 
-// Refines a relocalized pose together with the focal length of the frame's camera.
+// Refines a relocalized pose together with the focal length of the frame's camera, and judges it
+// anew.
 FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
-                                const RelocalizationReport& found, const TrackingConfig& tracking);
+                                const RelocalizationReport& found, double min_confidence);
 
 // Confirms and refines a pose from another source, such as objects. Landmarks are searched around
 // their projections, first within `search_radius_px` (the error of the guess in the image), then
-// closer.
+// closer. `min_confidence`: of the points alone, for success.
 RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
                                     const Rigid3& cam_from_world_guess, double search_radius_px,
-                                    const RelocalizationConfig& config,
-                                    const TrackingConfig& tracking, Rng& rng);
+                                    const RelocalizationConfig& config, double min_confidence,
+                                    Rng& rng);
 
 }  // namespace oaslam

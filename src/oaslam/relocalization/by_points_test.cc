@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
+#include "oaslam/relocalization/place_matching.h"
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -12,6 +15,8 @@ using synthetic::View;
 using synthetic::WorldOptions;
 
 constexpr WorldOptions kWorld{.points = 1500, .cameras = 8, .seed = 1};
+
+constexpr double kConfirms = 0.9;
 
 Frame MakeFrame(const View& view) {
   Frame frame;
@@ -33,7 +38,7 @@ TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
     const View view =
         MakeView(f.world, truth, {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
     const RelocalizationReport report =
-        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
     ASSERT_TRUE(report.success) << angle << ": " << report.why_not;
     EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02)
         << angle;
@@ -61,21 +66,41 @@ TEST(RelocalizeByPoints, RefusesAnotherWorld) {
     Rng rng(seed);
     const View view = MakeView(elsewhere, synthetic::PoseOnArc(kWorld, 0), {}, rng);
     const RelocalizationReport report =
-        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+        RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
     EXPECT_FALSE(report.success);
     EXPECT_FALSE(report.why_not.empty());
   }
+}
+
+// A strip of the image agrees exactly; of what should be in view beside it, nothing is there.
+TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
+  const Fixture f;
+  Rng rng(5);
+  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5), {}, rng);
+  const RelocalizationReport whole =
+      RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
+  ASSERT_TRUE(whole.success) << whole.why_not;
+  std::vector<uint32_t> kept;
+  for (uint32_t k = 0; k < view.features->keypoints.size(); ++k)
+    if (view.features->keypoints[k].px.x() < view.features->bounds.Width() / 4) kept.push_back(k);
+  Frame part;
+  part.features = std::make_shared<const Features>(view.features->Selected(kept));
+  const RelocalizationReport found = RelocalizeByPoints(part, f.mapped.map, f.index, {}, rng);
+  EXPECT_GT(found.inliers, 50);
+  EXPECT_LT(found.covered, whole.covered / 2);
+  EXPECT_LT(found.confidence, 0.999);
+  EXPECT_LT(1 - whole.confidence, 0.1 * (1 - found.confidence));
 }
 
 TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
   const Fixture f;
   Rng rng(1);
   View nothing = MakeView(f.world, f.world.cam_from_world[0], {.missed = 1, .clutter = 0}, rng);
-  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, {}, rng).success);
+  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, rng).success);
   Map empty;
   empty.cameras.push_back(f.world.camera);
   const View view = MakeView(f.world, f.world.cam_from_world[0], {}, rng);
-  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(view), empty, PlaceIndex(empty), {}, {}, rng).success);
+  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(view), empty, PlaceIndex(empty), {}, rng).success);
 }
 
 TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
@@ -85,7 +110,7 @@ TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
   f.mapped.map.RetireKeyframe(KeyframeId(3));
   Rng rng(2);
   const View view = MakeView(f.world, f.world.cam_from_world[3], {}, rng);
-  EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng).success);
+  EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng).success);
 }
 
 // The world seen through another lens: the image's camera is not the map's.
@@ -99,7 +124,7 @@ TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
       const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
       const View view = MakeView(seen, truth, {.flipped_bits = 20, .clutter = 200}, rng);
       const FocalRelocalization found =
-          RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng);
+          RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng);
       ASSERT_TRUE(found.report.success) << focal << ' ' << angle << ": " << found.report.why_not;
       EXPECT_NEAR(found.camera.fx / focal, 1, 0.02) << angle;
       EXPECT_LT(found.relative_sigma, 0.01);
@@ -116,8 +141,29 @@ TEST(RelocalizeByPointsAndFocal, RefusesAnotherWorld) {
   other.seed = 78;
   Rng rng(1);
   const View view = MakeView(synthetic::MakeWorld(other), synthetic::PoseOnArc(kWorld, 0), {}, rng);
-  EXPECT_FALSE(RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, {}, rng)
-                   .report.success);
+  EXPECT_FALSE(
+      RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng).report.success);
+}
+
+TEST(MatchPlace, FindsMostLandmarksOfAPlaceAndEachOnce) {
+  const Fixture f;
+  Rng rng(3);
+  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5),
+                             {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
+  const std::vector<Place> places =
+      f.index.RankPlaces(f.mapped.map, f.index.Find(*view.features), 1);
+  ASSERT_EQ(places.size(), 1);
+  const std::vector<PlaceMatch> matches = MatchPlace(*view.features, f.mapped.map, places[0]);
+  int right = 0;
+  std::set<LandmarkId> landmarks;
+  for (const PlaceMatch& m : matches) {
+    const int point = view.point_of_keypoint[m.keypoint];
+    right += point >= 0 && f.mapped.landmark_of_point[point] == m.landmark;
+    EXPECT_TRUE(landmarks.insert(m.landmark).second);
+  }
+  EXPECT_GT(right, 200);
+  EXPECT_GT(right, 0.9 * static_cast<double>(matches.size()));
+  EXPECT_TRUE(std::ranges::is_sorted(matches, {}, &PlaceMatch::distance));
 }
 
 TEST(VerifyByPoints, ConfirmsARoughPose) {
@@ -128,7 +174,7 @@ TEST(VerifyByPoints, ConfirmsARoughPose) {
     const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
     const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
     const RelocalizationReport report =
-        VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, {}, rng);
+        VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, kConfirms, rng);
     ASSERT_TRUE(report.success) << seed << ": " << report.why_not;
     EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
   }
@@ -139,7 +185,7 @@ TEST(VerifyByPoints, RefusesAPoseThatIsElsewhere) {
   Rng rng(4);
   const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
   const RelocalizationReport report = VerifyByPoints(
-      MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, {}, rng);
+      MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, kConfirms, rng);
   EXPECT_FALSE(report.success);
 }
 

@@ -1,5 +1,6 @@
 #include "oaslam/relocalization/confidence.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace oaslam {
@@ -18,8 +19,18 @@ double ConfidenceOf(const ObjectPoseCandidate& best) {
   return Logistic(0.28 * (beyond_chance - 16));
 }
 
-// Fitted by tools/acceptance, too.
-double ConfidenceOfPoints(int inliers) { return Logistic(3.7 * std::log(inliers / 16.0 + 1e-9)); }
+double ConfidenceOfPoints(const RelocalizationReport& report) {
+  constexpr int kFewest = 8;           // three of them fit always
+  constexpr double kExpected = 20;     // so that a share of few expected ones does not count much
+  constexpr double kExact = 0.02;      // a smaller relative sigma is no better sign
+  constexpr double kOfInlier = 0.125;  // few are no more certain than this, whatever their share
+  if (report.inliers < kFewest) return 0;
+  const double found_share = report.inliers / (report.expected + kExpected);
+  const double log_odds = 3.38 + 2.62 * std::log(found_share) +
+                          6.11 * std::log(report.covered + 0.05) -
+                          3.33 * std::log(std::max(report.relative_sigma, kExact));
+  return Logistic(std::min(log_odds, kOfInlier * report.inliers));
+}
 
 double ConfidenceOfBoth(double by_points, double by_objects) {
   return 1 - (1 - by_points) * (1 - by_objects);

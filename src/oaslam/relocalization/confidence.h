@@ -1,6 +1,7 @@
 #pragma once
 
 #include "oaslam/relocalization/by_objects.h"
+#include "oaslam/relocalization/report.h"
 
 namespace oaslam {
 
@@ -11,7 +12,7 @@ namespace oaslam {
 // docs/lab/relocalization.md has their error on each sequence, also on those they were not fitted
 // to.
 double ConfidenceOf(const ObjectPoseCandidate& best);
-double ConfidenceOfPoints(int inliers);
+double ConfidenceOfPoints(const RelocalizationReport& report);
 
 // The confidence of a pose that points and objects found independently.
 double ConfidenceOfBoth(double by_points, double by_objects);

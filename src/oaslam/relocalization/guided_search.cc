@@ -3,21 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/matching/point_observation.h"
+#include "oaslam/relocalization/confidence.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
-
-// Where few landmarks are found, at least this share of them must agree with the pose: of the
-// matches of a wrong pose, fewer do.
-constexpr double kMinShare = 0.4;
-// Inliers must exceed this factor times the number expected by chance, plus 8, since the estimate
-// of so small a number is uncertain.
-constexpr double kChanceFactor = 4;
 
 struct Round {
   double radius_px;
@@ -28,27 +23,30 @@ struct Round {
 // leaves fewer wrong matches.
 constexpr Round kRounds[] = {{12, 80, 0.9}, {6, 80, 0.95}};
 
-// The number of inliers that a wrong pose would get: the same search with the projections shifted
-// far within the image.
-double ChanceInliers(const Features& features, const Map& map,
-                     std::vector<ProjectedLandmark> projected, const Round& round) {
-  // Of the image's sides; arbitrary, but far.
-  constexpr double kShifts[][2] = {{0.31, 0.43}, {0.57, 0.23}};
-  double sum = 0;
-  for (const auto& [shift_x, shift_y] : kShifts) {
-    std::vector<ProjectedLandmark> moved = projected;
-    const Box& b = features.bounds;
-    for (ProjectedLandmark& p : moved)
-      p.px = {b.x1 + std::fmod(p.px.x() - b.x1 + shift_x * b.Width(), b.Width()),
-              b.y1 + std::fmod(p.px.y() - b.y1 + shift_y * b.Height(), b.Height())};
-    const auto matches =
-        SearchByProjection(features, map, moved, std::vector<LandmarkId>(features.keypoints.size()),
-                           {round.radius_px, round.max_hamming, round.ratio, false});
-    // Only part of the matches in the square search window would be inliers, which lie in a circle.
-    const double inlier_area = M_PI * kChi2TwoDof / (4 * round.radius_px * round.radius_px);
-    sum += matches.count * std::min(1.0, inlier_area);
+// Of the squares of the image in which landmarks are expected, the share in which some are found.
+double CoveredShare(const Features& features, std::span<const ProjectedLandmark> expected,
+                    std::span<const LandmarkId> found) {
+  constexpr int kAcross = 8;       // squares along the longer side
+  constexpr int kFewExpected = 3;  // in a square; none of so few may be found by bad luck
+  constexpr int kUnseen = 3;       // added to the squares, so that all of a few do not count much
+  const Box& bounds = features.bounds;
+  const double side = std::max(bounds.Width(), bounds.Height()) / kAcross;
+  const auto square_of = [&](const Eigen::Vector2d& px) {
+    const int column = static_cast<int>((px.x() - bounds.x1) / side),
+              row = static_cast<int>((px.y() - bounds.y1) / side);
+    return std::clamp(row, 0, kAcross - 1) * kAcross + std::clamp(column, 0, kAcross - 1);
+  };
+  std::array<int, kAcross * kAcross> expected_in{}, found_in{};
+  for (const ProjectedLandmark& p : expected) ++expected_in[square_of(p.px)];
+  for (size_t k = 0; k < found.size(); ++k)
+    if (found[k].IsValid()) ++found_in[square_of(features.keypoints[k].px.cast<double>())];
+  int with_expected = 0, covered = 0;
+  for (size_t i = 0; i < expected_in.size(); ++i) {
+    if (expected_in[i] <= kFewExpected) continue;
+    ++with_expected;
+    covered += found_in[i] > 0;
   }
-  return sum / std::size(kShifts);
+  return static_cast<double>(covered) / (with_expected + kUnseen);
 }
 
 }  // namespace
@@ -84,49 +82,38 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map,
     if (!pose.success) return report;
     report.cam_from_world = pose.cam_from_world;
     report.inliers = pose.inliers;
-    report.inlier_share = static_cast<double>(pose.inliers) / matches.count;
     report.covariance = pose.covariance;
     report.sigma_position = SigmaOfPosition(pose.covariance);
     report.landmarks.assign(features.keypoints.size(), LandmarkId());
     for (size_t i = 0; i < selected.keypoints.size(); ++i)
       if (pose.inlier[i])
         report.landmarks[selected.keypoints[i]] = matches.landmarks[selected.keypoints[i]];
-    report.chance_inliers = ChanceInliers(features, map, projected, round);
+    report.covered = CoveredShare(features, projected, report.landmarks);
   }
+  Weigh(map, report);
   return report;
 }
 
-void Judge(const Map& map, int enough_inliers, int few_inliers, RelocalizationReport& report,
-           double max_relative_sigma) {
-  report.success = false;
-  if (report.inliers < few_inliers) {
-    report.why_not = fmt::format("{} points agree with the best pose", report.inliers);
-    return;
-  }
-  const double by_chance = kChanceFactor * report.chance_inliers + 8;
-  if (report.inliers < by_chance) {
-    report.why_not = fmt::format("{} points agree, chance alone would give {:.0f}", report.inliers,
-                                 report.chance_inliers);
-    return;
-  }
-  if (report.inliers < enough_inliers && report.inlier_share < kMinShare) {
-    report.why_not = fmt::format("only {:.0f} % of {:.0f} matches agree", 100 * report.inlier_share,
-                                 report.inliers / report.inlier_share);
-    return;
-  }
+void Weigh(const Map& map, RelocalizationReport& report, double tolerance) {
   std::vector<double> distances;
   for (const LandmarkId id : report.landmarks)
     if (id.IsValid())
       distances.push_back((report.cam_from_world * map.landmarks.At(id).position).norm());
-  const double distance = Median(std::move(distances));
-  const double correlated_sigma = report.sigma_position * std::sqrt(report.inliers);
-  if (!(correlated_sigma < max_relative_sigma * distance)) {
-    report.why_not = fmt::format("position uncertain by {:.0f} % of the distance",
-                                 100 * correlated_sigma / distance);
-    return;
-  }
-  report.success = true;
-  report.why_not.clear();
+  if (distances.empty()) return;
+  report.relative_sigma = report.sigma_position * std::sqrt(report.inliers) /
+                          (tolerance * Median(std::move(distances)));
+  report.confidence = ConfidenceOfPoints(report);
+}
+
+void Judge(double min_confidence, RelocalizationReport& report) {
+  report.success = report.confidence >= min_confidence;
+  report.why_not =
+      report.success
+          ? ""
+          : fmt::format(
+                "{} of {} points that should be in view agree with the best pose, in {:.0f} "
+                "% of the image; position uncertain by {:.0f} % of the distance",
+                report.inliers, report.expected, 100 * report.covered, 100 * report.relative_sigma);
 }
 
 }  // namespace oaslam

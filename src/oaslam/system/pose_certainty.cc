@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "oaslam/relocalization/confidence.h"
 #include "oaslam/system/tracker.h"
 
 namespace oaslam {
@@ -23,6 +22,10 @@ double ProbablyNear(double sigma_of_depth) {
          std::sqrt(2 / std::numbers::pi) * x * std::exp(-x * x / 2);
 }
 
+// The probability that a pose near where the motion led is right, by the landmarks that agree; a
+// logistic curve fitted to hypotheses of relocalization.
+double ConfidenceOfTracked(int inliers) { return 1 / (1 + std::pow(inliers / 16.0 + 1e-9, -3.7)); }
+
 }  // namespace
 
 Tracker::Outcome Tracker::OutcomeOf(const Frame& frame, const Map& map, const TrackReport& tracked,
@@ -38,7 +41,7 @@ Tracker::Outcome Tracker::OutcomeOf(const Frame& frame, const Map& map, const Tr
   const bool is_seen = state != TrackingState::kOdometry;
   outcome.seconds_without_map = is_seen ? 0 : frame.timestamp - seen_in_map_time_;
   // A pose near where the motion led is as right as the one before; few landmarks confirm it.
-  if (is_seen) seen_confidence_ = std::max(seen_confidence_, ConfidenceOfPoints(outcome.inliers));
+  if (is_seen) seen_confidence_ = std::max(seen_confidence_, ConfidenceOfTracked(outcome.inliers));
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   outcome.confidence =
       seen_confidence_ * (outcome.depth > 0 ? ProbablyNear(sigma / outcome.depth) : 1);
