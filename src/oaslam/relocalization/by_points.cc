@@ -18,6 +18,9 @@ namespace {
 // Each takes a match and a RANSAC; the right one is mostly among the first.
 constexpr int kMaxPlaces = 6;
 constexpr int kMinMatches = 10;  // a RANSAC on fewer finds a pose by chance
+// In a wide search around a pose: stricter than in a place, since one view of each landmark counts.
+constexpr int kMaxHammingAround = 64;
+constexpr double kRatioAround = 0.85;
 // Of a pose so likely, no other place is compared.
 constexpr double kSure = 0.998;
 
@@ -189,7 +192,7 @@ RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
   const auto projected = ProjectLandmarks(map, map.landmarks.Ids(), frame, cam_from_world_guess);
   const auto wide = SearchByProjection(features, map, projected,
                                        std::vector<LandmarkId>(features.keypoints.size()),
-                                       {search_radius_px, 64, 0.85, false});
+                                       {search_radius_px, kMaxHammingAround, kRatioAround, false});
   std::vector<PlaceMatch> matches;
   for (int k = 0; k < features.size(); ++k)
     if (wide.landmarks[k].IsValid())
