@@ -211,15 +211,6 @@ RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
   report = SearchAround(frame, map, LandmarksAround(map, PlaceOf(map, agree)),
                         rough.success ? rough.cam_from_world : cam_from_world_guess);
   Judge(min_confidence, report);
-  if (std::getenv("DBGV")) {
-    const Rigid3 w = report.cam_from_world.Inverse();
-    std::fprintf(stderr,
-                 "V %.6f 0 0 %d %d %d %d 0 0 %.5f %d %.5f %.5f %.5f %.6f %.6f %.6f %.6f %.4f\n",
-                 frame.timestamp, (int)matches.size(), rough.inliers, report.inliers,
-                 report.expected, report.relative_sigma, report.success, w.translation.x(),
-                 w.translation.y(), w.translation.z(), w.rotation.x(), w.rotation.y(),
-                 w.rotation.z(), w.rotation.w(), report.covered);
-  }
   report.hypotheses.push_back({report.cam_from_world, static_cast<double>(report.inliers)});
   return report;
 }
