@@ -15,6 +15,7 @@
 #include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/next_ids.h"
 #include "oaslam/mapping/loop_closing.h"
+#include "oaslam/relocalization/by_points.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/background_bundle.h"
 #include "oaslam/system/mapper.h"
@@ -31,7 +32,7 @@ const Building& BuildingOf(int64_t keyframes, int64_t objects, bool is_loop = fa
   auto& building = known[{keyframes, objects, is_loop}];
   if (!building)
     building = std::make_unique<Building>(synthetic::BuildingOptions{
-        static_cast<int>(keyframes), static_cast<int>(objects), is_loop});
+        static_cast<int>(keyframes), static_cast<int>(objects), is_loop, !is_loop});
   return *building;
 }
 
@@ -201,6 +202,31 @@ void FindByObjectsWithGravity(benchmark::State& state) {
   Relocalize(state, RelocalizationMode::kObjects, true);
 }
 
+// Without the network.
+void FindByLearned(benchmark::State& state) {
+  const Building& building = BuildingOf(state);
+  const PlaceIndex index(building.map());
+  Rng rng(7);
+  Median median;
+  int found = 0, asked = 0;
+  for (auto _ : state) {
+    const double place = (0.05 + 0.9 * rng.Uniform(0, 1)) * static_cast<double>(state.range(0));
+    TrackedFrame seen = building.FrameAt(place, rng);
+    Features features = *seen.frame.features;
+    features.learned.descriptors = features.descriptors;
+    for (int k = 0; k < features.size(); ++k)
+      features.learned.keypoints.push_back(static_cast<uint16_t>(k));
+    seen.frame.features = std::make_shared<const Features>(std::move(features));
+    median.Add(Timed([&] {
+      found += RelocalizeByPoints(seen.frame, building.map(), index, {}, rng, Appearance::kLearned)
+                   .success;
+    }));
+    ++asked;
+  }
+  state.counters["found"] = static_cast<double>(found) / asked;
+  median.Report(state);
+}
+
 // A loop through the whole map: found, corrected, and adjusted in the background.
 void CloseALoop(benchmark::State& state) {
   const Building& building = BuildingOf(state.range(0), state.range(1), true);
@@ -274,6 +300,7 @@ void Sizes(benchmark::internal::Benchmark* b) {
 BENCHMARK(TrackAnImage)->Apply(Sizes)->Iterations(100);
 BENCHMARK(MapAKeyframe)->Apply(Sizes)->Iterations(60);
 BENCHMARK(FindByPoints)->Apply(Sizes)->Iterations(41);
+BENCHMARK(FindByLearned)->Apply(Sizes)->Iterations(41);
 BENCHMARK(FindByObjects)->Apply(Sizes)->Iterations(41);
 BENCHMARK(FindByObjectsWithGravity)->Apply(Sizes)->Iterations(41);
 BENCHMARK(CloseALoop)->Apply(Sizes)->Iterations(1);

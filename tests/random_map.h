@@ -58,6 +58,19 @@ inline Object RandomObject(const Map& map, Rng& rng) {
   return object;
 }
 
+// Every third key point; every second of these has a depth.
+inline void DescribeSome(Keyframe& keyframe) {
+  Features features = *keyframe.features;
+  for (size_t i = 0; i < features.keypoints.size(); i += 3) {
+    Descriptor descriptor = features.descriptors[i];
+    std::ranges::reverse(descriptor);
+    features.learned.keypoints.push_back(static_cast<uint16_t>(i));
+    features.learned.descriptors.push_back(descriptor);
+    keyframe.learned_depths.push_back(i % 2 ? 0.25F * static_cast<float>(i) : 0);
+  }
+  keyframe.features = std::make_shared<const Features>(std::move(features));
+}
+
 // A map with every kind of content: erased and merged landmarks, a retired keyframe, merged
 // objects, two cameras.
 inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
@@ -87,6 +100,7 @@ inline SavedMap RandomMap(const RandomMapOptions& options, Rng& rng) {
     keyframe.cam_from_world = RandomPose(rng);
     keyframe.features = RandomFeatures(options.keypoints, rng);
     keyframe.landmarks.resize(options.keypoints);
+    if (k % 3 != 2) DescribeSome(keyframe);
     map.keyframes.Insert(KeyframeId(static_cast<uint32_t>(2 * k)), std::move(keyframe));
   }
   const auto ids = map.keyframes.Ids();

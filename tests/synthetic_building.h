@@ -23,6 +23,7 @@ struct BuildingOptions {
   // The ramp is level and ends where it begins, with the drift of a long walk: the last keyframes
   // see the first wall again, as landmarks of their own in a wrong place.
   bool is_loop = false;
+  bool is_described = false;  // every third landmark, as if learned descriptors were those of ORB
 };
 
 class Building {
@@ -52,6 +53,17 @@ class Building {
     const Eigen::Vector3d out(std::cos(turn), std::sin(turn), 0);
     const Eigen::Vector3d center = radius_ * out + Height(turn) * Eigen::Vector3d::UnitZ();
     return LookAt(center, center + out);
+  }
+
+  static void DescribeEveryThird(Keyframe& keyframe) {
+    Features features = *keyframe.features;
+    for (size_t k = 0; k < features.keypoints.size(); k += 3) {
+      if (!keyframe.landmarks[k].IsValid()) continue;
+      features.learned.keypoints.push_back(static_cast<uint16_t>(k));
+      features.learned.descriptors.push_back(features.descriptors[k]);
+    }
+    keyframe.learned_depths.assign(features.learned.keypoints.size(), 0);
+    keyframe.features = std::make_shared<const Features>(std::move(features));
   }
 
   // The camera's view from there: key points, matched landmarks and detections.
@@ -194,6 +206,9 @@ class Building {
       map_.UpdateLandmark(id);
       landmark_of_point_[i] = id;
     }
+    if (options_.is_described)
+      for (const KeyframeId id : map_.keyframes.Ids())
+        DescribeEveryThird(map_.keyframes.MutableAt(id));
     for (const KeyframeId id : map_.keyframes.Ids()) map_.UpdateCovisibility(id, 15);
   }
 

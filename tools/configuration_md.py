@@ -19,7 +19,7 @@ key for one run and wins over the file. An unknown key is an error that names th
 
 def word(value):
     """A value of C++ as a configuration file writes it."""
-    return {"true": "on", "false": "off"}.get(value, re.sub(r"\w+::k", "", value).lower())
+    return {"true": "on", "false": "off"}.get(value, re.sub(r"\w+::k", "", value).replace("And", "+").lower())
 
 
 def fields(text):
@@ -29,7 +29,7 @@ def fields(text):
         rows = []
         body = re.sub(r"=\s*\n\s*", "= ", body)  # a default that stands on a line of its own
         for line in body.split("\n"):
-            member = re.match(r"\s*(?:int|double|bool|RunnerMode|BundleObjects|ObjectMethod)\s+(\w+)\s*=\s*(.+?);\s*(?://\s*(.*))?$", line)
+            member = re.match(r"\s*(?:int|double|bool|RunnerMode|BundleObjects|ObjectMethod|DescriptorKind)\s+(\w+)\s*=\s*(.+?);\s*(?://\s*(.*))?$", line)
             more = re.match(r"\s+//\s*(.*)$", line)
             if member:
                 rows.append([member[1], word(member[2]), member[3] or ""])

@@ -71,7 +71,7 @@ def formula(w, h):
 def reference(net, path, w=120, h=88):
     """Normalised values, values of both maps and descriptors, as lines of text that a test of the C++ reads"""
     import torch
-    from net import describe, int8, normalise, padded
+    from net import SIZE, bits, describe, normalise, padded
     image = formula(w, h)
     x = padded(normalise(image))
     with torch.no_grad():
@@ -86,10 +86,11 @@ def reference(net, path, w=120, h=88):
     xy = np.array([[8, 8], [60, 44], [33.5, 71.25], [111, 5], [90, 80], [64, 20]])
     scale = np.array([1, 1, 1.2, 1.44, 2.48832, 3.58318])
     d = describe(net, image, xy, scale)
-    lines.append('# descriptor x y scale, 64 values; int8 the same as bytes')
-    for p, s, v, q in zip(xy, scale, d, int8(d)):
+    lines.append('# descriptor x y scale, 64 values; bits: the same as 4 numbers of 64 bits')
+    for p, s, v, q in zip(xy, scale, d, bits(d).reshape(-1, 4, SIZE)):
         lines.append(f'descriptor {p[0]:g} {p[1]:g} {s:g} ' + ' '.join(f'{c:.5f}' for c in v))
-        lines.append(f'int8 {p[0]:g} {p[1]:g} {s:g} ' + ' '.join(str(c) for c in q))
+        words = (sum(1 << i for i, b in enumerate(w) if b) for w in q)
+        lines.append(f'bits {p[0]:g} {p[1]:g} {s:g} ' + ' '.join(f'{w:016x}' for w in words))
     open(path, 'w').write('\n'.join(lines) + '\n')
 
 

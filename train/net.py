@@ -129,6 +129,25 @@ def int8(descriptors):
     return np.clip(np.round(descriptors * INT8_SCALE), -127, 127).astype(np.int8)
 
 
+def hadamard(n):
+    h = np.array([[1.]])
+    while len(h) < n:
+        h = np.block([[h, h], [h, -h]])
+    return h
+
+
+def bits(descriptors):
+    """float (n, 64) -> bool (n, 256): the signs of the values, and of three turned copies of them
+
+    A turn is H S H T, with a Hadamard matrix H and signs S and T that are bits of pi, the lowest first.
+    """
+    words = 0x243F6A8885A308D3, 0x13198A2E03707344, 0xA4093822299F31D0, 0x082EFA98EC4E6C89
+    signs = [np.array([1 - 2 * (w >> i & 1) for i in range(SIZE)]) for w in words]
+    h = hadamard(SIZE)
+    turns = [descriptors] + [descriptors * t @ h * signs[0] @ h for t in signs[1:]]
+    return np.concatenate(turns, 1) > 0
+
+
 LAYERS = ['first', 'quarter_a', 'quarter_b', 'eighth_a', 'eighth_b', 'sixteenth_a', 'sixteenth_b', 'sixteenth_c',
           'thirtysecond', 'mix_32', 'mix_16', 'coarse', 'head_a', 'head_b']
 

@@ -25,6 +25,10 @@ enum class BundleObjects { kNone, kPoses, kFull };
 // Ours (docs/objects.md), or the paper's (docs/paper.md).
 enum class ObjectMethod { kRobust, kPaper };
 
+// Features are tracked by ORB's descriptors. Places are recognised by them, and where they fail by
+// learned ones (train/README.md).
+enum class DescriptorKind { kOrb, kLearnedAndOrb };
+
 // ORB features of an image.
 struct FeaturesConfig {
   int count = 1000;            // key points in an image, twice as many until there is a map: more
@@ -39,6 +43,11 @@ struct FeaturesConfig {
                                // noise
   int min_fast_threshold = 7;  // the same in cells where the first threshold finds nothing, so that
                                // dim parts of an image are used
+  DescriptorKind descriptor = DescriptorKind::kLearnedAndOrb;  // by which places are recognised:
+                                                               // learned+orb finds more from other
+                                                               // sides and in other light, for 30
+                                                               // ms of a keyframe and of an image
+                                                               // that ORB does not find
 };
 
 // Tracking of the camera, and when an image becomes a keyframe.
@@ -178,6 +187,7 @@ void VisitFields(Config& c, Visitor&& visit) {
   visit("features.resolution", c.features.resolution, 80, 20000);
   visit("features.fast_threshold", c.features.fast_threshold, 1, 255);
   visit("features.min_fast_threshold", c.features.min_fast_threshold, 1, 255);
+  visit("features.descriptor", c.features.descriptor, Words{"orb", "learned+orb"});
   visit("tracking.min_init_matches", c.tracking.min_init_matches, 20, 10000);
   visit("tracking.min_init_parallax_deg", c.tracking.min_init_parallax_deg, 0.1, 45.0);
   visit("tracking.min_inliers", c.tracking.min_inliers, 6, 1000);

@@ -38,9 +38,11 @@ void SayAsToString(py::enum_<Enum>& type) {
 // The same for enumerators whose words in a configuration file are their names in small letters.
 template <typename Enum>
 void SayAsWord(py::enum_<Enum>& type) {
-  type.attr("__str__") =
-      py::cpp_function([](const py::object& value) { return value.attr("name").attr("lower")(); },
-                       py::name("__str__"), py::is_method(type));
+  type.attr("__str__") = py::cpp_function(
+      [](const py::object& value) {
+        return value.attr("name").attr("lower")().attr("replace")("_", "+");
+      },
+      py::name("__str__"), py::is_method(type));
 }
 
 // A function whose first argument is a path.

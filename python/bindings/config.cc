@@ -21,6 +21,10 @@ void AddEnumerations(py::module_& m) {
                     .value("ROBUST", ObjectMethod::kRobust)
                     .value("PAPER", ObjectMethod::kPaper);
   SayAsWord(method);
+  auto descriptor = py::enum_<DescriptorKind>(m, "DescriptorKind", doc::DescriptorKind)
+                        .value("ORB", DescriptorKind::kOrb)
+                        .value("LEARNED_ORB", DescriptorKind::kLearnedAndOrb);
+  SayAsWord(descriptor);
 }
 
 void AddPointSections(py::module_& m) {
@@ -31,7 +35,8 @@ void AddPointSections(py::module_& m) {
       .def_readwrite(OASLAM_FIELD(FeaturesConfig, levels))
       .def_readwrite(OASLAM_FIELD(FeaturesConfig, resolution))
       .def_readwrite(OASLAM_FIELD(FeaturesConfig, fast_threshold))
-      .def_readwrite(OASLAM_FIELD(FeaturesConfig, min_fast_threshold));
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, min_fast_threshold))
+      .def_readwrite(OASLAM_FIELD(FeaturesConfig, descriptor));
   py::class_<TrackingConfig>(m, "TrackingConfig", doc::TrackingConfig)
       .def(py::init(), doc::TrackingConfig)
       .def_readwrite(OASLAM_FIELD(TrackingConfig, min_init_matches))

@@ -117,6 +117,7 @@ def test_input_errors(slam, tmp_path):
 
 @pytest.mark.parametrize("section, name, words", [
     ("runner", "mode", oaslam.RunnerMode), ("bundle", "objects", oaslam.BundleObjects), ("relocalization", "objects", oaslam.ObjectMethod),
+    ("features", "descriptor", oaslam.DescriptorKind),
 ])
 def test_the_text_of_an_enumerator_is_its_word(section, name, words):
     for word in words.__members__.values():

@@ -22,6 +22,11 @@ int PyramidScales::PredictLevel(double distance, double max_distance) const {
   return std::clamp(static_cast<int>(std::lround(level)), 0, levels - 1);
 }
 
+const Descriptor* LearnedDescriptors::Find(uint32_t keypoint) const {
+  const auto at = std::ranges::lower_bound(keypoints, keypoint);
+  return at != keypoints.end() && *at == keypoint ? &descriptors[at - keypoints.begin()] : nullptr;
+}
+
 void Features::EraseKeypointsIn(std::span<const Box> boxes) {
   const auto is_in = [&](const Keypoint& k) {
     const double x = k.px.x() + kBoxFromPixel, y = k.px.y() + kBoxFromPixel;
@@ -48,6 +53,10 @@ Features Features::Selected(std::span<const uint32_t> kept) const {
   for (const uint32_t i : kept) {
     selected.keypoints.push_back(keypoints[i]);
     selected.descriptors.push_back(descriptors[i]);
+    if (const Descriptor* described = learned.Find(i)) {
+      selected.learned.keypoints.push_back(static_cast<uint16_t>(selected.size() - 1));
+      selected.learned.descriptors.push_back(*described);
+    }
   }
   selected.BuildGrid();
   return selected;

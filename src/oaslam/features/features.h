@@ -49,15 +49,29 @@ struct PyramidScales {
   int PredictLevel(double distance, double max_distance) const;
 };
 
+// By which descriptors points are compared.
+enum class Appearance { kOrb, kLearned };
+
+// Learned descriptors (description/) of some key points of an image.
+struct LearnedDescriptors {
+  std::vector<uint16_t> keypoints;  // ascending
+  std::vector<Descriptor> descriptors;
+
+  bool empty() const { return keypoints.empty(); }
+  // Null where the key point has none.
+  const Descriptor* Find(uint32_t keypoint) const;
+};
+
 // The key points of one image, immutable once extracted, with a grid over the ideal image for
 // searches by place.
 struct Features {
   static constexpr int kMaxKeypoints = 65535;  // the grid stores 16 bits each
 
   std::vector<Keypoint> keypoints;
-  std::vector<Descriptor> descriptors;  // same length
+  std::vector<Descriptor> descriptors;  // ORB; same length
   PyramidScales pyramid;
   Box bounds;  // of the ideal image, pixels
+  LearnedDescriptors learned;
 
   int size() const { return static_cast<int>(keypoints.size()); }
 

@@ -102,6 +102,15 @@ Features OrbExtractor::Nothing() const {
   return features;
 }
 
+GreyBuffer OrbExtractor::WorkingImage(const GreyImage& image) const {
+  const bool is_scaled = !levels_.empty() && (levels_.front().width() != image.width ||
+                                              levels_.front().height() != image.height);
+  if (is_scaled) return levels_.front();
+  GreyBuffer copy(image.width, image.height);
+  for (int y = 0; y < image.height; ++y) std::copy_n(image.Row(y), image.width, copy.Row(y));
+  return copy;
+}
+
 Features OrbExtractor::Extract(const GreyImage& image, int count) {
   OASLAM_CHECK(image.width == camera_.width && image.height == camera_.height);
   Features features = Nothing();

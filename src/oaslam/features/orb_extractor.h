@@ -20,6 +20,8 @@ class OrbExtractor {
   // `image` has the camera's size. `count`: about how many key points. Not const, since buffers are
   // reused.
   Features Extract(const GreyImage& image, int count);
+  // A copy of the image that was given last, at the resolution of the lowest level.
+  GreyBuffer WorkingImage(const GreyImage& image) const;
   // No key points, with the same pyramid and bounds.
   Features Nothing() const;
 

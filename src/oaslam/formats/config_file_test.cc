@@ -20,12 +20,16 @@ TEST(ConfigFile, SetsWhatItNamesAndKeepsTheRest) {
   LoadConfig(
       folder.Write(
           "c.yaml",
-          "tracking:\n  min_inliers: 20\nobjects:\n  model: paper\n  min_score: 0.25\nbundle:\n"),
+          "tracking:\n  min_inliers: 20\nobjects:\n  model: paper\n  min_score: 0.25\nbundle:\n"
+          "features.descriptor: orb\n"),
       config);
   EXPECT_EQ(config.tracking.min_inliers, 20);
   EXPECT_EQ(config.objects.model, ObjectMethod::kPaper);
   EXPECT_EQ(config.objects.min_score, 0.25);
+  EXPECT_EQ(config.features.descriptor, DescriptorKind::kOrb);
   EXPECT_EQ(config.runner.seed, 7);
+  ApplySetting("features.descriptor=learned+orb", config);
+  EXPECT_EQ(config.features.descriptor, DescriptorKind::kLearnedAndOrb);
 }
 
 TEST(ConfigFile, AKeyMayNameItsSection) {

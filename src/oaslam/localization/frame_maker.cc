@@ -128,6 +128,8 @@ Frame FrameMaker::Make(const ImageInput& input, int index, int keypoints,
   Frame frame = MakeWithoutFeatures(input, index);
   frame.features = std::make_shared<const Features>(
       ExtractStatic(ViewOf(grey), keypoints, MovingBoxes(frame, classes)));
+  if (has_learned_)
+    frame.image = std::make_shared<const GreyBuffer>(extractor_.WorkingImage(ViewOf(grey)));
   return frame;
 }
 

@@ -39,6 +39,7 @@ class FrameMaker {
   FrameMaker(const SlamConfig& config, const Camera& camera)
       : camera_(camera),
         min_score_(config.relocalization.min_score),
+        has_learned_(config.features.descriptor == DescriptorKind::kLearnedAndOrb),
         extractor_(config.features, camera),
         nothing_(std::make_shared<const Features>(extractor_.Nothing())) {}
 
@@ -59,6 +60,7 @@ class FrameMaker {
 
   Camera camera_;
   double min_score_;  // of a detection inside of which key points are dropped
+  bool has_learned_;  // frames keep their image
   OrbExtractor extractor_;
   std::shared_ptr<const Features> nothing_;
 };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "oaslam/description/describe_features.h"
 #include "oaslam/relocalization/by_objects_paper.h"
 #include "oaslam/relocalization/by_points.h"
 #include "oaslam/relocalization/confidence.h"
@@ -116,9 +117,9 @@ std::optional<Relocalization> Relocalizer::Near(const Rigid3& world_from_cam, co
 }
 
 Relocalization Relocalizer::ByPoints(const Frame& frame, const Map& map, bool join_objects,
-                                     Rng& rng) {
+                                     Appearance appearance, Rng& rng) {
   const RelocalizationReport report =
-      RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, rng);
+      RelocalizeByPoints(frame, map, IndexOf(map), config_.relocalization, rng, appearance);
   const bool are_few = report.inliers < 2 * config_.tracking.min_relocalization_inliers;
   if (report.success && join_objects && are_few)
     return JoinObjects(frame, map, report, PoseEvidence::kPoints);
@@ -200,14 +201,23 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   return result;
 }
 
-Relocalization Relocalizer::Find(const Frame& frame, const Map& map, RelocalizationMode mode,
+Relocalization Relocalizer::Find(const Frame& given, const Map& map, RelocalizationMode mode,
                                  const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
                                  ObjectTrails* trails, const std::optional<Rigid3>& prior) {
+  Frame frame = given;
   const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
   if (prior && use_points)
     if (std::optional<Relocalization> near = Near(*prior, frame, map, rng)) return *std::move(near);
   Relocalization result;
-  if (use_points) result = ByPoints(frame, map, mode == RelocalizationMode::kPointsAndObjects, rng);
+  const bool join_objects = mode == RelocalizationMode::kPointsAndObjects;
+  if (use_points) result = ByPoints(frame, map, join_objects, Appearance::kOrb, rng);
+  if (use_points && frame.image && result.evidence == PoseEvidence::kNone) {
+    frame.features = std::make_shared<const Features>(Described(
+        *frame.features, map.cameras[static_cast<size_t>(frame.camera)], frame.image->view()));
+    Relocalization by_learned = ByPoints(frame, map, join_objects, Appearance::kLearned, rng);
+    if (by_learned.evidence != PoseEvidence::kNone || by_learned.confidence > result.confidence)
+      result = std::move(by_learned);
+  }
   if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {
     const std::vector<ObjectPoseCandidate> candidates =
         CandidatesByObjects(frame, map, gravity_in_cam, rng, trails);

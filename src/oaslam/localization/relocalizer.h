@@ -78,7 +78,8 @@ class Relocalizer {
   // Nothing where landmarks do not confirm the pose.
   std::optional<Relocalization> Near(const Rigid3& world_from_cam, const Frame& frame,
                                      const Map& map, Rng& rng) const;
-  Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects, Rng& rng);
+  Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects,
+                          Appearance appearance, Rng& rng);
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
   // with points.)
   Relocalization JoinObjects(const Frame& frame, const Map& map,

@@ -8,6 +8,7 @@
 
 #include "oaslam/camera.h"
 #include "oaslam/features/features.h"
+#include "oaslam/features/grey_image.h"
 #include "oaslam/map/label_shares.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
@@ -59,6 +60,8 @@ struct Frame {
   bool detections_follow = false;
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length
   std::shared_ptr<const FrameMotion> motion{};      // null where it is not known
+  // At the resolution of the features, for learned descriptors; null: there will be none.
+  std::shared_ptr<const GreyBuffer> image{};
 };
 
 // Whether it is known how the camera moved between two images.

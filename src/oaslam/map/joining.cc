@@ -23,7 +23,7 @@ void JoinMap(const Map& other, const Similarity& world_from_other, Map& map) {
   const double scale = world_from_other.scale;
   other.keyframes.ForEach([&](KeyframeId id, Keyframe keyframe) {
     keyframe.cam_from_world = (Similarity(keyframe.cam_from_world) * other_from_world).AsPose();
-    if (keyframe.motion) keyframe.motion->Scale(scale);
+    keyframe.ScaleLengths(scale);
     map.keyframes.Insert(id, std::move(keyframe));
   });
   other.retired.ForEach([&](KeyframeId id, RetiredKeyframe retired) {

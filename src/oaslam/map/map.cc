@@ -130,7 +130,7 @@ void Map::DropFreeKeypoints(KeyframeId id) {
   Keyframe packed = keyframes.At(id);
   std::vector<uint32_t> kept;
   for (uint32_t i = 0; i < packed.landmarks.size(); ++i)
-    if (packed.landmarks[i].IsValid()) kept.push_back(i);
+    if (packed.landmarks[i].IsValid() || packed.features->learned.Find(i)) kept.push_back(i);
   if (kept.size() == packed.landmarks.size()) return;
   packed.features = std::make_shared<const Features>(packed.features->Selected(kept));
   std::vector<LandmarkId> shown;
@@ -138,6 +138,7 @@ void Map::DropFreeKeypoints(KeyframeId id) {
   for (const uint32_t i : kept) shown.push_back(packed.landmarks[i]);
   packed.landmarks = std::move(shown);
   for (uint32_t i = 0; i < packed.landmarks.size(); ++i) {
+    if (!packed.landmarks[i].IsValid()) continue;
     auto& observations = landmarks.MutableAt(packed.landmarks[i]).observations;
     std::ranges::lower_bound(observations, id, {}, &Observation::keyframe)->keypoint = i;
   }
@@ -280,7 +281,7 @@ void Map::Scale(double factor) {
   for (const KeyframeId id : keyframes.Ids()) {
     Keyframe& keyframe = keyframes.MutableAt(id);
     keyframe.cam_from_world.translation *= factor;
-    if (keyframe.motion) keyframe.motion->Scale(factor);
+    keyframe.ScaleLengths(factor);
   }
   for (const KeyframeId id : retired.Ids())
     retired.MutableAt(id).cam_from_parent.translation *= factor;
@@ -307,6 +308,9 @@ std::vector<std::string> Map::CheckInvariants() const {
     if (!keyframe.features || keyframe.landmarks.size() != keyframe.features->keypoints.size())
       return problems.push_back(
           fmt::format("keyframe {}: landmarks and key points differ in number", id.value));
+    if (keyframe.learned_depths.size() != keyframe.features->learned.keypoints.size())
+      problems.push_back(
+          fmt::format("keyframe {}: learned descriptors and depths differ in number", id.value));
     if (keyframe.camera < 0 || keyframe.camera >= static_cast<int>(cameras.size()))
       problems.push_back(
           fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));

@@ -49,6 +49,16 @@ struct Keyframe {
   std::vector<Covisible> covisible;                 // most shared landmarks first, then by id
   std::optional<Eigen::Vector3d> gravity_in_cam{};  // measured, any length; not saved
   std::optional<KeyframeMotion> motion{};           // not saved
+  std::shared_ptr<const GreyBuffer> image{};        // as Frame's, until described; not saved
+  // By entry of features->learned: z in the camera of a point that no landmark explains, map units;
+  // 0 where there is none.
+  std::vector<float> learned_depths{};
+
+  // Scales what is not a position in the world.
+  void ScaleLengths(double factor) {
+    if (motion) motion->Scale(factor);
+    for (float& depth : learned_depths) depth *= static_cast<float>(factor);
+  }
 };
 
 // A keyframe that was culled: poses that are relative to it are resolved through another keyframe.

@@ -237,6 +237,8 @@ TEST(Map, WhatIsBrokenIsLeftOut) {
   expect_repair(
       "anchor", [](Map& m) { m.anchors.at("flag").keyframe = KeyframeId(77); }, 3, 20);
   expect_repair(
+      "learned", [&](Map& m) { m.keyframes.MutableAt(first).learned_depths.push_back(1); }, 3, 20);
+  expect_repair(
       "size", [](Map& m) { m.anchors.at("flag").size = -1; }, 3, 20);
 
   Map map = FullMap();
@@ -268,6 +270,31 @@ TEST(Map, DropsKeypointsThatShowNothing) {
     EXPECT_EQ(before.features->descriptors[was], after.features->descriptors[is]);
     EXPECT_EQ(before.features->keypoints[was].px, after.features->keypoints[is].px);
   }
+}
+
+// Also those that a place is recognised by alone; their depths are lengths of the map.
+TEST(Map, KeepsDescribedKeypoints) {
+  Map map = synthetic::MakeMap(synthetic::MakeWorld({}), {}).map;
+  const KeyframeId id(3);
+  Keyframe& keyframe = map.keyframes.MutableAt(id);
+  const auto free = static_cast<uint16_t>(std::ranges::find(keyframe.landmarks, LandmarkId()) -
+                                          keyframe.landmarks.begin());
+  ASSERT_LT(free, keyframe.landmarks.size());
+  Features features = *keyframe.features;
+  features.learned = {{free}, {Descriptor{1, 2, 3, 4}}};
+  const Eigen::Vector2f px = features.keypoints[free].px;
+  keyframe.features = std::make_shared<const Features>(std::move(features));
+  keyframe.learned_depths = {2.5F};
+  map.DropFreeKeypoints(id);
+  map.Scale(2);
+  EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());
+  const Keyframe& after = map.keyframes.At(id);
+  ASSERT_EQ(after.features->learned.keypoints.size(), 1U);
+  const uint16_t kept = after.features->learned.keypoints[0];
+  EXPECT_EQ(after.features->keypoints[kept].px, px);
+  EXPECT_EQ(*after.features->learned.Find(kept), (Descriptor{1, 2, 3, 4}));
+  EXPECT_EQ(after.features->learned.Find(kept + 1), nullptr);
+  EXPECT_EQ(after.learned_depths, std::vector<float>{5});
 }
 
 TEST(Map, RetiredKeyframesFormNoChains) {

@@ -21,8 +21,15 @@ bool Knows(const Keyframe* keyframe, uint32_t keypoint, LandmarkId landmark) {
 
 void RepairKeyframes(Map& map) {
   for (const KeyframeId id : map.keyframes.Ids()) {
-    if (!IsUsable(map.keyframes.At(id), map)) map.keyframes.Erase(id);
-    if (map.keyframes.Contains(id)) map.retired.Erase(id);
+    const Keyframe& keyframe = map.keyframes.At(id);
+    if (!IsUsable(keyframe, map)) {
+      map.keyframes.Erase(id);
+      continue;
+    }
+    map.retired.Erase(id);
+    if (const size_t described = keyframe.features->learned.keypoints.size();
+        keyframe.learned_depths.size() != described)
+      map.keyframes.MutableAt(id).learned_depths.assign(described, 0);
   }
   for (const KeyframeId id : map.retired.Ids())
     if (!IsFinite(map.retired.At(id).cam_from_parent)) map.retired.Erase(id);

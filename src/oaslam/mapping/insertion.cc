@@ -14,6 +14,7 @@ Keyframe MakeKeyframe(const Frame& frame, const Rigid3& cam_from_world) {
   keyframe.cam_from_world = cam_from_world;
   keyframe.features = frame.features;
   keyframe.gravity_in_cam = frame.gravity_in_cam;
+  keyframe.image = frame.image;
   keyframe.landmarks.resize(frame.features->keypoints.size());
   return keyframe;
 }

@@ -44,6 +44,17 @@ void FuseLandmarks(KeyframeId keyframe, const MappingConfig& config, Map& map);
 // how many were retired.
 int CullKeyframes(KeyframeId keyframe, const MappingConfig& config, Map& map);
 
+// Points of a keyframe by which its place is to be recognised.
+struct PointsToDescribe {
+  std::vector<uint16_t> keypoints;  // ascending
+  std::vector<float> depths;        // Keyframe::learned_depths
+};
+
+// The key points of a keyframe that show landmarks of which no described keyframe has a similar
+// view (within 20 degrees, at up to 1.5 times the distance), and those without a landmark that a
+// covisible keyframe sees, too.
+PointsToDescribe FindPointsToDescribe(KeyframeId keyframe, const Map& map);
+
 // Drops the key points without a landmark from all but the newest 500 of the `unsettled` keyframes
 // (ascending), since their neighbours could not triangulate them; in a large map they take half of
 // the memory. Returns the keyframes that are still unsettled.

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+
 #include "synthetic_world.h"
 
 namespace oaslam {
@@ -139,6 +142,59 @@ TEST(Culling, RedundantKeyframesAreRetired) {
   EXPECT_TRUE(mapped.map.keyframes.Contains(KeyframeId(13)));
   EXPECT_THAT(mapped.map.CheckInvariants(), IsEmpty());
   for (uint32_t k = 0; k < 14; ++k) EXPECT_TRUE(mapped.map.ResolvePose(KeyframeId(k)));
+}
+
+void Describe(const PointsToDescribe& points, Keyframe& keyframe) {
+  Features features = *keyframe.features;
+  features.learned = {points.keypoints, std::vector<Descriptor>(points.keypoints.size())};
+  keyframe.features = std::make_shared<const Features>(std::move(features));
+  keyframe.learned_depths = points.depths;
+}
+
+TEST(PointsToDescribe, ALandmarkIsDescribedFromEachSideOnce) {
+  synthetic::MappedWorld mapped = synthetic::MakeMap(
+      synthetic::MakeWorld({.cameras = 9, .arc_deg = 80}), {.view = {.missed = 0}});
+  Map& map = mapped.map;
+  const auto landmarks_in = [&](const PointsToDescribe& points, uint32_t keyframe) {
+    return std::ranges::count_if(points.keypoints, [&](uint16_t k) {
+      return map.keyframes.At(KeyframeId(keyframe)).landmarks[k].IsValid();
+    });
+  };
+  const PointsToDescribe first = FindPointsToDescribe(KeyframeId(0), map);
+  EXPECT_TRUE(std::ranges::is_sorted(first.keypoints));
+  ASSERT_GT(landmarks_in(first, 0), 100);
+  Describe(first, map.keyframes.MutableAt(KeyframeId(0)));
+  EXPECT_THAT(map.CheckInvariants(), IsEmpty());
+  // 10 and 40 degrees from there.
+  EXPECT_LT(landmarks_in(FindPointsToDescribe(KeyframeId(1), map), 1), landmarks_in(first, 0) / 3);
+  EXPECT_GT(landmarks_in(FindPointsToDescribe(KeyframeId(4), map), 4),
+            2 * landmarks_in(first, 0) / 3);
+}
+
+TEST(PointsToDescribe, KeypointsWithoutALandmarkAreTriangulated) {
+  Scene s;
+  const KeyframeId id(5);
+  Keyframe& keyframe = s.map.keyframes.MutableAt(id);
+  std::map<uint16_t, LandmarkId> freed;
+  for (uint16_t k = 0; k < keyframe.landmarks.size(); k += 2)
+    if (keyframe.landmarks[k].IsValid()) freed[k] = keyframe.landmarks[k];
+  std::map<uint16_t, double> depth_of;
+  for (const auto& [k, landmark] : freed) {
+    depth_of[k] = (keyframe.cam_from_world * s.map.landmarks.At(landmark).position).z();
+    s.map.EraseLandmark(landmark);
+  }
+  const PointsToDescribe points = FindPointsToDescribe(id, s.map);
+  ASSERT_EQ(points.depths.size(), points.keypoints.size());
+  int found = 0, right = 0;
+  for (size_t i = 0; i < points.keypoints.size(); ++i) {
+    const bool has_landmark = s.map.keyframes.At(id).landmarks[points.keypoints[i]].IsValid();
+    EXPECT_EQ(points.depths[i] == 0, has_landmark);
+    if (!depth_of.contains(points.keypoints[i])) continue;
+    ++found;
+    right += std::abs(points.depths[i] / depth_of[points.keypoints[i]] - 1) < 0.05;
+  }
+  EXPECT_GT(found, static_cast<int>(freed.size()) / 2);
+  EXPECT_GT(right, 0.9 * found);
 }
 
 TEST(Fusion, JoinsTheLandmarksOfAKeyframeWithItsNeighbours) {

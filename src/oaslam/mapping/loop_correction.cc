@@ -153,7 +153,7 @@ bool SpreadCorrection(const LoopClosure& loop, KeyframeId held, Map& map) {
     Keyframe& keyframe = map.keyframes.MutableAt(motions.ids[i]);
     keyframe.cam_from_world =
         (Similarity(keyframe.cam_from_world) * motions.new_from_old[i].Inverse()).AsPose();
-    if (keyframe.motion) keyframe.motion->Scale(motions.new_from_old[i].scale);
+    keyframe.ScaleLengths(motions.new_from_old[i].scale);
   }
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/landmark_sets.h"
@@ -61,6 +62,23 @@ std::vector<KeyframeId> TriangulationPartners(const Map& map, KeyframeId id, int
   return partners;
 }
 
+// A learned descriptor still matches from a view that differs by so much.
+constexpr double kMinCos = 0.94, kMaxScale = 1.5;  // 20 degrees
+
+// Whether a described keyframe sees the landmark from about the same side as this camera.
+bool IsDescribedFrom(const Map& map, const Landmark& landmark, const Eigen::Vector3d& camera) {
+  const Eigen::Vector3d to_camera = camera - landmark.position;
+  return std::ranges::any_of(landmark.observations, [&](const Observation& o) {
+    const Keyframe& keyframe = map.keyframes.At(o.keyframe);
+    if (!keyframe.features->learned.Find(o.keypoint)) return false;
+    const Eigen::Vector3d to_other = keyframe.cam_from_world.OriginInSource() - landmark.position;
+    const double lengths = to_camera.norm() * to_other.norm();
+    const double scale = to_camera.norm() / to_other.norm();
+    return to_camera.dot(to_other) > kMinCos * lengths && scale < kMaxScale &&
+           scale > 1 / kMaxScale;
+  });
+}
+
 }  // namespace
 
 std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConfig& config,
@@ -89,6 +107,33 @@ std::vector<LandmarkId> TriangulateNewLandmarks(KeyframeId id, const MappingConf
     }
   }
   return created;
+}
+
+PointsToDescribe FindPointsToDescribe(KeyframeId id, const Map& map) {
+  constexpr int kPartners = 5;
+  constexpr double kMaxRayCos = 0.9994;  // 2 degrees
+  const Keyframe& here = map.keyframes.At(id);
+  std::map<uint16_t, float> depth_of;  // by key point
+  for (size_t k = 0; k < here.landmarks.size(); ++k)
+    if (here.landmarks[k].IsValid() && !IsDescribedFrom(map, map.landmarks.At(here.landmarks[k]),
+                                                        here.cam_from_world.OriginInSource()))
+      depth_of[static_cast<uint16_t>(k)] = 0;
+  for (const KeyframeId partner : TriangulationPartners(map, id, kPartners)) {
+    const Keyframe& there = map.keyframes.At(partner);
+    for (const auto& pair : MatchAlongEpipolarLines(map, here, there)) {
+      const View a{map.cameras[here.camera], here, pair.first},
+          b{map.cameras[there.camera], there, pair.second};
+      if (const auto x = Triangulated(a, b, kMaxRayCos))
+        depth_of.emplace(static_cast<uint16_t>(pair.first),
+                         static_cast<float>((here.cam_from_world * *x).z()));
+    }
+  }
+  PointsToDescribe points;
+  for (const auto& [keypoint, depth] : depth_of) {
+    points.keypoints.push_back(keypoint);
+    points.depths.push_back(depth);
+  }
+  return points;
 }
 
 void FuseLandmarks(KeyframeId id, const MappingConfig& config, Map& map) {

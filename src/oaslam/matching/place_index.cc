@@ -1,6 +1,7 @@
 #include "oaslam/matching/place_index.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace oaslam {
@@ -22,7 +23,25 @@ constexpr int kNeighbours = 5;
 // The weight of their votes: they support a place, but those of the first keyframe decide.
 constexpr double kNeighbourVote = 0.2;
 
-DescriptorIndex MakeIndex(const Map& map) {
+// The label of a point without a landmark is its keyframe's id with this bit.
+constexpr uint32_t kOfKeyframe = 1U << 31;
+
+DescriptorIndex IndexOfLearned(const Map& map) {
+  std::vector<Descriptor> descriptors;
+  std::vector<uint32_t> labels;
+  map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const LearnedDescriptors& learned = keyframe.features->learned;
+    for (size_t i = 0; i < learned.keypoints.size(); ++i) {
+      const LandmarkId landmark = keyframe.landmarks[learned.keypoints[i]];
+      if (!landmark.IsValid() && keyframe.learned_depths[i] == 0) continue;
+      descriptors.push_back(learned.descriptors[i]);
+      labels.push_back(landmark.IsValid() ? landmark.value : kOfKeyframe | id.value);
+    }
+  });
+  return DescriptorIndex(std::move(descriptors), std::move(labels));
+}
+
+DescriptorIndex IndexOfOrb(const Map& map) {
   std::vector<Descriptor> descriptors;
   std::vector<uint32_t> labels;
   const size_t most = map.landmarks.size() < kLargeMap ? kViewsOfALandmark : kViewsInALargeMap;
@@ -39,13 +58,13 @@ DescriptorIndex MakeIndex(const Map& map) {
 
 }  // namespace
 
-PlaceIndex::PlaceIndex(const Map& map) : index_(MakeIndex(map)) {}
+PlaceIndex::PlaceIndex(const Map& map) : orb_(IndexOfOrb(map)), learned_(IndexOfLearned(map)) {}
 
-LandmarkHits PlaceIndex::Find(const Features& features) const {
+LandmarkHits PlaceIndex::Find(const Features& features, Appearance appearance) const {
+  const bool by_orb = appearance == Appearance::kOrb;
   LandmarkHits hits;
-  hits.reserve(features.descriptors.size());
-  for (const Descriptor& descriptor : features.descriptors)
-    hits.push_back(index_.Query(descriptor, kMaxHamming, kMaxHits));
+  for (const Descriptor& descriptor : by_orb ? features.descriptors : features.learned.descriptors)
+    hits.push_back((by_orb ? orb_ : learned_).Query(descriptor, kMaxHamming, kMaxHits));
   return hits;
 }
 
@@ -55,9 +74,14 @@ std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hi
   std::vector<double> votes(map.keyframes.Bound().value, 0);
   for (const auto& of_keypoint : hits) {
     for (const DescriptorIndex::Hit& hit : of_keypoint) {
+      const double vote = 1.0 / static_cast<double>(of_keypoint.size());
+      if (hit.label & kOfKeyframe) {
+        const KeyframeId keyframe(hit.label ^ kOfKeyframe);
+        if (map.keyframes.Contains(keyframe)) votes[keyframe.value] += vote;
+        continue;
+      }
       const Landmark* landmark = map.landmarks.Find(LandmarkId(hit.label));
       if (!landmark) continue;
-      const double vote = 1.0 / static_cast<double>(of_keypoint.size());
       for (const Observation& o : landmark->observations) votes[o.keyframe.value] += vote;
     }
   }

@@ -7,8 +7,8 @@
 
 namespace oaslam {
 
-// For each key point of an image, the landmarks with a similar descriptor, nearest first. The
-// labels are ids of landmarks.
+// For each key point of an image that was looked for, the landmarks with a similar descriptor,
+// nearest first. The labels are ids of landmarks.
 using LandmarkHits = std::vector<std::vector<DescriptorIndex::Hit>>;
 
 // A keyframe and its closest neighbours, which see the same place.
@@ -24,16 +24,17 @@ class PlaceIndex {
  public:
   explicit PlaceIndex(const Map& map);
 
-  LandmarkHits Find(const Features& features) const;
+  // By learned descriptors: key points without one have no hits.
+  LandmarkHits Find(const Features& features, Appearance appearance = Appearance::kOrb) const;
 
   // Returns up to `count` places with the most votes. Each key point has one vote, divided equally
   // among the landmarks in its hits; a landmark gives its share to each keyframe that sees it.
   std::vector<Place> RankPlaces(const Map& map, const LandmarkHits& hits, int count) const;
 
-  size_t size() const { return index_.size(); }
+  size_t size() const { return orb_.size(); }
 
  private:
-  DescriptorIndex index_;
+  DescriptorIndex orb_, learned_;
 };
 
 }  // namespace oaslam

@@ -7,12 +7,16 @@
 
 namespace oaslam {
 
-// A match of a key point and a landmark as an observation for pose estimation.
+// A match of a key point and a point of the world as an observation for pose estimation.
 inline PointObservation ObservationOf(const Features& features, int keypoint,
-                                      const Landmark& landmark) {
+                                      const Eigen::Vector3d& position) {
   const Keypoint& k = features.keypoints[keypoint];
   const double scale = features.pyramid.scale[k.octave];
-  return {landmark.position, k.px.cast<double>(), 1 / (scale * scale)};
+  return {position, k.px.cast<double>(), 1 / (scale * scale)};
+}
+inline PointObservation ObservationOf(const Features& features, int keypoint,
+                                      const Landmark& landmark) {
+  return ObservationOf(features, keypoint, landmark.position);
 }
 
 struct MatchedPoints {

@@ -53,6 +53,21 @@ class Claims {
   std::vector<int> distance_;  // negative: matched beforehand, and kept
 };
 
+std::vector<Descriptor> LearnedViews(const Map& map, const Landmark& landmark) {
+  std::vector<Descriptor> views;
+  for (const Observation& o : landmark.observations)
+    if (const Descriptor* view = map.keyframes.At(o.keyframe).features->learned.Find(o.keypoint))
+      views.push_back(*view);
+  return views;
+}
+
+int Nearest(const std::vector<Descriptor>& views, const Descriptor& descriptor) {
+  int nearest = TwoNearest::kNone;
+  for (const Descriptor& view : views)
+    nearest = std::min(nearest, HammingDistance(view, descriptor));
+  return nearest;
+}
+
 }  // namespace
 
 std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& landmark,
@@ -77,14 +92,19 @@ LandmarkMatches SearchByProjection(const Features& features, const Map& map,
                                    const ProjectionSearchOptions& options) {
   Claims claims(std::move(taken));
   for (const ProjectedLandmark& p : projected) {
-    const Descriptor& descriptor = map.landmarks.At(p.id).descriptor;
+    const Landmark& landmark = map.landmarks.At(p.id);
+    const std::vector<Descriptor> views =
+        options.by_learned ? LearnedViews(map, landmark) : std::vector<Descriptor>();
     const double narrow = options.radius_by_view && p.view_cos > kSameViewCos ? 2.5 / 4 : 1;
     const double radius = options.radius_px * narrow * features.pyramid.scale[p.level];
     TwoNearest near;
     features.VisitNear(p.px, radius, [&](int k) {
       const int level = features.keypoints[k].octave;
       if (level < p.level - 1 || level > p.level + 1 || claims.IsTaken(k)) return;
-      near.Add(HammingDistance(descriptor, features.descriptors[k]), level, k);
+      int distance = HammingDistance(landmark.descriptor, features.descriptors[k]);
+      const Descriptor* learned = views.empty() ? nullptr : features.learned.Find(k);
+      if (learned) distance = std::min(distance, Nearest(views, *learned));
+      near.Add(distance, level, k);
     });
     if (near.best > options.max_hamming) continue;
     if (near.best_level == near.next_level && near.best > options.ratio * near.next) continue;

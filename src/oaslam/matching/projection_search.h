@@ -43,6 +43,8 @@ struct ProjectionSearchOptions {
   double ratio = 0.8;
   // Reduce the radius to 2.5 / 4 where the landmark is seen from nearly its mean direction.
   bool radius_by_view = true;
+  // Compare learned descriptors, too, where both sides have one: the smaller distance counts.
+  bool by_learned = false;
 };
 
 // Searches each landmark near its projection among the key points that are free (invalid in

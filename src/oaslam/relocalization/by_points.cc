@@ -29,8 +29,7 @@ AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map,
                                    Rng& rng) {
   std::vector<PointObservation> observations;
   for (const PlaceMatch& m : matches)
-    observations.push_back(
-        ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
+    observations.push_back(ObservationOf(*frame.features, m.keypoint, m.position));
   return EstimateAbsolutePose(map.cameras[frame.camera], observations,
                               {.max_iterations = iterations, .min_inliers = 8}, rng);
 }
@@ -60,8 +59,7 @@ std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
   const double longer = std::max(camera.width, camera.height);
   std::vector<PointObservation> observations;
   for (const PlaceMatch& m : matches)
-    observations.push_back(
-        ObservationOf(*frame.features, m.keypoint, map.landmarks.At(m.landmark)));
+    observations.push_back(ObservationOf(*frame.features, m.keypoint, m.position));
   std::optional<FocalReport> best;
   for (double focal = kShortest * longer; focal < kLongest * longer; focal *= kStep) {
     const Camera guess = WithFocal(camera, focal);
@@ -101,13 +99,14 @@ void Keep(const RelocalizationReport& found, RelocalizationReport& best) {
 }  // namespace
 
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config, Rng& rng) {
+                                        const RelocalizationConfig& config, Rng& rng,
+                                        Appearance appearance) {
   const Features& features = *frame.features;
-  const LandmarkHits hits = index.Find(features);
+  const LandmarkHits hits = index.Find(features, appearance);
   RelocalizationReport best;
   best.why_not = "no place of the map looks like this";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
-    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place);
+    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place, appearance);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
     const AbsolutePoseReport rough =
         PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
@@ -190,13 +189,13 @@ RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
                                     Rng& rng) {
   const Features& features = *frame.features;
   const auto projected = ProjectLandmarks(map, map.landmarks.Ids(), frame, cam_from_world_guess);
-  const auto wide = SearchByProjection(features, map, projected,
-                                       std::vector<LandmarkId>(features.keypoints.size()),
-                                       {search_radius_px, kMaxHammingAround, kRatioAround, false});
+  const auto wide = SearchByProjection(
+      features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
+      {search_radius_px, kMaxHammingAround, kRatioAround, false, !features.learned.empty()});
   std::vector<PlaceMatch> matches;
   for (int k = 0; k < features.size(); ++k)
     if (wide.landmarks[k].IsValid())
-      matches.push_back({k, wide.landmarks[k],
+      matches.push_back({k, wide.landmarks[k], map.landmarks.At(wide.landmarks[k]).position,
                          HammingDistance(map.landmarks.At(wide.landmarks[k]).descriptor,
                                          features.descriptors[k])});
   std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);

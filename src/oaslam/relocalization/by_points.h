@@ -12,9 +12,10 @@ namespace oaslam {
 
 // Relocalizes a frame by its points: finds places of similar appearance, estimates the
 // pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
-// other landmarks around.
+// other landmarks around. `appearance`: by which descriptors places are found.
 RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config, Rng& rng);
+                                        const RelocalizationConfig& config, Rng& rng,
+                                        Appearance appearance = Appearance::kOrb);
 
 struct FocalRelocalization {
   RelocalizationReport report;

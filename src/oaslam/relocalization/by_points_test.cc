@@ -92,6 +92,72 @@ TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
   EXPECT_LT(1 - whole.confidence, 0.1 * (1 - found.confidence));
 }
 
+// The same features with their descriptors as the learned ones, and chance as ORB's.
+std::shared_ptr<const Features> KnownByLearned(const Features& features, Rng& rng) {
+  auto changed = std::make_shared<Features>(features);
+  changed->learned.descriptors = features.descriptors;
+  for (int k = 0; k < features.size(); ++k) {
+    changed->learned.keypoints.push_back(static_cast<uint16_t>(k));
+    changed->descriptors[k] = synthetic::RandomDescriptor(rng);
+  }
+  return changed;
+}
+
+struct DescribedWorld : Fixture {
+  Rng rng{9};
+
+  // `all_landmarks`: else every second point is known to its keyframes alone, by its depth there.
+  explicit DescribedWorld(bool all_landmarks) {
+    for (const KeyframeId id : mapped.map.keyframes.Ids()) {
+      Keyframe& keyframe = mapped.map.keyframes.MutableAt(id);
+      keyframe.features = KnownByLearned(*keyframe.features, rng);
+      for (const LandmarkId l : keyframe.landmarks)
+        keyframe.learned_depths.push_back(
+            l.IsValid() ? static_cast<float>(
+                              (keyframe.cam_from_world * mapped.map.landmarks.At(l).position).z())
+                        : 0);
+    }
+    const std::vector<LandmarkId> ids = mapped.map.landmarks.Ids();
+    for (size_t i = 0; i < ids.size() && !all_landmarks; i += 2) mapped.map.EraseLandmark(ids[i]);
+    index = PlaceIndex(mapped.map);
+  }
+};
+
+TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
+  for (const bool all_landmarks : {true, false}) {
+    DescribedWorld f(all_landmarks);
+    const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
+    const View view = MakeView(f.world, truth, {.flipped_bits = 20, .missed = 0.3}, f.rng);
+    Frame frame;
+    frame.features = KnownByLearned(*view.features, f.rng);
+    EXPECT_FALSE(RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng).success);
+    const RelocalizationReport found =
+        RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng, Appearance::kLearned);
+    ASSERT_TRUE(found.success) << found.why_not;
+    EXPECT_LT((found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
+  }
+}
+
+TEST(MatchPlace, MatchesPointsThatTheirKeyframesAloneKnow) {
+  DescribedWorld f(false);
+  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
+  const View view = MakeView(f.world, truth, {.flipped_bits = 20}, f.rng);
+  const std::shared_ptr<const Features> features = KnownByLearned(*view.features, f.rng);
+  const Place place =
+      f.index.RankPlaces(f.mapped.map, f.index.Find(*features, Appearance::kLearned), 1).at(0);
+  const auto matches = MatchPlace(*features, f.mapped.map, place, Appearance::kLearned);
+  int without_landmark = 0, right = 0;
+  for (const PlaceMatch& m : matches) {
+    without_landmark += !m.landmark.IsValid();
+    const int point = view.point_of_keypoint[m.keypoint];
+    right += point >= 0 && (f.world.points[point] - m.position).norm() < 0.1;
+  }
+  EXPECT_GT(without_landmark, static_cast<int>(matches.size()) / 4);
+  EXPECT_LT(without_landmark, 3 * static_cast<int>(matches.size()) / 4);
+  EXPECT_GT(right, 0.9 * static_cast<double>(matches.size()));
+  EXPECT_TRUE(MatchPlace(*view.features, f.mapped.map, place, Appearance::kLearned).empty());
+}
+
 TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
   const Fixture f;
   Rng rng(1);

@@ -73,7 +73,7 @@ RelocalizationReport SearchAround(const Frame& frame, const Map& map,
     const auto projected = ProjectLandmarks(map, landmarks, frame, report.cam_from_world);
     const auto matches = SearchByProjection(
         features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
-        {round.radius_px, round.max_hamming, round.ratio, false});
+        {round.radius_px, round.max_hamming, round.ratio, false, !features.learned.empty()});
     const MatchedPoints selected = ObserveMatches(features, map, matches.landmarks);
     const PoseReport pose =
         RefinePose(map.cameras[frame.camera], report.cam_from_world, selected.observations);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "oaslam/features/hamming_search.h"
+#include "oaslam/geometry/camera_model.h"
 #include "oaslam/map/landmark_sets.h"
 #include "oaslam/matching/orientation_check.h"
 
@@ -9,67 +11,126 @@ namespace oaslam {
 namespace {
 
 // Loose bounds, since what is wrong among mutual matches is found by geometry: the largest
-// distance, and the largest ratio of it to that of the nearest other landmark.
+// distance, and the largest ratio of it to that of the nearest other point.
 constexpr int kMaxHamming = 80;
 constexpr double kRatio = 0.9;
+constexpr int kNoRival = 90;  // so far away, the nearest other point refuses no match
+// Points without a landmark that are closer together than this share of their depth are one point
+// that several keyframes know.
+constexpr double kSamePoint = 0.03;
 
-// How the keyframes of a place show its landmarks; a structure of arrays.
+struct PlacePoint {
+  LandmarkId landmark;  // may be invalid
+  Eigen::Vector3d position;
+  double depth = 0;  // where there is no landmark
+};
+
+bool AreSame(const PlacePoint& a, const PlacePoint& b) {
+  if (a.landmark.IsValid() && b.landmark.IsValid()) return a.landmark == b.landmark;
+  return (a.position - b.position).norm() < kSamePoint * std::max(a.depth, b.depth);
+}
+
+// How the keyframes of a place show its points; a structure of arrays.
 struct Views {
-  std::vector<LandmarkId> landmarks;  // of the place, ascending
-  std::vector<int> landmark;          // by view: index into `landmarks`
-  std::vector<Descriptor> descriptor;
+  std::vector<PlacePoint> points;
+  std::vector<int> point;  // by view: index into `points`
+  DescriptorColumns descriptor;
   std::vector<float> angle_rad;
 
-  Views(const Map& map, const Place& place) : landmarks(LandmarksSeenBy(map, place.keyframes)) {
-    for (const KeyframeId id : place.keyframes) {
-      const Keyframe& keyframe = map.keyframes.At(id);
-      for (size_t k = 0; k < keyframe.landmarks.size(); ++k) {
-        if (!keyframe.landmarks[k].IsValid()) continue;
-        const auto at = std::ranges::lower_bound(landmarks, keyframe.landmarks[k]);
-        landmark.push_back(static_cast<int>(at - landmarks.begin()));
-        descriptor.push_back(keyframe.features->descriptors[k]);
-        angle_rad.push_back(keyframe.features->keypoints[k].angle_rad);
-      }
-    }
+  const PlacePoint& PointOf(int view) const { return points[point[view]]; }
+  void Add(size_t of, const Descriptor& view, const Keypoint& keypoint) {
+    point.push_back(static_cast<int>(of));
+    descriptor.Add(view);
+    angle_rad.push_back(keypoint.angle_rad);
   }
 };
 
-struct Nearest {
+Views ViewsByOrb(const Map& map, const Place& place) {
+  Views views;
+  const std::vector<LandmarkId> landmarks = LandmarksSeenBy(map, place.keyframes);
+  for (const LandmarkId id : landmarks) views.points.push_back({id, map.landmarks.At(id).position});
+  for (const KeyframeId id : place.keyframes) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    for (size_t k = 0; k < keyframe.landmarks.size(); ++k) {
+      if (!keyframe.landmarks[k].IsValid()) continue;
+      const auto at = std::ranges::lower_bound(landmarks, keyframe.landmarks[k]);
+      views.Add(at - landmarks.begin(), keyframe.features->descriptors[k],
+                keyframe.features->keypoints[k]);
+    }
+  }
+  return views;
+}
+
+Views LearnedViews(const Map& map, const Place& place) {
+  Views views;
+  for (const LandmarkId id : LandmarksSeenBy(map, place.keyframes)) {
+    const Landmark& landmark = map.landmarks.At(id);
+    for (const Observation& o : landmark.observations) {
+      const Features& features = *map.keyframes.At(o.keyframe).features;
+      if (const Descriptor* described = features.learned.Find(o.keypoint))
+        views.Add(views.points.size(), *described, features.keypoints[o.keypoint]);
+    }
+    views.points.push_back({id, landmark.position});
+  }
+  for (const KeyframeId id : place.keyframes) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    const Camera& camera = map.cameras[static_cast<size_t>(keyframe.camera)];
+    const LearnedDescriptors& learned = keyframe.features->learned;
+    for (size_t i = 0; i < learned.keypoints.size(); ++i) {
+      const double depth = keyframe.learned_depths[i];
+      if (depth == 0 || keyframe.landmarks[learned.keypoints[i]].IsValid()) continue;
+      const Keypoint& keypoint = keyframe.features->keypoints[learned.keypoints[i]];
+      views.Add(views.points.size(), learned.descriptors[i], keypoint);
+      views.points.push_back(
+          {LandmarkId(),
+           keyframe.cam_from_world.Inverse() * (depth * RayOf(camera, keypoint.px.cast<double>())),
+           depth});
+    }
+  }
+  return views;
+}
+
+struct NearestKeypoint {
   int distance = kMaxHamming + 1;
-  int of = -1;
+  int keypoint = -1;
 };
 
 }  // namespace
 
-std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place) {
-  const Views views(map, place);
-  std::vector<Nearest> keypoint_of(views.landmarks.size());
-  std::vector<Nearest> view_of(features.keypoints.size());
-  for (int k = 0; k < features.size(); ++k) {
-    Nearest& best = view_of[k];
-    int other = 2 * kMaxHamming;  // distance of the nearest view of another landmark
-    for (size_t v = 0; v < views.descriptor.size(); ++v) {
-      const int distance = HammingDistance(features.descriptors[k], views.descriptor[v]);
-      if (Nearest& near = keypoint_of[views.landmark[v]]; distance < near.distance)
-        near = {distance, k};
-      if (distance >= other) continue;
-      const bool is_same = best.of >= 0 && views.landmark[v] == views.landmark[best.of];
-      if (distance < best.distance) {
-        if (!is_same && best.of >= 0) other = best.distance;
-        best = {distance, static_cast<int>(v)};
-      } else if (!is_same) {
-        other = distance;
-      }
-    }
-    if (best.distance >= kRatio * other) best.of = -1;
+std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
+                                   Appearance appearance) {
+  const bool by_orb = appearance == Appearance::kOrb;
+  const Views views = by_orb ? ViewsByOrb(map, place) : LearnedViews(map, place);
+  const std::vector<Descriptor>& seen =
+      by_orb ? features.descriptors : features.learned.descriptors;
+  const auto keypoint_of_seen = [&](size_t i) {
+    return by_orb ? static_cast<int>(i) : features.learned.keypoints[i];
+  };
+  std::vector<NearestKeypoint> seen_of(views.points.size());
+  std::vector<int> view_of(seen.size(), -1);
+  std::vector<CloseDescriptor> close;
+  for (size_t s = 0; s < seen.size(); ++s) {
+    FindClose(seen[s], views.descriptor, kNoRival - 1, close);
+    for (const auto& [v, distance] : close)
+      if (NearestKeypoint& near = seen_of[views.point[v]]; distance < near.distance)
+        near = {distance, keypoint_of_seen(s)};
+    const auto best = std::ranges::min_element(close, {}, &CloseDescriptor::distance);
+    if (best == close.end() || best->distance > kMaxHamming) continue;
+    const PlacePoint& point = views.PointOf(best->index);
+    int rival = kNoRival;  // distance of the nearest view of another point
+    for (const auto& [v, distance] : close)
+      if (distance < rival && !AreSame(views.PointOf(v), point)) rival = distance;
+    if (best->distance < kRatio * rival) view_of[s] = best->index;
   }
   std::vector<PlaceMatch> mutual;
   std::vector<float> turns;
-  for (int k = 0; k < features.size(); ++k) {
-    const Nearest& best = view_of[k];
-    if (best.of < 0 || keypoint_of[views.landmark[best.of]].of != k) continue;
-    mutual.push_back({k, views.landmarks[views.landmark[best.of]], best.distance});
-    turns.push_back(views.angle_rad[best.of] - features.keypoints[k].angle_rad);
+  for (size_t s = 0; s < seen.size(); ++s) {
+    const int view = view_of[s], keypoint = keypoint_of_seen(s);
+    if (view < 0 || seen_of[views.point[view]].keypoint != keypoint) continue;
+    const PlacePoint& point = views.PointOf(view);
+    mutual.push_back(
+        {keypoint, point.landmark, point.position, seen_of[views.point[view]].distance});
+    turns.push_back(views.angle_rad[view] - features.keypoints[keypoint].angle_rad);
   }
   const std::vector<char> consistent = ConsistentOrientations(turns);
   std::vector<PlaceMatch> kept;

@@ -67,6 +67,14 @@ void WriteKeyframes(SQLite::Database& database, Checksum& checksum, std::span<co
     const Keyframe& k = map.keyframes.At(id);
     keyframes.Write(id, k.frame_index, k.timestamp, k.camera, k.cam_from_world);
   }
+  // Before the features, of which they are a part when they are read.
+  RowWriter learned(database, checksum, "learned_descriptors", 5);
+  for (const KeyframeId id : ids)
+    if (const LearnedDescriptors& d = map.keyframes.At(id).features->learned; !d.empty())
+      learned.Write(id, static_cast<int>(d.keypoints.size()),
+                    BytesOf(d.keypoints.data(), d.keypoints.size()),
+                    BytesOf(d.descriptors.data(), d.descriptors.size()),
+                    BytesOf(map.keyframes.At(id).learned_depths.data(), d.keypoints.size()));
   RowWriter features(database, checksum, "features", 11);
   for (const KeyframeId id : ids) {
     const Features& f = *map.keyframes.At(id).features;

@@ -156,6 +156,9 @@ TEST(MapFile, LoadsWhatWasSaved) {
     EXPECT_EQ(l.features->descriptors, k.features->descriptors);
     EXPECT_EQ(l.features->pyramid.scale, k.features->pyramid.scale);
     EXPECT_EQ(l.features->keypoints[7].px, k.features->keypoints[7].px);
+    EXPECT_EQ(l.features->learned.keypoints, k.features->learned.keypoints);
+    EXPECT_EQ(l.features->learned.descriptors, k.features->learned.descriptors);
+    EXPECT_EQ(l.learned_depths, k.learned_depths);
     int near = 0, near_loaded = 0;
     k.features->VisitNear({320, 240}, 50, [&](int i) { near += i; });
     l.features->VisitNear({320, 240}, 50, [&](int i) { near_loaded += i; });
@@ -301,6 +304,27 @@ TEST(MapFile, RefusesNumbersThatAFloatCannotHold) {
       .exec("UPDATE landmarks SET max_distance = -1e300 WHERE id = 3");
   EXPECT_THAT(InputErrorOf([&] { LoadMap(folder / "a.map"); }),
               AllOf(HasSubstr("max_distance"), HasSubstr("too large")));
+}
+
+TEST(MapFile, RefusesLearnedDescriptorsThatCannotBe) {
+  const TempFolder folder;
+  const auto refusal = [&](const std::string& change) {
+    SaveMap(folder / "a.map", MakeMap());
+    SQLite::Database(folder / "a.map", SQLite::OPEN_READWRITE)
+        .exec("UPDATE learned_descriptors SET " + change + " WHERE keyframe = 2");
+    return InputErrorOf([&] { LoadMap(folder / "a.map"); });
+  };
+  EXPECT_THAT(refusal("count = 19"), AllOf(HasSubstr("a.map"), HasSubstr("learned_descriptors")));
+  EXPECT_THAT(refusal("count = 0"), HasSubstr("learned_descriptors"));
+  EXPECT_THAT(refusal("count = 1, keypoints = x'3c00', descriptors = zeroblob(32), "
+                      "depths = zeroblob(4)"),
+              HasSubstr("fewer key points"));
+  EXPECT_THAT(refusal("count = 2, keypoints = x'02000200', descriptors = zeroblob(64), "
+                      "depths = zeroblob(8)"),
+              HasSubstr("ascending"));
+  EXPECT_THAT(refusal("count = 1, keypoints = x'0200', descriptors = zeroblob(32), "
+                      "depths = x'000080bf'"),
+              HasSubstr("negative"));
 }
 
 // Any flipped byte is detected, or is at a place where it changes nothing (free space, the file's

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -86,7 +87,26 @@ std::map<int, int> ReadParts(RowReader& row) {
   return whole_of;
 }
 
-std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
+struct DescribedPoints {
+  LearnedDescriptors learned;
+  std::vector<float> depths;
+};
+
+DescribedPoints ReadLearned(RowReader& row) {
+  LearnedDescriptors learned;
+  const auto count = static_cast<size_t>(row.Int(1, Features::kMaxKeypoints));
+  learned.keypoints = CopyOf<uint16_t>(row.Blob(count * sizeof(uint16_t)));
+  if (std::ranges::adjacent_find(learned.keypoints, std::ranges::greater_equal{}) !=
+      learned.keypoints.end())
+    row.Refuse("key points are not ascending");
+  learned.descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
+  std::vector<float> depths = CopyOf<float>(row.Blob(count * sizeof(float)));
+  if (!std::ranges::all_of(depths, [](float z) { return std::isfinite(z) && z >= 0; }))
+    row.Refuse("a depth that is not finite, or negative");
+  return {std::move(learned), std::move(depths)};
+}
+
+std::shared_ptr<const Features> ReadFeatures(RowReader& row, LearnedDescriptors learned) {
   auto features = std::make_shared<Features>();
   const auto count = static_cast<size_t>(row.Int(0, Features::kMaxKeypoints));
   PyramidScales& pyramid = features->pyramid;
@@ -104,6 +124,9 @@ std::shared_ptr<const Features> ReadFeatures(RowReader& row) {
     features->keypoints.push_back({{k.x, k.y}, k.angle_rad, static_cast<uint8_t>(k.octave)});
   }
   features->descriptors = CopyOf<Descriptor>(row.Blob(count * sizeof(Descriptor)));
+  if (!learned.empty() && learned.keypoints.back() >= count)
+    row.Refuse("fewer key points than learned descriptors name");
+  features->learned = std::move(learned);
   features->BuildGrid();
   return features;
 }
@@ -175,11 +198,20 @@ void ReadRetiredKeyframes(SQLite::Database& database, Checksum& checksum, Map& m
 }
 
 void ReadFeatures(SQLite::Database& database, Checksum& checksum, IdRange range, Map& map) {
+  std::map<KeyframeId, DescribedPoints> learned;
+  RowReader described(database, checksum, "learned_descriptors", "keyframe",
+                      IsIn("keyframe", range));
+  while (described.Next()) {
+    const auto id = described.RequiredId<KeyframeId>();
+    learned.emplace(id, ReadLearned(described));
+  }
   RowReader rows(database, checksum, "features", "keyframe", IsIn("keyframe", range));
   while (rows.Next()) {
-    Keyframe* keyframe = map.keyframes.Mutable(rows.RequiredId<KeyframeId>());
+    const auto id = rows.RequiredId<KeyframeId>();
+    Keyframe* keyframe = map.keyframes.Mutable(id);
     if (!keyframe) rows.Refuse("no such keyframe");
-    keyframe->features = ReadFeatures(rows);
+    keyframe->features = ReadFeatures(rows, std::move(learned[id].learned));
+    keyframe->learned_depths = std::move(learned[id].depths);
     keyframe->landmarks.resize(keyframe->features->keypoints.size());
   }
 }

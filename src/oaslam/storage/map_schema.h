@@ -6,7 +6,7 @@ namespace oaslam {
 
 constexpr int32_t kMapApplicationId = 0x4F41534C;  // "OASL"
 // PRAGMA user_version. No other format is read: no release has written one.
-constexpr int32_t kMapFormatVersion = 7;
+constexpr int32_t kMapFormatVersion = 8;
 
 // The map is stored in parts, each with a checksum of its own (table `parts`). Keyframes and
 // landmarks are in parts of this many ids, each about a megabyte; of pieces of map each is a part.
@@ -26,6 +26,7 @@ CREATE TABLE retired_keyframes(id INTEGER PRIMARY KEY, parent INTEGER,
   cam_from_parent_tx REAL, cam_from_parent_ty REAL, cam_from_parent_tz REAL);
 CREATE TABLE features(keyframe INTEGER PRIMARY KEY REFERENCES keyframes, count INTEGER, levels INTEGER, scale_factor REAL, scales BLOB,
   x1 REAL, y1 REAL, x2 REAL, y2 REAL, keypoints BLOB, descriptors BLOB);
+CREATE TABLE learned_descriptors(keyframe INTEGER PRIMARY KEY REFERENCES keyframes, count INTEGER, keypoints BLOB, descriptors BLOB, depths BLOB);
 CREATE TABLE covisibility(keyframe INTEGER REFERENCES keyframes, rank INTEGER, neighbor INTEGER REFERENCES keyframes, shared INTEGER,
   PRIMARY KEY(keyframe, rank)) WITHOUT ROWID;
 CREATE TABLE landmarks(id INTEGER PRIMARY KEY, x REAL, y REAL, z REAL, normal_x REAL, normal_y REAL, normal_z REAL,

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "oaslam/bundle/bundle_adjustment.h"
+#include "oaslam/description/describe_features.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/objects/moved_objects.h"
@@ -35,7 +36,7 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
   if (const auto* initial = std::get_if<InitialMap>(&command.edit)) {
     if (!InsertInitialMap(*initial, map_))
       Log(LogLevel::kDebug, "initial map refused after refinement");
-    unsettled_keyframes_ = map_.keyframes.Ids();
+    unsettled_keyframes_ = undescribed_keyframes_ = map_.keyframes.Ids();
   } else if (const auto* scale = std::get_if<MetricScale>(&command.edit)) {
     map_.Scale(scale->metres_per_unit);
     map_.is_metric = true;
@@ -52,7 +53,7 @@ bool Mapper::ApplyEdit(const MapCommand& command) {
 
 bool Mapper::Join(const JoiningMap& joining, int frame_index) {
   const bool is_tied = JoinPiece(*joining.map, joining.world_from_map, config_, rng_, map_);
-  unsettled_keyframes_ = map_.keyframes.Ids();
+  unsettled_keyframes_ = undescribed_keyframes_ = map_.keyframes.Ids();
   // A background adjustment that began before the piece came would not move its keyframes.
   const bool is_outdated = IsLive() && background_bundle_;
   if (is_tied || is_outdated) AdjustInBackground(frame_index);
@@ -70,10 +71,30 @@ bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
     ApplyCorrection(LocalBundleAdjustment(map_, keyframe.id, config_.bundle), map_);
   CullKeyframes(keyframe.id, config_.mapping, map_);
   unsettled_keyframes_.push_back(keyframe.id);
+  undescribed_keyframes_.push_back(keyframe.id);
+  // Of younger ones many are still culled.
+  constexpr uint32_t kYoung = 10;
+  if (keyframe.id.value > kYoung) DescribeKeyframesBefore(KeyframeId(keyframe.id.value - kYoung));
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   const bool has_closed = CloseLoop(keyframe.id, frame_index);
   if (!background_bundle_) BeginNextWindow(frame_index);
   return has_closed;
+}
+
+// Gives learned descriptors to the landmarks of these keyframes, which need their images no more.
+void Mapper::DescribeKeyframesBefore(KeyframeId end) {
+  const auto last = std::ranges::lower_bound(undescribed_keyframes_, end);
+  for (auto id = undescribed_keyframes_.begin(); id != last; ++id) {
+    if (!map_.keyframes.Contains(*id) || !map_.keyframes.At(*id).image) continue;
+    PointsToDescribe points = FindPointsToDescribe(*id, map_);
+    Keyframe& keyframe = map_.keyframes.MutableAt(*id);
+    keyframe.features = std::make_shared<const Features>(
+        Described(*keyframe.features, map_.cameras[static_cast<size_t>(keyframe.camera)],
+                  keyframe.image->view(), points.keypoints));
+    keyframe.learned_depths = std::move(points.depths);
+    keyframe.image.reset();
+  }
+  undescribed_keyframes_.erase(undescribed_keyframes_.begin(), last);
 }
 
 // Returns whether a loop was closed.
@@ -133,6 +154,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 void Mapper::Finish() {
   background_bundle_.reset();  // the adjustment below replaces it
   windows_.clear();
+  DescribeKeyframesBefore(map_.keyframes.Bound());
   constexpr int kIterations = 20;  // at most; the start may be far from the minimum after a loop
   if (map_.keyframes.size() <= 2) return;
   for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))

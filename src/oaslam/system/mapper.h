@@ -57,7 +57,8 @@ class Mapper {
         map_(std::move(map)),
         adjust_(std::move(adjust)),
         rng_(static_cast<uint64_t>(config.runner.seed)),
-        unsettled_keyframes_(map_.keyframes.Ids()) {}
+        unsettled_keyframes_(map_.keyframes.Ids()),
+        undescribed_keyframes_(map_.keyframes.Ids()) {}
 
   void Apply(const MapCommand& command);
 
@@ -73,6 +74,7 @@ class Mapper {
   bool Insert(const KeyframeInsertion& keyframe, int frame_index);
   bool Join(const JoiningMap& joining, int frame_index);
   bool CloseLoop(KeyframeId keyframe, int frame_index);
+  void DescribeKeyframesBefore(KeyframeId end);
   void AdjustInBackground(int frame_index);
   bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }
   bool AdoptBackgroundBundle(const MapCommand& command);
@@ -83,7 +85,8 @@ class Mapper {
   WindowAdjustment adjust_;
   Rng rng_;
   std::vector<LandmarkId> recent_landmarks_;
-  std::vector<KeyframeId> unsettled_keyframes_;  // PackSettledKeyframes
+  std::vector<KeyframeId> unsettled_keyframes_;    // PackSettledKeyframes
+  std::vector<KeyframeId> undescribed_keyframes_;  // ascending
   LoopDetector loop_detector_;
   KeyframeId last_loop_;                                 // keyframe that closed the last loop
   std::unique_ptr<BackgroundBundle> background_bundle_;  // after a loop

@@ -1,7 +1,9 @@
 #include "oaslam/system/mapper.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "grey_scene.h"
 #include "oaslam/objects/object_model.h"
 #include "object_film.h"
 
@@ -71,6 +73,22 @@ TEST(Mapper, TheLastOptimisationTakesObjectsAlong) {
     EXPECT_GT(OverlapIn(*after, after->objects.At(ObjectId(0)).ellipsoid), 0.95)
         << static_cast<int>(objects);
   }
+}
+
+TEST(Mapper, DescribesKeyframesAndLetsTheirImagesGo) {
+  const synthetic::World world = synthetic::MakeWorld({.cameras = 6});
+  Map map = synthetic::MakeMap(world, {}).map;
+  const GreyBuffer noise = synthetic::Noise(world.camera.width, world.camera.height, 1);
+  for (const KeyframeId id : map.keyframes.Ids())
+    if (id.value > 0) map.keyframes.MutableAt(id).image = std::make_shared<const GreyBuffer>(noise);
+  Mapper mapper({}, std::move(map));
+  mapper.Finish();
+  const auto after = mapper.Publish();
+  EXPECT_THAT(after->CheckInvariants(), testing::IsEmpty());
+  after->keyframes.ForEach([](KeyframeId id, const Keyframe& keyframe) {
+    EXPECT_EQ(keyframe.image, nullptr);
+    EXPECT_EQ(keyframe.features->learned.empty(), id.value == 0) << id.value;
+  });
 }
 
 }  // namespace
