@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """True matches by viewing angle, on real images:  evaluate.py --sequences FOLDER [WEIGHTS...] [--octaves 3 1]
 
-In FOLDER are fr3_office_200 and redkitchen: rgb.txt, groundtruth.txt, camera.yaml. A table of ORB,
+In FOLDER are fr3_office_200 and redkitchen: rgb.txt, groundtruth.txt, camera.yaml. --rendered adds the
+sample's loop, and pairs of flat31_walk_a by day and flat31_walk_b in the evening. A table of ORB,
 upright RootSIFT and the networks at the same corners: about 1000 of ORB's pyramid (1.2, 8 levels), spread
 over the picture, at most one within 4 pixels of a level.
 
@@ -11,6 +12,7 @@ matches near the line, of all pairs of corners a share of p, it is (I - p N) / (
 overlap of two pictures are those of points that SIFT sees in neighbours and true poses place.
 """
 import argparse
+import functools
 import os
 
 import cv2
@@ -18,6 +20,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 SEQUENCES = {'fr3_office_200': dict(every=8, pixels=2.0, short='fr3'), 'redkitchen': dict(every=20, pixels=3.0, short='kitchen')}
+LOOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), '../data/sample/loop')
+RENDERED = {'sample': dict(every=10, pixels=2.0, folders=[LOOP], short='sample'),
+            'flat, day and evening': dict(every=20, pixels=2.0, folders=['flat31_walk_a', 'flat31_walk_b'], short='flat')}
 BINS = [0, 15, 30, 45, 70]
 OVERLAP = .3       # of the points of each picture that are in the other
 MOST = 40          # pairs of a bin
@@ -25,20 +30,34 @@ SIFT_SIZE = 5      # diameter of a corner of level 0: the best of 5, 7, 9 and 12
 
 
 def read_sequence(folder):
-    """-> paths, poses (n, 4, 4) camera to world at the pictures' times, (fx, fy, cx, cy)"""
+    """-> pictures (`gray`), poses (n, 4, 4) camera to world at their times, (fx, fy, cx, cy)"""
     table = lambda f: [r.split() for r in open(os.path.join(folder, f)) if r.strip() and r[0] != '#']
     truth = np.array(table('groundtruth.txt'), float)
     turn, paths, poses = Slerp(truth[:, 0], Rotation.from_quat(truth[:, 4:8])), [], []
-    for t, path in table('rgb.txt'):
+    video = os.path.join(folder, 'video.mp4')
+    rows = [(t, (video, n)) for n, t in enumerate(truth[:, 0])] if os.path.exists(video) else [(t, os.path.join(folder, path)) for t, path in table('rgb.txt')]
+    for t, path in rows:
         t = np.clip(float(t), truth[0, 0], truth[-1, 0])
         T = np.eye(4)
         T[:3, :3] = turn(t).as_matrix()
         T[:3, 3] = [np.interp(t, truth[:, 0], truth[:, c]) for c in (1, 2, 3)]
-        paths.append(os.path.join(folder, path))
+        paths.append(path)
         poses.append(T)
     rows = open(os.path.join(folder, 'camera.yaml')).read().split('data: [')[1].split(']')[0]
     k = [float(v) for v in rows.split(',')]
     return paths, np.array(poses), (k[0], k[4], k[2], k[5])
+
+
+captured = functools.lru_cache(cv2.VideoCapture)
+
+
+def gray(path):
+    """A picture: a file, or (video, number)"""
+    if isinstance(path, str):
+        return cv2.imread(path, 0)
+    video, n = path
+    captured(video).set(cv2.CAP_PROP_POS_FRAMES, n)
+    return cv2.cvtColor(captured(video).read()[1], cv2.COLOR_BGR2GRAY)
 
 
 def corners(gray, count=1000):
@@ -109,32 +128,35 @@ class Validation:
     kept: a file's name to which a sequence's is added: there the pairs are kept for the next time.
     """
 
-    def __init__(self, folder, few=False, kept=None):
+    def __init__(self, folder, few=False, kept=None, known=SEQUENCES):
         self.sequences = {}
-        for name, s in SEQUENCES.items():
-            if os.path.isdir(os.path.join(folder, name)):
-                self.sequences[name] = self.prepare(os.path.join(folder, name), s, 10 if few else MOST, kept and f'{kept}_{name}.npy')
-        self.columns = [f'{SEQUENCES[n]["short"]}:{b}' for n in self.sequences for b in BINS[1:]]
+        for name, s in known.items():
+            folders = [os.path.join(folder, f) for f in s.get('folders', [name])]
+            if all(map(os.path.isdir, folders)):
+                self.sequences[name] = self.prepare(folders, s, 10 if few else MOST, kept and f'{kept}_{name}.npy')
+        self.columns = [f'{known[n]["short"]}:{b}' for n in self.sequences for b in BINS[1:]]
 
-    def prepare(self, folder, s, most, kept):
-        paths, T, K = read_sequence(folder)
+    def prepare(self, folders, s, most, kept):
+        read = [read_sequence(f) for f in folders]
+        paths, T, K = sum((r[0] for r in read), []), np.concatenate([r[1] for r in read]), read[0][2]
+        first = len(read[0][0])
         if kept and os.path.exists(kept):
             bins = np.load(kept, allow_pickle=True).tolist()
         else:
-            bins = self.find_pairs(list(range(0, len(paths), s['every'])), paths, T, K)
+            bins = self.find_pairs(range(0, first, s['every']), range(first, len(paths), s['every']), paths, T, K)
             if kept:
                 np.save(kept, np.array(bins + [None], object)[:-1])
         rng = np.random.default_rng(1)
         bins = [[p[k] for k in rng.permutation(len(p))[:most]] for p in bins]
         used = sorted({i for p in bins for a, b, _ in p for i in (a, b)})
-        images = {i: cv2.imread(paths[i], 0) for i in used}
+        images = {i: gray(paths[i]) for i in used}
         both = {i: orb(images[i], corners(images[i])) for i in used}
         return dict(images=images, corners={i: k for i, (k, _) in both.items()}, orb={i: d for i, (_, d) in both.items()}, bins=bins, pixels=s['pixels'])
 
     @staticmethod
-    def find_pairs(ids, paths, T, K):
-        """-> for each bin of angles [(picture, picture, fundamental matrix (3, 3))]"""
-        points = {i: seen_points(i, paths, T, K) for i in ids}
+    def find_pairs(ids, others, paths, T, K):
+        """-> for each bin of angles [(picture, picture, fundamental matrix (3, 3))]; the second of `others`, where there are any"""
+        points = {i: seen_points(i, paths, T, K) for i in (*ids, *others)}
         fx, fy, cx, cy = K
         inverse = np.linalg.inv(np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]))
         bins = [[] for _ in BINS[1:]]
@@ -148,7 +170,7 @@ class Validation:
             cos = (a * b).sum(1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
             return ok.mean(), np.degrees(np.arccos(np.clip(cos, -1, 1)))
         for n, i in enumerate(ids):
-            for j in ids[n + 1:]:
+            for j in others or ids[n + 1:]:
                 if len(points[i]) < 30 or len(points[j]) < 30:
                     continue
                 (oi, ai), (oj, aj) = view(points[i], i, j), view(points[j], j, i)
@@ -193,12 +215,12 @@ def seen_points(i, paths, T, K):
     """World points (n, 3) that picture i and one some frames away see, by SIFT and the true poses"""
     fx, fy, cx, cy = K
     sift = cv2.SIFT_create(700)
-    a, da = sift.detectAndCompute(cv2.imread(paths[i], 0), None)
+    a, da = sift.detectAndCompute(gray(paths[i]), None)
     out = [np.zeros((0, 3))]
     for j in (i - 10, i + 10, i - 25, i + 25):
         if not 0 <= j < len(paths) or np.linalg.norm(T[j][:3, 3] - T[i][:3, 3]) < .04 or sum(map(len, out)) > 250:
             continue
-        b, db = sift.detectAndCompute(cv2.imread(paths[j], 0), None)
+        b, db = sift.detectAndCompute(gray(paths[j]), None)
         if da is None or db is None:
             continue
         good = [m for m, n in cv2.BFMatcher().knnMatch(da, db, k=2) if m.distance < .75 * n.distance]
@@ -217,25 +239,23 @@ def seen_points(i, paths, T, K):
     return np.concatenate(out)
 
 
-def learned(net, count=3, quantised=False):
-    from net import describe, int8
-
-    def f(gray, kps):
-        d = describe(net, gray, np.array([k.pt for k in kps]), np.array([1.2 ** k.octave for k in kps]), count)
-        return int8(d) if quantised else d
-    return f
+def learned(net, count=3, finish=lambda d: d):
+    """finish: of the float descriptors, such as net.int8"""
+    from net import describe
+    return lambda gray, kps: finish(describe(net, gray, np.array([k.pt for k in kps]), np.array([1.2 ** k.octave for k in kps]), count))
 
 
-def main():
+def main(arguments=None):
     a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     a.add_argument('weights', nargs='*', help='files of weights (export.py)')
     a.add_argument('--sequences', required=True)
+    a.add_argument('--rendered', action='store_true')
     a.add_argument('--work', help='folder that keeps the pairs for the next time')
     a.add_argument('--octaves', type=int, nargs='+', default=[3])
     a.add_argument('--few', action='store_true', help='a quarter of the pairs, as in training')
     a.add_argument('--sift-sizes', type=float, nargs='+', default=[SIFT_SIZE])
-    a = a.parse_args()
-    v = Validation(a.sequences, a.few, a.work and os.path.join(a.work, 'validation'))
+    a = a.parse_args(arguments)
+    v = Validation(a.sequences, a.few, a.work and os.path.join(a.work, 'validation'), {**SEQUENCES, **RENDERED} if a.rendered else SEQUENCES)
     print('| mean true matches | ' + ' | '.join(v.sequences) + ' |\n|' + '---|' * (1 + len(v.sequences)))
     print('| pairs | ' + ' | '.join(' / '.join(str(len(b)) for b in s['bins']) for s in v.sequences.values()) + ' |', flush=True)
 
@@ -246,6 +266,7 @@ def main():
         row('upright RootSIFT' + (f', size {size:g}' if len(a.sift_sizes) > 1 else ''), lambda g, k: root_sift(g, k, size))
     if a.weights:
         import export
+        from net import bits, int8
         import torch
         torch.set_num_threads(1)
     for w in a.weights:
@@ -253,7 +274,8 @@ def main():
         for count in a.octaves:
             name = os.path.basename(w) + (f', {count} octaves' if len(a.octaves) > 1 else '')
             row(name + ', float', learned(net, count))
-            row(name + ', int8', learned(net, count, True))
+            row(name + ', int8', learned(net, count, int8))
+            row(name + ', 256 bits', learned(net, count, lambda d: np.packbits(bits(d), axis=1)), hamming)
 
 
 if __name__ == '__main__':
