@@ -201,32 +201,43 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   return result;
 }
 
-Relocalization Relocalizer::Find(const Frame& given, const Map& map, RelocalizationMode mode,
+Relocalization Relocalizer::FindBy(Appearance appearance, const Frame& frame, const Map& map,
+                                   RelocalizationMode mode, Rng& rng,
+                                   const CandidateSource& candidates) {
+  const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
+  Relocalization result;
+  if (use_points)
+    result = ByPoints(frame, map, mode == RelocalizationMode::kPointsAndObjects, appearance, rng);
+  if (result.evidence != PoseEvidence::kNone || mode == RelocalizationMode::kPoints) return result;
+  Relocalization by_objects = ByObjects(frame, map, use_points, candidates(), rng);
+  const bool are_both_vain = use_points && by_objects.evidence == PoseEvidence::kNone;
+  const std::string why_neither =
+      frame.detections.empty() ? result.why_not : WhyNeither(result.why_not, by_objects.why_not);
+  if (!use_points || !by_objects.candidates.empty()) result = std::move(by_objects);
+  if (are_both_vain) result.why_not = why_neither;
+  return result;
+}
+
+Relocalization Relocalizer::Find(const Frame& frame, const Map& map, RelocalizationMode mode,
                                  const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng,
                                  ObjectTrails* trails, const std::optional<Rigid3>& prior) {
-  Frame frame = given;
   const bool use_points = mode != RelocalizationMode::kObjects && frame.features;
   if (prior && use_points)
     if (std::optional<Relocalization> near = Near(*prior, frame, map, rng)) return *std::move(near);
-  Relocalization result;
-  const bool join_objects = mode == RelocalizationMode::kPointsAndObjects;
-  if (use_points) result = ByPoints(frame, map, join_objects, Appearance::kOrb, rng);
-  if (use_points && frame.image && result.evidence == PoseEvidence::kNone) {
-    frame.features = std::make_shared<const Features>(Described(
+  std::optional<std::vector<ObjectPoseCandidate>> known;
+  const CandidateSource candidates = [&]() -> const std::vector<ObjectPoseCandidate>& {
+    if (!known) known = CandidatesByObjects(frame, map, gravity_in_cam, rng, trails);
+    return *known;
+  };
+  Relocalization result = FindBy(Appearance::kOrb, frame, map, mode, rng, candidates);
+  const bool has_learned = use_points && frame.image && IndexOf(map).Has(Appearance::kLearned);
+  if (has_learned && result.evidence == PoseEvidence::kNone) {
+    Frame described = frame;
+    described.features = std::make_shared<const Features>(Described(
         *frame.features, map.cameras[static_cast<size_t>(frame.camera)], frame.image->view()));
-    Relocalization by_learned = ByPoints(frame, map, join_objects, Appearance::kLearned, rng);
+    Relocalization by_learned = FindBy(Appearance::kLearned, described, map, mode, rng, candidates);
     if (by_learned.evidence != PoseEvidence::kNone || by_learned.confidence > result.confidence)
       result = std::move(by_learned);
-  }
-  if (result.evidence == PoseEvidence::kNone && mode != RelocalizationMode::kPoints) {
-    const std::vector<ObjectPoseCandidate> candidates =
-        CandidatesByObjects(frame, map, gravity_in_cam, rng, trails);
-    Relocalization by_objects = ByObjects(frame, map, use_points, candidates, rng);
-    const bool are_both_vain = use_points && by_objects.evidence == PoseEvidence::kNone;
-    const std::string why_neither =
-        frame.detections.empty() ? result.why_not : WhyNeither(result.why_not, by_objects.why_not);
-    if (!use_points || !by_objects.candidates.empty()) result = std::move(by_objects);
-    if (are_both_vain) result.why_not = why_neither;
   }
   LeadWithAccepted(result);
   return result;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,6 +79,10 @@ class Relocalizer {
   // Nothing where landmarks do not confirm the pose.
   std::optional<Relocalization> Near(const Rigid3& world_from_cam, const Frame& frame,
                                      const Map& map, Rng& rng) const;
+  using CandidateSource = std::function<const std::vector<ObjectPoseCandidate>&()>;
+  // By points that are compared by `appearance`, then by objects, which points confirm.
+  Relocalization FindBy(Appearance appearance, const Frame& frame, const Map& map,
+                        RelocalizationMode mode, Rng& rng, const CandidateSource& candidates);
   Relocalization ByPoints(const Frame& frame, const Map& map, bool join_objects,
                           Appearance appearance, Rng& rng);
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines

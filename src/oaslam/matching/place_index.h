@@ -32,6 +32,9 @@ class PlaceIndex {
   std::vector<Place> RankPlaces(const Map& map, const LandmarkHits& hits, int count) const;
 
   size_t size() const { return orb_.size(); }
+  bool Has(Appearance appearance) const {
+    return (appearance == Appearance::kOrb ? orb_ : learned_).size() > 0;
+  }
 
  private:
   DescriptorIndex orb_, learned_;
