@@ -19,7 +19,7 @@ key for one run and wins over the file. An unknown key is an error that names th
 
 def word(value):
     """A value of C++ as a configuration file writes it."""
-    return {"true": "on", "false": "off"}.get(value, re.sub(r"\w+::k", "", value).replace("And", "+").lower())
+    return {"true": "on", "false": "off"}.get(value, re.sub(r"\w+::k", "", value).replace("AndOrb", "+orb").lower())
 
 
 def fields(text):

@@ -148,7 +148,7 @@ struct RelocalizationConfig {
                                                  // (docs/lab/relocalization.md)
   int accept_objects = 4;                        // matched ones; one fewer with gravity, which
                                                  // leaves a pose fewer unknowns
-  double accept_confidence = 0.95;               // least probability that a pose by points is
+  double accept_confidence = 0.95;               // least probability that a pose is
                                                  // right (docs/lab/relocalization.md)
 };
 

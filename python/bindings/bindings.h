@@ -40,7 +40,7 @@ template <typename Enum>
 void SayAsWord(py::enum_<Enum>& type) {
   type.attr("__str__") = py::cpp_function(
       [](const py::object& value) {
-        return value.attr("name").attr("lower")().attr("replace")("_", "+");
+        return value.attr("name").attr("lower")().attr("replace")("_and_", "+");
       },
       py::name("__str__"), py::is_method(type));
 }

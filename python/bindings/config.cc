@@ -23,7 +23,7 @@ void AddEnumerations(py::module_& m) {
   SayAsWord(method);
   auto descriptor = py::enum_<DescriptorKind>(m, "DescriptorKind", doc::DescriptorKind)
                         .value("ORB", DescriptorKind::kOrb)
-                        .value("LEARNED_ORB", DescriptorKind::kLearnedAndOrb);
+                        .value("LEARNED_AND_ORB", DescriptorKind::kLearnedAndOrb);
   SayAsWord(descriptor);
 }
 

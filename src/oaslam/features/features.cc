@@ -28,6 +28,7 @@ const Descriptor* LearnedDescriptors::Find(uint32_t keypoint) const {
 }
 
 void Features::EraseKeypointsIn(std::span<const Box> boxes) {
+  OASLAM_CHECK(learned.empty());
   const auto is_in = [&](const Keypoint& k) {
     const double x = k.px.x() + kBoxFromPixel, y = k.px.y() + kBoxFromPixel;
     return std::ranges::any_of(

@@ -190,7 +190,9 @@ Relocalization Relocalizer::ByObjects(const Frame& frame, const Map& map, bool c
   result.object_margin = best.margin;
   result.confidence = ConfidenceIn(best);
   result.matched_objects = static_cast<int>(best.matched.size());
-  if (!best.accepted) {
+  const bool is_sure =
+      IsAsInPaper() || result.confidence >= config_.relocalization.accept_confidence;
+  if (!best.accepted || !is_sure) {
     result.why_not = "the objects' evidence is too weak";
     return result;
   }
@@ -230,11 +232,13 @@ Relocalization Relocalizer::Find(const Frame& frame, const Map& map, Relocalizat
     return *known;
   };
   Relocalization result = FindBy(Appearance::kOrb, frame, map, mode, rng, candidates);
-  const bool has_learned = use_points && frame.image && IndexOf(map).Has(Appearance::kLearned);
+  const bool has_learned = use_points && (frame.image || !frame.features->learned.empty()) &&
+                           IndexOf(map).Has(Appearance::kLearned);
   if (has_learned && result.evidence == PoseEvidence::kNone) {
     Frame described = frame;
-    described.features = std::make_shared<const Features>(Described(
-        *frame.features, map.cameras[static_cast<size_t>(frame.camera)], frame.image->view()));
+    if (frame.image)
+      described.features = std::make_shared<const Features>(Described(
+          *frame.features, map.cameras[static_cast<size_t>(frame.camera)], frame.image->view()));
     Relocalization by_learned = FindBy(Appearance::kLearned, described, map, mode, rng, candidates);
     if (by_learned.evidence != PoseEvidence::kNone || by_learned.confidence > result.confidence)
       result = std::move(by_learned);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 
@@ -126,13 +128,32 @@ void Map::RetireKeyframe(KeyframeId id) {
   keyframes.Erase(id);
 }
 
+bool Keyframe::HasSoundLearned() const {
+  const LearnedDescriptors& learned = features->learned;
+  return learned.descriptors.size() == learned.keypoints.size() &&
+         learned_depths.size() == learned.keypoints.size() &&
+         std::ranges::adjacent_find(learned.keypoints, std::ranges::greater_equal{}) ==
+             learned.keypoints.end() &&
+         (learned.empty() || learned.keypoints.back() < features->keypoints.size()) &&
+         std::ranges::all_of(learned_depths, [](float z) { return std::isfinite(z) && z >= 0; });
+}
+
 void Map::DropFreeKeypoints(KeyframeId id) {
   Keyframe packed = keyframes.At(id);
+  const LearnedDescriptors& learned = packed.features->learned;
   std::vector<uint32_t> kept;
-  for (uint32_t i = 0; i < packed.landmarks.size(); ++i)
-    if (packed.landmarks[i].IsValid() || packed.features->learned.Find(i)) kept.push_back(i);
+  std::vector<float> depths;
+  for (uint32_t i = 0, described = 0; i < packed.landmarks.size(); ++i) {
+    const bool is_described =
+        described < learned.keypoints.size() && learned.keypoints[described] == i;
+    const float depth = is_described ? packed.learned_depths[described++] : 0;
+    if (!packed.landmarks[i].IsValid() && depth == 0) continue;
+    kept.push_back(i);
+    if (is_described) depths.push_back(depth);
+  }
   if (kept.size() == packed.landmarks.size()) return;
   packed.features = std::make_shared<const Features>(packed.features->Selected(kept));
+  packed.learned_depths = std::move(depths);
   std::vector<LandmarkId> shown;
   shown.reserve(kept.size());
   for (const uint32_t i : kept) shown.push_back(packed.landmarks[i]);
@@ -308,9 +329,9 @@ std::vector<std::string> Map::CheckInvariants() const {
     if (!keyframe.features || keyframe.landmarks.size() != keyframe.features->keypoints.size())
       return problems.push_back(
           fmt::format("keyframe {}: landmarks and key points differ in number", id.value));
-    if (keyframe.learned_depths.size() != keyframe.features->learned.keypoints.size())
+    if (!keyframe.HasSoundLearned())
       problems.push_back(
-          fmt::format("keyframe {}: learned descriptors and depths differ in number", id.value));
+          fmt::format("keyframe {}: learned descriptors do not fit the key points", id.value));
     if (keyframe.camera < 0 || keyframe.camera >= static_cast<int>(cameras.size()))
       problems.push_back(
           fmt::format("keyframe {}: camera {} does not exist", id.value, keyframe.camera));

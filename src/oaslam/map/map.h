@@ -54,6 +54,8 @@ struct Keyframe {
   // 0 where there is none.
   std::vector<float> learned_depths{};
 
+  // Whether each described key point exists, once, ascending, with its descriptor and depth.
+  bool HasSoundLearned() const;
   // Scales what is not a position in the world.
   void ScaleLengths(double factor) {
     if (motion) motion->Scale(factor);

@@ -239,6 +239,16 @@ TEST(Map, WhatIsBrokenIsLeftOut) {
   expect_repair(
       "learned", [&](Map& m) { m.keyframes.MutableAt(first).learned_depths.push_back(1); }, 3, 20);
   expect_repair(
+      "learned",
+      [&](Map& m) {
+        Keyframe& keyframe = m.keyframes.MutableAt(first);
+        Features features = *keyframe.features;
+        features.learned = {{60000}, {Descriptor{}}};
+        keyframe.features = std::make_shared<const Features>(std::move(features));
+        keyframe.learned_depths = {1};
+      },
+      3, 20);
+  expect_repair(
       "size", [](Map& m) { m.anchors.at("flag").size = -1; }, 3, 20);
 
   Map map = FullMap();
@@ -281,10 +291,15 @@ TEST(Map, KeepsDescribedKeypoints) {
                                           keyframe.landmarks.begin());
   ASSERT_LT(free, keyframe.landmarks.size());
   Features features = *keyframe.features;
-  features.learned = {{free}, {Descriptor{1, 2, 3, 4}}};
+  // The second has no depth: its landmark was erased.
+  const auto second = static_cast<uint16_t>(
+      std::find(keyframe.landmarks.begin() + free + 1, keyframe.landmarks.end(), LandmarkId()) -
+      keyframe.landmarks.begin());
+  ASSERT_LT(second, keyframe.landmarks.size());
+  features.learned = {{free, second}, {Descriptor{1, 2, 3, 4}, Descriptor{}}};
   const Eigen::Vector2f px = features.keypoints[free].px;
   keyframe.features = std::make_shared<const Features>(std::move(features));
-  keyframe.learned_depths = {2.5F};
+  keyframe.learned_depths = {2.5F, 0};
   map.DropFreeKeypoints(id);
   map.Scale(2);
   EXPECT_THAT(map.CheckInvariants(), testing::IsEmpty());

@@ -26,6 +26,7 @@ Frame FrameOf(const Map& map, KeyframeId id) {
   Frame frame{
       keyframe.frame_index,   keyframe.timestamp, keyframe.camera, keyframe.features, {}, false,
       keyframe.gravity_in_cam};
+  frame.image = keyframe.image;
   map.objects.ForEach([&](ObjectId, const Object& object) {
     for (const ObjectObservation& o : object.observations)
       if (o.frame_index == keyframe.frame_index)

@@ -27,9 +27,12 @@ void RepairKeyframes(Map& map) {
       continue;
     }
     map.retired.Erase(id);
-    if (const size_t described = keyframe.features->learned.keypoints.size();
-        keyframe.learned_depths.size() != described)
-      map.keyframes.MutableAt(id).learned_depths.assign(described, 0);
+    if (keyframe.HasSoundLearned()) continue;
+    Features without = *keyframe.features;
+    without.learned = {};
+    Keyframe& repaired = map.keyframes.MutableAt(id);
+    repaired.features = std::make_shared<const Features>(std::move(without));
+    repaired.learned_depths.clear();
   }
   for (const KeyframeId id : map.retired.Ids())
     if (!IsFinite(map.retired.At(id).cam_from_parent)) map.retired.Erase(id);

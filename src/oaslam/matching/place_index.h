@@ -7,8 +7,9 @@
 
 namespace oaslam {
 
-// For each key point of an image that was looked for, the landmarks with a similar descriptor,
-// nearest first. The labels are ids of landmarks.
+// For each descriptor of an image that was looked for, the points with a similar one, nearest
+// first. A label is the id of a landmark or, with its highest bit set, of a keyframe that alone
+// knows the point.
 using LandmarkHits = std::vector<std::vector<DescriptorIndex::Hit>>;
 
 // A keyframe and its closest neighbours, which see the same place.
@@ -18,17 +19,17 @@ struct Place {
 };
 
 // Finds landmarks and places of a map by appearance, without a vocabulary: an index of the
-// landmarks' descriptors. It is made from one state of the map: it lacks landmarks made later, and
-// skips those erased since.
+// descriptors of their views, and one of the learned descriptors. It is made from one state of the
+// map: it lacks landmarks made later, and skips those erased since.
 class PlaceIndex {
  public:
   explicit PlaceIndex(const Map& map);
 
-  // By learned descriptors: key points without one have no hits.
   LandmarkHits Find(const Features& features, Appearance appearance = Appearance::kOrb) const;
 
   // Returns up to `count` places with the most votes. Each key point has one vote, divided equally
-  // among the landmarks in its hits; a landmark gives its share to each keyframe that sees it.
+  // among the points in its hits; a landmark gives its share to each keyframe that sees it, another
+  // point to the keyframe that knows it.
   std::vector<Place> RankPlaces(const Map& map, const LandmarkHits& hits, int count) const;
 
   size_t size() const { return orb_.size(); }

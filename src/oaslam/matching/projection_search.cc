@@ -45,7 +45,7 @@ class Claims {
   LandmarkMatches Finish() && {
     const auto count =
         std::ranges::count_if(landmarks_, [](LandmarkId id) { return id.IsValid(); });
-    return {std::move(landmarks_), static_cast<int>(count)};
+    return {std::move(landmarks_), static_cast<int>(count), std::move(distance_)};
   }
 
  private:

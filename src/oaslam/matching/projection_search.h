@@ -34,6 +34,7 @@ std::optional<ProjectedLandmark> ProjectLandmark(LandmarkId id, const Landmark& 
 struct LandmarkMatches {
   std::vector<LandmarkId> landmarks;
   int count = 0;
+  std::vector<int> distances{};  // by SearchByProjection: Hamming, of matches that were not given
 };
 
 struct ProjectionSearchOptions {

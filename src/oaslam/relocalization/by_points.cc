@@ -195,9 +195,8 @@ RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
   std::vector<PlaceMatch> matches;
   for (int k = 0; k < features.size(); ++k)
     if (wide.landmarks[k].IsValid())
-      matches.push_back({k, wide.landmarks[k], map.landmarks.At(wide.landmarks[k]).position,
-                         HammingDistance(map.landmarks.At(wide.landmarks[k]).descriptor,
-                                         features.descriptors[k])});
+      matches.push_back(
+          {k, wide.landmarks[k], map.landmarks.At(wide.landmarks[k]).position, wide.distances[k]});
   std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);
   const AbsolutePoseReport rough =
       PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);

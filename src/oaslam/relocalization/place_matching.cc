@@ -61,7 +61,7 @@ Views ViewsByOrb(const Map& map, const Place& place) {
   return views;
 }
 
-Views LearnedViews(const Map& map, const Place& place) {
+Views ViewsByLearned(const Map& map, const Place& place) {
   Views views;
   for (const LandmarkId id : LandmarksSeenBy(map, place.keyframes)) {
     const Landmark& landmark = map.landmarks.At(id);
@@ -100,7 +100,7 @@ struct NearestKeypoint {
 std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
                                    Appearance appearance) {
   const bool by_orb = appearance == Appearance::kOrb;
-  const Views views = by_orb ? ViewsByOrb(map, place) : LearnedViews(map, place);
+  const Views views = by_orb ? ViewsByOrb(map, place) : ViewsByLearned(map, place);
   const std::vector<Descriptor>& seen =
       by_orb ? features.descriptors : features.learned.descriptors;
   const auto keypoint_of_seen = [&](size_t i) {

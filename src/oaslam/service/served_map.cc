@@ -16,12 +16,13 @@ GeoreferencedMap Referred(const Map& map) {
 
 // Counts the large parts; a quarter is added for the small ones.
 size_t BytesInMemory(const SavedMap& saved) {
-  constexpr size_t kIndexed = 64;  // bytes of a landmark in the index of places
+  constexpr size_t kIndexed = 64;  // bytes of a point in an index of places
   size_t bytes = saved.trajectory.capacity() * sizeof(FramePose);
   saved.map.keyframes.ForEach([&](KeyframeId, const Keyframe& k) {
     bytes += sizeof(k) + k.landmarks.size() * sizeof(LandmarkId) +
              k.covisible.size() * sizeof(Covisible) +
-             k.features->keypoints.size() * (sizeof(Keypoint) + sizeof(Descriptor));
+             k.features->keypoints.size() * (sizeof(Keypoint) + sizeof(Descriptor)) +
+             k.learned_depths.size() * (sizeof(Descriptor) + sizeof(float) + kIndexed);
   });
   saved.map.landmarks.ForEach([&](LandmarkId, const Landmark& landmark) {
     bytes += sizeof(landmark) + landmark.observations.size() * sizeof(Observation) + kIndexed;

@@ -325,6 +325,7 @@ TEST(MapFile, RefusesLearnedDescriptorsThatCannotBe) {
   EXPECT_THAT(refusal("count = 1, keypoints = x'0200', descriptors = zeroblob(32), "
                       "depths = x'000080bf'"),
               HasSubstr("negative"));
+  EXPECT_THAT(refusal("keyframe = 3"), HasSubstr("no such keyframe"));
 }
 
 // Any flipped byte is detected, or is at a place where it changes nothing (free space, the file's

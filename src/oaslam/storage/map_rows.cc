@@ -203,6 +203,7 @@ void ReadFeatures(SQLite::Database& database, Checksum& checksum, IdRange range,
                       IsIn("keyframe", range));
   while (described.Next()) {
     const auto id = described.RequiredId<KeyframeId>();
+    if (!map.keyframes.Contains(id)) described.Refuse("no such keyframe");
     learned.emplace(id, ReadLearned(described));
   }
   RowReader rows(database, checksum, "features", "keyframe", IsIn("keyframe", range));
@@ -210,8 +211,10 @@ void ReadFeatures(SQLite::Database& database, Checksum& checksum, IdRange range,
     const auto id = rows.RequiredId<KeyframeId>();
     Keyframe* keyframe = map.keyframes.Mutable(id);
     if (!keyframe) rows.Refuse("no such keyframe");
-    keyframe->features = ReadFeatures(rows, std::move(learned[id].learned));
-    keyframe->learned_depths = std::move(learned[id].depths);
+    auto points = learned.extract(id);
+    keyframe->features =
+        ReadFeatures(rows, points ? std::move(points.mapped().learned) : LearnedDescriptors());
+    if (points) keyframe->learned_depths = std::move(points.mapped().depths);
     keyframe->landmarks.resize(keyframe->features->keypoints.size());
   }
 }

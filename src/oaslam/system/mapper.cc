@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "oaslam/bundle/bundle_adjustment.h"
 #include "oaslam/description/describe_features.h"
@@ -74,18 +75,21 @@ bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
   undescribed_keyframes_.push_back(keyframe.id);
   // Of younger ones many are still culled.
   constexpr uint32_t kYoung = 10;
-  if (keyframe.id.value > kYoung) DescribeKeyframesBefore(KeyframeId(keyframe.id.value - kYoung));
+  if (keyframe.id.value > kYoung)
+    DescribeKeyframesBefore(KeyframeId(keyframe.id.value - kYoung), 1);
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   const bool has_closed = CloseLoop(keyframe.id, frame_index);
   if (!background_bundle_) BeginNextWindow(frame_index);
   return has_closed;
 }
 
-// Gives learned descriptors to the landmarks of these keyframes, which need their images no more.
-void Mapper::DescribeKeyframesBefore(KeyframeId end) {
+// Describes the points of these keyframes, at most `most` of them, which need their images no more.
+void Mapper::DescribeKeyframesBefore(KeyframeId end, int most) {
   const auto last = std::ranges::lower_bound(undescribed_keyframes_, end);
-  for (auto id = undescribed_keyframes_.begin(); id != last; ++id) {
+  auto id = undescribed_keyframes_.begin();
+  for (int described = 0; id != last && described < most; ++id) {
     if (!map_.keyframes.Contains(*id) || !map_.keyframes.At(*id).image) continue;
+    ++described;
     PointsToDescribe points = FindPointsToDescribe(*id, map_);
     Keyframe& keyframe = map_.keyframes.MutableAt(*id);
     keyframe.features = std::make_shared<const Features>(
@@ -94,7 +98,7 @@ void Mapper::DescribeKeyframesBefore(KeyframeId end) {
     keyframe.learned_depths = std::move(points.depths);
     keyframe.image.reset();
   }
-  undescribed_keyframes_.erase(undescribed_keyframes_.begin(), last);
+  undescribed_keyframes_.erase(undescribed_keyframes_.begin(), id);
 }
 
 // Returns whether a loop was closed.
@@ -154,7 +158,7 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 void Mapper::Finish() {
   background_bundle_.reset();  // the adjustment below replaces it
   windows_.clear();
-  DescribeKeyframesBefore(map_.keyframes.Bound());
+  DescribeKeyframesBefore(map_.keyframes.Bound(), std::numeric_limits<int>::max());
   constexpr int kIterations = 20;  // at most; the start may be far from the minimum after a loop
   if (map_.keyframes.size() <= 2) return;
   for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))

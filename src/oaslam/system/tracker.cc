@@ -37,10 +37,12 @@ Tracker::Outcome Tracker::PassOver(const Frame& frame, const Map& map) {
 }
 
 void Tracker::Take(const Frame& frame) {
-  // Frames of some 50 KB; 4 s at 30 Hz, which bounds the memory.
-  constexpr size_t kMaxUndetected = 120;
+  // Frames of some 50 KB; 4 s at 30 Hz, which bounds the memory. The newest keep their image.
+  constexpr size_t kMaxUndetected = 120, kWithImage = 30;
   if (frame.detections_follow) undetected_.push_back({frame, {}, {}, {}, {}, 0});
   if (undetected_.size() > kMaxUndetected) undetected_.pop_front();
+  if (undetected_.size() > kWithImage)
+    undetected_[undetected_.size() - 1 - kWithImage].frame.image.reset();
   newest_ = {};
   newest_.frame = frame;
   if (frame.motion && frame.motion->is_keyframe) view_has_changed_ = true;

@@ -164,6 +164,7 @@ std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera&
     references_.push_back(std::move(reference));
   }
   recent_.push_back(frame);
+  recent_.back().image.reset();
   if (recent_.size() > kMaxRecent) recent_.pop_front();
   return std::nullopt;
 }
