@@ -12,6 +12,7 @@ namespace oaslam {
 // bound.
 class OASLAM_API InputError : public std::runtime_error {
  public:
+  // `message`: what is wrong, and where.
   explicit InputError(const std::string& message) : std::runtime_error(message) {}
 };
 

@@ -51,10 +51,11 @@ struct Rigid3 {
 // in rad; axes of the camera) between the pose and the true one.
 using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 
-// Root mean squares of the distance between the positions, map units, and of the angle, rad.
+// Root mean square of the distance between the positions, map units.
 inline double SigmaOfPosition(const PoseCovariance& covariance) {
   return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
 }
+// Root mean square of the angle between the rotations, rad.
 inline double SigmaOfRotation(const PoseCovariance& covariance) {
   return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
 }
