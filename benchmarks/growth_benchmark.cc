@@ -171,19 +171,19 @@ void Relocalize(benchmark::State& state, RelocalizationMode mode, bool with_grav
   for (auto _ : state) {
     const double desk =
         building.DeskNear((0.05 + 0.9 * rng.Uniform(0, 1)) * static_cast<double>(state.range(0)));
-    const TrackedFrame frame = building.FrameAt(desk, rng);
-    const Eigen::Vector3d gravity = frame.cam_from_world.rotation * Eigen::Vector3d(0, 0, -1);
+    TrackedFrame frame = building.FrameAt(desk, rng);
+    frame.frame.gravity_in_cam.reset();
+    if (with_gravity)
+      frame.frame.gravity_in_cam = frame.cam_from_world.rotation * Eigen::Vector3d(0, 0, -1);
     Relocalization result;
-    const double ms = Timed([&] {
-      result = relocalizer.Find(frame.frame, building.map(), mode,
-                                with_gravity ? std::optional(gravity) : std::nullopt, rng);
-    });
+    const double ms =
+        Timed([&] { result = relocalizer.Find(frame.frame, building.map(), mode, rng); });
     if (asked++ == 0)
       index_ms = ms;  // the index of places is made
     else
       median.Add(ms);
     found +=
-        result.evidence != PoseEvidence::kNone &&
+        result.IsFound() &&
         (result.cam_from_world.OriginInSource() - frame.cam_from_world.OriginInSource()).norm() <
             0.2;
   }
@@ -219,7 +219,7 @@ void FindByLearned(benchmark::State& state) {
     seen.frame.features = std::make_shared<const Features>(std::move(features));
     median.Add(Timed([&] {
       found += RelocalizeByPoints(seen.frame, building.map(), index, {}, rng, Appearance::kLearned)
-                   .success;
+                   .IsFound();
     }));
     ++asked;
   }
@@ -281,10 +281,10 @@ void OpenToTheFirstPose(benchmark::State& state) {
     load.Add(load_ms);
     Relocalizer relocalizer{SlamConfig{}};
     first.Add(load_ms + WallTimed([&] {
-                is_found = relocalizer
-                               .Find(frame.frame, saved.map, RelocalizationMode::kPointsAndObjects,
-                                     std::nullopt, rng)
-                               .evidence != PoseEvidence::kNone;
+                is_found =
+                    relocalizer
+                        .Find(frame.frame, saved.map, RelocalizationMode::kPointsAndObjects, rng)
+                        .IsFound();
               }));
     state.counters["index_memory"] = AllocatedBytes() - loaded;
   }

@@ -80,8 +80,8 @@ Recall Relocalize(const Desk& desk, const Map& map, size_t first, size_t step) {
         (candidates[0].cam_from_world.OriginInSource() - frame.cam_from_world.OriginInSource())
             .norm();
     recall.within_20cm += error < 0.2;
-    recall.accepted += candidates[0].accepted;
-    recall.false_accepted += candidates[0].accepted && error > 0.5;
+    recall.accepted += candidates[0].IsFound();
+    recall.false_accepted += candidates[0].IsFound() && error > 0.5;
   }
   return {recall.within_20cm / count, recall.accepted / count, recall.false_accepted / count};
 }

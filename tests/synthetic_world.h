@@ -115,6 +115,17 @@ inline View MakeView(const World& world, const Rigid3& cam_from_world, const Vie
   return view;
 }
 
+// The same features with their descriptors as the learned ones, and chance as ORB's.
+inline std::shared_ptr<const Features> KnownByLearned(const Features& features, Rng& rng) {
+  auto changed = std::make_shared<Features>(features);
+  changed->learned = {{}, features.descriptors};
+  for (int k = 0; k < features.size(); ++k) {
+    changed->learned.keypoints.push_back(static_cast<uint16_t>(k));
+    changed->descriptors[k] = RandomDescriptor(rng);
+  }
+  return changed;
+}
+
 struct MapOptions {
   ViewOptions view{};
   double position_noise = 0;     // of landmarks, world units

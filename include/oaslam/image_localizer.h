@@ -41,7 +41,9 @@ class OASLAM_API ImageLocalizer {
   MapSnapshot Snapshot() const;
 
  private:
+  friend struct LocalizerAccess;
   class Impl;
+  explicit ImageLocalizer(std::shared_ptr<const Impl> impl);
   std::shared_ptr<const Impl> impl_;
 };
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -177,21 +176,16 @@ TEST(CornerDescriber, RefusesOtherFiles) {
   EXPECT_THAT(ErrorOf(WithByte(12, 15)), HasSubstr("has 15 layers, not 14"));
 }
 
-TEST(CornerDescriber, RefusesDamagedWeights) {
+TEST(CornerDescriber, RefusesFilesOfAnotherSize) {
   const std::string whole(DescriptorWeights());
   EXPECT_THAT(ErrorOf(whole.substr(0, 15)), HasSubstr("ends in its header"));
   EXPECT_THAT(ErrorOf(whole.substr(0, 1000)), HasSubstr("has 1000 bytes, not 352520"));
   EXPECT_THAT(ErrorOf(whole + "x"), HasSubstr("has 352521 bytes, not 352520"));
-  EXPECT_THAT(ErrorOf(WithByte(5000, whole[5000] ^ 1)), HasSubstr("CRC-32"));
-  EXPECT_THAT(ErrorOf(WithByte(whole.size() - 1, whole.back() ^ 1)), HasSubstr("CRC-32"));
 }
 
-// The layers are `first` and so on; the CRC-32 of the changed file is right.
 TEST(CornerDescriber, RefusesAnotherNetwork) {
-  std::string other = WithByte(20, 'F');
-  constexpr uint32_t kCrc = 0x6C6125BA;  // by Python's zlib
-  std::memcpy(other.data() + other.size() - 4, &kCrc, 4);
-  EXPECT_THAT(ErrorOf(other), HasSubstr("a layer First (8, 1, 3, 2) where first (8, 1, 3, 2)"));
+  EXPECT_THAT(ErrorOf(WithByte(20, 'F')),
+              HasSubstr("a layer First (8, 1, 3, 2) where first (8, 1, 3, 2)"));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ constexpr uint32_t kVersion = 1;
 constexpr size_t kHeaderBytes = 20;       // magic, version, number of layers, a factor of training
 constexpr size_t kLayerHeaderBytes = 32;  // name, four sizes
 constexpr size_t kNameBytes = 16;
-constexpr size_t kCrcBytes = 4;
+constexpr size_t kCrcBytes = 4;  // a CRC-32 at the end, for train/export.py
 
 [[noreturn]] void Refuse(const std::string& why) {
   throw InputError("weights of the descriptor: " + why);
@@ -42,25 +42,6 @@ uint32_t NumberAt(std::string_view file, size_t at) {
   return number;
 }
 
-// The change of a CRC-32 by each value of its lowest byte; that of zlib, with the reflected
-// polynomial of IEEE 802.3.
-constexpr std::array<uint32_t, 256> CrcTable() {
-  std::array<uint32_t, 256> table{};
-  for (uint32_t byte = 0; byte < 256; ++byte) {
-    table[byte] = byte;
-    for (int bit = 0; bit < 8; ++bit)
-      table[byte] = table[byte] >> 1 ^ (table[byte] & 1 ? 0xEDB88320U : 0U);
-  }
-  return table;
-}
-
-uint32_t Crc32(std::string_view bytes) {
-  static constexpr std::array<uint32_t, 256> kTable = CrcTable();
-  uint32_t crc = ~0U;
-  for (const char byte : bytes) crc = crc >> 8 ^ kTable[(crc ^ static_cast<uint8_t>(byte)) & 255];
-  return ~crc;
-}
-
 void CheckFile(std::string_view file) {
   if (!file.starts_with(kMagic))
     Refuse(fmt::format("not a file of weights, which begins with {}", kMagic));
@@ -72,9 +53,6 @@ void CheckFile(std::string_view file) {
     Refuse(fmt::format("the file has {} layers, not {}", count, kDescriptorLayers.size()));
   if (file.size() != FileBytes())
     Refuse(fmt::format("the file has {} bytes, not {}", file.size(), FileBytes()));
-  const size_t content = file.size() - kCrcBytes;
-  if (NumberAt(file, content) != Crc32(file.substr(0, content)))
-    Refuse("the file is damaged: its CRC-32 is not that of its bytes");
 }
 
 void CheckLayer(std::string_view header, const LayerShape& shape) {

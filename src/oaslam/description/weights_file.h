@@ -41,7 +41,7 @@ struct LayerWeights {
 using DescriptorLayers = std::array<LayerWeights, kDescriptorLayers.size()>;
 
 // Reads a file of weights, whose layout train/export.py describes. Throws InputError where it is
-// another file, is of another version or network, or is damaged.
+// another file, or of another version or network.
 DescriptorLayers ReadDescriptorWeights(std::string_view file);
 
 // The layer of this name, which must be one of kDescriptorLayers.

@@ -5,6 +5,7 @@
 #include "oaslam/localization/localizer.h"
 #include "oaslam/localization/snapshot_maker.h"
 #include "oaslam/storage/map_file.h"
+#include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
 namespace {
@@ -19,15 +20,15 @@ IndexedMap IndexPiece(const std::string& path, int piece) {
 
 class OASLAM_LOCAL ImageLocalizer::Impl {
  public:
-  Impl(const std::string& map_path, const SlamConfig& config, int piece)
-      : localizer(config, IndexPiece(map_path, piece)) {}
-  const Localizer localizer;
+  const SlamConfig config;
+  const IndexedMap map;
 };
 
 ImageLocalizer::ImageLocalizer(const std::string& map_path, const SlamConfig& config, int piece) {
   CheckConfig(config);
-  impl_ = std::make_shared<const Impl>(map_path, config, piece);
+  impl_ = std::make_shared<const Impl>(Impl{config, IndexPiece(map_path, piece)});
 }
+ImageLocalizer::ImageLocalizer(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 ImageLocalizer::~ImageLocalizer() = default;
 ImageLocalizer::ImageLocalizer(const ImageLocalizer&) = default;
 ImageLocalizer& ImageLocalizer::operator=(const ImageLocalizer&) = default;
@@ -35,17 +36,61 @@ ImageLocalizer& ImageLocalizer::operator=(const ImageLocalizer&) = default;
 RelocalizationResult ImageLocalizer::Localize(const ImageInput& input, const Camera& camera,
                                               RelocalizationMode mode,
                                               const std::optional<Rigid3>& prior) const {
-  return impl_->localizer.Find(input, camera, mode, prior);
+  CheckMode(mode);
+  CheckCamera(camera);
+  CheckGravity(input.gravity_in_cam);
+  CheckPose(prior);
+  const Stopwatch watch;
+  Map map = impl_->map.saved->map;  // shares its tables
+  map.cameras.push_back(camera);
+  Frame frame;
+  if (input.image.empty()) {
+    frame.detections = CheckedDetections(camera, input.detections);
+    frame.gravity_in_cam = input.gravity_in_cam;
+    mode = RelocalizationMode::kObjects;
+  } else {
+    frame =
+        FrameMaker(impl_->config, camera).Make(input, 0, impl_->config.features.count, map.classes);
+  }
+  frame.camera = static_cast<int>(map.cameras.size()) - 1;
+  const double ms_features = watch.WallMs();
+  Rng rng(static_cast<uint64_t>(impl_->config.runner.seed));
+  RelocalizationResult result = ResultOf(
+      Relocalizer(impl_->config, impl_->map.index).Find(frame, map, mode, rng, nullptr, prior));
+  result.ms_features = ms_features;
+  result.ms = watch.WallMs() - ms_features;
+  return result;
 }
 
 RelocalizationResult ImageLocalizer::LocalizeWithUnknownCamera(const ImageInput& input,
                                                                RelocalizationMode mode) const {
-  return impl_->localizer.FindWithUnknownCamera(input, mode);
+  CheckMode(mode);
+  CheckGravity(input.gravity_in_cam);
+  Camera camera;  // only its size is used
+  camera.width = input.image.cols;
+  camera.height = input.image.rows;
+  camera.fx = camera.fy = std::max(camera.width, camera.height);
+  camera.cx = (camera.width - 1) / 2.0;
+  camera.cy = (camera.height - 1) / 2.0;
+  CheckCamera(camera);
+  FrameMaker maker(impl_->config, camera);
+  Relocalizer relocalizer(impl_->config, impl_->map.index);
+  return FindWithUnknownCamera(input, camera, impl_->map.saved->map, mode, impl_->config, maker,
+                               relocalizer);
 }
 
 MapSnapshot ImageLocalizer::Snapshot() const {
-  const std::shared_ptr<const SavedMap>& saved = impl_->localizer.map().saved;
+  const std::shared_ptr<const SavedMap>& saved = impl_->map.saved;
   return SnapshotMaker::Of({saved, &saved->map}, {saved, &saved->class_names}, FramesOf(*saved), 1);
+}
+
+ImageLocalizer LocalizerAccess::Make(const SlamConfig& config, IndexedMap map) {
+  return ImageLocalizer(
+      std::make_shared<const ImageLocalizer::Impl>(ImageLocalizer::Impl{config, std::move(map)}));
+}
+
+const IndexedMap& LocalizerAccess::MapOf(const ImageLocalizer& localizer) {
+  return localizer.impl_->map;
 }
 
 }  // namespace oaslam

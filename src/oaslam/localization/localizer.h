@@ -5,6 +5,7 @@
 
 #include "oaslam/config.h"
 #include "oaslam/image_input.h"
+#include "oaslam/image_localizer.h"
 #include "oaslam/localization/frame_maker.h"
 #include "oaslam/localization/landmark_index.h"
 #include "oaslam/localization/relocalizer.h"
@@ -24,35 +25,16 @@ struct IndexedMap {
 
 RelocalizationResult ResultOf(const Relocalization& found);
 
-// Slam::RelocalizeWithUnknownCamera in a map whose last camera is that of `maker`, which is
-// `camera`.
+// Finds an image whose camera is not known. `camera`: that of `maker`, of which the size is used.
 RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera& camera,
                                            const Map& map, RelocalizationMode mode,
                                            const SlamConfig& config, FrameMaker& maker,
                                            Relocalizer& relocalizer);
 
-// Finds single images in a map that does not change, as Slam::Relocalize does, each by itself.
-// Thread-safe.
-class Localizer {
- public:
-  Localizer(const SlamConfig& config, IndexedMap map) : config_(config), map_(std::move(map)) {}
-
-  // `camera`: that of the image, with its size. An input without image is found by its detections
-  // alone. `prior`: the camera's supposed pose, world_from_cam; tried first, but the answer must
-  // hold without it. Throws InputError.
-  RelocalizationResult Find(const ImageInput& input, const Camera& camera, RelocalizationMode mode,
-                            const std::optional<Rigid3>& prior = std::nullopt) const;
-  // For an image whose camera is not known.
-  RelocalizationResult FindWithUnknownCamera(const ImageInput& input,
-                                             RelocalizationMode mode) const;
-
-  const SavedMap& saved() const { return *map_.saved; }
-  const IndexedMap& map() const { return map_; }
-  const SlamConfig& config() const { return config_; }
-
- private:
-  SlamConfig config_;
-  IndexedMap map_;
+// Access to ImageLocalizer for the rooms above: maps that are in memory.
+struct LocalizerAccess {
+  static ImageLocalizer Make(const SlamConfig& config, IndexedMap map);
+  static const IndexedMap& MapOf(const ImageLocalizer& localizer);
 };
 
 }  // namespace oaslam

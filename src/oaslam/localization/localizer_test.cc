@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "expect_input_error.h"
+#include "oaslam/description/describe_features.h"
 #include "oaslam/features/features.h"
 #include "object_film.h"
 
@@ -117,6 +118,21 @@ SavedMap MapOfWall() {
   return saved;
 }
 
+// Of the same map, by its images: learned descriptors, and chance as ORB's.
+SavedMap KnownByLearned(SavedMap saved) {
+  Rng rng(6);
+  for (const KeyframeId id : saved.map.keyframes.Ids()) {
+    Keyframe& keyframe = saved.map.keyframes.MutableAt(id);
+    const cv::Mat image = ImageOfWall(keyframe.cam_from_world.Inverse());
+    Features features = Described(*keyframe.features, kWorldCamera, ViewOf(image));
+    for (Descriptor& descriptor : features.descriptors)
+      descriptor = synthetic::RandomDescriptor(rng);
+    keyframe.learned_depths.resize(features.keypoints.size());
+    keyframe.features = std::make_shared<const Features>(std::move(features));
+  }
+  return saved;
+}
+
 std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam) {
   std::vector<synthetic::TrueObject> objects;
   map.objects.ForEach([&](ObjectId, const Object& o) {
@@ -132,11 +148,12 @@ std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam
 
 class LocalizerTest : public testing::Test {
  protected:
-  static const Localizer& Shared() {
-    static const Localizer localizer{SlamConfig(), IndexedMap(MapOfWall())};
+  static const ImageLocalizer& Shared() {
+    static const ImageLocalizer localizer =
+        LocalizerAccess::Make(SlamConfig(), IndexedMap(MapOfWall()));
     return localizer;
   }
-  const Localizer& localizer_ = Shared();
+  const ImageLocalizer& localizer_ = Shared();
   const Rigid3 pose_ = BeforeTheWall(0.1, 0.05, 0.03);
 };
 
@@ -145,23 +162,42 @@ double DistanceBetween(const Rigid3& a, const Rigid3& b) {
 }
 
 TEST_F(LocalizerTest, FindsAnImageByPoints) {
-  ASSERT_GT(localizer_.saved().map.landmarks.size(), 200u);
+  ASSERT_GT(LocalizerAccess::MapOf(localizer_).saved->map.landmarks.size(), 200u);
   const RelocalizationResult found =
-      localizer_.Find(InputOf(pose_), kWorldCamera, RelocalizationMode::kPoints);
+      localizer_.Localize(InputOf(pose_), kWorldCamera, RelocalizationMode::kPoints);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   EXPECT_EQ(found.evidence, PoseEvidence::kPoints);
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.02);
-  const RelocalizationResult lost =
-      localizer_.Find(InputOf(BeforeTheWall(50, 0, 0)), kWorldCamera, RelocalizationMode::kPoints);
+  const RelocalizationResult lost = localizer_.Localize(InputOf(BeforeTheWall(50, 0, 0)),
+                                                        kWorldCamera, RelocalizationMode::kPoints);
   EXPECT_FALSE(lost.world_from_cam);
   EXPECT_THAT(lost.why_not, Not(IsEmpty()));
 }
 
+// The image keeps what its descriptors need, also where its camera is not known.
+TEST_F(LocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
+  const IndexedMap map(KnownByLearned(*LocalizerAccess::MapOf(localizer_).saved));
+  const ImageInput input = InputOf(pose_);
+  SlamConfig config;
+  const ImageLocalizer by_learned = LocalizerAccess::Make(config, map);
+  for (const bool is_known : {true, false}) {
+    const RelocalizationResult found =
+        is_known ? by_learned.Localize(input, kWorldCamera, RelocalizationMode::kPoints)
+                 : by_learned.LocalizeWithUnknownCamera(input, RelocalizationMode::kPoints);
+    ASSERT_TRUE(found.world_from_cam) << found.why_not;
+    EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.02);
+  }
+  config.features.descriptor = DescriptorKind::kOrb;
+  EXPECT_FALSE(LocalizerAccess::Make(config, map)
+                   .Localize(input, kWorldCamera, RelocalizationMode::kPoints)
+                   .world_from_cam);
+}
+
 TEST_F(LocalizerTest, WithoutAnImageDetectionsAreEnough) {
   ImageInput input;
-  input.detections = DetectionsOf(localizer_.saved().map, pose_);
+  input.detections = DetectionsOf(LocalizerAccess::MapOf(localizer_).saved->map, pose_);
   const RelocalizationResult found =
-      localizer_.Find(input, kWorldCamera, RelocalizationMode::kPointsAndObjects);
+      localizer_.Localize(input, kWorldCamera, RelocalizationMode::kPointsAndObjects);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   EXPECT_EQ(found.evidence, PoseEvidence::kObjects);
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.2);
@@ -169,7 +205,7 @@ TEST_F(LocalizerTest, WithoutAnImageDetectionsAreEnough) {
 
 TEST_F(LocalizerTest, TheCameraMayBeUnknown) {
   const RelocalizationResult found =
-      localizer_.FindWithUnknownCamera(InputOf(pose_), RelocalizationMode::kPoints);
+      localizer_.LocalizeWithUnknownCamera(InputOf(pose_), RelocalizationMode::kPoints);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
   ASSERT_TRUE(found.camera);
   EXPECT_NEAR(found.camera->fx, kWorldCamera.fx, 0.03 * kWorldCamera.fx);
@@ -177,16 +213,16 @@ TEST_F(LocalizerTest, TheCameraMayBeUnknown) {
 
 TEST_F(LocalizerTest, AThreadAnswersAsManyDo) {
   ImageInput boxes;
-  boxes.detections = DetectionsOf(localizer_.saved().map, pose_);
+  boxes.detections = DetectionsOf(LocalizerAccess::MapOf(localizer_).saved->map, pose_);
   const std::vector<ImageInput> inputs{InputOf(pose_), boxes, InputOf(BeforeTheWall(0, 0, 0))};
   const auto find = [&](size_t i) {
-    return localizer_.Find(inputs[i % inputs.size()], kWorldCamera,
-                           RelocalizationMode::kPointsAndObjects);
+    return localizer_.Localize(inputs[i % inputs.size()], kWorldCamera,
+                               RelocalizationMode::kPointsAndObjects);
   };
   std::vector<RelocalizationResult> alone;
   for (size_t i = 0; i < inputs.size(); ++i) alone.push_back(find(i));
-  const Localizer copy = localizer_;
-  EXPECT_EQ(copy.map().index, localizer_.map().index);
+  const ImageLocalizer copy = localizer_;
+  EXPECT_EQ(LocalizerAccess::MapOf(copy).index, LocalizerAccess::MapOf(localizer_).index);
   std::vector<std::future<RelocalizationResult>> together;
   for (size_t i = 0; i < 4 * inputs.size(); ++i)
     together.push_back(std::async(std::launch::async, find, i));
@@ -206,7 +242,7 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   const auto problem = [&](const ImageInput& input, const Camera& camera = kWorldCamera,
                            const std::optional<Rigid3>& prior = std::nullopt) {
     return InputErrorOf(
-        [&] { localizer_.Find(input, camera, RelocalizationMode::kPointsAndObjects, prior); });
+        [&] { localizer_.Localize(input, camera, RelocalizationMode::kPointsAndObjects, prior); });
   };
   const ImageInput good = InputOf(pose_);
   Camera smaller = kWorldCamera;
@@ -240,7 +276,7 @@ TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
   nowhere.translation.x() = kNan;
   EXPECT_THAT(problem(good, kWorldCamera, nowhere), HasSubstr("pose"));
   EXPECT_THAT(InputErrorOf([&] {
-                localizer_.FindWithUnknownCamera(ImageInput(), RelocalizationMode::kPoints);
+                localizer_.LocalizeWithUnknownCamera(ImageInput(), RelocalizationMode::kPoints);
               }),
               HasSubstr("camera: image width: 0"));
 }

@@ -23,7 +23,7 @@ Frame FrameOf(const synthetic::World& world, const Rigid3& cam_from_world) {
 
 Relocalization FindByPoints(Relocalizer& relocalizer, const Frame& frame, const Map& map) {
   Rng rng(5);
-  return relocalizer.Find(frame, map, RelocalizationMode::kPoints, std::nullopt, rng);
+  return relocalizer.Find(frame, map, RelocalizationMode::kPoints, rng);
 }
 
 // A map with objects of different classes on a table.
@@ -93,8 +93,8 @@ TEST(Relocalizer, FindsWhatTheMapHasGrownBy) {
     if (id.value % 2 == 0) map.EraseLandmark(id);
   const Frame frame = FrameOf(world, synthetic::PoseOnArc({}, 3));
   Relocalizer relocalizer{SlamConfig()};
-  const int half = FindByPoints(relocalizer, frame, map).inliers;
-  const int all = FindByPoints(relocalizer, frame, whole).inliers;
+  const int half = FindByPoints(relocalizer, frame, map).points.inliers;
+  const int all = FindByPoints(relocalizer, frame, whole).points.inliers;
   EXPECT_GT(half, 50);
   EXPECT_GT(all, 1.5 * half);
 }
@@ -107,7 +107,7 @@ TEST(Relocalizer, SaysWhyNotInEveryMode) {
   Relocalizer relocalizer{SlamConfig()};
   const auto why_not = [&](RelocalizationMode mode) {
     Rng rng(5);
-    const Relocalization found = relocalizer.Find(frame, map, mode, std::nullopt, rng);
+    const Relocalization found = relocalizer.Find(frame, map, mode, rng);
     EXPECT_EQ(found.evidence, PoseEvidence::kNone);
     return found.why_not;
   };
@@ -131,8 +131,7 @@ TEST(Relocalizer, SaysWhyNotOfAnUnknownCamera) {
   Frame raw = frame;
   raw.features = std::make_shared<Features>(*map.keyframes.At(KeyframeId(0)).features);
   EXPECT_THAT(
-      relocalizer.FindWithUnknownCamera(raw, map, RelocalizationMode::kObjects, std::nullopt, rng)
-          .found.why_not,
+      relocalizer.FindWithUnknownCamera(raw, map, RelocalizationMode::kObjects, rng).why_not,
       HasSubstr("detections"));
 }
 
@@ -144,7 +143,7 @@ TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
   Relocalizer relocalizer{SlamConfig()};
   const Relocalization by_points = FindByPoints(relocalizer, frame, map);
   ASSERT_EQ(by_points.evidence, PoseEvidence::kPoints);
-  EXPECT_EQ(by_points.candidates.front().score, by_points.inliers);
+  EXPECT_EQ(by_points.candidates.front().score, by_points.points.inliers);
   EXPECT_EQ(by_points.candidates.front().cam_from_world.translation,
             by_points.cam_from_world.translation);
 
@@ -154,14 +153,14 @@ TEST(Relocalizer, TheAcceptedPoseLeadsWithAScoreOfItsOwn) {
     const Rigid3 pose = synthetic::OnCircle(0.2 + 0.1 * static_cast<double>(seed));
     Rng rng(seed);
     const Relocalization found = relocalizer.Find(FrameOfObjects(table, pose, seed), table,
-                                                  RelocalizationMode::kObjects, std::nullopt, rng);
+                                                  RelocalizationMode::kObjects, rng);
     if (found.evidence != PoseEvidence::kObjects) continue;
     ++accepted;
-    EXPECT_EQ(found.candidates.front().score, found.object_score);
+    EXPECT_EQ(found.candidates.front().score, found.objects.score);
     EXPECT_EQ(found.candidates.front().cam_from_world.translation,
               found.cam_from_world.translation);
     for (size_t i = 1; i < found.candidates.size(); ++i) {
-      EXPECT_LE(found.candidates[i].score, found.object_score);
+      EXPECT_LE(found.candidates[i].score, found.objects.score);
       EXPECT_GT(CentreDistance(found.candidates[i].cam_from_world, found.cam_from_world), 0);
     }
   }

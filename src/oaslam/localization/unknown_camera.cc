@@ -5,10 +5,9 @@
 #include <vector>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/relocalizer.h"
+#include "oaslam/localization/frame_search.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/relocalization/by_points.h"
-#include "oaslam/relocalization/confidence.h"
 
 namespace oaslam {
 namespace {
@@ -54,73 +53,56 @@ Seen SeenBy(const Camera& camera, const Frame& raw, const Map& map) {
 // errors of points are correlated and the covariance is too small.
 enum class Contradiction { kNone, kPossible, kCertain };
 
-Contradiction ContradictionOf(const FocalRelocalization& refined, const Camera& camera) {
+Contradiction ContradictionOf(const Relocalization& refined, const Camera& camera) {
   constexpr double kSigmas = 10, kTolerance = 0.02, kSuspicious = 0.05;
-  const double off = std::abs(std::log(refined.camera.fx / camera.fx)),
-               bound = std::max(kTolerance, kSigmas * refined.relative_sigma);
+  const double off = std::abs(std::log(refined.camera->fx / camera.fx)),
+               bound = std::max(kTolerance, kSigmas * refined.focal_sigma);
   if (!(off < bound)) return Contradiction::kCertain;
   return off < kSuspicious ? Contradiction::kNone : Contradiction::kPossible;
 }
 
 }  // namespace
 
-UnknownCameraRelocalization Relocalizer::FindWithUnknownCamera(
-    const Frame& raw, const Map& map, RelocalizationMode mode,
-    const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
-  UnknownCameraRelocalization best;
+Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, const Frame& raw,
+                                     Appearance appearance) {
+  const RelocalizationConfig& config = tools.config.relocalization;
   const Camera& plain = map.cameras[static_cast<size_t>(raw.camera)];
-  best.camera = plain;
-  best.found.why_not = "no camera of the map takes images of this shape";
+  Relocalization best;
+  best.why_not = "no camera of the map takes images of this shape";
   const std::vector<Camera> cameras = CamerasOfMap(map, plain);
   for (const Camera& camera : cameras) {
     const Seen seen = SeenBy(camera, raw, map);
-    Relocalization found = Find(seen.frame, seen.map, mode, gravity_in_cam, rng);
-    if (found.evidence == PoseEvidence::kNone) {
-      if (best.found.candidates.empty()) best.found = std::move(found);
+    Relocalization found = FrameSearch(tools, seen.map).By(appearance, seen.frame);
+    if (!found.IsFound()) {
+      if (best.candidates.empty()) best = std::move(found);
       continue;
     }
-    RelocalizationReport report;
-    report.cam_from_world = found.cam_from_world;
-    report.landmarks = found.landmarks;
-    report.inliers = found.inliers;
     const bool has_points = found.evidence != PoseEvidence::kObjects;
-    const FocalRelocalization refined =
-        RefineFocal(seen.frame, seen.map, report, config_.relocalization.accept_confidence);
     const Contradiction contradiction =
-        has_points ? ContradictionOf(refined, camera) : Contradiction::kPossible;
+        has_points ? ContradictionOf(
+                         RefineFocal(seen.frame, seen.map, found, config.accept_confidence), camera)
+                   : Contradiction::kPossible;
     if (contradiction == Contradiction::kCertain) {
-      if (best.found.evidence == PoseEvidence::kNone)
-        best.found.why_not = "its points contradict the focal lengths of the map's cameras";
+      if (!best.IsFound())
+        best.why_not = "its points contradict the focal lengths of the map's cameras";
       continue;
     }
-    if (best.found.evidence == PoseEvidence::kNone || found.inliers > best.found.inliers) {
-      best.found = std::move(found);
+    if (!best.IsFound() || found.points.inliers > best.points.inliers) {
+      best = std::move(found);
       best.camera = camera;
     }
     if (contradiction == Contradiction::kNone) return best;
   }
-  if (mode == RelocalizationMode::kObjects) return best;
-  const FocalRelocalization free =
-      RelocalizeByPointsAndFocal(raw, map, IndexOf(map), config_.relocalization, rng);
-  if (!free.report.success ||
-      (best.found.evidence != PoseEvidence::kNone && free.report.inliers <= best.found.inliers)) {
-    if (cameras.empty()) best.found.why_not = free.report.why_not;
+  if (!tools.places) return best;
+  Relocalization free =
+      RelocalizeByPointsAndFocal(raw, map, *tools.places, config, tools.rng, appearance);
+  if (!free.IsFound() || (best.IsFound() && free.points.inliers <= best.points.inliers)) {
+    if (cameras.empty()) best.why_not = free.why_not;
     return best;
   }
-  best.found = {};
-  best.found.evidence = PoseEvidence::kPoints;
-  best.found.cam_from_world = free.report.cam_from_world;
-  best.found.landmarks = free.report.landmarks;
-  best.found.inliers = free.report.inliers;
-  best.found.sigma_position = free.report.sigma_position;
-  best.found.confidence = free.report.confidence;
-  best.found.candidates = free.report.hypotheses;
-  LeadWithAccepted(best.found);
-  best.camera = free.camera;
-  best.camera.is_guess = false;
-  best.camera.name = "estimated";
-  best.relative_sigma = free.relative_sigma;
-  return best;
+  free.camera->is_guess = false;
+  free.camera->name = "estimated";
+  return free;
 }
 
 }  // namespace oaslam

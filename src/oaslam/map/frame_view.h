@@ -2,20 +2,12 @@
 
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "oaslam/map/map.h"
+#include "oaslam/map/relocalization.h"
 
 namespace oaslam {
-
-// The result of looking for a lost camera in one frame.
-struct RelocalizationNote {
-  PoseEvidence evidence = PoseEvidence::kNone;
-  double confidence = 0;  // [0, 1]
-  int inlier_points = 0, matched_objects = 0;
-  std::string why_not;  // where evidence is kNone
-};
 
 // The result of tracking the newest frame, for display.
 struct FrameView {
@@ -25,7 +17,7 @@ struct FrameView {
   std::vector<LandmarkId> landmarks;
   std::vector<ObjectId> detected;  // by detection: its object, invalid where there is none
   std::optional<FramePose> pose;
-  std::optional<RelocalizationNote> relocalization;  // present where a lost camera was looked for
+  std::optional<Relocalization> relocalization;  // present where a lost camera was looked for
 };
 
 }  // namespace oaslam

@@ -1,6 +1,5 @@
 #include "oaslam/pieces/keyframe_search.h"
 
-#include <optional>
 #include <vector>
 
 #include "oaslam/util/rng.h"
@@ -17,11 +16,10 @@ SearchResult FindKeyframes(const Piece& piece, const Map& world, RelocalizationM
     if (result.found == 0 && result.looked_for >= effort.max_in_vain) break;
     const Frame frame = FrameOf(piece.map, ids[i]);
     Rng rng(static_cast<uint64_t>(config.runner.seed));
-    const std::optional<LocatedPose> located =
-        LocatedPoseOf(relocalizer.Find(frame, world, mode, frame.gravity_in_cam, rng), world);
+    const Relocalization found = relocalizer.Find(frame, world, mode, rng);
     ++result.looked_for;
-    if (!located) continue;
-    link.AddKeyframe(frame.index, *located);
+    if (!found.IsFound()) continue;
+    link.AddKeyframe(frame.index, found, world);
     ++result.found;
   }
   return result;

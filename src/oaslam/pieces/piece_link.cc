@@ -26,7 +26,7 @@ int WeightOf(bool by_points, bool of_keyframe) {
 
 double MedianDepth(const Map& map, const Relocalization& found) {
   std::vector<double> depths;
-  for (const LandmarkId id : found.landmarks)
+  for (const LandmarkId id : found.points.landmarks)
     if (const Landmark* landmark = id.IsValid() ? map.landmarks.Find(id) : nullptr)
       depths.push_back((found.cam_from_world * landmark->position).z());
   return depths.empty() ? 0 : Median(std::move(depths));
@@ -77,11 +77,22 @@ double NinetyFifth(std::vector<double> values) {
 
 }  // namespace
 
-std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map& map) {
-  if (found.evidence == PoseEvidence::kNone) return std::nullopt;
-  const bool by_points = found.evidence != PoseEvidence::kObjects;
-  const double least = by_points ? kTrackedSigma * MedianDepth(map, found) : 0;
-  return LocatedPose{found.cam_from_world, std::max(least, found.sigma_position), by_points};
+Relocalization TrackedAt(const Rigid3& cam_from_world, double depth) {
+  Relocalization tracked;
+  tracked.evidence = PoseEvidence::kPoints;
+  tracked.cam_from_world = cam_from_world;
+  const double sigma = kTrackedSigma * depth;
+  tracked.covariance.diagonal().head<3>().setConstant(sigma * sigma / 3);
+  return tracked;
+}
+
+void PieceLink::Add(int frame_index, const Relocalization& in_other, const Map& other,
+                    bool of_keyframe) {
+  const bool by_points = in_other.evidence != PoseEvidence::kObjects;
+  const double least = by_points ? kTrackedSigma * MedianDepth(other, in_other) : 0;
+  located_.insert_or_assign(
+      frame_index, Located{in_other.cam_from_world, std::max(least, in_other.sigma_position()),
+                           by_points, of_keyframe});
 }
 
 std::optional<PieceAlignment> PieceLink::Align(const Map& map,
@@ -95,11 +106,9 @@ std::optional<PieceAlignment> PieceLink::Align(const Map& map,
                                ? std::nullopt
                                : map.ResolvePose(pose.reference);
     if (!reference) continue;
-    const auto& [in_other, of_keyframe] = located->second;
-    pairs.push_back(
-        {pose.cam_from_reference * *reference, in_other.cam_from_world, in_other.sigma});
-    frames.push_back(located->second);
-    sum += WeightOf(in_other.by_points, of_keyframe);
+    const Located& frame = frames.emplace_back(located->second);
+    pairs.push_back({pose.cam_from_reference * *reference, frame.cam_from_other, frame.sigma});
+    sum += WeightOf(frame.by_points, frame.of_keyframe);
   }
   if (sum < kMinWeight) return std::nullopt;
   const SimilarityFit fit = FitSimilarity(pairs);
@@ -107,11 +116,10 @@ std::optional<PieceAlignment> PieceLink::Align(const Map& map,
   PieceAlignment alignment{.other_from_this = fit.b_from_a, .relative_sigma = fit.relative_sigma};
   int weight = 0;
   for (size_t i = 0; i < pairs.size(); ++i) {
-    const bool by_points = frames[i].in_other.by_points;
-    if (fit.is_inlier[i]) weight += WeightOf(by_points, frames[i].of_keyframe);
-    ++(!fit.is_inlier[i] ? alignment.contradicting
-       : by_points       ? alignment.by_points
-                         : alignment.by_objects);
+    if (fit.is_inlier[i]) weight += WeightOf(frames[i].by_points, frames[i].of_keyframe);
+    ++(!fit.is_inlier[i]     ? alignment.contradicting
+       : frames[i].by_points ? alignment.by_points
+                             : alignment.by_objects);
   }
   const bool agree = alignment.ShareAgreeing() >= kMinShare && weight >= kMinWeight;
   return agree && fit.relative_sigma < kMaxScaleSigma ? std::optional(alignment) : std::nullopt;

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "oaslam/geometry/similarity.h"
-#include "oaslam/localization/relocalizer.h"
 #include "oaslam/map/map.h"
 #include "oaslam/map/piece.h"
+#include "oaslam/map/relocalization.h"
 
 namespace oaslam {
 
@@ -17,16 +17,8 @@ namespace oaslam {
 // landmarks are seen from near the places they were mapped from.
 constexpr double kTrackedSigma = 0.005;
 
-// The pose of a frame in a map, by points or by objects. A pose by objects may be too uncertain to
-// be shown to the user.
-struct LocatedPose {
-  Rigid3 cam_from_world;
-  double sigma = 0;  // standard deviation of the position, map units
-  bool by_points = false;
-};
-
-// The pose of a relocalized frame; nothing where it was not found.
-std::optional<LocatedPose> LocatedPoseOf(const Relocalization& found, const Map& map);
+// A pose by points that tracking gave, at this depth of the landmarks.
+Relocalization TrackedAt(const Rigid3& cam_from_world, double depth);
 
 // The transformation between two pieces of map, and the evidence for it.
 struct PieceAlignment {
@@ -47,14 +39,15 @@ struct PieceAlignment {
 // section "Application to AR": resuming SLAM).
 class PieceLink {
  public:
-  // Adds the pose of a frame in the other piece.
-  void Add(int frame_index, const LocatedPose& in_other) {
-    located_.insert_or_assign(frame_index, Located{in_other, false});
+  // Adds the pose of a frame in the other piece, whose map is `other`. A pose by objects may be too
+  // uncertain to be shown to the user.
+  void Add(int frame_index, const Relocalization& in_other, const Map& other) {
+    Add(frame_index, in_other, other, false);
   }
   // Adds the pose of a keyframe. It counts more than other frames, since keyframes share less of
   // their view than successive frames and their errors are less correlated.
-  void AddKeyframe(int frame_index, const LocatedPose& in_other) {
-    located_.insert_or_assign(frame_index, Located{in_other, true});
+  void AddKeyframe(int frame_index, const Relocalization& in_other, const Map& other) {
+    Add(frame_index, in_other, other, true);
   }
 
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
@@ -63,9 +56,12 @@ class PieceLink {
 
  private:
   struct Located {
-    LocatedPose in_other;
-    bool of_keyframe = false;
+    Rigid3 cam_from_other;
+    double sigma = 0;  // standard deviation of the position, map units
+    bool by_points = false, of_keyframe = false;
   };
+  void Add(int frame_index, const Relocalization& in_other, const Map& other, bool of_keyframe);
+
   std::map<int, Located> located_;  // by frame
 };
 

@@ -114,57 +114,62 @@ std::vector<Triplet> TripletsOf(const ObjectScene& scene, Rng& rng) {
 }
 
 // Nothing if no pose fits the centres.
-std::optional<PoseGuess> BestPose(const ObjectScene& scene, const Triplet& triplet) {
+std::optional<PoseHypothesis> BestPose(const ObjectScene& scene, const Triplet& triplet) {
   std::array<Eigen::Vector3d, 3> rays, points;
   for (size_t i = 0; i < triplet.size(); ++i) {
     rays[i] = scene.detections[triplet[i].detection].ray.normalized();
     points[i] = scene.objects[triplet[i].object].ellipsoid.center;
   }
   const P3PPoses solved = SolveP3P(rays, points);
-  std::optional<PoseGuess> best;
+  std::optional<PoseHypothesis> best;
   for (int i = 0; i < solved.count; ++i) {
     const Rigid3& pose = solved.poses[i];
     const double score = OverlapOf(scene, pose).sum;
-    if (!best || score > best->score) best = PoseGuess{pose, score, (pose * points[0]).z()};
+    if (!best || score > best->score) best = PoseHypothesis{pose, score, (pose * points[0]).z()};
   }
   return best;
 }
 
-ObjectPoseCandidate Describe(const ObjectScene& scene, const Rigid3& cam_from_world) {
-  ObjectPoseCandidate candidate;
-  candidate.cam_from_world = cam_from_world;
+Relocalization Describe(const ObjectScene& scene, const Rigid3& cam_from_world) {
+  Relocalization found;
+  found.cam_from_world = cam_from_world;
   const Overlap overlap = OverlapOf(scene, cam_from_world);
-  candidate.score = overlap.sum;
+  found.objects.score = overlap.sum;
   double distance = 0;
   for (const auto& [d, o] : overlap.pairs) {
-    candidate.matched.emplace_back(scene.detections[d].index, scene.objects[o].id);
+    found.objects.matched.emplace_back(scene.detections[d].index, scene.objects[o].id);
     distance += (cam_from_world * scene.objects[o].ellipsoid.center).norm();
   }
-  candidate.sigma_position =
-      kSigmaPerDistance * distance / static_cast<double>(overlap.pairs.size());
-  return candidate;
+  found.objects.relative_sigma = kSigmaPerDistance;
+  const double sigma = kSigmaPerDistance * distance / static_cast<double>(overlap.pairs.size());
+  found.covariance.diagonal().head<3>().setConstant(sigma * sigma / 3);
+  return found;
 }
 
 }  // namespace
 
-std::vector<ObjectPoseCandidate> RelocalizeByObjectsAsInPaper(
+std::vector<Relocalization> RelocalizeByObjectsAsInPaper(
     std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
     const RelocalizationConfig& config, Rng& rng) {
   const ObjectScene scene(detections, camera, map, config, std::nullopt);
-  std::vector<PoseGuess> guesses;
+  std::vector<PoseHypothesis> guesses;
   for (const Triplet& triplet : TripletsOf(scene, rng))
-    if (const std::optional<PoseGuess> guess = BestPose(scene, triplet)) guesses.push_back(*guess);
+    if (const std::optional<PoseHypothesis> guess = BestPose(scene, triplet))
+      guesses.push_back(*guess);
 
-  std::vector<ObjectPoseCandidate> candidates;
-  for (const PoseGuess& guess : SelectDistinct(std::move(guesses), kReturned))
-    candidates.push_back(Describe(scene, guess.cam_from_world));
-  for (size_t i = 0; i < candidates.size(); ++i) {
+  std::vector<Relocalization> found;
+  for (const PoseHypothesis& guess : SelectDistinct(std::move(guesses), kReturned))
+    found.push_back(Describe(scene, guess.cam_from_world));
+  for (size_t i = 0; i < found.size(); ++i) {
     const size_t rival = i == 0 ? 1 : 0;
-    candidates[i].margin =
-        candidates[i].score - (rival < candidates.size() ? candidates[rival].score : 0);
+    found[i].objects.margin =
+        found[i].objects.score - (rival < found.size() ? found[rival].objects.score : 0);
   }
-  if (!candidates.empty()) candidates.front().accepted = true;
-  return candidates;
+  if (!found.empty()) {
+    found.front().evidence = PoseEvidence::kObjects;
+    found.front().objects.suffices = true;
+  }
+  return found;
 }
 
 }  // namespace oaslam

@@ -7,7 +7,7 @@
 #include "oaslam/config.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
-#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/map/relocalization.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -27,7 +27,7 @@ constexpr int kMaxPaperTriplets = 10000;
 // Up to five distinct poses, best first. The first is always accepted, however small its overlap.
 // Empty if fewer than three detections have a class of the map, or nothing overlaps. `rng` draws
 // kMaxPaperTriplets triplets where there are more.
-std::vector<ObjectPoseCandidate> RelocalizeByObjectsAsInPaper(
+std::vector<Relocalization> RelocalizeByObjectsAsInPaper(
     std::span<const ObjectDetection> detections, const Camera& camera, const Map& map,
     const RelocalizationConfig& config, Rng& rng);
 

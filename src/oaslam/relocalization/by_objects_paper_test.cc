@@ -66,8 +66,8 @@ TEST(RelocalizeByObjectsAsInPaper, FindsTheCameraFromAllAround) {
     const auto found =
         RelocalizeByObjectsAsInPaper(PhotographBalls(map, truth), kPaperCamera, map, {}, rng);
     ASSERT_FALSE(found.empty());
-    EXPECT_TRUE(found[0].accepted);
-    EXPECT_GT(found[0].matched.size(), 10u);
+    EXPECT_TRUE(found[0].IsFound());
+    EXPECT_GT(found[0].objects.matched.size(), 10u);
     // The centre of a box is not quite where the centre of the object is seen.
     EXPECT_LT(CentreError(found[0].cam_from_world, truth), 0.05);
   }
@@ -86,7 +86,7 @@ TEST(RelocalizeByObjectsAsInPaper, ScoreIsTheSumOfOverlaps) {
     double sum = 0;
     std::set<int> used_detections;
     std::set<uint32_t> used_objects;
-    for (const auto& [d, id] : found[i].matched) {
+    for (const auto& [d, id] : found[i].objects.matched) {
       const Object& object = map.objects.At(id);
       EXPECT_EQ(detections[d].category_id, object.category_id);
       EXPECT_TRUE(used_detections.insert(d).second);
@@ -94,11 +94,11 @@ TEST(RelocalizeByObjectsAsInPaper, ScoreIsTheSumOfOverlaps) {
       sum += IoU(*ProjectToBox(object.ellipsoid, found[i].cam_from_world, kPaperCamera),
                  detections[d].box);
     }
-    EXPECT_NEAR(found[i].score, sum, 1e-9);
-    EXPECT_EQ(found[i].accepted, i == 0);
-    EXPECT_LE(found[i].score, found[0].score);
+    EXPECT_NEAR(found[i].objects.score, sum, 1e-9);
+    EXPECT_EQ(found[i].IsFound(), i == 0);
+    EXPECT_LE(found[i].objects.score, found[0].objects.score);
   }
-  EXPECT_NEAR(found[0].margin, found[0].score - found[1].score, 1e-9);
+  EXPECT_NEAR(found[0].objects.margin, found[0].objects.score - found[1].objects.score, 1e-9);
 }
 
 TEST(RelocalizeByObjectsAsInPaper, AcceptsAWrongMapToo) {
@@ -112,7 +112,7 @@ TEST(RelocalizeByObjectsAsInPaper, AcceptsAWrongMapToo) {
   const auto found =
       RelocalizeByObjectsAsInPaper(PhotographBalls(map, truth), kPaperCamera, wrong, {}, rng);
   ASSERT_FALSE(found.empty());
-  EXPECT_TRUE(found[0].accepted);
+  EXPECT_TRUE(found[0].IsFound());
   EXPECT_GT(CentreError(found[0].cam_from_world, truth), 0.2);
 }
 
@@ -143,7 +143,7 @@ TEST(RelocalizeByObjectsAsInPaper, TriesABoundedNumberOfTripletsTheSameOnEveryRu
   ASSERT_FALSE(a.empty());
   ASSERT_EQ(a.size(), b.size());
   for (size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].score, b[i].score);
+    EXPECT_EQ(a[i].objects.score, b[i].objects.score);
     EXPECT_EQ(a[i].cam_from_world.translation, b[i].cam_from_world.translation);
   }
 }

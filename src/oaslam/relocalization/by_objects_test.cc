@@ -36,8 +36,8 @@ Shares Measure(const Map& seen, const Map& known, bool with_gravity, int queries
     if (candidates.empty()) continue;
     const double error = PositionError(candidates[0].cam_from_world, query.cam_from_world);
     shares.found += error < 0.1;
-    shares.accepted += candidates[0].accepted;
-    shares.wrong += candidates[0].accepted && error > 0.3;
+    shares.accepted += candidates[0].IsFound();
+    shares.wrong += candidates[0].IsFound() && error > 0.3;
   }
   return {shares.found / queries, shares.accepted / queries, shares.wrong / queries};
 }
@@ -88,19 +88,20 @@ TEST(RelocalizeByObjects, KnowsHowSureItIs) {
   const Query query = Photograph(map, rng, 0);
   const auto all = RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
   ASSERT_FALSE(all.empty());
-  EXPECT_TRUE(all[0].accepted);
-  EXPECT_GT(all[0].sigma_position, 0);
-  EXPECT_LT(PositionError(all[0].cam_from_world, query.cam_from_world), 5 * all[0].sigma_position);
+  EXPECT_TRUE(all[0].IsFound());
+  EXPECT_GT(all[0].sigma_position(), 0);
+  EXPECT_LT(PositionError(all[0].cam_from_world, query.cam_from_world),
+            5 * all[0].sigma_position());
   for (size_t i = 1; i < all.size(); ++i) {
-    EXPECT_FALSE(all[i].accepted);
-    EXPECT_LE(all[i].score, all[i - 1].score);
+    EXPECT_FALSE(all[i].IsFound());
+    EXPECT_LE(all[i].objects.score, all[i - 1].objects.score);
   }
-  for (const auto& [detection, object] : all[0].matched)
+  for (const auto& [detection, object] : all[0].objects.matched)
     EXPECT_EQ(query.detections[detection].category_id, map.objects.At(object).category_id);
   // Two objects are never enough, however well they fit.
   const std::vector<ObjectDetection> two(query.detections.begin(), query.detections.begin() + 2);
   for (const auto& candidate : RelocalizeByObjects(two, kCamera, map, {}, std::nullopt, rng))
-    EXPECT_FALSE(candidate.accepted);
+    EXPECT_FALSE(candidate.IsFound());
 }
 
 // A third of the labels are those of the next class. The second label tells the right one, by less.
@@ -125,7 +126,7 @@ TEST(RelocalizeByObjects, ConfusedLabelsAreOutweighed) {
     }
     const auto is_found = [&](const std::vector<ObjectDetection>& detections) {
       const auto all = RelocalizeByObjects(detections, kCamera, map, {}, std::nullopt, rng);
-      const bool is_accepted = !all.empty() && all[0].accepted;
+      const bool is_accepted = !all.empty() && all[0].IsFound();
       const bool is_right =
           is_accepted && PositionError(all[0].cam_from_world, query.cam_from_world) < 0.05;
       EXPECT_EQ(is_accepted, is_right);
@@ -168,9 +169,9 @@ TEST(RelocalizeByObjects, TheSearchGoesOnUntilItsEvidenceSuffices) {
     const auto usual = search({}), further = search(strict);
     ASSERT_FALSE(usual.empty());
     ASSERT_FALSE(further.empty());
-    EXPECT_GE(further[0].score, usual[0].score);
-    EXPECT_FALSE(further[0].accepted);
-    const auto same_pose = [](const ObjectPoseCandidate& a, const ObjectPoseCandidate& b) {
+    EXPECT_GE(further[0].objects.score, usual[0].objects.score);
+    EXPECT_FALSE(further[0].IsFound());
+    const auto same_pose = [](const Relocalization& a, const Relocalization& b) {
       return PositionError(a.cam_from_world, b.cam_from_world) == 0;
     };
     searched_further += !std::ranges::equal(usual, further, same_pose);
@@ -216,7 +217,7 @@ TEST(RelocalizeByObjects, OfManyDesksTheOneInViewIsFound) {
     const Query query = Photograph(Desk(5), rng);
     const auto candidates =
         RelocalizeByObjects(query.detections, kCamera, map, {}, std::nullopt, rng);
-    if (candidates.empty() || !candidates[0].accepted) continue;
+    if (candidates.empty() || !candidates[0].IsFound()) continue;
     EXPECT_LT(PositionError(candidates[0].cam_from_world, query.cam_from_world), 0.1) << i;
     ++found;
   }

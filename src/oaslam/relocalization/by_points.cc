@@ -89,21 +89,23 @@ KeyframeId PlaceOf(const Map& map, const std::vector<LandmarkId>& landmarks) {
   return std::ranges::max_element(seen, {}, [](const auto& k) { return k.second; })->first;
 }
 
-void Keep(const RelocalizationReport& found, RelocalizationReport& best) {
-  std::vector<PoseHypothesis> hypotheses = std::move(best.hypotheses);
-  hypotheses.push_back({found.cam_from_world, static_cast<double>(found.inliers)});
-  if (hypotheses.size() == 1 || found.confidence > best.confidence) best = found;
-  best.hypotheses = std::move(hypotheses);
+// Takes the better of two, and the hypotheses of both.
+void Keep(Relocalization found, Relocalization& best) {
+  std::vector<PoseHypothesis> candidates = std::move(best.candidates);
+  candidates.push_back({found.cam_from_world, static_cast<double>(found.points.inliers)});
+  if (candidates.size() == 1 || found.confidence > best.confidence) best = std::move(found);
+  best.candidates = std::move(candidates);
+  best.candidates_are_by = PoseEvidence::kPoints;
 }
 
 }  // namespace
 
-RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config, Rng& rng,
-                                        Appearance appearance) {
+Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
+                                  const RelocalizationConfig& config, Rng& rng,
+                                  Appearance appearance) {
   const Features& features = *frame.features;
   const LandmarkHits hits = index.Find(features, appearance);
-  RelocalizationReport best;
+  Relocalization best;
   best.why_not = "no place of the map looks like this";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
     const std::vector<PlaceMatch> matches = MatchPlace(features, map, place, appearance);
@@ -111,82 +113,74 @@ RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, cons
     const AbsolutePoseReport rough =
         PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
     if (!rough.success) continue;
-    RelocalizationReport found = SearchAround(
-        frame, map, LandmarksAround(map, place.keyframes.front()), rough.cam_from_world);
-    found.keyframe = place.keyframes.front();
+    Relocalization found = SearchAround(frame, map, LandmarksAround(map, place.keyframes.front()),
+                                        rough.cam_from_world);
     Judge(config.accept_confidence, found);
-    Keep(found, best);
+    Keep(std::move(found), best);
     if (best.confidence > kSure) break;
   }
-  std::ranges::stable_sort(best.hypotheses, std::ranges::greater{}, &PoseHypothesis::score);
+  std::ranges::stable_sort(best.candidates, std::ranges::greater{}, &PoseHypothesis::score);
   return best;
 }
 
-FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
-                                const RelocalizationReport& found, double min_confidence) {
-  FocalRelocalization result{found, map.cameras[static_cast<size_t>(frame.camera)],
-                             std::numeric_limits<double>::infinity()};
+Relocalization RefineFocal(const Frame& frame, const Map& map, Relocalization found,
+                           double min_confidence) {
+  found.camera = map.cameras[static_cast<size_t>(frame.camera)];
+  found.focal_sigma = std::numeric_limits<double>::infinity();
+  const std::vector<LandmarkId>& landmarks = found.points.landmarks;
   std::vector<PointObservation> observations;
-  for (int k = 0; k < static_cast<int>(found.landmarks.size()); ++k)
-    if (found.landmarks[k].IsValid())
-      observations.push_back(
-          ObservationOf(*frame.features, k, map.landmarks.At(found.landmarks[k])));
-  const FocalReport refined = RefinePoseAndFocal(result.camera, found.cam_from_world, observations);
-  if (!refined.success) return result;
-  result.camera = refined.camera;
-  result.relative_sigma = refined.relative_sigma;
-  result.report.cam_from_world = refined.cam_from_world;
-  result.report.covariance = refined.covariance;
-  result.report.sigma_position = SigmaOfPosition(refined.covariance);
+  for (int k = 0; k < static_cast<int>(landmarks.size()); ++k)
+    if (landmarks[k].IsValid())
+      observations.push_back(ObservationOf(*frame.features, k, map.landmarks.At(landmarks[k])));
+  const FocalReport refined = RefinePoseAndFocal(*found.camera, found.cam_from_world, observations);
+  if (!refined.success) return found;
+  found.camera = refined.camera;
+  found.focal_sigma = refined.relative_sigma;
+  found.cam_from_world = refined.cam_from_world;
+  found.covariance = refined.covariance;
   // An uncertain focal length makes the distance to the scene uncertain, in a right pose, too.
   constexpr double kTolerance = 2;
-  Weigh(map, result.report, kTolerance);
-  Judge(min_confidence, result.report);
-  return result;
+  Weigh(map, found, kTolerance);
+  Judge(min_confidence, found);
+  return found;
 }
 
-FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
-                                               const PlaceIndex& index,
-                                               const RelocalizationConfig& config, Rng& rng) {
+Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
+                                          const PlaceIndex& index,
+                                          const RelocalizationConfig& config, Rng& rng,
+                                          Appearance appearance) {
   const Features& features = *frame.features;
-  const LandmarkHits hits = index.Find(features);
-  FocalRelocalization best;
-  best.camera = map.cameras[static_cast<size_t>(frame.camera)];
-  best.report.why_not = "no place of the map looks like this, whatever the focal length";
+  const LandmarkHits hits = index.Find(features, appearance);
+  Relocalization best;
+  best.why_not = "no place of the map looks like this, whatever the focal length";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
-    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place);
+    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place, appearance);
     if (static_cast<int>(matches.size()) < kMinMatches) continue;
     const std::optional<FocalReport> rough =
         FocalFromMatches(frame, map, matches, config.ransac_iterations, rng);
     if (!rough) continue;
     const std::vector<LandmarkId> landmarks = LandmarksAround(map, place.keyframes.front());
-    FocalRelocalization found;
-    found.camera = rough->camera;
-    found.report.cam_from_world = rough->cam_from_world;
+    Camera camera = rough->camera;
+    Relocalization found;
+    found.cam_from_world = rough->cam_from_world;
     // The points found with the rough focal length improve it, and with the improved one more
     // points are found.
     for (int round = 0; round < 2; ++round) {
-      const Map with = WithCameraOf(map, frame, found.camera);
-      found.report = SearchAround(frame, with, landmarks, found.report.cam_from_world);
-      found = RefineFocal(frame, with, found.report, config.accept_confidence);
+      const Map with = WithCameraOf(map, frame, camera);
+      found = RefineFocal(frame, with, SearchAround(frame, with, landmarks, found.cam_from_world),
+                          config.accept_confidence);
+      camera = *found.camera;
     }
-    found.report.keyframe = place.keyframes.front();
-    const bool is_better = found.report.confidence > best.report.confidence;
-    Keep(found.report, best.report);
-    if (is_better) {
-      best.camera = found.camera;
-      best.relative_sigma = found.relative_sigma;
-    }
-    if (best.report.success) break;
+    Keep(std::move(found), best);
+    if (best.IsFound()) break;
   }
-  std::ranges::stable_sort(best.report.hypotheses, std::ranges::greater{}, &PoseHypothesis::score);
+  std::ranges::stable_sort(best.candidates, std::ranges::greater{}, &PoseHypothesis::score);
   return best;
 }
 
-RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
-                                    const Rigid3& cam_from_world_guess, double search_radius_px,
-                                    const RelocalizationConfig& config, double min_confidence,
-                                    Rng& rng) {
+Relocalization VerifyByPoints(const Frame& frame, const Map& map,
+                              const Rigid3& cam_from_world_guess, double search_radius_px,
+                              const RelocalizationConfig& config, double min_confidence, Rng& rng) {
   const Features& features = *frame.features;
   const auto projected = ProjectLandmarks(map, map.landmarks.Ids(), frame, cam_from_world_guess);
   const auto wide = SearchByProjection(
@@ -200,17 +194,18 @@ RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
   std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);
   const AbsolutePoseReport rough =
       PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
-  RelocalizationReport report;
-  report.why_not = "no landmarks are where this pose would have them";
+  Relocalization found;
+  found.why_not = "no landmarks are where this pose would have them";
   std::vector<LandmarkId> agree;
   for (size_t i = 0; i < matches.size(); ++i)
     if (!rough.success || rough.inlier[i]) agree.push_back(matches[i].landmark);
-  if (agree.empty()) return report;
-  report = SearchAround(frame, map, LandmarksAround(map, PlaceOf(map, agree)),
-                        rough.success ? rough.cam_from_world : cam_from_world_guess);
-  Judge(min_confidence, report);
-  report.hypotheses.push_back({report.cam_from_world, static_cast<double>(report.inliers)});
-  return report;
+  if (agree.empty()) return found;
+  found = SearchAround(frame, map, LandmarksAround(map, PlaceOf(map, agree)),
+                       rough.success ? rough.cam_from_world : cam_from_world_guess);
+  Judge(min_confidence, found);
+  found.candidates = {{found.cam_from_world, static_cast<double>(found.points.inliers)}};
+  found.candidates_are_by = PoseEvidence::kPoints;
+  return found;
 }
 
 }  // namespace oaslam

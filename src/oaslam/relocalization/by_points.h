@@ -4,8 +4,8 @@
 #include "oaslam/config.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
+#include "oaslam/map/relocalization.h"
 #include "oaslam/matching/place_index.h"
-#include "oaslam/relocalization/report.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -13,34 +13,28 @@ namespace oaslam {
 // Relocalizes a frame by its points: finds places of similar appearance, estimates the
 // pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
 // other landmarks around. `appearance`: by which descriptors places are found.
-RelocalizationReport RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
-                                        const RelocalizationConfig& config, Rng& rng,
-                                        Appearance appearance = Appearance::kOrb);
-
-struct FocalRelocalization {
-  RelocalizationReport report;
-  Camera camera;              // with the focal length that was found
-  double relative_sigma = 0;  // of the focal length
-};
+Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
+                                  const RelocalizationConfig& config, Rng& rng,
+                                  Appearance appearance = Appearance::kOrb);
 
 // Relocalizes a frame whose focal length is not known. Its camera in the map must have no
 // distortion; its focal length is ignored. Focal lengths over the whole range of lenses are tried,
 // and the one with the most points is refined together with the pose.
-FocalRelocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
-                                               const PlaceIndex& index,
-                                               const RelocalizationConfig& config, Rng& rng);
+Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
+                                          const PlaceIndex& index,
+                                          const RelocalizationConfig& config, Rng& rng,
+                                          Appearance appearance = Appearance::kOrb);
 
 // Refines a relocalized pose together with the focal length of the frame's camera, and judges it
-// anew.
-FocalRelocalization RefineFocal(const Frame& frame, const Map& map,
-                                const RelocalizationReport& found, double min_confidence);
+// anew. Its sigma is infinite where the points do not determine it.
+Relocalization RefineFocal(const Frame& frame, const Map& map, Relocalization found,
+                           double min_confidence);
 
 // Confirms and refines a pose from another source, such as objects. Landmarks are searched around
 // their projections, first within `search_radius_px` (the error of the guess in the image), then
 // closer. `min_confidence`: of the points alone, for success.
-RelocalizationReport VerifyByPoints(const Frame& frame, const Map& map,
-                                    const Rigid3& cam_from_world_guess, double search_radius_px,
-                                    const RelocalizationConfig& config, double min_confidence,
-                                    Rng& rng);
+Relocalization VerifyByPoints(const Frame& frame, const Map& map,
+                              const Rigid3& cam_from_world_guess, double search_radius_px,
+                              const RelocalizationConfig& config, double min_confidence, Rng& rng);
 
 }  // namespace oaslam

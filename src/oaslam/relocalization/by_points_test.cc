@@ -37,22 +37,21 @@ TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
     const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
     const View view =
         MakeView(f.world, truth, {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
-    const RelocalizationReport report =
+    const Relocalization report =
         RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
-    ASSERT_TRUE(report.success) << angle << ": " << report.why_not;
+    ASSERT_TRUE(report.IsFound()) << angle << ": " << report.why_not;
     EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02)
         << angle;
-    EXPECT_LT(report.sigma_position, 0.02);
-    EXPECT_TRUE(report.keyframe.IsValid());
-    ASSERT_EQ(report.landmarks.size(), view.point_of_keypoint.size());
+    EXPECT_LT(report.sigma_position(), 0.02);
+    ASSERT_EQ(report.points.landmarks.size(), view.point_of_keypoint.size());
     int right = 0, inliers = 0;
-    for (size_t k = 0; k < report.landmarks.size(); ++k) {
-      if (!report.landmarks[k].IsValid()) continue;
+    for (size_t k = 0; k < report.points.landmarks.size(); ++k) {
+      if (!report.points.landmarks[k].IsValid()) continue;
       ++inliers;
       right += view.point_of_keypoint[k] >= 0 &&
-               f.mapped.landmark_of_point[view.point_of_keypoint[k]] == report.landmarks[k];
+               f.mapped.landmark_of_point[view.point_of_keypoint[k]] == report.points.landmarks[k];
     }
-    EXPECT_EQ(inliers, report.inliers);
+    EXPECT_EQ(inliers, report.points.inliers);
     EXPECT_GT(right, 0.97 * inliers);
   }
 }
@@ -65,9 +64,9 @@ TEST(RelocalizeByPoints, RefusesAnotherWorld) {
   for (uint64_t seed = 0; seed < 5; ++seed) {
     Rng rng(seed);
     const View view = MakeView(elsewhere, synthetic::PoseOnArc(kWorld, 0), {}, rng);
-    const RelocalizationReport report =
+    const Relocalization report =
         RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
-    EXPECT_FALSE(report.success);
+    EXPECT_FALSE(report.IsFound());
     EXPECT_FALSE(report.why_not.empty());
   }
 }
@@ -77,30 +76,18 @@ TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
   const Fixture f;
   Rng rng(5);
   const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5), {}, rng);
-  const RelocalizationReport whole =
-      RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
-  ASSERT_TRUE(whole.success) << whole.why_not;
+  const Relocalization whole = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
+  ASSERT_TRUE(whole.IsFound()) << whole.why_not;
   std::vector<uint32_t> kept;
   for (uint32_t k = 0; k < view.features->keypoints.size(); ++k)
     if (view.features->keypoints[k].px.x() < view.features->bounds.Width() / 4) kept.push_back(k);
   Frame part;
   part.features = std::make_shared<const Features>(view.features->Selected(kept));
-  const RelocalizationReport found = RelocalizeByPoints(part, f.mapped.map, f.index, {}, rng);
-  EXPECT_GT(found.inliers, 50);
-  EXPECT_LT(found.covered, whole.covered / 2);
+  const Relocalization found = RelocalizeByPoints(part, f.mapped.map, f.index, {}, rng);
+  EXPECT_GT(found.points.inliers, 50);
+  EXPECT_LT(found.points.covered, whole.points.covered / 2);
   EXPECT_LT(found.confidence, 0.999);
   EXPECT_LT(1 - whole.confidence, 0.1 * (1 - found.confidence));
-}
-
-// The same features with their descriptors as the learned ones, and chance as ORB's.
-std::shared_ptr<const Features> KnownByLearned(const Features& features, Rng& rng) {
-  auto changed = std::make_shared<Features>(features);
-  changed->learned.descriptors = features.descriptors;
-  for (int k = 0; k < features.size(); ++k) {
-    changed->learned.keypoints.push_back(static_cast<uint16_t>(k));
-    changed->descriptors[k] = synthetic::RandomDescriptor(rng);
-  }
-  return changed;
 }
 
 struct DescribedWorld : Fixture {
@@ -110,7 +97,7 @@ struct DescribedWorld : Fixture {
   explicit DescribedWorld(bool all_landmarks) {
     for (const KeyframeId id : mapped.map.keyframes.Ids()) {
       Keyframe& keyframe = mapped.map.keyframes.MutableAt(id);
-      keyframe.features = KnownByLearned(*keyframe.features, rng);
+      keyframe.features = synthetic::KnownByLearned(*keyframe.features, rng);
       for (const LandmarkId l : keyframe.landmarks)
         keyframe.learned_depths.push_back(
             l.IsValid() ? static_cast<float>(
@@ -129,11 +116,11 @@ TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
     const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
     const View view = MakeView(f.world, truth, {.flipped_bits = 20, .missed = 0.3}, f.rng);
     Frame frame;
-    frame.features = KnownByLearned(*view.features, f.rng);
-    EXPECT_FALSE(RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng).success);
-    const RelocalizationReport found =
+    frame.features = synthetic::KnownByLearned(*view.features, f.rng);
+    EXPECT_FALSE(RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng).IsFound());
+    const Relocalization found =
         RelocalizeByPoints(frame, f.mapped.map, f.index, {}, f.rng, Appearance::kLearned);
-    ASSERT_TRUE(found.success) << found.why_not;
+    ASSERT_TRUE(found.IsFound()) << found.why_not;
     EXPECT_LT((found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
   }
 }
@@ -142,7 +129,7 @@ TEST(MatchPlace, MatchesPointsThatTheirKeyframesAloneKnow) {
   DescribedWorld f(false);
   const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
   const View view = MakeView(f.world, truth, {.flipped_bits = 20}, f.rng);
-  const std::shared_ptr<const Features> features = KnownByLearned(*view.features, f.rng);
+  const std::shared_ptr<const Features> features = synthetic::KnownByLearned(*view.features, f.rng);
   const Place place =
       f.index.RankPlaces(f.mapped.map, f.index.Find(*features, Appearance::kLearned), 1).at(0);
   const auto matches = MatchPlace(*features, f.mapped.map, place, Appearance::kLearned);
@@ -162,11 +149,11 @@ TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
   const Fixture f;
   Rng rng(1);
   View nothing = MakeView(f.world, f.world.cam_from_world[0], {.missed = 1, .clutter = 0}, rng);
-  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, rng).success);
+  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, rng).IsFound());
   Map empty;
   empty.cameras.push_back(f.world.camera);
   const View view = MakeView(f.world, f.world.cam_from_world[0], {}, rng);
-  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(view), empty, PlaceIndex(empty), {}, rng).success);
+  EXPECT_FALSE(RelocalizeByPoints(MakeFrame(view), empty, PlaceIndex(empty), {}, rng).IsFound());
 }
 
 TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
@@ -176,7 +163,7 @@ TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
   f.mapped.map.RetireKeyframe(KeyframeId(3));
   Rng rng(2);
   const View view = MakeView(f.world, f.world.cam_from_world[3], {}, rng);
-  EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng).success);
+  EXPECT_TRUE(RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng).IsFound());
 }
 
 // The world seen through another lens: the image's camera is not the map's.
@@ -189,13 +176,12 @@ TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
       Rng rng(static_cast<uint64_t>(angle + focal));
       const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
       const View view = MakeView(seen, truth, {.flipped_bits = 20, .clutter = 200}, rng);
-      const FocalRelocalization found =
+      const Relocalization found =
           RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng);
-      ASSERT_TRUE(found.report.success) << focal << ' ' << angle << ": " << found.report.why_not;
-      EXPECT_NEAR(found.camera.fx / focal, 1, 0.02) << angle;
-      EXPECT_LT(found.relative_sigma, 0.01);
-      EXPECT_LT((found.report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(),
-                0.06)
+      ASSERT_TRUE(found.IsFound()) << focal << ' ' << angle << ": " << found.why_not;
+      EXPECT_NEAR(found.camera->fx / focal, 1, 0.02) << angle;
+      EXPECT_LT(found.focal_sigma, 0.01);
+      EXPECT_LT((found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.06)
           << focal;
     }
   }
@@ -208,7 +194,7 @@ TEST(RelocalizeByPointsAndFocal, RefusesAnotherWorld) {
   Rng rng(1);
   const View view = MakeView(synthetic::MakeWorld(other), synthetic::PoseOnArc(kWorld, 0), {}, rng);
   EXPECT_FALSE(
-      RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng).report.success);
+      RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng).IsFound());
 }
 
 TEST(MatchPlace, FindsMostLandmarksOfAPlaceAndEachOnce) {
@@ -239,9 +225,9 @@ TEST(VerifyByPoints, ConfirmsARoughPose) {
     const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
     const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
     const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
-    const RelocalizationReport report =
+    const Relocalization report =
         VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, kConfirms, rng);
-    ASSERT_TRUE(report.success) << seed << ": " << report.why_not;
+    ASSERT_TRUE(report.IsFound()) << seed << ": " << report.why_not;
     EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
   }
 }
@@ -250,9 +236,9 @@ TEST(VerifyByPoints, RefusesAPoseThatIsElsewhere) {
   const Fixture f;
   Rng rng(4);
   const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
-  const RelocalizationReport report = VerifyByPoints(
+  const Relocalization report = VerifyByPoints(
       MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, kConfirms, rng);
-  EXPECT_FALSE(report.success);
+  EXPECT_FALSE(report.IsFound());
 }
 
 }  // namespace

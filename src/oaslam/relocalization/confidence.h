@@ -1,7 +1,6 @@
 #pragma once
 
-#include "oaslam/relocalization/by_objects.h"
-#include "oaslam/relocalization/report.h"
+#include "oaslam/map/relocalization.h"
 
 namespace oaslam {
 
@@ -11,8 +10,8 @@ namespace oaslam {
 // fitted by tools/acceptance, with one image in six looked for in a wrong map.
 // docs/lab/relocalization.md has their error on each sequence, also on those they were not fitted
 // to.
-double ConfidenceOf(const ObjectPoseCandidate& best);
-double ConfidenceOfPoints(const RelocalizationReport& report);
+double ConfidenceOfObjects(const ObjectSupport& best);
+double ConfidenceOfPoints(const PointSupport& best);
 
 // The confidence of a pose that points and objects found independently.
 double ConfidenceOfBoth(double by_points, double by_objects);

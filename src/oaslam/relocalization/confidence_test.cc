@@ -6,11 +6,11 @@ namespace oaslam {
 namespace {
 
 double Confidence(double score, double margin, size_t matched) {
-  ObjectPoseCandidate best;
+  ObjectSupport best;
   best.score = score;
   best.margin = margin;
   best.matched.resize(matched);
-  return ConfidenceOf(best);
+  return ConfidenceOfObjects(best);
 }
 
 TEST(Confidence, GrowsWithTheScoreAndWithTheMargin) {
@@ -27,12 +27,12 @@ TEST(Confidence, IsLessWhereMoreObjectsMakeUpTheSameScore) {
 }
 
 double OfPoints(int inliers, int expected, double covered, double relative_sigma) {
-  RelocalizationReport report;
-  report.inliers = inliers;
-  report.expected = expected;
-  report.covered = covered;
-  report.relative_sigma = relative_sigma;
-  return ConfidenceOfPoints(report);
+  PointSupport best;
+  best.inliers = inliers;
+  best.expected = expected;
+  best.covered = covered;
+  best.relative_sigma = relative_sigma;
+  return ConfidenceOfPoints(best);
 }
 
 TEST(Confidence, OfPointsIsByWhatShouldBeInView) {

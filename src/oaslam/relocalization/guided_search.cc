@@ -63,57 +63,56 @@ std::vector<ProjectedLandmark> ProjectLandmarks(const Map& map,
   return projected;
 }
 
-RelocalizationReport SearchAround(const Frame& frame, const Map& map,
-                                  std::span<const LandmarkId> landmarks,
-                                  const Rigid3& cam_from_world) {
+Relocalization SearchAround(const Frame& frame, const Map& map,
+                            std::span<const LandmarkId> landmarks, const Rigid3& cam_from_world) {
   const Features& features = *frame.features;
-  RelocalizationReport report;
-  report.cam_from_world = cam_from_world;
+  Relocalization found;
+  found.cam_from_world = cam_from_world;
   for (const Round& round : kRounds) {
-    const auto projected = ProjectLandmarks(map, landmarks, frame, report.cam_from_world);
+    const auto projected = ProjectLandmarks(map, landmarks, frame, found.cam_from_world);
     const auto matches = SearchByProjection(
         features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
         {round.radius_px, round.max_hamming, round.ratio, false, !features.learned.empty()});
     const MatchedPoints selected = ObserveMatches(features, map, matches.landmarks);
     const PoseReport pose =
-        RefinePose(map.cameras[frame.camera], report.cam_from_world, selected.observations);
-    report.inliers = 0;
-    report.expected = static_cast<int>(projected.size());
-    if (!pose.success) return report;
-    report.cam_from_world = pose.cam_from_world;
-    report.inliers = pose.inliers;
-    report.covariance = pose.covariance;
-    report.sigma_position = SigmaOfPosition(pose.covariance);
-    report.landmarks.assign(features.keypoints.size(), LandmarkId());
+        RefinePose(map.cameras[frame.camera], found.cam_from_world, selected.observations);
+    found.points.inliers = 0;
+    found.points.expected = static_cast<int>(projected.size());
+    if (!pose.success) return found;
+    found.cam_from_world = pose.cam_from_world;
+    found.points.inliers = pose.inliers;
+    found.covariance = pose.covariance;
+    found.points.landmarks.assign(features.keypoints.size(), LandmarkId());
     for (size_t i = 0; i < selected.keypoints.size(); ++i)
       if (pose.inlier[i])
-        report.landmarks[selected.keypoints[i]] = matches.landmarks[selected.keypoints[i]];
-    report.covered = CoveredShare(features, projected, report.landmarks);
+        found.points.landmarks[selected.keypoints[i]] = matches.landmarks[selected.keypoints[i]];
+    found.points.covered = CoveredShare(features, projected, found.points.landmarks);
   }
-  Weigh(map, report);
-  return report;
+  Weigh(map, found);
+  return found;
 }
 
-void Weigh(const Map& map, RelocalizationReport& report, double tolerance) {
+void Weigh(const Map& map, Relocalization& found, double tolerance) {
   std::vector<double> distances;
-  for (const LandmarkId id : report.landmarks)
+  for (const LandmarkId id : found.points.landmarks)
     if (id.IsValid())
-      distances.push_back((report.cam_from_world * map.landmarks.At(id).position).norm());
+      distances.push_back((found.cam_from_world * map.landmarks.At(id).position).norm());
   if (distances.empty()) return;
-  report.relative_sigma = report.sigma_position * std::sqrt(report.inliers) /
-                          (tolerance * Median(std::move(distances)));
-  report.confidence = ConfidenceOfPoints(report);
+  found.points.relative_sigma = found.sigma_position() * std::sqrt(found.points.inliers) /
+                                (tolerance * Median(std::move(distances)));
+  found.confidence = ConfidenceOfPoints(found.points);
 }
 
-void Judge(double min_confidence, RelocalizationReport& report) {
-  report.success = report.confidence >= min_confidence;
-  report.why_not =
-      report.success
+void Judge(double min_confidence, Relocalization& found) {
+  found.evidence = found.confidence >= min_confidence ? PoseEvidence::kPoints : PoseEvidence::kNone;
+  found.why_not =
+      found.IsFound()
           ? ""
           : fmt::format(
                 "{} of {} points that should be in view agree with the best pose, in {:.0f} "
                 "% of the image; position uncertain by {:.0f} % of the distance",
-                report.inliers, report.expected, 100 * report.covered, 100 * report.relative_sigma);
+                found.points.inliers, found.points.expected, 100 * found.points.covered,
+                100 * found.points.relative_sigma);
 }
 
 }  // namespace oaslam

@@ -57,7 +57,7 @@ class GroupGuesser {
  public:
   explicit GroupGuesser(const ObjectScene& scene) : scene_(scene), ups_(UpDirections(scene)) {}
 
-  std::vector<PoseGuess> Run(Rng& rng) {
+  std::vector<PoseHypothesis> Run(Rng& rng) {
     const Neighbourhoods neighbourhoods(scene_);
     const std::vector<Start> starts = neighbourhoods.FindStarts();
     const size_t most_triplets =
@@ -135,7 +135,7 @@ class GroupGuesser {
   std::vector<Eigen::Vector3d> ups_;
   std::vector<int> scope_;
   std::vector<std::pair<size_t, size_t>> triplets_;
-  std::vector<PoseGuess> guesses_;
+  std::vector<PoseHypothesis> guesses_;
 };
 
 }  // namespace
@@ -145,12 +145,12 @@ bool AreDifferent(const Rigid3& a, const Rigid3& b, double distance, double angl
   return 2 * std::acos(std::min(std::abs(a.rotation.dot(b.rotation)), 1.0)) > angle_rad;
 }
 
-std::vector<PoseGuess> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
+std::vector<PoseHypothesis> GuessFromGroups(const ObjectScene& scene, Rng& rng) {
   return GroupGuesser(scene).Run(rng);
 }
 
-std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
-  std::vector<PoseGuess> guesses;
+std::vector<PoseHypothesis> GuessFromSingles(const ObjectScene& scene) {
+  std::vector<PoseHypothesis> guesses;
   const std::vector<Eigen::Vector3d> ups = UpDirections(scene);
   const Neighbourhoods neighbourhoods(scene);
   for (const Start& start : neighbourhoods.FindStarts()) {
@@ -179,14 +179,14 @@ std::vector<PoseGuess> GuessFromSingles(const ObjectScene& scene) {
   return guesses;
 }
 
-std::vector<PoseGuess> SelectDistinct(std::vector<PoseGuess> guesses, size_t count) {
+std::vector<PoseHypothesis> SelectDistinct(std::vector<PoseHypothesis> guesses, size_t count) {
   constexpr double kDistancePerDepth = 0.08,
                    kAngle = 6 * kDegree;  // 12 cm at 1.5 m, which refinement corrects
-  std::ranges::stable_sort(guesses, std::greater<>(), &PoseGuess::score);
-  std::vector<PoseGuess> chosen;
-  for (const PoseGuess& guess : guesses) {
+  std::ranges::stable_sort(guesses, std::greater<>(), &PoseHypothesis::score);
+  std::vector<PoseHypothesis> chosen;
+  for (const PoseHypothesis& guess : guesses) {
     if (chosen.size() >= count || !(guess.score > 0)) break;
-    const auto differs = [&](const PoseGuess& c) {
+    const auto differs = [&](const PoseHypothesis& c) {
       return AreDifferent(c.cam_from_world, guess.cam_from_world, kDistancePerDepth * guess.depth,
                           kAngle);
     };

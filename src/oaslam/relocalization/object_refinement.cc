@@ -263,31 +263,32 @@ Eigen::Matrix<double, 6, 6> CovarianceOf(const Evidence& evidence,
 
 }  // namespace
 
-ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
-                                     const std::optional<PosePrior>& prior) {
+Relocalization RefineObjectPose(const ObjectScene& scene, const PoseHypothesis& start,
+                                const std::optional<PosePrior>& prior) {
   const Evidence evidence{scene, prior};
-  ObjectPoseCandidate candidate;
-  candidate.cam_from_world = start;
-  const std::vector<int> near = FindNear(scene, start);
-  Matching matching = MatchBoxes(scene, near, start);
+  Relocalization found;
+  Rigid3& pose = found.cam_from_world = start.cam_from_world;
+  const std::vector<int> near = FindNear(scene, pose);
+  Matching matching = MatchBoxes(scene, near, pose);
   for (int round = 0; round < kRounds && !matching.matches.empty(); ++round) {
-    candidate.cam_from_world =
-        RefineOnMatches(evidence, matching.matches, candidate.cam_from_world);
-    matching = MatchBoxes(scene, near, candidate.cam_from_world);
+    pose = RefineOnMatches(evidence, matching.matches, pose);
+    matching = MatchBoxes(scene, near, pose);
   }
-  candidate.llr = matching.llr;
-  candidate.score = matching.llr * static_cast<double>(matching.matches.size()) /
-                        static_cast<double>(scene.detections.size()) -
-                    matching.penalty;
-  for (const Match& match : matching.matches)
-    candidate.matched.emplace_back(scene.detections[match.detection].index,
-                                   scene.objects[match.object].id);
-  if (matching.matches.empty()) return candidate;
-  candidate.covariance = CovarianceOf(evidence, matching.matches, candidate.cam_from_world);
-  // The camera's centre moves by -R^T times the change of the translation.
-  candidate.sigma_position =
-      std::sqrt(std::max(candidate.covariance.topLeftCorner<3, 3>().trace(), 0.0));
-  return candidate;
+  const auto count = static_cast<double>(matching.matches.size());
+  ObjectSupport& objects = found.objects;
+  objects.depth = start.depth;
+  objects.score =
+      matching.llr * count / static_cast<double>(scene.detections.size()) - matching.penalty;
+  double distance = 0;
+  for (const Match& match : matching.matches) {
+    const SceneObject& object = scene.objects[match.object];
+    objects.matched.emplace_back(scene.detections[match.detection].index, object.id);
+    distance += (pose * object.ellipsoid.center).norm();
+  }
+  if (matching.matches.empty()) return found;
+  found.covariance = CovarianceOf(evidence, matching.matches, pose);
+  objects.relative_sigma = found.sigma_position() * count / distance;
+  return found;
 }
 
 }  // namespace oaslam

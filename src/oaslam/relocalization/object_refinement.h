@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/map/relocalization.h"
 #include "oaslam/relocalization/object_scene.h"
 
 namespace oaslam {
@@ -17,8 +17,8 @@ struct PosePrior {
 
 // Refines a pose with the edges of the boxes it explains, each weighted by the uncertainty of
 // detector and object, and computes its score (docs/objects.md, "From ellipsoids to a pose").
-// `margin` and `accepted` are set by the caller, who knows the other poses.
-ObjectPoseCandidate RefineObjectPose(const ObjectScene& scene, const Rigid3& start,
-                                     const std::optional<PosePrior>& prior = std::nullopt);
+// `margin`, confidence and evidence are set by the caller, who knows the other poses.
+Relocalization RefineObjectPose(const ObjectScene& scene, const PoseHypothesis& start,
+                                const std::optional<PosePrior>& prior = std::nullopt);
 
 }  // namespace oaslam

@@ -18,41 +18,46 @@ constexpr double kElsewherePerDepth = 0.1, kElsewhereAngle = 8 * std::numbers::p
 // suffices, with one object less (tools/acceptance --scan).
 constexpr double kGravityShare = 15.0 / 17;  // of relocalization.accept_evidence
 
-void Refine(const ObjectScene& scene, const std::vector<PoseGuess>& guesses,
-            std::vector<FoundPose>& refined) {
-  for (const PoseGuess& guess : SelectDistinct(guesses, kRefined))
-    refined.push_back({RefineObjectPose(scene, guess.cam_from_world), guess.depth});
-  std::ranges::stable_sort(refined, [](const FoundPose& a, const FoundPose& b) {
-    return a.candidate.score > b.candidate.score;
-  });
+void Refine(const ObjectScene& scene, const std::vector<PoseHypothesis>& guesses,
+            std::vector<Relocalization>& refined) {
+  for (const PoseHypothesis& guess : SelectDistinct(guesses, kRefined))
+    refined.push_back(RefineObjectPose(scene, guess));
+  std::ranges::stable_sort(refined, std::ranges::greater{},
+                           [](const Relocalization& r) { return r.objects.score; });
 }
 
 }  // namespace
 
-bool AreElsewhere(const FoundPose& a, const FoundPose& b) {
-  return AreDifferent(a.candidate.cam_from_world, b.candidate.cam_from_world,
-                      kElsewherePerDepth * a.depth, kElsewhereAngle);
+bool AreElsewhere(const Relocalization& a, const Relocalization& b) {
+  return AreDifferent(a.cam_from_world, b.cam_from_world, kElsewherePerDepth * a.objects.depth,
+                      kElsewhereAngle);
 }
 
 ObjectDemands::ObjectDemands(const ObjectScene& scene, const RelocalizationConfig& config)
     : margin(config.accept_margin),
       evidence(config.accept_evidence * (scene.up_in_cam ? kGravityShare : 1)),
-      objects(config.accept_objects - (scene.up_in_cam ? 1 : 0)) {}
+      objects(config.accept_objects - (scene.up_in_cam ? 1 : 0)),
+      confidence(config.accept_confidence) {}
 
-bool ObjectDemands::AreMetBy(const ObjectPoseCandidate& candidate, int matched_objects) const {
-  return candidate.margin > margin && candidate.Evidence() > evidence && matched_objects >= objects;
+void ObjectDemands::Judge(int matched, Relocalization& best) const {
+  ObjectSupport& support = best.objects;
+  support.suffices = !support.matched.empty() && support.margin > margin &&
+                     support.Evidence() > evidence && matched >= objects;
+  best.evidence = support.suffices && best.confidence >= confidence ? PoseEvidence::kObjects
+                                                                    : PoseEvidence::kNone;
+  if (!best.IsFound()) best.why_not = "the objects' evidence is too weak";
 }
 
-std::vector<FoundPose> SearchPoses(const ObjectScene& scene, const ObjectDemands& demands,
-                                   Rng& rng) {
-  std::vector<FoundPose> refined;
-  const std::vector<PoseGuess> guesses = GuessFromGroups(scene, rng);
+std::vector<Relocalization> SearchPoses(const ObjectScene& scene, const ObjectDemands& demands,
+                                        Rng& rng) {
+  std::vector<Relocalization> refined;
+  const std::vector<PoseHypothesis> guesses = GuessFromGroups(scene, rng);
   Refine(scene, guesses, refined);
   // Guesses from single objects find poses that groups do not, but they are many and mostly wrong.
   // They are omitted if a guess from a group already has a score that will be accepted, unless a
   // pose elsewhere has half that score.
   if (guesses.size() < kFewGuesses || refined.empty() ||
-      refined.front().candidate.score < demands.evidence)
+      refined.front().objects.score < demands.evidence)
     Refine(scene, GuessFromSingles(scene), refined);
   return refined;
 }

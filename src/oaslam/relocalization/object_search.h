@@ -3,32 +3,28 @@
 #include <vector>
 
 #include "oaslam/config.h"
-#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/map/relocalization.h"
 #include "oaslam/relocalization/object_scene.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
 
-// A pose that was found in one image.
-struct FoundPose {
-  ObjectPoseCandidate candidate;
-  double depth = 0;  // of the object it came from, map units: poses are compared relative to it
-};
+// Whether two poses by objects are of distinct places, for margins and lists.
+bool AreElsewhere(const Relocalization& a, const Relocalization& b);
 
-// Whether two poses are of distinct places, for margins and lists.
-bool AreElsewhere(const FoundPose& a, const FoundPose& b);
-
-// The evidence that suffices to report a pose.
+// The evidence that suffices to report a pose by objects alone.
 struct ObjectDemands {
-  double margin = 0, evidence = 0;  // ObjectPoseCandidate::Evidence
+  double margin = 0, evidence = 0;  // of ObjectSupport
   int objects = 0;
+  double confidence = 0;
 
   ObjectDemands(const ObjectScene& scene, const RelocalizationConfig& config);
-  bool AreMetBy(const ObjectPoseCandidate& candidate, int matched_objects) const;
+  // Accepts the best pose of an image, or says why not. `matched`: objects, over several images.
+  void Judge(int matched, Relocalization& best) const;
 };
 
 // The refined poses of an image, best score first; not distinct.
-std::vector<FoundPose> SearchPoses(const ObjectScene& scene, const ObjectDemands& demands,
-                                   Rng& rng);
+std::vector<Relocalization> SearchPoses(const ObjectScene& scene, const ObjectDemands& demands,
+                                        Rng& rng);
 
 }  // namespace oaslam

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "oaslam/relocalization/confidence.h"
 #include "oaslam/relocalization/object_refinement.h"
+#include "oaslam/relocalization/object_search.h"
 
 namespace oaslam {
 namespace {
@@ -28,16 +30,18 @@ double WeightOf(double seconds) { return std::clamp(seconds / kIndependent, 1e-3
 void ObjectTrails::GoOn(Trail& trail, const ObjectScene& scene, double seconds) {
   trail.motion.Predict(seconds);
   const PosePrior prior{trail.motion.cam_from_world(), trail.motion.covariance().inverse()};
-  ObjectPoseCandidate& now = trail.newest.candidate;
-  now = RefineObjectPose(scene, prior.cam_from_world, prior);
-  if (now.matched.empty())
+  Relocalization& now = trail.newest;
+  now = RefineObjectPose(scene, {prior.cam_from_world, 0, now.objects.depth}, prior);
+  if (now.objects.matched.empty())
     now.cam_from_world = prior.cam_from_world;
   else
     trail.motion.Correct(now.cam_from_world, now.covariance);
+  const double sigma_alone = now.sigma_position();
   now.covariance = trail.motion.covariance();
-  now.sigma_position = SigmaOfPosition(now.covariance);
+  if (!now.objects.matched.empty())
+    now.objects.relative_sigma *= now.sigma_position() / sigma_alone;
   const double weight = WeightOf(seconds), kept = std::exp(-seconds / kMemory);
-  trail.score = kept * trail.score + weight * now.score;
+  trail.score = kept * trail.score + weight * now.objects.score;
   trail.weight = kept * trail.weight + weight;
 }
 
@@ -49,7 +53,7 @@ void ObjectTrails::KeepDistinct(std::vector<Trail> trails, double timestamp) {
     if (std::ranges::any_of(trails_,
                             [&](const Trail& t) { return !AreElsewhere(t.newest, trail.newest); }))
       continue;
-    for (const auto& [detection, object] : trail.newest.candidate.matched)
+    for (const auto& [detection, object] : trail.newest.objects.matched)
       trail.matched_at.insert_or_assign(object, timestamp);
     std::erase_if(trail.matched_at,
                   [&](const auto& matched) { return timestamp - matched.second > kForgotten; });
@@ -60,20 +64,21 @@ void ObjectTrails::KeepDistinct(std::vector<Trail> trails, double timestamp) {
 
 // The newest poses of the best trails. All scores are divided by the weight of the best one, since
 // a rival that is new has not explained the images before.
-std::vector<ObjectPoseCandidate> ObjectTrails::Candidates() const {
-  std::vector<ObjectPoseCandidate> candidates;
+std::vector<Relocalization> ObjectTrails::NewestPoses() const {
+  std::vector<Relocalization> poses;
   for (const Trail& trail : trails_) {
-    if (candidates.size() == kReturned) break;
-    const size_t rival = candidates.empty() ? 1 : 0;
+    if (poses.size() == kReturned) break;
+    const size_t rival = poses.empty() ? 1 : 0;
     const double rival_score = rival < trails_.size() ? std::max(trails_[rival].score, 0.0) : 0;
-    ObjectPoseCandidate& candidate = candidates.emplace_back(trail.newest.candidate);
-    candidate.score = trail.score / trails_.front().weight;
-    candidate.margin = (trail.score - rival_score) / trails_.front().weight;
+    Relocalization& pose = poses.emplace_back(trail.newest);
+    pose.objects.score = trail.score / trails_.front().weight;
+    pose.objects.margin = (trail.score - rival_score) / trails_.front().weight;
+    pose.confidence = ConfidenceOfObjects(pose.objects);
   }
-  return candidates;
+  return poses;
 }
 
-std::vector<ObjectPoseCandidate> ObjectTrails::Follow(
+std::vector<Relocalization> ObjectTrails::Follow(
     double timestamp, std::span<const ObjectDetection> detections, const Camera& camera,
     const Map& map, const RelocalizationConfig& config,
     const std::optional<Eigen::Vector3d>& gravity_in_cam, Rng& rng) {
@@ -85,22 +90,18 @@ std::vector<ObjectPoseCandidate> ObjectTrails::Follow(
   if (seconds <= kForgotten) trails = std::move(trails_);
   for (Trail& trail : trails) GoOn(trail, scene, seconds);
   const ObjectDemands demands(scene, config);
-  for (const FoundPose& found : SearchPoses(scene, demands, rng)) {
-    const ObjectPoseCandidate& pose = found.candidate;
-    if (pose.matched.empty()) continue;
-    trails.push_back({found,
-                      MotionFilter(pose.cam_from_world, pose.covariance, found.depth),
-                      pose.score,
-                      1,
-                      {}});
-  }
+  for (const Relocalization& found : SearchPoses(scene, demands, rng))
+    if (!found.objects.matched.empty())
+      trails.push_back({found,
+                        MotionFilter(found.cam_from_world, found.covariance, found.objects.depth),
+                        found.objects.score,
+                        1,
+                        {}});
   KeepDistinct(std::move(trails), timestamp);
-  std::vector<ObjectPoseCandidate> candidates = Candidates();
-  if (candidates.empty()) return {};
-  ObjectPoseCandidate& best = candidates.front();
-  best.accepted = !best.matched.empty() &&
-                  demands.AreMetBy(best, static_cast<int>(trails_.front().matched_at.size()));
-  return candidates;
+  std::vector<Relocalization> poses = NewestPoses();
+  if (!poses.empty())
+    demands.Judge(static_cast<int>(trails_.front().matched_at.size()), poses.front());
+  return poses;
 }
 
 }  // namespace oaslam

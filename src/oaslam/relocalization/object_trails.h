@@ -11,8 +11,8 @@
 #include "oaslam/estimation/motion_filter.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
-#include "oaslam/relocalization/by_objects.h"
-#include "oaslam/relocalization/object_search.h"
+#include "oaslam/map/relocalization.h"
+#include "oaslam/relocalization/object_scene.h"
 #include "oaslam/util/rng.h"
 
 namespace oaslam {
@@ -26,17 +26,16 @@ class ObjectTrails {
   // As RelocalizeByObjects, for an image with a time stamp (seconds) after that of the last call;
   // scores and margins are those of the trails, and the objects of the last second count as
   // matched for the acceptance. An image without detections of mapped classes changes nothing.
-  std::vector<ObjectPoseCandidate> Follow(double timestamp,
-                                          std::span<const ObjectDetection> detections,
-                                          const Camera& camera, const Map& map,
-                                          const RelocalizationConfig& config,
-                                          const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                                          Rng& rng);
+  std::vector<Relocalization> Follow(double timestamp, std::span<const ObjectDetection> detections,
+                                     const Camera& camera, const Map& map,
+                                     const RelocalizationConfig& config,
+                                     const std::optional<Eigen::Vector3d>& gravity_in_cam,
+                                     Rng& rng);
 
  private:
   // A pose that was followed up to the newest image.
   struct Trail {
-    FoundPose newest;
+    Relocalization newest;
     MotionFilter motion;
     // Sums of scores and of weights over its images; older images count less.
     double score = 0, weight = 1;
@@ -45,7 +44,7 @@ class ObjectTrails {
 
   static void GoOn(Trail& trail, const ObjectScene& scene, double seconds);
   void KeepDistinct(std::vector<Trail> trails, double timestamp);
-  std::vector<ObjectPoseCandidate> Candidates() const;
+  std::vector<Relocalization> NewestPoses() const;
 
   std::vector<Trail> trails_;  // by score, best first; distinct
   std::optional<double> timestamp_;

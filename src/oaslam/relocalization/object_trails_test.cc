@@ -43,9 +43,9 @@ Walk Follow(const Map& seen, const Map& known, double start, bool with_gravity =
     std::optional<Eigen::Vector3d> gravity;
     if (with_gravity) gravity = pose.rotation * Eigen::Vector3d(-kUp);
     const auto alone = RelocalizeByObjects(detections, kCamera, known, {}, gravity, search);
-    walk.by_themselves += !alone.empty() && alone[0].accepted;
+    walk.by_themselves += !alone.empty() && alone[0].IsFound();
     const auto found = trails.Follow(time, detections, kCamera, known, {}, gravity, search);
-    if (found.empty() || !found[0].accepted) continue;
+    if (found.empty() || !found[0].IsFound()) continue;
     ++walk.accepted;
     walk.wrong += PositionError(found[0].cam_from_world, pose) > 0.3;
   }
@@ -85,9 +85,9 @@ TEST(ObjectTrails, TheFirstImageIsJudgedByItself) {
   ObjectTrails trails;
   const auto found = trails.Follow(5, detections, kCamera, map, {}, std::nullopt, same_search);
   ASSERT_EQ(found.size(), alone.size());
-  EXPECT_EQ(found[0].accepted, alone[0].accepted);
-  EXPECT_DOUBLE_EQ(found[0].score, alone[0].score);
-  EXPECT_DOUBLE_EQ(found[0].margin, alone[0].margin);
+  EXPECT_EQ(found[0].IsFound(), alone[0].IsFound());
+  EXPECT_DOUBLE_EQ(found[0].objects.score, alone[0].objects.score);
+  EXPECT_DOUBLE_EQ(found[0].objects.margin, alone[0].objects.margin);
   EXPECT_EQ(PositionError(found[0].cam_from_world, alone[0].cam_from_world), 0);
 }
 
@@ -103,7 +103,7 @@ TEST(ObjectTrails, ImagesOfLongAgoAreForgotten) {
     const auto nothing = trails.Follow(4.99, {}, kCamera, map, {}, std::nullopt, search);
     EXPECT_TRUE(nothing.empty());
     Rng same(2);
-    return trails.Follow(5, second, kCamera, map, {}, std::nullopt, same).at(0).score;
+    return trails.Follow(5, second, kCamera, map, {}, std::nullopt, same).at(0).objects.score;
   };
   EXPECT_EQ(score_after(1.1), score_after(std::nullopt));
   EXPECT_NE(score_after(0.9), score_after(std::nullopt));

@@ -34,9 +34,7 @@ size_t BytesInMemory(const SavedMap& saved) {
 }
 
 ServedMap::ServedMap(const MapFile& file, const SlamConfig& config)
-    : stored(file.map),
-      localizer(config, IndexedMap(LoadMap(file.path.string()))),
-      bytes(BytesInMemory(saved())) {}
+    : stored(file.map), localizer(file.path.string(), config), bytes(BytesInMemory(saved())) {}
 
 Map WithEdits(const Map& map, const MapEdits& edits) {
   Map edited = map;  // shares its tables

@@ -23,10 +23,10 @@ struct ServedMap {
   ServedMap(const MapFile& file, const SlamConfig& config);
 
   StoredMap stored;
-  Localizer localizer;
+  ImageLocalizer localizer;
   size_t bytes = 0;  // of memory, estimated
 
-  const SavedMap& saved() const { return localizer.saved(); }
+  const SavedMap& saved() const { return *LocalizerAccess::MapOf(localizer).saved; }
 };
 
 // What was edited of a map: a value that is replaced as a whole.

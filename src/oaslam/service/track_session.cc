@@ -115,7 +115,8 @@ StreamStep Tracking::Command(const nlohmann::json& message) {
 std::optional<Camera> Tracking::CameraOf(const ImageRequest& request, const ImageInput& input) {
   if (const auto camera = CameraFor(request.camera, input.image.size())) return camera;
   if (camera_ && cv::Size(camera_->width, camera_->height) == input.image.size()) return camera_;
-  return map_->localizer.FindWithUnknownCamera(input, RelocalizationMode::kPointsAndObjects).camera;
+  return map_->localizer.LocalizeWithUnknownCamera(input, RelocalizationMode::kPointsAndObjects)
+      .camera;
 }
 
 StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& header, int dropped) {
@@ -140,7 +141,7 @@ StreamStep Tracking::Image(const ImageRequest& request, const nlohmann::json& he
     config.runner.mode = RunnerMode::kSequential;  // no threads of its own
     slam_ = std::make_unique<Slam>(config, *camera);
     slam_->SetMapping(false);
-    SlamAccess::Load(*slam_, map_->localizer.map());
+    SlamAccess::Load(*slam_, LocalizerAccess::MapOf(map_->localizer));
     camera_ = camera;
   }
   TrackingResult tracked;

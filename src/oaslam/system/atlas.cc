@@ -10,6 +10,7 @@
 
 #include "oaslam/map/renumbering.h"
 #include "oaslam/objects/moved_objects.h"
+#include "oaslam/pieces/keyframe_description.h"
 #include "oaslam/pieces/keyframe_search.h"
 #include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/log.h"
@@ -106,7 +107,7 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
     EndGrowingPiece();
     return outcome;
   }
-  if (outcome.located) growing_->to_main.Add(frame.index, *outcome.located);
+  if (outcome.located) growing_->to_main.Add(frame.index, *outcome.located, *main_->snapshot());
   if (there.is_keyframe) LookFor(frame, session);
   if (!JoinGrowingPiece()) {
     const bool is_larger =
@@ -167,11 +168,10 @@ void Atlas::LookFor(const Frame& keyframe, Session& session) {
   const auto waiting =
       std::next(waiting_.begin(), static_cast<std::ptrdiff_t>(turn_++ % waiting_.size()));
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
-  const auto located = LocatedPoseOf(
-      waiting->relocalizer.Find(keyframe, waiting->piece.map, mode_, keyframe.gravity_in_cam, rng),
-      waiting->piece.map);
-  if (!located) return;
-  waiting->link.AddKeyframe(keyframe.index, *located);
+  const Map& other = waiting->piece.map;
+  const Relocalization found = waiting->relocalizer.Find(keyframe, other, mode_, rng);
+  if (!found.IsFound()) return;
+  waiting->link.AddKeyframe(keyframe.index, found, other);
   const auto align = [&] {
     return waiting->link.Align(*session.snapshot(), session.tracker().trajectory());
   };
@@ -289,6 +289,7 @@ Piece Atlas::Completed(Session& session) {
 void Atlas::Park(Session& session) {
   Piece piece = Completed(session);
   if (piece.map.keyframes.empty()) return;
+  DescribeKeyframes(piece.map);
   const int number = &session == main_.get() ? main_number_ : ++last_number_;
   waiting_.push_back({std::move(piece), number, Relocalizer(config_)});
 }
@@ -298,8 +299,10 @@ std::vector<Piece> Atlas::Others() {
   for (const Waiting& waiting : waiting_) others.push_back(waiting.piece);
   if (growing_) {
     const std::shared_ptr<const Map> map = growing_->session->Mapped();
-    if (!map->keyframes.empty())
+    if (!map->keyframes.empty()) {
       others.push_back({*map, growing_->session->tracker().trajectory()});
+      DescribeKeyframes(others.back().map);
+    }
   }
   std::ranges::stable_sort(others, std::greater(),
                            [](const Piece& piece) { return piece.map.keyframes.size(); });
@@ -351,7 +354,8 @@ std::optional<Tracker::Outcome> Atlas::AddDetections(
   if (!growing_) return outcome;
   growing_->session->tracker().SkipObjectsOf(main_->tracker());
   growing_->session->AddDetections(frame_index, detections);
-  if (outcome && outcome->located) growing_->to_main.Add(frame_index, *outcome->located);
+  if (outcome && outcome->located)
+    growing_->to_main.Add(frame_index, *outcome->located, *main_->snapshot());
   return outcome;
 }
 

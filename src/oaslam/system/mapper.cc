@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "oaslam/bundle/bundle_adjustment.h"
-#include "oaslam/description/describe_features.h"
 #include "oaslam/mapping/local_mapping.h"
 #include "oaslam/mapping/loop_closing.h"
 #include "oaslam/objects/moved_objects.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/objects/upright.h"
+#include "oaslam/pieces/keyframe_description.h"
 #include "oaslam/pieces/piece_joining.h"
 #include "oaslam/util/log.h"
 
@@ -75,29 +74,18 @@ bool Mapper::Insert(const KeyframeInsertion& keyframe, int frame_index) {
   undescribed_keyframes_.push_back(keyframe.id);
   // Of younger ones many are still culled.
   constexpr uint32_t kYoung = 10;
-  if (keyframe.id.value > kYoung)
-    DescribeKeyframesBefore(KeyframeId(keyframe.id.value - kYoung), 1);
+  if (keyframe.id.value > kYoung) DescribeNextBefore(KeyframeId(keyframe.id.value - kYoung));
   unsettled_keyframes_ = PackSettledKeyframes(std::move(unsettled_keyframes_), map_);
   const bool has_closed = CloseLoop(keyframe.id, frame_index);
   if (!background_bundle_) BeginNextWindow(frame_index);
   return has_closed;
 }
 
-// Describes the points of these keyframes, at most `most` of them, which need their images no more.
-void Mapper::DescribeKeyframesBefore(KeyframeId end, int most) {
-  const auto last = std::ranges::lower_bound(undescribed_keyframes_, end);
+// Describes the oldest keyframe that is not described yet, if it is one before `end`.
+void Mapper::DescribeNextBefore(KeyframeId end) {
   auto id = undescribed_keyframes_.begin();
-  for (int described = 0; id != last && described < most; ++id) {
-    if (!map_.keyframes.Contains(*id) || !map_.keyframes.At(*id).image) continue;
-    ++described;
-    PointsToDescribe points = FindPointsToDescribe(*id, map_);
-    Keyframe& keyframe = map_.keyframes.MutableAt(*id);
-    keyframe.features = std::make_shared<const Features>(
-        Described(*keyframe.features, map_.cameras[static_cast<size_t>(keyframe.camera)],
-                  keyframe.image->view(), points.keypoints));
-    keyframe.learned_depths = std::move(points.depths);
-    keyframe.image.reset();
-  }
+  for (bool is_done = false; !is_done && id != undescribed_keyframes_.end() && *id < end; ++id)
+    if (map_.keyframes.Contains(*id)) is_done = DescribeKeyframe(*id, map_);
   undescribed_keyframes_.erase(undescribed_keyframes_.begin(), id);
 }
 
@@ -158,7 +146,8 @@ bool Mapper::AdoptBackgroundBundle(const MapCommand& command) {
 void Mapper::Finish() {
   background_bundle_.reset();  // the adjustment below replaces it
   windows_.clear();
-  DescribeKeyframesBefore(map_.keyframes.Bound(), std::numeric_limits<int>::max());
+  DescribeKeyframes(map_);
+  undescribed_keyframes_.clear();
   constexpr int kIterations = 20;  // at most; the start may be far from the minimum after a loop
   if (map_.keyframes.size() <= 2) return;
   for (const std::vector<KeyframeId>& window : AdjustmentWindows(map_))

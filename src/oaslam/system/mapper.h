@@ -74,7 +74,7 @@ class Mapper {
   bool Insert(const KeyframeInsertion& keyframe, int frame_index);
   bool Join(const JoiningMap& joining, int frame_index);
   bool CloseLoop(KeyframeId keyframe, int frame_index);
-  void DescribeKeyframesBefore(KeyframeId end, int most);
+  void DescribeNextBefore(KeyframeId end);
   void AdjustInBackground(int frame_index);
   bool IsLive() const { return config_.runner.mode == RunnerMode::kLive; }
   bool AdoptBackgroundBundle(const MapCommand& command);

@@ -8,7 +8,8 @@ namespace oaslam {
 namespace {
 
 ExpectedPose ExpectedBy(const Relocalization& found) {
-  return {found.cam_from_world, found.sigma_position / std::numbers::sqrt3, found.relative_sigma};
+  return {found.cam_from_world, found.sigma_position() / std::numbers::sqrt3,
+          found.objects.relative_sigma};
 }
 
 }  // namespace
@@ -17,15 +18,15 @@ ExpectedPose ExpectedBy(const Relocalization& found) {
 // tracking.max_object_sigma is given at once, and not kept.
 Tracker::Outcome Tracker::ReportObjectPose(const Frame& frame, const Map& map,
                                            const Relocalization& found) {
-  const bool is_sure = found.relative_sigma <= config_.tracking.max_object_sigma;
-  const LocatedPose located{found.cam_from_world, found.sigma_position};
-  AddToRegistration(frame, map, located);
+  const bool is_sure = found.objects.relative_sigma <= config_.tracking.max_object_sigma;
+  AddToRegistration(frame, map, found);
   Outcome outcome = is_sure ? ShowPose(frame, map, ExpectedBy(found), found.confidence)
                             : ByRegistration(frame, map);
   if (!outcome.cam_from_world) outcome = Outcome::ByObjects(ExpectedBy(found), found.confidence);
-  outcome.objects = found.matched_objects;
+  outcome.objects = static_cast<int>(found.objects.matched.size());
   KeepLost(frame);
-  outcome.located = located;
+  outcome.located = found;
+  outcome.located->evidence = PoseEvidence::kObjects;
   return outcome;
 }
 
@@ -42,9 +43,9 @@ Tracker::Outcome Tracker::ShowPose(const Frame& frame, const Map& map, const Exp
   return Outcome::ByObjects(pose, confidence);
 }
 
-void Tracker::AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located) {
+void Tracker::AddToRegistration(const Frame& frame, const Map& map, const Relocalization& found) {
   const bool knows_unit = unit_ && frame.motion && unit_->run == frame.motion->run;
-  registration_.Add(frame, located, knows_unit ? std::optional(unit_->length) : std::nullopt, map);
+  registration_.Add(frame, found, knows_unit ? std::optional(unit_->length) : std::nullopt, map);
 }
 
 // The pose of a lost camera by the images before that were found in the map, and the motion since.

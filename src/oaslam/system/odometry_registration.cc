@@ -51,13 +51,14 @@ std::optional<double> UnitByObjects(const Frame& frame, const Rigid3& cam_from_m
 
 }  // namespace
 
-void OdometryRegistration::Add(const Frame& frame, const LocatedPose& in_map,
+void OdometryRegistration::Add(const Frame& frame, const Relocalization& in_map,
                                const std::optional<double>& unit, const Map& map) {
   constexpr size_t kMost = 100;  // 3 s at 30 Hz: the odometry drifts
-  if (!KnowsWay(frame) || !(in_map.sigma > 0)) return;
+  const double sigma = in_map.sigma_position();
+  if (!KnowsWay(frame) || !(sigma > 0)) return;
   if (frame.motion->run != run_) sights_.clear();
   run_ = frame.motion->run;
-  sights_.push_back({frame.timestamp, frame.motion->cam_from_odom, in_map,
+  sights_.push_back({frame.timestamp, frame.motion->cam_from_odom, in_map.cam_from_world, sigma,
                      unit ? unit : UnitByObjects(frame, in_map.cam_from_world, map)});
   if (sights_.size() > kMost) sights_.erase(sights_.begin());
 }
@@ -74,8 +75,8 @@ std::optional<OdometryRegistration::Registered> OdometryRegistration::PoseOf(
   std::vector<PosePair> pairs;
   std::vector<double> units, sigmas;
   for (const Sight& sight : sights_) {
-    pairs.push_back({sight.cam_from_odom, sight.in_map.cam_from_world, sight.in_map.sigma});
-    sigmas.push_back(sight.in_map.sigma);
+    pairs.push_back({sight.cam_from_odom, sight.cam_from_map, sight.sigma});
+    sigmas.push_back(sight.sigma);
     if (sight.unit) units.push_back(*sight.unit);
   }
   if (units.empty()) return std::nullopt;

@@ -6,7 +6,7 @@
 #include "oaslam/estimation/pose_refinement.h"
 #include "oaslam/map/frame.h"
 #include "oaslam/map/map.h"
-#include "oaslam/pieces/piece_link.h"
+#include "oaslam/map/relocalization.h"
 
 namespace oaslam {
 
@@ -17,7 +17,7 @@ class OdometryRegistration {
  public:
   // Takes an image that was found in the map, unless the camera's motion is not known yet.
   // `unit`: of the odometry, map units; without, it is estimated by the objects in view.
-  void Add(const Frame& frame, const LocatedPose& in_map, const std::optional<double>& unit,
+  void Add(const Frame& frame, const Relocalization& in_map, const std::optional<double>& unit,
            const Map& map);
   struct Registered {
     ExpectedPose pose;
@@ -31,7 +31,8 @@ class OdometryRegistration {
   struct Sight {
     double timestamp = 0;
     Rigid3 cam_from_odom;
-    LocatedPose in_map;
+    Rigid3 cam_from_map;
+    double sigma = 0;  // of the position, map units
     std::optional<double> unit;
   };
   int run_ = 0;

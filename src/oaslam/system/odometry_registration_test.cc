@@ -57,11 +57,15 @@ Frame MovingFrame(int i, const Map& map, Rng& rng) {
 }
 
 // A pose by objects.
-LocatedPose Located(int i, double sigma, Rng& rng) {
+Relocalization Located(int i, double sigma, Rng& rng) {
   Rigid3 world_from_cam = PoseAroundTable(i).Inverse();
   world_from_cam.translation +=
       Eigen::Vector3d(rng.Gaussian(sigma), rng.Gaussian(sigma), rng.Gaussian(sigma));
-  return {world_from_cam.Inverse(), sigma};
+  Relocalization located;
+  located.evidence = PoseEvidence::kObjects;
+  located.cam_from_world = world_from_cam.Inverse();
+  located.covariance.diagonal().head<3>().setConstant(sigma * sigma / 3);
+  return located;
 }
 
 double ErrorOf(const Rigid3& pose, int i) {
@@ -123,8 +127,8 @@ TEST(OdometryRegistration, ImagesMustAgree) {
   Rng rng(5);
   OdometryRegistration registration;
   for (int i = 0; i < 40; ++i) {
-    LocatedPose located = Located(i, 0.5, rng);
-    located.sigma = 0.01;
+    Relocalization located = Located(i, 0.5, rng);
+    located.covariance *= 0.01 * 0.01 / (0.5 * 0.5);
     registration.Add(MovingFrame(i, map, rng), located, 0.4, map);
   }
   EXPECT_FALSE(registration.PoseOf(MovingFrame(40, map, rng)));

@@ -80,7 +80,7 @@ Found LocalizeNear(const Map& map, const std::vector<TrueObject>& seen, int quer
     const auto detections = synthetic::Detect(seen, pose, kStatueCamera, {.min_inside = 0.6}, rng);
     const auto candidates =
         RelocalizeByObjects(detections, kStatueCamera, map, {}, std::nullopt, rng);
-    if (candidates.empty() || !candidates[0].accepted) continue;
+    if (candidates.empty() || !candidates[0].IsFound()) continue;
     ++found.accepted;
     found.right +=
         (candidates[0].cam_from_world.OriginInSource() - pose.OriginInSource()).norm() < 0.05;
@@ -127,9 +127,9 @@ TEST(Parts, AreUsedTogetherWithWholesFromAfar) {
   const auto candidates =
       RelocalizeByObjects(detections, kStatueCamera, map, {}, std::nullopt, rng);
   ASSERT_FALSE(candidates.empty());
-  EXPECT_TRUE(candidates[0].accepted);
+  EXPECT_TRUE(candidates[0].IsFound());
   std::set<int> classes;
-  for (const auto& [detection, object] : candidates[0].matched)
+  for (const auto& [detection, object] : candidates[0].objects.matched)
     classes.insert(map.objects.At(object).category_id);
   EXPECT_TRUE(classes.contains(kStatue) && classes.contains(kHead));
 }
@@ -142,8 +142,8 @@ TEST(Parts, AWholeIsNotMissedWhereItsPartsAreSeenNorTheOtherWayRound) {
     const auto detections =
         synthetic::Detect(Statues(wholes, !wholes), pose, kStatueCamera, {}, rng);
     const auto score = [&] {
-      return RefineObjectPose(ObjectScene(detections, kStatueCamera, map, {}, std::nullopt), pose)
-          .score;
+      return RefineObjectPose(ObjectScene(detections, kStatueCamera, map, {}, std::nullopt), {pose})
+          .objects.score;
     };
     map.classes = kClasses;
     const double related = score();

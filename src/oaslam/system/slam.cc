@@ -41,7 +41,7 @@ RelocalizationResult Slam::Relocalize(const ImageInput& input, RelocalizationMod
   CheckPose(prior);
   const Stopwatch watch;
   const Frame frame = impl_->MakeFrame(input, 0, impl_->config_.features.count);
-  return impl_->Find(frame, mode, frame.gravity_in_cam, watch.WallMs(), nullptr, prior);
+  return impl_->Find(frame, mode, watch.WallMs(), nullptr, prior);
 }
 
 RelocalizationResult Slam::RelocalizeWithUnknownCamera(const ImageInput& input,
@@ -56,7 +56,7 @@ RelocalizationResult Slam::RelocalizeByObjects(
     const std::vector<Detection>& detections,
     const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   CheckGravity(gravity_in_cam);
-  return impl_->Find(impl_->FrameOf(0, detections), RelocalizationMode::kObjects, gravity_in_cam,
+  return impl_->Find(impl_->FrameOf(0, detections, gravity_in_cam), RelocalizationMode::kObjects,
                      0);
 }
 

@@ -119,8 +119,10 @@ Frame Slam::Impl::MakeFrame(const ImageInput& input, int index, int keypoints) {
   return frame;
 }
 
-Frame Slam::Impl::FrameOf(double timestamp, const std::vector<Detection>& detections) const {
-  return {0, timestamp, camera_index_, {}, CheckedDetections(camera_, detections), false};
+Frame Slam::Impl::FrameOf(double timestamp, const std::vector<Detection>& detections,
+                          const std::optional<Eigen::Vector3d>& gravity_in_cam) const {
+  return {0,     timestamp,     camera_index_, {}, CheckedDetections(camera_, detections),
+          false, gravity_in_cam};
 }
 
 // How the camera moved, as its images tell it; null where this one tells nothing. Adds the CPU
@@ -225,14 +227,13 @@ std::optional<int> Slam::Impl::AddDetections(int frame, const std::vector<Detect
 }
 
 RelocalizationResult Slam::Impl::Find(const Frame& frame, RelocalizationMode mode,
-                                      const std::optional<Eigen::Vector3d>& gravity_in_cam,
                                       double ms_features, ObjectTrails* trails,
                                       const std::optional<Rigid3>& prior) {
   // A fresh random generator for each image: no answer depends on the random numbers before.
   Rng rng(static_cast<uint64_t>(config_.runner.seed));
   const Stopwatch watch;
   const Relocalization found =
-      relocalizer_.Find(frame, *session().snapshot(), mode, gravity_in_cam, rng, trails, prior);
+      relocalizer_.Find(frame, *session().snapshot(), mode, rng, trails, prior);
   RelocalizationResult result = ResultOf(found);
   result.ms_features = ms_features;
   result.ms = watch.WallMs();
@@ -246,9 +247,9 @@ RelocalizationResult Slam::FollowByObjects(double timestamp,
                                            const std::optional<Eigen::Vector3d>& gravity_in_cam) {
   CheckGravity(gravity_in_cam);
   CheckTimestamp(timestamp, impl_->last_followed_);
-  const Frame frame = impl_->FrameOf(timestamp, detections);
+  const Frame frame = impl_->FrameOf(timestamp, detections, gravity_in_cam);
   impl_->last_followed_ = timestamp;
-  return impl_->Find(frame, RelocalizationMode::kObjects, gravity_in_cam, 0, &impl_->trails_);
+  return impl_->Find(frame, RelocalizationMode::kObjects, 0, &impl_->trails_);
 }
 
 void Slam::Impl::SetAnchors(std::map<std::string, Anchor> anchors) {

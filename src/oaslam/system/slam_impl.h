@@ -38,10 +38,10 @@ class OASLAM_LOCAL Slam::Impl {
   std::optional<int> AddDetections(int frame, const std::vector<Detection>& detections);
   Frame MakeFrame(const ImageInput& input, int index, int keypoints);
   // A frame of detections alone.
-  Frame FrameOf(double timestamp, const std::vector<Detection>& detections) const;
-  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode,
-                            const std::optional<Eigen::Vector3d>& gravity_in_cam,
-                            double ms_features, ObjectTrails* trails = nullptr,
+  Frame FrameOf(double timestamp, const std::vector<Detection>& detections,
+                const std::optional<Eigen::Vector3d>& gravity_in_cam) const;
+  RelocalizationResult Find(const Frame& frame, RelocalizationMode mode, double ms_features,
+                            ObjectTrails* trails = nullptr,
                             const std::optional<Rigid3>& prior = std::nullopt);
   void SetAnchors(std::map<std::string, Anchor> anchors);
 

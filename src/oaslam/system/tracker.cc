@@ -84,12 +84,11 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
   ObserveObjects(frame, map, tracked, outcome);
   if (state != TrackingState::kOdometry && !another_grows_) FillInLost(frame, map, tracked);
   if (another_grows_)
-    outcome.located = LocatedPose{tracked.cam_from_world,
-                                  kTrackedSigma * map.MedianDepth(tracked.reference), true};
+    outcome.located = TrackedAt(tracked.cam_from_world, map.MedianDepth(tracked.reference));
   if (!mapping_) {
     TakeRest();
     if (state != TrackingState::kOdometry)
-      AddToRegistration(frame, map, {tracked.cam_from_world, kTrackedSigma * tracked.depth, true});
+      AddToRegistration(frame, map, TrackedAt(tracked.cam_from_world, tracked.depth));
   } else if (state != TrackingState::kRelocalized && !another_grows_) {  // not while in doubt
     MakeKeyframe(frame, map, tracked, outcome);
   }
@@ -146,11 +145,9 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
 }
 
 Relocalization Tracker::Find(const Frame& frame, const Map& map) {
-  Relocalization found = relocalizer_.Find(frame, map, relocalization_mode_, frame.gravity_in_cam,
-                                           rng_, mapping_ ? nullptr : &object_trails_, prior_);
-  newest_.relocalization = {found.evidence, found.confidence, found.inliers, found.matched_objects,
-                            found.why_not};
-  return found;
+  newest_.relocalization = relocalizer_.Find(frame, map, relocalization_mode_, rng_,
+                                             mapping_ ? nullptr : &object_trails_, prior_);
+  return *newest_.relocalization;
 }
 
 Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
@@ -162,12 +159,12 @@ Tracker::Outcome Tracker::Relocalize(const Frame& frame, const Map& map) {
 
 Tracker::Outcome Tracker::PlaceLost(const Frame& frame, const Map& map,
                                     const Relocalization& found) {
-  if (found.evidence == PoseEvidence::kNone) return Lose(frame, map);
+  if (!found.IsFound()) return Lose(frame, map);
   if (found.evidence == PoseEvidence::kObjects) return ReportObjectPose(frame, map, found);
   const TrackReport tracked = TrackFound(frame, map, found);
   if (!tracked.success)
-    return found.objects_suffice && !mapping_ ? ReportObjectPose(frame, map, found)
-                                              : Lose(frame, map);
+    return found.objects.suffices && !mapping_ ? ReportObjectPose(frame, map, found)
+                                               : Lose(frame, map);
   prior_.reset();
   return Continue(frame, map, tracked, TrackingState::kRelocalized);
 }
@@ -179,8 +176,8 @@ TrackReport Tracker::TrackFound(const Frame& frame, const Map& map,
   TrackReport first;
   first.success = true;
   first.cam_from_world = found.cam_from_world;
-  first.landmarks = found.landmarks;
-  first.inliers = found.inliers;
+  first.landmarks = found.points.landmarks;
+  first.inliers = found.points.inliers;
   constexpr double kAgreement = 0.225;  // docs/lab/tracking.md
   TrackDemands demands = Demands();
   demands.inliers = demands.least_inliers = config_.tracking.min_relocalization_inliers;
@@ -360,9 +357,8 @@ std::optional<Tracker::Outcome> Tracker::AddDetections(int frame_index,
   late.frame.detections_follow = false;
   if (!late.reference.IsValid()) {
     if (phase_ != Phase::kLost || late.frame.timestamp <= seen_in_map_time_) return std::nullopt;
-    return PlaceLost(
-        late.frame, map,
-        relocalizer_.Find(late.frame, map, relocalization_mode_, late.frame.gravity_in_cam, rng_));
+    return PlaceLost(late.frame, map,
+                     relocalizer_.Find(late.frame, map, relocalization_mode_, rng_));
   }
   const auto reference = map.ResolvePose(late.reference);
   if (!reference) return std::nullopt;

@@ -64,7 +64,7 @@ class Tracker {
     double ms_objects = 0;
     // The pose by objects of a camera that is lost, and any while another piece grows. Frames with
     // a pose in two pieces of map tell how the pieces lie to each other (PieceLink).
-    std::optional<LocatedPose> located;
+    std::optional<Relocalization> located;
     std::optional<MapCommand> command;
     // `command` holds an initial map: the caller must hand it to the mapper and then call
     // AdoptInitialMap with the map that results.
@@ -210,7 +210,7 @@ class Tracker {
   void FillInBeforeMap(const std::vector<Frame>& frames, const Map& map);
   Outcome Lose(const Frame& frame, const Map& map);
   Outcome ByRegistration(const Frame& frame, const Map& map);
-  void AddToRegistration(const Frame& frame, const Map& map, const LocatedPose& located);
+  void AddToRegistration(const Frame& frame, const Map& map, const Relocalization& found);
   void KeepLost(const Frame& frame);
   void FillInLost(const Frame& frame, const Map& map, const TrackReport& tracked);
   void Remember(const Frame& frame, const Map& map, const TrackReport& tracked,

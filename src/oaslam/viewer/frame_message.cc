@@ -51,12 +51,12 @@ json DescribeEllipses(const FrameView& view, const Rigid3& cam_from_world, const
   return list;
 }
 
-json DescribeRelocalization(const RelocalizationNote& note) {
-  return {{"evidence", ToString(note.evidence)},
-          {"confidence", note.confidence},
-          {"points", note.inlier_points},
-          {"objects", note.matched_objects},
-          {"why_not", note.why_not}};
+json DescribeRelocalization(const Relocalization& found) {
+  return {{"evidence", ToString(found.evidence)},
+          {"confidence", found.confidence},
+          {"points", found.points.inliers},
+          {"objects", found.objects.matched.size()},
+          {"why_not", found.why_not}};
 }
 
 void AddKeypoints(const FrameView& view, MessageBuilder& message) {

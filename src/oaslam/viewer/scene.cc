@@ -58,24 +58,25 @@ void Scene::NoteState(const FrameRecord& record) {
   const int frame = record.result.frame;
   if (now == TrackingState::kRelocalized) {
     const auto& found = record.view.relocalization;
-    if (!found || found->evidence == PoseEvidence::kNone)
+    if (!found || !found->IsFound())
       AddEvent(frame, "relocalized", "joined with the map made while lost");
     else
-      AddEvent(
-          frame, "relocalized",
-          fmt::format(
-              "by {}: {} points{}, confidence {:.2f}", ToString(found->evidence),
-              found->inlier_points,
-              found->matched_objects > 0 ? fmt::format(", {} objects", found->matched_objects) : "",
-              found->confidence));
+      AddEvent(frame, "relocalized",
+               fmt::format("by {}: {} points{}, confidence {:.2f}", ToString(found->evidence),
+                           found->points.inliers,
+                           found->objects.matched.empty()
+                               ? ""
+                               : fmt::format(", {} objects", found->objects.matched.size()),
+                           found->confidence));
   }
   if (before == now) return;
   if (now == TrackingState::kObjects)
     AddEvent(frame, "objects",
-             record.view.relocalization ? fmt::format("pose by {} objects alone, confidence {:.2f}",
-                                                      record.view.relocalization->matched_objects,
-                                                      record.view.relocalization->confidence)
-                                        : "pose by objects alone");
+             record.view.relocalization
+                 ? fmt::format("pose by {} objects alone, confidence {:.2f}",
+                               record.view.relocalization->objects.matched.size(),
+                               record.view.relocalization->confidence)
+                 : "pose by objects alone");
   if (now == TrackingState::kLost)
     AddEvent(frame, "lost", record.view.relocalization ? record.view.relocalization->why_not : "");
   const auto has_no_map = [](TrackingState state) {

@@ -105,16 +105,21 @@ TEST(Scene, SaysWhatHappened) {
   const auto map = std::make_shared<const Map>(MapWithCup());
   Scene scene({{41, "cup"}});
   SceneCursor cursor;
-  const auto add = [&](int frame, TrackingState state, std::optional<RelocalizationNote> note) {
+  const auto add = [&](int frame, TrackingState state, std::optional<Relocalization> found) {
     FrameRecord record = RecordOf(map, frame, state);
-    record.view.relocalization = std::move(note);
+    record.view.relocalization = std::move(found);
     scene.Add(std::move(record));
   };
   add(0, TrackingState::kTracking, {});
-  add(1, TrackingState::kLost, RelocalizationNote{PoseEvidence::kNone, 0, 0, 0, "too few matches"});
-  add(2, TrackingState::kLost, RelocalizationNote{PoseEvidence::kNone, 0, 0, 0, "too few matches"});
-  add(3, TrackingState::kRelocalized,
-      RelocalizationNote{PoseEvidence::kPointsAndObjects, 0.97, 80, 4, ""});
+  Relocalization lost, by_both;
+  lost.why_not = "too few matches";
+  by_both.evidence = PoseEvidence::kPointsAndObjects;
+  by_both.confidence = 0.97;
+  by_both.points.inliers = 80;
+  by_both.objects.matched.resize(4);
+  add(1, TrackingState::kLost, lost);
+  add(2, TrackingState::kLost, lost);
+  add(3, TrackingState::kRelocalized, by_both);
   const json events = NewsOf(scene, cursor).header["events"];
   ASSERT_THAT(events, SizeIs(2));
   EXPECT_EQ(events[0]["kind"], "lost");

@@ -1,0 +1,151 @@
+#include "oaslam/localization/frame_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "oaslam/relocalization/by_objects.h"
+#include "oaslam/relocalization/by_objects_paper.h"
+#include "oaslam/relocalization/by_points.h"
+#include "oaslam/relocalization/confidence.h"
+
+namespace oaslam {
+namespace {
+
+// Points that are this likely to be right by themselves confirm a pose that is already supported by
+// something else.
+constexpr double kConfirms = 0.9;
+
+// 1.6 and 6.5 degrees; wider finds wrong matches.
+constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;
+
+// The search radius for landmarks around a pose, given its error as an angle in the image.
+double SearchRadius(const Map& map, const Frame& frame, double error_rad) {
+  const Camera& camera = map.cameras[static_cast<size_t>(frame.camera)];
+  return error_rad * std::sqrt(camera.fx * camera.fy) / frame.features->pyramid.working_pixel();
+}
+
+// The error of a pose by objects as an angle: how far it moves points at the objects' depth.
+double ErrorAngle(const ObjectSupport& objects) {
+  constexpr double kSigmas = 3;  // 99.7 % of normal errors
+  return std::clamp(kSigmas * objects.relative_sigma, kMinErrorRad, kMaxErrorRad);
+}
+
+// Whether two poses agree. A few points in one corner of the image can agree on a pose that is far
+// off, which boxes spread over the image reveal.
+bool Agree(const Relocalization& by_points, const Relocalization& by_objects) {
+  constexpr double kMaxSigmas = 4;  // wide, since the sigmas neglect that errors are correlated
+  const double distance =
+      (by_points.cam_from_world.OriginInSource() - by_objects.cam_from_world.OriginInSource())
+          .norm();
+  return distance <
+         kMaxSigmas * std::hypot(by_points.sigma_position(), by_objects.sigma_position());
+}
+
+bool IsSamePose(const Rigid3& a, const Rigid3& b) {
+  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+}  // namespace
+
+void LeadWithAccepted(Relocalization& found) {
+  if (!found.IsFound()) return;
+  const bool is_by_points = found.candidates_are_by == PoseEvidence::kPoints;
+  const double score = is_by_points ? found.points.inliers : found.objects.score;
+  std::erase_if(found.candidates, [&](const PoseHypothesis& candidate) {
+    return IsSamePose(candidate.cam_from_world, found.cam_from_world);
+  });
+  found.candidates.insert(found.candidates.begin(), {found.cam_from_world, score});
+}
+
+std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
+                                                const Rigid3& cam_from_world) const {
+  Relocalization found =
+      VerifyByPoints(frame, map_, cam_from_world, SearchRadius(map_, frame, kMaxErrorRad),
+                     tools_.config.relocalization, kConfirms, tools_.rng);
+  return found.IsFound() ? std::optional(std::move(found)) : std::nullopt;
+}
+
+Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance) const {
+  Relocalization found = RelocalizeByPoints(frame, map_, *tools_.places,
+                                            tools_.config.relocalization, tools_.rng, appearance);
+  const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
+  if (found.IsFound() && tools_.mode == RelocalizationMode::kPointsAndObjects && are_few)
+    JoinObjects(frame, found);
+  return found;
+}
+
+void FrameSearch::JoinObjects(const Frame& frame, Relocalization& found) const {
+  const RelocalizationConfig& config = tools_.config.relocalization;
+  if (IsAsInPaper()) return;
+  Relocalization joint =
+      RefineByPointsAndObjects(frame.detections, map_.cameras[frame.camera], map_, config, found);
+  found.objects.matched = std::move(joint.objects.matched);
+  if (static_cast<int>(found.objects.matched.size()) < config.accept_objects) return;
+  found.cam_from_world = joint.cam_from_world;
+  found.covariance = joint.covariance;
+}
+
+std::vector<Relocalization> FrameSearch::PosesByObjects(const Frame& frame) const {
+  const Camera& camera = map_.cameras[frame.camera];
+  const RelocalizationConfig& config = tools_.config.relocalization;
+  if (IsAsInPaper())
+    return RelocalizeByObjectsAsInPaper(frame.detections, camera, map_, config, tools_.rng);
+  if (tools_.trails)
+    return tools_.trails->Follow(frame.timestamp, frame.detections, camera, map_, config,
+                                 frame.gravity_in_cam, tools_.rng);
+  return RelocalizeByObjects(frame.detections, camera, map_, config, frame.gravity_in_cam,
+                             tools_.rng);
+}
+
+// The best pose by objects, or the first that points confirm.
+Relocalization FrameSearch::ByObjects(const Frame& frame) const {
+  if (by_objects_->empty()) {
+    Relocalization none;
+    none.why_not = "no pose explains three detections";
+    return none;
+  }
+  std::vector<PoseHypothesis> candidates;
+  for (const Relocalization& pose : *by_objects_)
+    candidates.push_back({pose.cam_from_world, pose.objects.score});
+  const auto with_candidates = [&](Relocalization found) {
+    found.candidates = std::move(candidates);
+    found.candidates_are_by = PoseEvidence::kObjects;
+    return found;
+  };
+  const RelocalizationConfig& config = tools_.config.relocalization;
+  for (const Relocalization& pose : *by_objects_) {
+    if (!tools_.places) break;
+    if (pose.objects.margin < -config.accept_margin) continue;  // they speak against it
+    Relocalization confirmed = VerifyByPoints(frame, map_, pose.cam_from_world,
+                                              SearchRadius(map_, frame, ErrorAngle(pose.objects)),
+                                              config, kConfirms, tools_.rng);
+    if (!confirmed.IsFound() || !Agree(confirmed, pose)) continue;
+    JoinObjects(frame, confirmed);
+    confirmed.evidence = PoseEvidence::kPointsAndObjects;
+    confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, pose.confidence);
+    std::vector<std::pair<int, ObjectId>> matched = std::move(confirmed.objects.matched);
+    confirmed.objects = pose.objects;
+    confirmed.objects.matched = std::move(matched);
+    return with_candidates(std::move(confirmed));
+  }
+  return with_candidates(by_objects_->front());
+}
+
+Relocalization FrameSearch::By(Appearance appearance, const Frame& frame) {
+  Relocalization by_points;
+  if (tools_.places) by_points = ByPoints(frame, appearance);
+  if (by_points.IsFound() || tools_.mode == RelocalizationMode::kPoints) return by_points;
+  if (!by_objects_) by_objects_ = PosesByObjects(frame);
+  Relocalization found = ByObjects(frame);
+  if (!tools_.places || found.IsFound()) return found;
+  const std::string why_neither = frame.detections.empty() ? by_points.why_not
+                                                           : "by points: " + by_points.why_not +
+                                                                 "; by objects: " + found.why_not;
+  if (found.candidates.empty()) found = std::move(by_points);
+  found.why_not = why_neither;
+  return found;
+}
+
+}  // namespace oaslam

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "oaslam/config.h"
+#include "oaslam/map/frame.h"
+#include "oaslam/map/map.h"
+#include "oaslam/map/relocalization.h"
+#include "oaslam/matching/place_index.h"
+#include "oaslam/relocalization/object_trails.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+// What a frame is looked for with. The references must outlive it.
+struct SearchTools {
+  const SlamConfig& config;
+  const PlaceIndex* places;  // null: landmarks are not looked for
+  RelocalizationMode mode;
+  Rng& rng;
+  ObjectTrails* trails = nullptr;  // as for Relocalizer::Find
+};
+
+// The search for one frame in a map.
+class FrameSearch {
+ public:
+  FrameSearch(const SearchTools& tools, const Map& map) : tools_(tools), map_(map) {}
+
+  // Around a supposed pose; nothing where landmarks do not confirm it.
+  std::optional<Relocalization> Near(const Frame& frame, const Rigid3& cam_from_world) const;
+  // By points that are compared by `appearance`, then by objects, which points confirm. The same
+  // frame may be asked for again with other features.
+  Relocalization By(Appearance appearance, const Frame& frame);
+
+ private:
+  Relocalization ByPoints(const Frame& frame, Appearance appearance) const;
+  Relocalization ByObjects(const Frame& frame) const;
+  // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
+  // with points.)
+  void JoinObjects(const Frame& frame, Relocalization& found) const;
+  std::vector<Relocalization> PosesByObjects(const Frame& frame) const;
+  bool IsAsInPaper() const { return tools_.config.relocalization.objects == ObjectMethod::kPaper; }
+
+  const SearchTools& tools_;
+  const Map& map_;
+  std::optional<std::vector<Relocalization>> by_objects_;  // best first
+};
+
+// The same for a frame whose camera is not known, as Relocalizer::FindWithUnknownCamera, with
+// points that are compared by `appearance`.
+Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, const Frame& raw,
+                                     Appearance appearance);
+
+// Puts the accepted pose, which is one of the candidates or a refinement of one, in front of them.
+void LeadWithAccepted(Relocalization& found);
+
+}  // namespace oaslam

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "oaslam/camera.h"
+#include "oaslam/rigid3.h"
+#include "oaslam/types.h"
+#include "oaslam/util/ids.h"
+
+namespace oaslam {
+
+// A supposed pose of a camera.
+struct PoseHypothesis {
+  Rigid3 cam_from_world;
+  double score = 0;  // higher is better; comparable within one image and one kind of evidence
+  double depth = 0;  // of the object it came from, map units; 0 where it came from points
+};
+
+// What landmarks say for a pose, and against it: what should be there and is not counts, since
+// windows of one look on other walls agree in hundreds of points.
+struct PointSupport {
+  std::vector<LandmarkId> landmarks;  // by key point: inliers; invalid elsewhere
+  int inliers = 0;
+  int expected = 0;  // landmarks around the place that the image should show from this pose
+  // Of the parts of the image in which landmarks are expected, the share in which some are found.
+  double covered = 0;
+  // The sigma of the position over the median distance of the landmarks, if all were off by the
+  // same pixel: matches seen from an unusual side have correlated errors, so that more of them in
+  // one corner of the image do not help.
+  double relative_sigma = 0;
+};
+
+// What objects say for a pose. `score` is the statistic S of docs/objects.md ("From ellipsoids to a
+// pose"): log-likelihood ratio of the matched boxes * matched / detections of mapped classes, less
+// a penalty for objects that should have been detected and were not.
+struct ObjectSupport {
+  std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
+  double score = 0;
+  double margin = 0;          // score minus that of the best distinct pose
+  double depth = 0;           // of the object the pose came from, map units
+  double relative_sigma = 1;  // sigma of the position by objects / mean distance to those matched
+  bool suffices = false;      // without points, in this map
+
+  // The margin counts more than the score: that every other pose explains the boxes much worse is
+  // stronger evidence than that this one explains them well.
+  double Evidence() const { return score / 2 + margin; }
+};
+
+// Where the camera of an image is in a map: the pose, what supports it, or why it is not known.
+struct Relocalization {
+  // kNone: no pose is accepted; what is said of one is of the best hypothesis.
+  PoseEvidence evidence = PoseEvidence::kNone;
+  std::string why_not;  // where evidence is kNone
+  Rigid3 cam_from_world;
+  // Of a small motion (translation in map units, rotation in rad) applied after the pose.
+  PoseCovariance covariance = PoseCovariance::Zero();
+  double confidence = 0;  // [0, 1], of the best hypothesis, accepted or not
+  PointSupport points;
+  ObjectSupport objects;
+  std::vector<PoseHypothesis> candidates;  // best first; an accepted pose is the first
+  PoseEvidence candidates_are_by = PoseEvidence::kNone;  // kPoints or kObjects: whose scores
+  // Where it was not known: a camera of the map, or one whose focal length was estimated from the
+  // points, with the relative sigma of that; 0 for a camera of the map.
+  std::optional<Camera> camera;
+  double focal_sigma = 0;
+
+  bool IsFound() const { return evidence != PoseEvidence::kNone; }
+  double sigma_position() const { return SigmaOfPosition(covariance); }  // map units
+};
+
+}  // namespace oaslam
