@@ -20,7 +20,7 @@ struct RelocalizationResult {
   // were used.
   double object_score = 0, object_margin = 0;
   int inlier_points = 0, matched_objects = 0;
-  double sigma_position = 0;  // map units, 1 sigma
+  double sigma_position = 0;  // map units, 1 sigma; of the best hypothesis, accepted or not
   // A hypothesis.
   struct Candidate {
     Rigid3 world_from_cam;

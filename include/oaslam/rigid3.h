@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace oaslam {
@@ -53,11 +54,11 @@ using PoseCovariance = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 
 // Root mean square of the distance between the positions, map units.
 inline double SigmaOfPosition(const PoseCovariance& covariance) {
-  return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+  return std::sqrt(std::max(covariance.topLeftCorner<3, 3>().trace(), 0.0));
 }
 // Root mean square of the angle between the rotations, rad.
 inline double SigmaOfRotation(const PoseCovariance& covariance) {
-  return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  return std::sqrt(std::max(covariance.bottomRightCorner<3, 3>().trace(), 0.0));
 }
 
 }  // namespace oaslam

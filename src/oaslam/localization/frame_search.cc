@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "oaslam/matching/place_search.h"
 #include "oaslam/relocalization/by_objects.h"
 #include "oaslam/relocalization/by_objects_paper.h"
 #include "oaslam/relocalization/by_points.h"
@@ -61,10 +62,15 @@ void LeadWithAccepted(Relocalization& found) {
 
 std::optional<Relocalization> FrameSearch::Near(const Frame& frame,
                                                 const Rigid3& cam_from_world) const {
-  Relocalization found =
-      VerifyByPoints(frame, map_, cam_from_world, SearchRadius(map_, frame, kMaxErrorRad),
-                     tools_.config.relocalization, kConfirms, tools_.rng);
+  Relocalization found = Confirmed(frame, cam_from_world, kMaxErrorRad);
   return found.IsFound() ? std::optional(std::move(found)) : std::nullopt;
+}
+
+Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from_world,
+                                      double error_rad) const {
+  return FindNear(frame, map_, map_.landmarks.Ids(), cam_from_world,
+                  SearchRadius(map_, frame, error_rad),
+                  {3 * tools_.config.relocalization.ransac_iterations, kConfirms}, tools_.rng);
 }
 
 Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance) const {
@@ -118,9 +124,7 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) const {
   for (const Relocalization& pose : *by_objects_) {
     if (!tools_.places) break;
     if (pose.objects.margin < -config.accept_margin) continue;  // they speak against it
-    Relocalization confirmed = VerifyByPoints(frame, map_, pose.cam_from_world,
-                                              SearchRadius(map_, frame, ErrorAngle(pose.objects)),
-                                              config, kConfirms, tools_.rng);
+    Relocalization confirmed = Confirmed(frame, pose.cam_from_world, ErrorAngle(pose.objects));
     if (!confirmed.IsFound() || !Agree(confirmed, pose)) continue;
     JoinObjects(frame, confirmed);
     confirmed.evidence = PoseEvidence::kPointsAndObjects;
@@ -131,6 +135,19 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) const {
     return with_candidates(std::move(confirmed));
   }
   return with_candidates(by_objects_->front());
+}
+
+Relocalization FrameSearch::Find(const Frame& frame,
+                                 const std::function<std::optional<Frame>()>& learned) {
+  Relocalization found = By(Appearance::kOrb, frame);
+  if (!found.IsFound())
+    if (const std::optional<Frame> described = learned()) {
+      Relocalization by_learned = By(Appearance::kLearned, *described);
+      if (by_learned.IsFound() || by_learned.confidence > found.confidence)
+        found = std::move(by_learned);
+    }
+  LeadWithAccepted(found);
+  return found;
 }
 
 Relocalization FrameSearch::By(Appearance appearance, const Frame& frame) {

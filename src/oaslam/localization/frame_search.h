@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -13,7 +14,7 @@
 
 namespace oaslam {
 
-// What a frame is looked for with. The references must outlive it.
+// What a frame is looked for with. What it refers to must outlive the search.
 struct SearchTools {
   const SlamConfig& config;
   const PlaceIndex* places;  // null: landmarks are not looked for
@@ -29,11 +30,15 @@ class FrameSearch {
 
   // Around a supposed pose; nothing where landmarks do not confirm it.
   std::optional<Relocalization> Near(const Frame& frame, const Rigid3& cam_from_world) const;
-  // By points that are compared by `appearance`, then by objects, which points confirm. The same
-  // frame may be asked for again with other features.
-  Relocalization By(Appearance appearance, const Frame& frame);
+  // By ORB. Where that is in vain, in the frame with learned descriptors, if `learned` gives one.
+  Relocalization Find(const Frame& frame, const std::function<std::optional<Frame>()>& learned);
 
  private:
+  // By points that are compared by `appearance`, then by objects, which points confirm.
+  Relocalization By(Appearance appearance, const Frame& frame);
+  // By landmarks around a pose from another source, which may be off by this angle in the image.
+  Relocalization Confirmed(const Frame& frame, const Rigid3& cam_from_world,
+                           double error_rad) const;
   Relocalization ByPoints(const Frame& frame, Appearance appearance) const;
   Relocalization ByObjects(const Frame& frame) const;
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
@@ -42,15 +47,14 @@ class FrameSearch {
   std::vector<Relocalization> PosesByObjects(const Frame& frame) const;
   bool IsAsInPaper() const { return tools_.config.relocalization.objects == ObjectMethod::kPaper; }
 
-  const SearchTools& tools_;
+  SearchTools tools_;
   const Map& map_;
   std::optional<std::vector<Relocalization>> by_objects_;  // best first
 };
 
-// The same for a frame whose camera is not known, as Relocalizer::FindWithUnknownCamera, with
-// points that are compared by `appearance`.
+// The same for a frame whose camera is not known, as Relocalizer::FindWithUnknownCamera.
 Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, const Frame& raw,
-                                     Appearance appearance);
+                                     const std::function<std::optional<Frame>()>& learned);
 
 // Puts the accepted pose, which is one of the candidates or a refinement of one, in front of them.
 void LeadWithAccepted(Relocalization& found);

@@ -1,8 +1,9 @@
 #include "oaslam/image_localizer.h"
 
+#include <algorithm>
 #include <utility>
 
-#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/image_search.h"
 #include "oaslam/localization/snapshot_maker.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/util/stopwatch.h"

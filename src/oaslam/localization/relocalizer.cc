@@ -1,6 +1,6 @@
 #include "oaslam/localization/relocalizer.h"
 
-#include <functional>
+#include <memory>
 #include <utility>
 
 #include "oaslam/description/describe_features.h"
@@ -9,28 +9,17 @@
 namespace oaslam {
 namespace {
 
-// The frame with learned descriptors of all its key points.
-Frame WithLearned(const Frame& frame, const Map& map) {
+// The frame with learned descriptors of all its key points; nothing where the map has none, or the
+// frame cannot have any.
+std::optional<Frame> WithLearned(const Frame& frame, const Map& map, const PlaceIndex* places) {
+  const bool is_possible = places && places->Has(Appearance::kLearned) &&
+                           (frame.image || !frame.features->learned.empty());
+  if (!is_possible) return std::nullopt;
   Frame described = frame;
   if (frame.image)
     described.features = std::make_shared<const Features>(Described(
         *frame.features, map.cameras[static_cast<size_t>(frame.camera)], frame.image->view()));
   return described;
-}
-
-// By ORB; where that is in vain by learned descriptors, if the map has some and the frame can have.
-Relocalization FindInTurn(const Frame& frame, const Map& map, const PlaceIndex* places,
-                          const std::function<Relocalization(Appearance, const Frame&)>& find) {
-  Relocalization found = find(Appearance::kOrb, frame);
-  const bool has_learned = places && places->Has(Appearance::kLearned) &&
-                           (frame.image || !frame.features->learned.empty());
-  if (!found.IsFound() && has_learned) {
-    Relocalization by_learned = find(Appearance::kLearned, WithLearned(frame, map));
-    if (by_learned.IsFound() || by_learned.confidence > found.confidence)
-      found = std::move(by_learned);
-  }
-  LeadWithAccepted(found);
-  return found;
 }
 
 }  // namespace
@@ -58,17 +47,14 @@ Relocalization Relocalizer::Find(const Frame& frame, const Map& map, Relocalizat
   if (prior && tools.places)
     if (std::optional<Relocalization> near = search.Near(frame, prior->Inverse()))
       return *std::move(near);
-  return FindInTurn(frame, map, tools.places, [&](Appearance appearance, const Frame& with) {
-    return search.By(appearance, with);
-  });
+  return search.Find(frame, [&] { return WithLearned(frame, map, tools.places); });
 }
 
 Relocalization Relocalizer::FindWithUnknownCamera(const Frame& raw, const Map& map,
                                                   RelocalizationMode mode, Rng& rng) {
   const SearchTools tools{config_, IndexFor(raw, map, mode), mode, rng};
-  return FindInTurn(raw, map, tools.places, [&](Appearance appearance, const Frame& with) {
-    return oaslam::FindWithUnknownCamera(tools, map, with, appearance);
-  });
+  return oaslam::FindWithUnknownCamera(tools, map, raw,
+                                       [&] { return WithLearned(raw, map, tools.places); });
 }
 
 }  // namespace oaslam

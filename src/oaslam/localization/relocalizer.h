@@ -37,7 +37,7 @@ class Relocalizer {
   // the original image, and its camera in `map` gives the image's size and has no distortion; the
   // focal length of that camera is not used. First tries each camera of the map that fits the
   // image's size. Where the points contradict it, or nothing is found, estimates the focal length
-  // together with the pose.
+  // together with the pose, by ORB or (where all else is in vain) by learned descriptors.
   Relocalization FindWithUnknownCamera(const Frame& raw, const Map& map, RelocalizationMode mode,
                                        Rng& rng);
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <set>
 #include <vector>
@@ -64,15 +65,23 @@ Contradiction ContradictionOf(const Relocalization& refined, const Camera& camer
 }  // namespace
 
 Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, const Frame& raw,
-                                     Appearance appearance) {
+                                     const std::function<std::optional<Frame>()>& learned) {
   const RelocalizationConfig& config = tools.config.relocalization;
   const Camera& plain = map.cameras[static_cast<size_t>(raw.camera)];
+  std::optional<std::optional<Frame>> described;  // when first needed: it takes time
+  const auto raw_learned = [&]() -> const std::optional<Frame>& {
+    if (!described) described = learned();
+    return *described;
+  };
   Relocalization best;
   best.why_not = "no camera of the map takes images of this shape";
   const std::vector<Camera> cameras = CamerasOfMap(map, plain);
   for (const Camera& camera : cameras) {
     const Seen seen = SeenBy(camera, raw, map);
-    Relocalization found = FrameSearch(tools, seen.map).By(appearance, seen.frame);
+    Relocalization found = FrameSearch(tools, seen.map).Find(seen.frame, [&] {
+      return raw_learned() ? std::optional(SeenBy(camera, *raw_learned(), map).frame)
+                           : std::nullopt;
+    });
     if (!found.IsFound()) {
       if (best.candidates.empty()) best = std::move(found);
       continue;
@@ -94,14 +103,19 @@ Relocalization FindWithUnknownCamera(const SearchTools& tools, const Map& map, c
     if (contradiction == Contradiction::kNone) return best;
   }
   if (!tools.places) return best;
-  Relocalization free =
-      RelocalizeByPointsAndFocal(raw, map, *tools.places, config, tools.rng, appearance);
+  const auto find_focal = [&](const Frame& frame, Appearance appearance) {
+    return RelocalizeByPointsAndFocal(frame, map, *tools.places, config, tools.rng, appearance);
+  };
+  Relocalization free = find_focal(raw, Appearance::kOrb);
+  if (!free.IsFound() && !best.IsFound() && raw_learned())
+    free = find_focal(*raw_learned(), Appearance::kLearned);
   if (!free.IsFound() || (best.IsFound() && free.points.inliers <= best.points.inliers)) {
     if (cameras.empty()) best.why_not = free.why_not;
     return best;
   }
   free.camera->is_guess = false;
   free.camera->name = "estimated";
+  LeadWithAccepted(free);
   return free;
 }
 

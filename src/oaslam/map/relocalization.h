@@ -16,7 +16,7 @@ namespace oaslam {
 struct PoseHypothesis {
   Rigid3 cam_from_world;
   double score = 0;  // higher is better; comparable within one image and one kind of evidence
-  double depth = 0;  // of the object it came from, map units; 0 where it came from points
+  double depth = 0;  // of the object it came from, map units; 0: none, or not asked for
 };
 
 // What landmarks say for a pose, and against it: what should be there and is not counts, since
@@ -39,10 +39,12 @@ struct PointSupport {
 struct ObjectSupport {
   std::vector<std::pair<int, ObjectId>> matched;  // index of the detection, object
   double score = 0;
-  double margin = 0;          // score minus that of the best distinct pose
-  double depth = 0;           // of the object the pose came from, map units
-  double relative_sigma = 1;  // sigma of the position by objects / mean distance to those matched
-  bool suffices = false;      // without points, in this map
+  double margin = 0;  // score minus that of the best distinct pose
+  double depth = 0;   // of the object the pose came from, map units
+  // Sigma of the position by objects / mean distance to those matched; 1 without any.
+  double relative_sigma = 1;
+  // Score, margin and number are enough for a pose by objects alone, which needs confidence, too.
+  bool suffices = false;
 
   // The margin counts more than the score: that every other pose explains the boxes much worse is
   // stronger evidence than that this one explains them well.
@@ -53,14 +55,15 @@ struct ObjectSupport {
 struct Relocalization {
   // kNone: no pose is accepted; what is said of one is of the best hypothesis.
   PoseEvidence evidence = PoseEvidence::kNone;
-  std::string why_not;  // where evidence is kNone
+  std::string why_not;  // where that is the answer to a search
   Rigid3 cam_from_world;
   // Of a small motion (translation in map units, rotation in rad) applied after the pose.
   PoseCovariance covariance = PoseCovariance::Zero();
   double confidence = 0;  // [0, 1], of the best hypothesis, accepted or not
   PointSupport points;
   ObjectSupport objects;
-  std::vector<PoseHypothesis> candidates;  // best first; an accepted pose is the first
+  // Of the search, best first; LeadWithAccepted puts an accepted pose in front.
+  std::vector<PoseHypothesis> candidates;
   PoseEvidence candidates_are_by = PoseEvidence::kNone;  // kPoints or kObjects: whose scores
   // Where it was not known: a camera of the map, or one whose focal length was estimated from the
   // points, with the relative sigma of that; 0 for a camera of the map.

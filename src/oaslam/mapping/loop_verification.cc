@@ -1,30 +1,25 @@
 #include "oaslam/mapping/loop_verification.h"
 
 #include <algorithm>
-#include <span>
 #include <utility>
 #include <vector>
 
-#include "oaslam/estimation/absolute_pose.h"
-#include "oaslam/map/landmark_sets.h"
-#include "oaslam/matching/descriptor_match.h"
-#include "oaslam/matching/point_observation.h"
-#include "oaslam/matching/projection_search.h"
+#include "oaslam/matching/place_search.h"
 #include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
 
 // The values of this file were chosen by these reasons, not measured.
-constexpr int kGroupSize = 8;  // keyframes around an end, which see most of its landmarks
+constexpr int kRansacIterations = 900;  // as for a lost camera
 // A wrong loop destroys the map, while a missed one is found by a later keyframe: as many inliers
-// as tracking.min_relocalization_inliers. The first pose needs fewer, since it only guides the
-// search for these.
-constexpr int kMinInliers = 50, kMinMatches = 20, kMinRansacInliers = 15;
+// as tracking.min_relocalization_inliers, and fewer doubts than of a lost camera's pose.
+constexpr int kMinInliers = 50;
+constexpr double kMinConfidence = 0.99;
 // Where the objects around both ends agree, too, half of the points suffice.
 constexpr int kMinInliersByObjects = 25;
-constexpr int kMinScalePairs = 10;     // a median of fewer ratios may be that of wrong ones
-constexpr double kGuidedRadiusPx = 8;  // the error of a pose by RANSAC
+constexpr double kMinConfidenceByObjects = 0.5;
+constexpr int kMinScalePairs = 10;  // a median of fewer ratios may be that of wrong ones
 
 // Key points that show a landmark of the current part and one of the old part:
 // the positions of both.
@@ -61,32 +56,6 @@ int CountConsistent(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d
   }));
 }
 
-LandmarkMatches SearchAbout(const Map& map, std::span<const LandmarkId> landmarks,
-                            const Keyframe& here, const Rigid3& cam_from_world, double radius_px) {
-  std::vector<ProjectedLandmark> projected;
-  for (const LandmarkId id : landmarks)
-    if (const auto p = ProjectLandmark(id, map.landmarks.At(id), map.cameras[here.camera],
-                                       cam_from_world, *here.features))
-      projected.push_back(*p);
-  ProjectionSearchOptions search;
-  search.radius_px = radius_px;
-  return SearchByProjection(*here.features, map, projected,
-                            std::vector<LandmarkId>(here.features->keypoints.size()), search);
-}
-
-// The pose of `here` by points that it has in common with the other end.
-std::optional<Rigid3> PoseByMatches(const Map& map, const Keyframe& here,
-                                    const LandmarkMatches& matches, Rng& rng) {
-  if (matches.count < kMinMatches) return std::nullopt;
-  AbsolutePoseOptions options;
-  options.min_inliers = kMinRansacInliers;
-  const AbsolutePoseReport pose = EstimateAbsolutePose(
-      map.cameras[here.camera], ObserveMatches(*here.features, map, matches.landmarks).observations,
-      options, rng);
-  if (!pose.success) return std::nullopt;
-  return pose.cam_from_world;
-}
-
 // Whether the poses from points and from objects agree within the accuracy of objects.
 bool AreAlike(const Rigid3& by_points, const Rigid3& by_objects, double depth) {
   constexpr double kMaxAngle = 0.2, kMaxDistance = 0.2;  // rad; of the depth
@@ -104,50 +73,46 @@ std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
                                       const LoopCandidate& candidate, Rng& rng) {
   // Around projections by a pose from objects, which is less accurate.
   constexpr double kRadiusByObjectsPx = 32;
-  // Stricter than where a lost camera is looked for, since a wrong loop destroys the map.
-  constexpr double kRatio = 0.75;
+  const PlaceSearchOptions options{kRansacIterations,
+                                   candidate.by_objects ? kMinConfidenceByObjects : kMinConfidence};
   const KeyframeId old = candidate.old;
   const Keyframe& here = map.keyframes.At(current);
-  const Camera& camera = map.cameras[here.camera];
-  const auto group_landmarks = [&] {
-    return LandmarksSeenBy(map, map.KeyframesAround(old, kGroupSize));
-  };
-  std::optional<Rigid3> rough = PoseByMatches(
-      map, here, MatchKeyframeLandmarks(*here.features, map, map.keyframes.At(old), kRatio), rng);
-  std::optional<Rigid3> expected;
+  Frame frame;
+  frame.camera = here.camera;
+  frame.features = here.features;
+  std::optional<Relocalization> found =
+      FindAtPlace(frame, map, PlaceAround(map, old), Appearance::kOrb, options, rng);
   if (candidate.by_objects) {
     const double depth = map.MedianDepth(old);
-    expected = MovedCamera(here, *candidate.by_objects);
-    if (!rough || !AreAlike(*rough, *expected, depth))
-      rough = PoseByMatches(
-          map, here, SearchAbout(map, group_landmarks(), here, *expected, kRadiusByObjectsPx), rng);
-    if (rough && !AreAlike(*rough, *expected, depth)) return std::nullopt;
+    const Rigid3 expected = MovedCamera(here, *candidate.by_objects);
+    const auto is_confirmed = [&] {
+      return found && found->IsFound() && AreAlike(found->cam_from_world, expected, depth);
+    };
+    if (!is_confirmed())
+      found = FindNear(frame, map, LandmarksAround(map, old), expected, kRadiusByObjectsPx, options,
+                       rng);
+    if (!is_confirmed()) return std::nullopt;
   }
-  if (!rough) return std::nullopt;
-
-  const LandmarkMatches guided = SearchAbout(map, group_landmarks(), here, *rough, kGuidedRadiusPx);
-  const MatchedPoints observed = ObserveMatches(*here.features, map, guided.landmarks);
-  const PoseReport pose = RefinePose(camera, *rough, observed.observations);
-  if (!pose.success || pose.inliers < (expected ? kMinInliersByObjects : kMinInliers))
+  if (!found || !found->IsFound() ||
+      found->points.inliers < (candidate.by_objects ? kMinInliersByObjects : kMinInliers))
     return std::nullopt;
 
   LoopClosure loop{current, old, {}, {}};
-  for (size_t i = 0; i < observed.keypoints.size(); ++i)
-    if (pose.inlier[i])
-      loop.old_landmarks.emplace_back(observed.keypoints[i],
-                                      guided.landmarks[observed.keypoints[i]]);
+  const std::vector<LandmarkId>& landmarks = found->points.landmarks;
+  for (int k = 0; k < static_cast<int>(landmarks.size()); ++k)
+    if (landmarks[k].IsValid()) loop.old_landmarks.emplace_back(k, landmarks[k]);
   const auto shared = SharedPoints(map, here, loop);
-  std::optional<double> scale = ScaleOf(shared, here.cam_from_world, pose.cam_from_world);
+  std::optional<double> scale = ScaleOf(shared, here.cam_from_world, found->cam_from_world);
   const bool is_scale_by_points = scale.has_value();
   if (!scale && candidate.by_objects) scale = candidate.by_objects->scale;
   if (!scale && !candidate.is_near) return std::nullopt;
   // Both poses are of the same camera: s (R_current x + t_current) = R_old x' + t_old.
   loop.old_from_current =
-      Similarity(pose.cam_from_world.Inverse()) *
+      Similarity(found->cam_from_world.Inverse()) *
       Similarity(scale.value_or(1), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()) *
       Similarity(here.cam_from_world);
   if (!candidate.is_near && is_scale_by_points &&
-      CountConsistent(shared, loop.old_from_current, pose.cam_from_world) <
+      CountConsistent(shared, loop.old_from_current, found->cam_from_world) <
           std::max(kMinScalePairs, static_cast<int>(shared.size()) / 2))  // at least half of them
     return std::nullopt;
   return loop;

@@ -14,9 +14,9 @@ struct LoopCandidate {
   std::optional<Similarity> by_objects = {};  // old_from_current
 };
 
-// Looks for the landmarks of the old end in the image of `current` by descriptors, P3P and a guided
-// search. Where objects propose the loop, it also searches around the pose from objects, which the
-// points must confirm. Returns nothing where too few are found.
+// Looks for the landmarks of the old end in the image of `current` (FindAtPlace). Where objects
+// propose the loop, it also searches around the pose from objects, which the points must confirm.
+// Returns nothing where too few are found.
 std::optional<LoopClosure> VerifyLoop(const Map& map, KeyframeId current,
                                       const LoopCandidate& candidate, Rng& rng);
 

@@ -44,30 +44,6 @@ Eigen::Matrix3d Calibration(const Camera& camera) {
 
 }  // namespace
 
-LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
-                                       const Keyframe& keyframe, double ratio) {
-  const Features& from = *keyframe.features;
-  const std::vector<LandmarkId>& seen = keyframe.landmarks;
-  KeypointPairs pairs;
-  std::vector<int> distances;
-  for (int i = 0; i < from.size(); ++i) {
-    if (!seen[i].IsValid() || !map.landmarks.Contains(seen[i])) continue;
-    const Descriptor& descriptor = from.descriptors[i];
-    TwoNearest near;
-    for (int k = 0; k < features.size(); ++k)
-      near.Add(HammingDistance(descriptor, features.descriptors[k]), 0, k);
-    if (near.best > kTightHamming || near.best >= ratio * near.next) continue;
-    pairs.emplace_back(i, near.keypoint);
-    distances.push_back(near.best);
-  }
-  LandmarkMatches matches{std::vector<LandmarkId>(features.keypoints.size()), 0};
-  for (const auto& [a, b] : Filter(pairs, distances, from, features)) {
-    matches.landmarks[b] = seen[a];
-    ++matches.count;
-  }
-  return matches;
-}
-
 KeypointPairs MatchWithinWindow(const Features& first, const Features& second,
                                 std::span<const Eigen::Vector2d> expected, double window_px,
                                 double ratio) {

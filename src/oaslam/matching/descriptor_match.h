@@ -13,11 +13,6 @@ namespace oaslam {
 // Pairs of key points (first image, second image).
 using KeypointPairs = std::vector<std::pair<int, int>>;
 
-// Finds landmarks that a keyframe shows by its descriptors: nearest neighbour with a ratio test,
-// each key point used once, and consistent changes of orientation.
-LandmarkMatches MatchKeyframeLandmarks(const Features& features, const Map& map,
-                                       const Keyframe& keyframe, double ratio);
-
 // Matches for the initialisation: each key point of the first image is searched within `window_px`
 // of its `expected` position, on about the same level.
 KeypointPairs MatchWithinWindow(const Features& first, const Features& second,

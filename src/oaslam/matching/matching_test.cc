@@ -89,14 +89,6 @@ TEST(LastFrameSearch, FollowsLandmarksFromAWrongPrediction) {
   EXPECT_GT(s.CountRight(matches), 0.95 * matches.count);
 }
 
-TEST(KeyframeMatch, FindsTheLandmarksOfAKeyframeByDescriptorsAlone) {
-  const Scene s;
-  const LandmarkMatches matches = MatchKeyframeLandmarks(
-      *s.view.features, s.mapped.map, s.mapped.map.keyframes.At(KeyframeId(4)), 0.75);
-  EXPECT_GT(matches.count, 250);
-  EXPECT_GT(s.CountRight(matches), 0.98 * matches.count);
-}
-
 TEST(EpipolarMatch, PairsFreeKeypointsOfTheSamePoint) {
   Scene s;
   Map& map = s.mapped.map;

@@ -1,6 +1,8 @@
 #include "oaslam/matching/place_index.h"
 
 #include <algorithm>
+#include <iterator>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -68,6 +70,13 @@ LandmarkHits PlaceIndex::Find(const Features& features, Appearance appearance) c
   return hits;
 }
 
+Place PlaceAround(const Map& map, KeyframeId keyframe) {
+  Place place{{keyframe}};
+  std::ranges::copy(map.CovisibleKeyframes(keyframe, kNeighbours),
+                    std::back_inserter(place.keyframes));
+  return place;
+}
+
 std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hits,
                                           int count) const {
   // By keyframe. Most keyframes of a large map have a few votes by chance.
@@ -96,12 +105,10 @@ std::vector<Place> PlaceIndex::RankPlaces(const Map& map, const LandmarkHits& hi
   }
   std::vector<Place> places;
   for (const KeyframeId id : voted) {
-    Place place{{id}, votes_of(id)};
-    for (const KeyframeId neighbour : map.CovisibleKeyframes(id, kNeighbours)) {
-      place.keyframes.push_back(neighbour);
+    Place& place = places.emplace_back(PlaceAround(map, id));
+    place.votes = votes_of(id);
+    for (const KeyframeId neighbour : place.keyframes | std::views::drop(1))
       place.votes += kNeighbourVote * votes_of(neighbour);
-    }
-    places.push_back(std::move(place));
   }
   std::ranges::stable_sort(places, std::ranges::greater{}, &Place::votes);
   std::vector<Place> chosen;

@@ -12,11 +12,13 @@ namespace oaslam {
 // knows the point.
 using LandmarkHits = std::vector<std::vector<DescriptorIndex::Hit>>;
 
-// A keyframe and its closest neighbours, which see the same place.
+// A keyframe, which comes first, and its closest neighbours, which see the same place.
 struct Place {
-  std::vector<KeyframeId> keyframes;  // its votes are mainly those of the first
-  double votes = 0;
+  std::vector<KeyframeId> keyframes;
+  double votes = 0;  // mainly those of the first keyframe
 };
+
+Place PlaceAround(const Map& map, KeyframeId keyframe);  // without votes
 
 // Finds landmarks and places of a map by appearance, without a vocabulary: an index of the
 // descriptors of their views, and one of the learned descriptors. It is made from one state of the

@@ -12,6 +12,10 @@
 namespace oaslam {
 namespace {
 
+// The assumed standard deviation of a position tracked by points, as a share of the depth, where
+// landmarks are seen from near the places they were mapped from.
+constexpr double kTrackedSigma = 0.005;
+
 // Of frames that agree (WeightOf): ten by points, or four such keyframes.
 constexpr int kMinWeight = 20;
 constexpr double kMinShare = 0.6;  // of the frames that must agree: at a wrong place few do
@@ -86,13 +90,18 @@ Relocalization TrackedAt(const Rigid3& cam_from_world, double depth) {
   return tracked;
 }
 
-void PieceLink::Add(int frame_index, const Relocalization& in_other, const Map& other,
-                    bool of_keyframe) {
-  const bool by_points = in_other.evidence != PoseEvidence::kObjects;
-  const double least = by_points ? kTrackedSigma * MedianDepth(other, in_other) : 0;
-  located_.insert_or_assign(
-      frame_index, Located{in_other.cam_from_world, std::max(least, in_other.sigma_position()),
-                           by_points, of_keyframe});
+void PieceLink::Add(int frame_index, const Relocalization& in_other) {
+  located_.insert_or_assign(frame_index,
+                            Located{in_other.cam_from_world, in_other.sigma_position(),
+                                    in_other.evidence != PoseEvidence::kObjects, false});
+}
+
+void PieceLink::AddKeyframe(int frame_index, const Relocalization& found, const Map& other) {
+  Add(frame_index, found);
+  Located& located = located_.at(frame_index);
+  located.of_keyframe = true;
+  if (located.by_points)
+    located.sigma = std::max(located.sigma, kTrackedSigma * MedianDepth(other, found));
 }
 
 std::optional<PieceAlignment> PieceLink::Align(const Map& map,

@@ -13,10 +13,6 @@
 
 namespace oaslam {
 
-// The assumed standard deviation of a position tracked by points, as a share of the depth, where
-// landmarks are seen from near the places they were mapped from.
-constexpr double kTrackedSigma = 0.005;
-
 // A pose by points that tracking gave, at this depth of the landmarks.
 Relocalization TrackedAt(const Rigid3& cam_from_world, double depth);
 
@@ -39,16 +35,13 @@ struct PieceAlignment {
 // section "Application to AR": resuming SLAM).
 class PieceLink {
  public:
-  // Adds the pose of a frame in the other piece, whose map is `other`. A pose by objects may be too
+  // Adds the pose of a frame in the other piece, by objects or TrackedAt. One by objects may be too
   // uncertain to be shown to the user.
-  void Add(int frame_index, const Relocalization& in_other, const Map& other) {
-    Add(frame_index, in_other, other, false);
-  }
-  // Adds the pose of a keyframe. It counts more than other frames, since keyframes share less of
-  // their view than successive frames and their errors are less correlated.
-  void AddKeyframe(int frame_index, const Relocalization& in_other, const Map& other) {
-    Add(frame_index, in_other, other, true);
-  }
+  void Add(int frame_index, const Relocalization& in_other);
+  // Adds the pose of a keyframe that was found in the other piece, whose map is `other`. It counts
+  // more than other frames, since keyframes share less of their view than successive frames and
+  // their errors are less correlated.
+  void AddKeyframe(int frame_index, const Relocalization& found, const Map& other);
 
   // Estimates the similarity; nothing while it is not well determined. `map` and `trajectory` are
   // those of this piece.
@@ -60,7 +53,6 @@ class PieceLink {
     double sigma = 0;  // standard deviation of the position, map units
     bool by_points = false, of_keyframe = false;
   };
-  void Add(int frame_index, const Relocalization& in_other, const Map& other, bool of_keyframe);
 
   std::map<int, Located> located_;  // by frame
 };

@@ -2,37 +2,22 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <optional>
 
 #include "oaslam/estimation/absolute_pose.h"
 #include "oaslam/estimation/focal_refinement.h"
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/map/landmark_sets.h"
-#include "oaslam/relocalization/guided_search.h"
-#include "oaslam/relocalization/place_matching.h"
+#include "oaslam/matching/place_matching.h"
+#include "oaslam/matching/place_search.h"
+#include "oaslam/matching/point_observation.h"
 
 namespace oaslam {
 namespace {
 
 // Each takes a match and a RANSAC; the right one is mostly among the first.
 constexpr int kMaxPlaces = 6;
-constexpr int kMinMatches = 10;  // a RANSAC on fewer finds a pose by chance
-// In a wide search around a pose: stricter than in a place, since one view of each landmark counts.
-constexpr int kMaxHammingAround = 64;
-constexpr double kRatioAround = 0.85;
 // Of a pose so likely, no other place is compared.
 constexpr double kSure = 0.998;
-
-AbsolutePoseReport PoseFromMatches(const Frame& frame, const Map& map,
-                                   const std::vector<PlaceMatch>& matches, int iterations,
-                                   Rng& rng) {
-  std::vector<PointObservation> observations;
-  for (const PlaceMatch& m : matches)
-    observations.push_back(ObservationOf(*frame.features, m.keypoint, m.position));
-  return EstimateAbsolutePose(map.cameras[frame.camera], observations,
-                              {.max_iterations = iterations, .min_inliers = 8}, rng);
-}
 
 Camera WithFocal(const Camera& camera, double focal) {
   Camera changed = camera;
@@ -75,20 +60,6 @@ std::optional<FocalReport> FocalFromMatches(const Frame& frame, const Map& map,
   return best;
 }
 
-std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId place) {
-  // They see most landmarks that the image may show.
-  constexpr int kLocalKeyframes = 15;
-  return LandmarksSeenBy(map, map.KeyframesAround(place, kLocalKeyframes));
-}
-
-// The keyframe that sees most of these landmarks.
-KeyframeId PlaceOf(const Map& map, const std::vector<LandmarkId>& landmarks) {
-  std::map<KeyframeId, int> seen;
-  for (const LandmarkId id : landmarks)
-    for (const Observation& o : map.landmarks.At(id).observations) ++seen[o.keyframe];
-  return std::ranges::max_element(seen, {}, [](const auto& k) { return k.second; })->first;
-}
-
 // Takes the better of two, and the hypotheses of both.
 void Keep(Relocalization found, Relocalization& best) {
   std::vector<PoseHypothesis> candidates = std::move(best.candidates);
@@ -103,20 +74,14 @@ void Keep(Relocalization found, Relocalization& best) {
 Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                   const RelocalizationConfig& config, Rng& rng,
                                   Appearance appearance) {
-  const Features& features = *frame.features;
-  const LandmarkHits hits = index.Find(features, appearance);
+  const PlaceSearchOptions options{3 * config.ransac_iterations, config.accept_confidence};
+  const LandmarkHits hits = index.Find(*frame.features, appearance);
   Relocalization best;
   best.why_not = "no place of the map looks like this";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
-    const std::vector<PlaceMatch> matches = MatchPlace(features, map, place, appearance);
-    if (static_cast<int>(matches.size()) < kMinMatches) continue;
-    const AbsolutePoseReport rough =
-        PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
-    if (!rough.success) continue;
-    Relocalization found = SearchAround(frame, map, LandmarksAround(map, place.keyframes.front()),
-                                        rough.cam_from_world);
-    Judge(config.accept_confidence, found);
-    Keep(std::move(found), best);
+    std::optional<Relocalization> found = FindAtPlace(frame, map, place, appearance, options, rng);
+    if (!found) continue;
+    Keep(*std::move(found), best);
     if (best.confidence > kSure) break;
   }
   std::ranges::stable_sort(best.candidates, std::ranges::greater{}, &PoseHypothesis::score);
@@ -176,36 +141,6 @@ Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
   }
   std::ranges::stable_sort(best.candidates, std::ranges::greater{}, &PoseHypothesis::score);
   return best;
-}
-
-Relocalization VerifyByPoints(const Frame& frame, const Map& map,
-                              const Rigid3& cam_from_world_guess, double search_radius_px,
-                              const RelocalizationConfig& config, double min_confidence, Rng& rng) {
-  const Features& features = *frame.features;
-  const auto projected = ProjectLandmarks(map, map.landmarks.Ids(), frame, cam_from_world_guess);
-  const auto wide = SearchByProjection(
-      features, map, projected, std::vector<LandmarkId>(features.keypoints.size()),
-      {search_radius_px, kMaxHammingAround, kRatioAround, false, !features.learned.empty()});
-  std::vector<PlaceMatch> matches;
-  for (int k = 0; k < features.size(); ++k)
-    if (wide.landmarks[k].IsValid())
-      matches.push_back(
-          {k, wide.landmarks[k], map.landmarks.At(wide.landmarks[k]).position, wide.distances[k]});
-  std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);
-  const AbsolutePoseReport rough =
-      PoseFromMatches(frame, map, matches, 3 * config.ransac_iterations, rng);
-  Relocalization found;
-  found.why_not = "no landmarks are where this pose would have them";
-  std::vector<LandmarkId> agree;
-  for (size_t i = 0; i < matches.size(); ++i)
-    if (!rough.success || rough.inlier[i]) agree.push_back(matches[i].landmark);
-  if (agree.empty()) return found;
-  found = SearchAround(frame, map, LandmarksAround(map, PlaceOf(map, agree)),
-                       rough.success ? rough.cam_from_world : cam_from_world_guess);
-  Judge(min_confidence, found);
-  found.candidates = {{found.cam_from_world, static_cast<double>(found.points.inliers)}};
-  found.candidates_are_by = PoseEvidence::kPoints;
-  return found;
 }
 
 }  // namespace oaslam

@@ -30,11 +30,4 @@ Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
 Relocalization RefineFocal(const Frame& frame, const Map& map, Relocalization found,
                            double min_confidence);
 
-// Confirms and refines a pose from another source, such as objects. Landmarks are searched around
-// their projections, first within `search_radius_px` (the error of the guess in the image), then
-// closer. `min_confidence`: of the points alone, for success.
-Relocalization VerifyByPoints(const Frame& frame, const Map& map,
-                              const Rigid3& cam_from_world_guess, double search_radius_px,
-                              const RelocalizationConfig& config, double min_confidence, Rng& rng);
-
 }  // namespace oaslam

@@ -2,36 +2,21 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
-
-#include "oaslam/relocalization/place_matching.h"
-#include "synthetic_world.h"
+#include "place_world.h"
 
 namespace oaslam {
 namespace {
 
-using synthetic::MappedWorld;
+using synthetic::DescribedWorld;
+using synthetic::MakeFrame;
+using synthetic::PlaceWorld;
 using synthetic::View;
 using synthetic::WorldOptions;
 
-constexpr WorldOptions kWorld{.points = 1500, .cameras = 8, .seed = 1};
-
-constexpr double kConfirms = 0.9;
-
-Frame MakeFrame(const View& view) {
-  Frame frame;
-  frame.features = view.features;
-  return frame;
-}
-
-struct Fixture {
-  synthetic::World world = synthetic::MakeWorld(kWorld);
-  MappedWorld mapped = synthetic::MakeMap(world, {.position_noise = 0.005});
-  PlaceIndex index{mapped.map};
-};
+constexpr WorldOptions kWorld = synthetic::kPlaceWorld;
 
 TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
-  const Fixture f;
+  const PlaceWorld f;
   for (const double angle : {-25.0, -3.0, 12.0, 27.0}) {
     Rng rng(static_cast<uint64_t>(angle + 100));
     const Rigid3 truth = synthetic::Disturb(synthetic::PoseOnArc(kWorld, angle), 0.1, 0.05, rng);
@@ -57,7 +42,7 @@ TEST(RelocalizeByPoints, FindsViewsBetweenTheKeyframes) {
 }
 
 TEST(RelocalizeByPoints, RefusesAnotherWorld) {
-  const Fixture f;
+  const PlaceWorld f;
   WorldOptions other = kWorld;
   other.seed = 77;
   const synthetic::World elsewhere = synthetic::MakeWorld(other);
@@ -73,7 +58,7 @@ TEST(RelocalizeByPoints, RefusesAnotherWorld) {
 
 // A strip of the image agrees exactly; of what should be in view beside it, nothing is there.
 TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
-  const Fixture f;
+  const PlaceWorld f;
   Rng rng(5);
   const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5), {}, rng);
   const Relocalization whole = RelocalizeByPoints(MakeFrame(view), f.mapped.map, f.index, {}, rng);
@@ -90,26 +75,6 @@ TEST(RelocalizeByPoints, WhatShouldBeThereAndIsNotCountsAgainstAPose) {
   EXPECT_LT(1 - whole.confidence, 0.1 * (1 - found.confidence));
 }
 
-struct DescribedWorld : Fixture {
-  Rng rng{9};
-
-  // `all_landmarks`: else every second point is known to its keyframes alone, by its depth there.
-  explicit DescribedWorld(bool all_landmarks) {
-    for (const KeyframeId id : mapped.map.keyframes.Ids()) {
-      Keyframe& keyframe = mapped.map.keyframes.MutableAt(id);
-      keyframe.features = synthetic::KnownByLearned(*keyframe.features, rng);
-      for (const LandmarkId l : keyframe.landmarks)
-        keyframe.learned_depths.push_back(
-            l.IsValid() ? static_cast<float>(
-                              (keyframe.cam_from_world * mapped.map.landmarks.At(l).position).z())
-                        : 0);
-    }
-    const std::vector<LandmarkId> ids = mapped.map.landmarks.Ids();
-    for (size_t i = 0; i < ids.size() && !all_landmarks; i += 2) mapped.map.EraseLandmark(ids[i]);
-    index = PlaceIndex(mapped.map);
-  }
-};
-
 TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
   for (const bool all_landmarks : {true, false}) {
     DescribedWorld f(all_landmarks);
@@ -125,28 +90,8 @@ TEST(RelocalizeByPoints, FindsByLearnedDescriptorsWhereOrbFails) {
   }
 }
 
-TEST(MatchPlace, MatchesPointsThatTheirKeyframesAloneKnow) {
-  DescribedWorld f(false);
-  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
-  const View view = MakeView(f.world, truth, {.flipped_bits = 20}, f.rng);
-  const std::shared_ptr<const Features> features = synthetic::KnownByLearned(*view.features, f.rng);
-  const Place place =
-      f.index.RankPlaces(f.mapped.map, f.index.Find(*features, Appearance::kLearned), 1).at(0);
-  const auto matches = MatchPlace(*features, f.mapped.map, place, Appearance::kLearned);
-  int without_landmark = 0, right = 0;
-  for (const PlaceMatch& m : matches) {
-    without_landmark += !m.landmark.IsValid();
-    const int point = view.point_of_keypoint[m.keypoint];
-    right += point >= 0 && (f.world.points[point] - m.position).norm() < 0.1;
-  }
-  EXPECT_GT(without_landmark, static_cast<int>(matches.size()) / 4);
-  EXPECT_LT(without_landmark, 3 * static_cast<int>(matches.size()) / 4);
-  EXPECT_GT(right, 0.9 * static_cast<double>(matches.size()));
-  EXPECT_TRUE(MatchPlace(*view.features, f.mapped.map, place, Appearance::kLearned).empty());
-}
-
 TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
-  const Fixture f;
+  const PlaceWorld f;
   Rng rng(1);
   View nothing = MakeView(f.world, f.world.cam_from_world[0], {.missed = 1, .clutter = 0}, rng);
   EXPECT_FALSE(RelocalizeByPoints(MakeFrame(nothing), f.mapped.map, f.index, {}, rng).IsFound());
@@ -157,7 +102,7 @@ TEST(RelocalizeByPoints, AnEmptyMapOrFrameFails) {
 }
 
 TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
-  Fixture f;
+  PlaceWorld f;
   const auto ids = f.mapped.map.landmarks.Ids();
   for (size_t i = 0; i < ids.size(); i += 2) f.mapped.map.EraseLandmark(ids[i]);
   f.mapped.map.RetireKeyframe(KeyframeId(3));
@@ -168,7 +113,7 @@ TEST(RelocalizeByPoints, LandmarksErasedSinceAreSkipped) {
 
 // The world seen through another lens: the image's camera is not the map's.
 TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
-  Fixture f;
+  PlaceWorld f;
   for (const double focal : {380.0, 520.0, 700.0}) {
     synthetic::World seen = f.world;
     seen.camera.fx = seen.camera.fy = focal;
@@ -188,57 +133,13 @@ TEST(RelocalizeByPointsAndFocal, FindsTheFocalLengthOfASingleImage) {
 }
 
 TEST(RelocalizeByPointsAndFocal, RefusesAnotherWorld) {
-  const Fixture f;
+  const PlaceWorld f;
   WorldOptions other = kWorld;
   other.seed = 78;
   Rng rng(1);
   const View view = MakeView(synthetic::MakeWorld(other), synthetic::PoseOnArc(kWorld, 0), {}, rng);
   EXPECT_FALSE(
       RelocalizeByPointsAndFocal(MakeFrame(view), f.mapped.map, f.index, {}, rng).IsFound());
-}
-
-TEST(MatchPlace, FindsMostLandmarksOfAPlaceAndEachOnce) {
-  const Fixture f;
-  Rng rng(3);
-  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5),
-                             {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
-  const std::vector<Place> places =
-      f.index.RankPlaces(f.mapped.map, f.index.Find(*view.features), 1);
-  ASSERT_EQ(places.size(), 1);
-  const std::vector<PlaceMatch> matches = MatchPlace(*view.features, f.mapped.map, places[0]);
-  int right = 0;
-  std::set<LandmarkId> landmarks;
-  for (const PlaceMatch& m : matches) {
-    const int point = view.point_of_keypoint[m.keypoint];
-    right += point >= 0 && f.mapped.landmark_of_point[point] == m.landmark;
-    EXPECT_TRUE(landmarks.insert(m.landmark).second);
-  }
-  EXPECT_GT(right, 200);
-  EXPECT_GT(right, 0.9 * static_cast<double>(matches.size()));
-  EXPECT_TRUE(std::ranges::is_sorted(matches, {}, &PlaceMatch::distance));
-}
-
-TEST(VerifyByPoints, ConfirmsARoughPose) {
-  const Fixture f;
-  for (uint64_t seed = 0; seed < 10; ++seed) {
-    Rng rng(seed);
-    const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
-    const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
-    const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
-    const Relocalization report =
-        VerifyByPoints(MakeFrame(view), f.mapped.map, guess, 60, {}, kConfirms, rng);
-    ASSERT_TRUE(report.IsFound()) << seed << ": " << report.why_not;
-    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
-  }
-}
-
-TEST(VerifyByPoints, RefusesAPoseThatIsElsewhere) {
-  const Fixture f;
-  Rng rng(4);
-  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
-  const Relocalization report = VerifyByPoints(
-      MakeFrame(view), f.mapped.map, synthetic::PoseOnArc(kWorld, -90), 40, {}, kConfirms, rng);
-  EXPECT_FALSE(report.IsFound());
 }
 
 }  // namespace

@@ -11,7 +11,6 @@ namespace oaslam {
 // docs/lab/relocalization.md has their error on each sequence, also on those they were not fitted
 // to.
 double ConfidenceOfObjects(const ObjectSupport& best);
-double ConfidenceOfPoints(const PointSupport& best);
 
 // The confidence of a pose that points and objects found independently.
 double ConfidenceOfBoth(double by_points, double by_objects);

@@ -26,27 +26,6 @@ TEST(Confidence, IsLessWhereMoreObjectsMakeUpTheSameScore) {
   EXPECT_GT(Confidence(38, 18, 4), 0.9);
 }
 
-double OfPoints(int inliers, int expected, double covered, double relative_sigma) {
-  PointSupport best;
-  best.inliers = inliers;
-  best.expected = expected;
-  best.covered = covered;
-  best.relative_sigma = relative_sigma;
-  return ConfidenceOfPoints(best);
-}
-
-TEST(Confidence, OfPointsIsByWhatShouldBeInView) {
-  EXPECT_GT(OfPoints(150, 500, 0.8, 0.03), 0.99);
-  EXPECT_LT(OfPoints(150, 1500, 0.4, 0.03), OfPoints(150, 500, 0.8, 0.03));
-  EXPECT_LT(OfPoints(100, 1200, 0.3, 0.08), 0.5);
-  EXPECT_LT(OfPoints(150, 500, 0.8, 0.3), OfPoints(150, 500, 0.8, 0.03));
-}
-
-TEST(Confidence, OfFewPointsIsLowWhateverTheirShare) {
-  EXPECT_EQ(OfPoints(7, 10, 1, 0.01), 0);
-  EXPECT_LT(OfPoints(15, 15, 1, 0.01), 0.9);
-}
-
 TEST(Confidence, OfBothIsWrongOnlyWhereBothAreWrong) {
   EXPECT_DOUBLE_EQ(ConfidenceOfBoth(0.5, 0.8), 0.9);
   EXPECT_DOUBLE_EQ(ConfidenceOfBoth(1, 0), 1);

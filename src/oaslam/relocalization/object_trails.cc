@@ -38,8 +38,7 @@ void ObjectTrails::GoOn(Trail& trail, const ObjectScene& scene, double seconds) 
     trail.motion.Correct(now.cam_from_world, now.covariance);
   const double sigma_alone = now.sigma_position();
   now.covariance = trail.motion.covariance();
-  if (!now.objects.matched.empty())
-    now.objects.relative_sigma *= now.sigma_position() / sigma_alone;
+  if (sigma_alone > 0) now.objects.relative_sigma *= now.sigma_position() / sigma_alone;
   const double weight = WeightOf(seconds), kept = std::exp(-seconds / kMemory);
   trail.score = kept * trail.score + weight * now.objects.score;
   trail.weight = kept * trail.weight + weight;

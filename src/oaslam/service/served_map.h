@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
-#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/image_search.h"
 #include "oaslam/service/georeference.h"
 #include "oaslam/service/map_store.h"
 

@@ -107,7 +107,7 @@ Tracker::Outcome Atlas::UpdateGrowingPiece(const Frame& frame, Tracker::Outcome 
     EndGrowingPiece();
     return outcome;
   }
-  if (outcome.located) growing_->to_main.Add(frame.index, *outcome.located, *main_->snapshot());
+  if (outcome.located) growing_->to_main.Add(frame.index, *outcome.located);
   if (there.is_keyframe) LookFor(frame, session);
   if (!JoinGrowingPiece()) {
     const bool is_larger =
@@ -354,8 +354,7 @@ std::optional<Tracker::Outcome> Atlas::AddDetections(
   if (!growing_) return outcome;
   growing_->session->tracker().SkipObjectsOf(main_->tracker());
   growing_->session->AddDetections(frame_index, detections);
-  if (outcome && outcome->located)
-    growing_->to_main.Add(frame_index, *outcome->located, *main_->snapshot());
+  if (outcome && outcome->located) growing_->to_main.Add(frame_index, *outcome->located);
   return outcome;
 }
 

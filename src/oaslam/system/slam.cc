@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/image_search.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/system/slam_impl.h"
 #include "oaslam/util/log.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "oaslam/class_names.h"
-#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/image_search.h"
 #include "oaslam/map/frame_view.h"
 #include "oaslam/odometry/gyroscope.h"
 #include "oaslam/slam.h"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "oaslam/geometry/camera_model.h"
-#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/image_search.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/util/stopwatch.h"
 

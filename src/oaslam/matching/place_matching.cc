@@ -1,4 +1,4 @@
-#include "oaslam/relocalization/place_matching.h"
+#include "oaslam/matching/place_matching.h"
 
 #include <algorithm>
 
@@ -12,8 +12,8 @@ namespace {
 
 // Loose bounds, since what is wrong among mutual matches is found by geometry: the largest
 // distance, and the largest ratio of it to that of the nearest other point.
-constexpr int kMaxHamming = 80;
-constexpr double kRatio = 0.9;
+constexpr int kMaxMatchHamming = 80;
+constexpr double kMatchRatio = 0.9;
 constexpr int kNoRival = 90;  // so far away, the nearest other point refuses no match
 // Points without a landmark that are closer together than this share of their depth are one point
 // that several keyframes know.
@@ -91,7 +91,7 @@ Views ViewsByLearned(const Map& map, const Place& place) {
 }
 
 struct NearestKeypoint {
-  int distance = kMaxHamming + 1;
+  int distance = kMaxMatchHamming + 1;
   int keypoint = -1;
 };
 
@@ -115,12 +115,12 @@ std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, con
       if (NearestKeypoint& near = seen_of[views.point[v]]; distance < near.distance)
         near = {distance, keypoint_of_seen(s)};
     const auto best = std::ranges::min_element(close, {}, &CloseDescriptor::distance);
-    if (best == close.end() || best->distance > kMaxHamming) continue;
+    if (best == close.end() || best->distance > kMaxMatchHamming) continue;
     const PlacePoint& point = views.PointOf(best->index);
     int rival = kNoRival;  // distance of the nearest view of another point
     for (const auto& [v, distance] : close)
       if (distance < rival && !AreSame(views.PointOf(v), point)) rival = distance;
-    if (best->distance < kRatio * rival) view_of[s] = best->index;
+    if (best->distance < kMatchRatio * rival) view_of[s] = best->index;
   }
   std::vector<PlaceMatch> mutual;
   std::vector<float> turns;

@@ -1,5 +1,3 @@
-#include "oaslam/localization/localizer.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 #include "expect_input_error.h"
 #include "oaslam/description/describe_features.h"
 #include "oaslam/features/features.h"
+#include "oaslam/localization/image_search.h"
 #include "object_film.h"
 
 namespace oaslam {
@@ -146,7 +145,7 @@ std::vector<Detection> DetectionsOf(const Map& map, const Rigid3& world_from_cam
   return detections;
 }
 
-class LocalizerTest : public testing::Test {
+class ImageLocalizerTest : public testing::Test {
  protected:
   static const ImageLocalizer& Shared() {
     static const ImageLocalizer localizer =
@@ -161,7 +160,7 @@ double DistanceBetween(const Rigid3& a, const Rigid3& b) {
   return (a.translation - b.translation).norm();
 }
 
-TEST_F(LocalizerTest, FindsAnImageByPoints) {
+TEST_F(ImageLocalizerTest, FindsAnImageByPoints) {
   ASSERT_GT(LocalizerAccess::MapOf(localizer_).saved->map.landmarks.size(), 200u);
   const RelocalizationResult found =
       localizer_.Localize(InputOf(pose_), kWorldCamera, RelocalizationMode::kPoints);
@@ -175,7 +174,7 @@ TEST_F(LocalizerTest, FindsAnImageByPoints) {
 }
 
 // The image keeps what its descriptors need, also where its camera is not known.
-TEST_F(LocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
+TEST_F(ImageLocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
   const IndexedMap map(KnownByLearned(*LocalizerAccess::MapOf(localizer_).saved));
   const ImageInput input = InputOf(pose_);
   SlamConfig config;
@@ -193,7 +192,7 @@ TEST_F(LocalizerTest, WhereOrbIsInVainTheImageIsFoundByLearnedDescriptors) {
                    .world_from_cam);
 }
 
-TEST_F(LocalizerTest, WithoutAnImageDetectionsAreEnough) {
+TEST_F(ImageLocalizerTest, WithoutAnImageDetectionsAreEnough) {
   ImageInput input;
   input.detections = DetectionsOf(LocalizerAccess::MapOf(localizer_).saved->map, pose_);
   const RelocalizationResult found =
@@ -203,7 +202,7 @@ TEST_F(LocalizerTest, WithoutAnImageDetectionsAreEnough) {
   EXPECT_LT(DistanceBetween(*found.world_from_cam, pose_), 0.2);
 }
 
-TEST_F(LocalizerTest, TheCameraMayBeUnknown) {
+TEST_F(ImageLocalizerTest, TheCameraMayBeUnknown) {
   const RelocalizationResult found =
       localizer_.LocalizeWithUnknownCamera(InputOf(pose_), RelocalizationMode::kPoints);
   ASSERT_TRUE(found.world_from_cam) << found.why_not;
@@ -211,7 +210,7 @@ TEST_F(LocalizerTest, TheCameraMayBeUnknown) {
   EXPECT_NEAR(found.camera->fx, kWorldCamera.fx, 0.03 * kWorldCamera.fx);
 }
 
-TEST_F(LocalizerTest, AThreadAnswersAsManyDo) {
+TEST_F(ImageLocalizerTest, AThreadAnswersAsManyDo) {
   ImageInput boxes;
   boxes.detections = DetectionsOf(LocalizerAccess::MapOf(localizer_).saved->map, pose_);
   const std::vector<ImageInput> inputs{InputOf(pose_), boxes, InputOf(BeforeTheWall(0, 0, 0))};
@@ -237,7 +236,7 @@ TEST_F(LocalizerTest, AThreadAnswersAsManyDo) {
   }
 }
 
-TEST_F(LocalizerTest, InputsThatCannotBeUsedAreRefused) {
+TEST_F(ImageLocalizerTest, InputsThatCannotBeUsedAreRefused) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const auto problem = [&](const ImageInput& input, const Camera& camera = kWorldCamera,
                            const std::optional<Rigid3>& prior = std::nullopt) {

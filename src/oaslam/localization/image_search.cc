@@ -1,4 +1,4 @@
-#include "oaslam/localization/localizer.h"
+#include "oaslam/localization/image_search.h"
 
 #include <utility>
 

@@ -31,7 +31,7 @@ RelocalizationResult FindWithUnknownCamera(const ImageInput& input, const Camera
                                            const SlamConfig& config, FrameMaker& maker,
                                            Relocalizer& relocalizer);
 
-// Access to ImageLocalizer for the rooms above: maps that are in memory.
+// Access to ImageLocalizer for the rooms above, which share its map, and for tests.
 struct LocalizerAccess {
   static ImageLocalizer Make(const SlamConfig& config, IndexedMap map);
   static const IndexedMap& MapOf(const ImageLocalizer& localizer);

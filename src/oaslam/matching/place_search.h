@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "oaslam/map/frame.h"
+#include "oaslam/map/map.h"
+#include "oaslam/map/relocalization.h"
+#include "oaslam/matching/place_index.h"
+#include "oaslam/util/rng.h"
+
+namespace oaslam {
+
+// At least so many matches: a RANSAC on fewer finds a pose by chance.
+constexpr int kMinMatches = 10;
+
+struct PlaceSearchOptions {
+  int ransac_iterations = 0;  // at most
+  double min_confidence = 0;  // of a pose that is accepted
+};
+
+// Looks for a frame at one place: matches it whole (MatchPlace), estimates its pose (P3P in
+// RANSAC), and confirms that by a guided search for the other landmarks around. Nothing where there
+// is no hypothesis, else the best one, accepted or not.
+std::optional<Relocalization> FindAtPlace(const Frame& frame, const Map& map, const Place& place,
+                                          Appearance appearance, const PlaceSearchOptions& options,
+                                          Rng& rng);
+
+// Confirms and refines a pose from another source, such as objects. First searches `landmarks`
+// (ascending) within `radius_px` of their projections, the error of the guess in the image; then,
+// closer, those of them that an image of the place may show which is found so.
+Relocalization FindNear(const Frame& frame, const Map& map, std::span<const LandmarkId> landmarks,
+                        const Rigid3& guess, double radius_px, const PlaceSearchOptions& options,
+                        Rng& rng);
+
+// All landmarks that an image of this place may show, ascending.
+std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId place);
+
+// The probability, in [0, 1], that the best hypothesis is right: within 0.5 m and 30 degrees of the
+// truth on table tops seen from 1 to 3 m. A logistic curve fitted by tools/acceptance
+// (docs/lab/relocalization.md).
+double ConfidenceOfPoints(const PointSupport& best);
+
+// Refines a pose that is correct to a few pixels: searches the landmarks around their
+// projections with decreasing radius. Fills in the support of the points and the confidence;
+// evidence and why_not are set by Judge.
+Relocalization SearchAround(const Frame& frame, const Map& map,
+                            std::span<const LandmarkId> landmarks, const Rigid3& cam_from_world);
+
+// Fills in what of the support depends on the pose's covariance, and the confidence. `tolerance`:
+// how many times less certain than for a known camera the position is expected to be.
+void Weigh(const Map& map, Relocalization& found, double tolerance = 1);
+
+// Accepts a pose that is right with this probability.
+void Judge(double min_confidence, Relocalization& found);
+
+}  // namespace oaslam

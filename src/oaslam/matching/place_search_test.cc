@@ -1,0 +1,155 @@
+#include "oaslam/matching/place_search.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "oaslam/matching/place_matching.h"
+#include "place_world.h"
+
+namespace oaslam {
+namespace {
+
+using synthetic::DescribedWorld;
+using synthetic::MakeFrame;
+using synthetic::PlaceWorld;
+using synthetic::View;
+using synthetic::WorldOptions;
+
+constexpr WorldOptions kWorld = synthetic::kPlaceWorld;
+constexpr PlaceSearchOptions kOptions{900, 0.9};
+
+TEST(MatchPlace, FindsMostLandmarksOfAPlaceAndEachOnce) {
+  const PlaceWorld f;
+  Rng rng(3);
+  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 5),
+                             {.flipped_bits = 30, .missed = 0.3, .clutter = 300}, rng);
+  const std::vector<Place> places =
+      f.index.RankPlaces(f.mapped.map, f.index.Find(*view.features), 1);
+  ASSERT_EQ(places.size(), 1);
+  const std::vector<PlaceMatch> matches = MatchPlace(*view.features, f.mapped.map, places[0]);
+  int right = 0;
+  std::set<LandmarkId> landmarks;
+  for (const PlaceMatch& m : matches) {
+    const int point = view.point_of_keypoint[m.keypoint];
+    right += point >= 0 && f.mapped.landmark_of_point[point] == m.landmark;
+    EXPECT_TRUE(landmarks.insert(m.landmark).second);
+  }
+  EXPECT_GT(right, 200);
+  EXPECT_GT(right, 0.9 * static_cast<double>(matches.size()));
+  EXPECT_TRUE(std::ranges::is_sorted(matches, {}, &PlaceMatch::distance));
+}
+
+TEST(MatchPlace, MatchesPointsThatTheirKeyframesAloneKnow) {
+  DescribedWorld f(false);
+  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 7);
+  const View view = MakeView(f.world, truth, {.flipped_bits = 20}, f.rng);
+  const std::shared_ptr<const Features> features = synthetic::KnownByLearned(*view.features, f.rng);
+  const Place place =
+      f.index.RankPlaces(f.mapped.map, f.index.Find(*features, Appearance::kLearned), 1).at(0);
+  const auto matches = MatchPlace(*features, f.mapped.map, place, Appearance::kLearned);
+  int without_landmark = 0, right = 0;
+  for (const PlaceMatch& m : matches) {
+    without_landmark += !m.landmark.IsValid();
+    const int point = view.point_of_keypoint[m.keypoint];
+    right += point >= 0 && (f.world.points[point] - m.position).norm() < 0.1;
+  }
+  EXPECT_GT(without_landmark, static_cast<int>(matches.size()) / 4);
+  EXPECT_LT(without_landmark, 3 * static_cast<int>(matches.size()) / 4);
+  EXPECT_GT(right, 0.9 * static_cast<double>(matches.size()));
+  EXPECT_TRUE(MatchPlace(*view.features, f.mapped.map, place, Appearance::kLearned).empty());
+}
+
+double DistanceOf(const Relocalization& found, const Rigid3& truth) {
+  return (found.cam_from_world.OriginInSource() - truth.OriginInSource()).norm();
+}
+
+TEST(FindAtPlace, FindsAViewOfThePlaceAndJudgesIt) {
+  const PlaceWorld f;
+  Rng rng(3);
+  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+  const Frame frame = MakeFrame(MakeView(f.world, truth, {.missed = 0.3}, rng));
+  const Place place =
+      PlaceAround(f.mapped.map, f.mapped.map.NearestKeyframe(truth.OriginInSource()));
+  for (const double min_confidence : {0.9, 1.0}) {
+    const auto found =
+        FindAtPlace(frame, f.mapped.map, place, Appearance::kOrb, {900, min_confidence}, rng);
+    ASSERT_TRUE(found);
+    EXPECT_LT(DistanceOf(*found, truth), 0.02);
+    EXPECT_GT(found->confidence, 0.99);
+    EXPECT_EQ(found->IsFound(), min_confidence < 1) << found->confidence;
+    EXPECT_EQ(found->why_not.empty(), found->IsFound());
+  }
+  EXPECT_FALSE(
+      FindAtPlace(frame, f.mapped.map, place, Appearance::kLearned, kOptions, rng).has_value());
+}
+
+TEST(PlaceAround, BeginsWithTheKeyframe) {
+  const PlaceWorld f;
+  const Place place = PlaceAround(f.mapped.map, KeyframeId(3));
+  EXPECT_EQ(place.keyframes.front(), KeyframeId(3));
+  EXPECT_EQ(std::set(place.keyframes.begin(), place.keyframes.end()).size(), 6U);
+}
+
+TEST(FindNear, ConfirmsARoughPose) {
+  const PlaceWorld f;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    Rng rng(seed);
+    const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+    const View view = MakeView(f.world, truth, {.flipped_bits = 25, .clutter = 300}, rng);
+    const Rigid3 guess = synthetic::Disturb(truth, 0.08, 0.03, rng);
+    const Relocalization report = FindNear(MakeFrame(view), f.mapped.map,
+                                           f.mapped.map.landmarks.Ids(), guess, 60, kOptions, rng);
+    ASSERT_TRUE(report.IsFound()) << seed << ": " << report.why_not;
+    EXPECT_LT((report.cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.02);
+  }
+}
+
+TEST(FindNear, RefusesAPoseThatIsElsewhere) {
+  const PlaceWorld f;
+  Rng rng(4);
+  const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 25), {}, rng);
+  const Relocalization report =
+      FindNear(MakeFrame(view), f.mapped.map, f.mapped.map.landmarks.Ids(),
+               synthetic::PoseOnArc(kWorld, -90), 40, kOptions, rng);
+  EXPECT_FALSE(report.IsFound());
+}
+
+TEST(FindNear, UsesTheGivenLandmarksAlone) {
+  const PlaceWorld f;
+  Rng rng(5);
+  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+  const View view = MakeView(f.world, truth, {}, rng);
+  std::vector<LandmarkId> half;
+  for (const LandmarkId id : f.mapped.map.landmarks.Ids())
+    if (id.value % 2 == 0) half.push_back(id);
+  const Relocalization found =
+      FindNear(MakeFrame(view), f.mapped.map, half, truth, 30, kOptions, rng);
+  ASSERT_TRUE(found.IsFound()) << found.why_not;
+  for (const LandmarkId id : found.points.landmarks)
+    EXPECT_TRUE(!id.IsValid() || id.value % 2 == 0);
+}
+
+double OfPoints(int inliers, int expected, double covered, double relative_sigma) {
+  PointSupport best;
+  best.inliers = inliers;
+  best.expected = expected;
+  best.covered = covered;
+  best.relative_sigma = relative_sigma;
+  return ConfidenceOfPoints(best);
+}
+
+TEST(Confidence, OfPointsIsByWhatShouldBeInView) {
+  EXPECT_GT(OfPoints(150, 500, 0.8, 0.03), 0.99);
+  EXPECT_LT(OfPoints(150, 1500, 0.4, 0.03), OfPoints(150, 500, 0.8, 0.03));
+  EXPECT_LT(OfPoints(100, 1200, 0.3, 0.08), 0.5);
+  EXPECT_LT(OfPoints(150, 500, 0.8, 0.3), OfPoints(150, 500, 0.8, 0.03));
+}
+
+TEST(Confidence, OfFewPointsIsLowWhateverTheirShare) {
+  EXPECT_EQ(OfPoints(7, 10, 1, 0.01), 0);
+  EXPECT_LT(OfPoints(15, 15, 1, 0.01), 0.9);
+}
+
+}  // namespace
+}  // namespace oaslam
