@@ -1,31 +1,50 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "oaslam/features/features.h"
 
 namespace oaslam {
 
-// Descriptors by their words, so that the processor compares one with many at a time.
-struct DescriptorColumns {
-  std::array<std::vector<uint64_t>, 4> words;
+// Descriptors by their half bytes, so that the processor compares many of them at a time: it looks
+// up how many bits differ in a half byte, which it does fast also where it cannot count bits.
+class DescriptorColumns {
+ public:
+  static constexpr size_t kBlock = 64;      // descriptors
+  static constexpr size_t kHalfBytes = 64;  // of a descriptor
 
-  size_t size() const { return words[0].size(); }
-  void Add(const Descriptor& descriptor) {
-    for (size_t w = 0; w < words.size(); ++w) words[w].push_back(descriptor[w]);
-  }
+  size_t size() const { return size_; }
+  void Add(const Descriptor& descriptor);
+
+  // [block][half byte][descriptor of the block]; the last block is filled up with its first one.
+  const std::vector<uint8_t>& half_bytes() const { return half_bytes_; }
+
+ private:
+  size_t size_ = 0;
+  std::vector<uint8_t> half_bytes_;
 };
 
-struct CloseDescriptor {
-  int index = 0;
-  int distance = 0;  // Hamming
-  bool operator==(const CloseDescriptor&) const = default;
+// How far one descriptor is from each of many.
+struct DistanceRow {
+  std::vector<uint8_t> hamming;  // 255 also for 256
+  uint8_t smallest = 255;
 };
 
-// Replaces `close` by all descriptors within `max_distance`, in their order.
-void FindClose(const Descriptor& descriptor, const DescriptorColumns& among, int max_distance,
-               std::vector<CloseDescriptor>& close);
+// As many descriptors as are compared together.
+constexpr size_t kComparedTogether = 4;
+
+// Compares each of at most `kComparedTogether` descriptors with all in `among`; row r is that of
+// descriptor r, and rows beyond the last descriptor are of no meaning.
+void CompareWithAll(std::span<const Descriptor> descriptors, const DescriptorColumns& among,
+                    std::array<DistanceRow, kComparedTogether>& rows);
+
+// Replaces `found` by the indices, in their order, whose distance is below `bound`, or below their
+// own among `bounds` (one for each distance).
+void FindBelow(const DistanceRow& row, const std::vector<uint8_t>& bounds, uint8_t bound,
+               std::vector<int>& found);
 
 }  // namespace oaslam

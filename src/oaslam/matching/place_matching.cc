@@ -1,6 +1,9 @@
 #include "oaslam/matching/place_matching.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
 
 #include "oaslam/features/hamming_search.h"
 #include "oaslam/geometry/camera_model.h"
@@ -95,6 +98,12 @@ struct NearestKeypoint {
   int keypoint = -1;
 };
 
+// Nearest points of a keypoint that are at least so far away refuse no match at the distance
+// `best`.
+uint8_t RivalsBelow(int best) {
+  return static_cast<uint8_t>(std::min<double>(kNoRival, best / kMatchRatio + 1));
+}
+
 }  // namespace
 
 std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
@@ -108,19 +117,28 @@ std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, con
   };
   std::vector<NearestKeypoint> seen_of(views.points.size());
   std::vector<int> view_of(seen.size(), -1);
-  std::vector<CloseDescriptor> close;
+  std::vector<uint8_t> nearest(views.point.size(), kMaxMatchHamming + 1);  // by view: distance
+  std::array<DistanceRow, kComparedTogether> rows;
+  std::vector<int> close;
   for (size_t s = 0; s < seen.size(); ++s) {
-    FindClose(seen[s], views.descriptor, kNoRival - 1, close);
-    for (const auto& [v, distance] : close)
+    const size_t together = s % kComparedTogether;
+    if (together == 0)
+      CompareWithAll(std::span(seen).subspan(s, std::min(kComparedTogether, seen.size() - s)),
+                     views.descriptor, rows);
+    const DistanceRow& row = rows[together];
+    const int best = row.smallest;
+    if (best > kMaxMatchHamming) continue;
+    FindBelow(row, nearest, RivalsBelow(best), close);
+    const int view = *std::ranges::find(close, best, [&](int v) { return row.hamming[v]; });
+    int rival = kNoRival;  // distance of the nearest view of another point
+    for (const int v : close) {
+      const int distance = row.hamming[v];
+      nearest[v] = std::min(nearest[v], row.hamming[v]);
       if (NearestKeypoint& near = seen_of[views.point[v]]; distance < near.distance)
         near = {distance, keypoint_of_seen(s)};
-    const auto best = std::ranges::min_element(close, {}, &CloseDescriptor::distance);
-    if (best == close.end() || best->distance > kMaxMatchHamming) continue;
-    const PlacePoint& point = views.PointOf(best->index);
-    int rival = kNoRival;  // distance of the nearest view of another point
-    for (const auto& [v, distance] : close)
-      if (distance < rival && !AreSame(views.PointOf(v), point)) rival = distance;
-    if (best->distance < kMatchRatio * rival) view_of[s] = best->index;
+      if (distance < rival && !AreSame(views.PointOf(v), views.PointOf(view))) rival = distance;
+    }
+    if (best < kMatchRatio * rival) view_of[s] = view;
   }
   std::vector<PlaceMatch> mutual;
   std::vector<float> turns;
