@@ -128,7 +128,7 @@ TEST_F(SlamWithMap, ImagesAreFoundByManyThreadsAndNearAPriorPose) {
   slam.Load(Path());
   const RelocalizationResult expected = slam.Relocalize(WithDetections(30), mode);
   ASSERT_TRUE(expected.world_from_cam);
-  EXPECT_EQ(expected.candidates_are_by, PoseEvidence::kPoints);
+  EXPECT_EQ(expected.candidates_are_by, PoseEvidence::kObjects);
   const ImageLocalizer localizer(Path());
   EXPECT_EQ(localizer.Snapshot().landmark_count(), slam.Snapshot().landmark_count());
   std::vector<std::future<RelocalizationResult>> answers;

@@ -74,7 +74,7 @@ class TestService(cluster.MapFolder):
             pose = min(poses, key=lambda p: abs(p[0] - float(frame["timestamp"])))
             for a, b in zip(result["pose"]["position"], pose[1]):
                 assert a == pytest.approx(b, abs=2e-6)
-        assert {"points", "objects"} <= evidence
+        assert {"points+objects", "objects"} <= evidence
 
     def test_ways_to_ask(self):
         query = urllib.parse.urlencode({"camera": json.dumps(self.camera), "mode": "points", "gravity": "0,9.8,0"})

@@ -73,9 +73,10 @@ Relocalization FrameSearch::Confirmed(const Frame& frame, const Rigid3& cam_from
                   {3 * tools_.config.relocalization.ransac_iterations, kConfirms}, tools_.rng);
 }
 
-Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance) const {
-  Relocalization found = RelocalizeByPoints(frame, map_, *tools_.places,
-                                            tools_.config.relocalization, tools_.rng, appearance);
+Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
+                                     const std::optional<Rigid3>& roughly) const {
+  Relocalization found = RelocalizeByPoints(
+      frame, map_, *tools_.places, tools_.config.relocalization, tools_.rng, appearance, roughly);
   const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
   if (found.IsFound() && tools_.mode == RelocalizationMode::kPointsAndObjects && are_few)
     JoinObjects(frame, found);
@@ -107,13 +108,13 @@ std::vector<Relocalization> FrameSearch::PosesByObjects(const Frame& frame) cons
 
 // The best pose by objects, or the first that points confirm.
 Relocalization FrameSearch::ByObjects(const Frame& frame) const {
-  if (by_objects_->empty()) {
+  if (poses_by_objects_->empty()) {
     Relocalization none;
     none.why_not = "no pose explains three detections";
     return none;
   }
   std::vector<PoseHypothesis> candidates;
-  for (const Relocalization& pose : *by_objects_)
+  for (const Relocalization& pose : *poses_by_objects_)
     candidates.push_back({pose.cam_from_world, pose.objects.score});
   const auto with_candidates = [&](Relocalization found) {
     found.candidates = std::move(candidates);
@@ -121,7 +122,7 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) const {
     return found;
   };
   const RelocalizationConfig& config = tools_.config.relocalization;
-  for (const Relocalization& pose : *by_objects_) {
+  for (const Relocalization& pose : *poses_by_objects_) {
     if (!tools_.places) break;
     if (pose.objects.margin < -config.accept_margin) continue;  // they speak against it
     Relocalization confirmed = Confirmed(frame, pose.cam_from_world, ErrorAngle(pose.objects));
@@ -134,7 +135,13 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) const {
     confirmed.objects.matched = std::move(matched);
     return with_candidates(std::move(confirmed));
   }
-  return with_candidates(by_objects_->front());
+  return with_candidates(poses_by_objects_->front());
+}
+
+bool FrameSearch::ObjectsAreSure() const {
+  if (IsAsInPaper() || poses_by_objects_->empty()) return false;
+  const Relocalization& best = poses_by_objects_->front();
+  return best.IsFound() && best.confidence > kSure;
 }
 
 Relocalization FrameSearch::Find(const Frame& frame,
@@ -151,12 +158,19 @@ Relocalization FrameSearch::Find(const Frame& frame,
 }
 
 Relocalization FrameSearch::By(Appearance appearance, const Frame& frame) {
-  Relocalization by_points;
-  if (tools_.places) by_points = ByPoints(frame, appearance);
-  if (by_points.IsFound() || tools_.mode == RelocalizationMode::kPoints) return by_points;
-  if (!by_objects_) by_objects_ = PosesByObjects(frame);
-  Relocalization found = ByObjects(frame);
-  if (!tools_.places || found.IsFound()) return found;
+  if (tools_.mode == RelocalizationMode::kPoints) return ByPoints(frame, appearance, std::nullopt);
+  if (!poses_by_objects_) poses_by_objects_ = PosesByObjects(frame);
+  if (!tools_.places) return ByObjects(frame);
+  std::optional<Relocalization> sure;
+  if (ObjectsAreSure()) {
+    sure = ByObjects(frame);
+    if (sure->evidence == PoseEvidence::kPointsAndObjects) return *std::move(sure);
+  }
+  Relocalization by_points =
+      ByPoints(frame, appearance, sure ? std::optional(sure->cam_from_world) : std::nullopt);
+  if (by_points.IsFound()) return by_points;
+  Relocalization found = sure ? *std::move(sure) : ByObjects(frame);
+  if (found.IsFound()) return found;
   const std::string why_neither = frame.detections.empty() ? by_points.why_not
                                                            : "by points: " + by_points.why_not +
                                                                  "; by objects: " + found.why_not;

@@ -34,13 +34,16 @@ class FrameSearch {
   Relocalization Find(const Frame& frame, const std::function<std::optional<Frame>()>& learned);
 
  private:
-  // By points that are compared by `appearance`, then by objects, which points confirm.
+  // By points that are compared by `appearance`, then by objects, which points confirm. Objects
+  // that are sure of a pose come first, since they cost less, and tell which places may be in view.
   Relocalization By(Appearance appearance, const Frame& frame);
   // By landmarks around a pose from another source, which may be off by this angle in the image.
   Relocalization Confirmed(const Frame& frame, const Rigid3& cam_from_world,
                            double error_rad) const;
-  Relocalization ByPoints(const Frame& frame, Appearance appearance) const;
+  Relocalization ByPoints(const Frame& frame, Appearance appearance,
+                          const std::optional<Rigid3>& roughly) const;
   Relocalization ByObjects(const Frame& frame) const;
+  bool ObjectsAreSure() const;
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
   // with points.)
   void JoinObjects(const Frame& frame, Relocalization& found) const;
@@ -49,7 +52,7 @@ class FrameSearch {
 
   SearchTools tools_;
   const Map& map_;
-  std::optional<std::vector<Relocalization>> by_objects_;  // best first
+  std::optional<std::vector<Relocalization>> poses_by_objects_;  // best first
 };
 
 // The same for a frame whose camera is not known, as Relocalizer::FindWithUnknownCamera.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
+#include <set>
 #include <span>
 
 #include "oaslam/features/hamming_search.h"
@@ -104,26 +106,19 @@ uint8_t RivalsBelow(int best) {
   return static_cast<uint8_t>(std::min<double>(kNoRival, best / kMatchRatio + 1));
 }
 
-}  // namespace
-
-std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
-                                   Appearance appearance) {
-  const bool by_orb = appearance == Appearance::kOrb;
-  const Views views = by_orb ? ViewsByOrb(map, place) : ViewsByLearned(map, place);
-  const std::vector<Descriptor>& seen =
-      by_orb ? features.descriptors : features.learned.descriptors;
-  const auto keypoint_of_seen = [&](size_t i) {
-    return by_orb ? static_cast<int>(i) : features.learned.keypoints[i];
-  };
+// `descriptors`: those of `keypoints`, which are some of those of the image.
+std::vector<PlaceMatch> MatchViews(const Views& views, const Features& features,
+                                   std::span<const Descriptor> descriptors,
+                                   std::span<const int> keypoints) {
   std::vector<NearestKeypoint> seen_of(views.points.size());
-  std::vector<int> view_of(seen.size(), -1);
+  std::vector<int> view_of(descriptors.size(), -1);
   std::vector<uint8_t> nearest(views.point.size(), kMaxMatchHamming + 1);  // by view: distance
   std::array<DistanceRow, kComparedTogether> rows;
   std::vector<int> close;
-  for (size_t s = 0; s < seen.size(); ++s) {
+  for (size_t s = 0; s < descriptors.size(); ++s) {
     const size_t together = s % kComparedTogether;
     if (together == 0)
-      CompareWithAll(std::span(seen).subspan(s, std::min(kComparedTogether, seen.size() - s)),
+      CompareWithAll(descriptors.subspan(s, std::min(kComparedTogether, descriptors.size() - s)),
                      views.descriptor, rows);
     const DistanceRow& row = rows[together];
     const int best = row.smallest;
@@ -135,15 +130,15 @@ std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, con
       const int distance = row.hamming[v];
       nearest[v] = std::min(nearest[v], row.hamming[v]);
       if (NearestKeypoint& near = seen_of[views.point[v]]; distance < near.distance)
-        near = {distance, keypoint_of_seen(s)};
+        near = {distance, keypoints[s]};
       if (distance < rival && !AreSame(views.PointOf(v), views.PointOf(view))) rival = distance;
     }
     if (best < kMatchRatio * rival) view_of[s] = view;
   }
   std::vector<PlaceMatch> mutual;
   std::vector<float> turns;
-  for (size_t s = 0; s < seen.size(); ++s) {
-    const int view = view_of[s], keypoint = keypoint_of_seen(s);
+  for (size_t s = 0; s < descriptors.size(); ++s) {
+    const int view = view_of[s], keypoint = keypoints[s];
     if (view < 0 || seen_of[views.point[view]].keypoint != keypoint) continue;
     const PlacePoint& point = views.PointOf(view);
     mutual.push_back(
@@ -154,8 +149,43 @@ std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, con
   std::vector<PlaceMatch> kept;
   for (size_t i = 0; i < mutual.size(); ++i)
     if (consistent[i]) kept.push_back(mutual[i]);
-  std::ranges::stable_sort(kept, {}, &PlaceMatch::distance);
   return kept;
+}
+
+std::vector<PlaceMatch> MatchByOrb(const Features& features, const Map& map, const Place& place) {
+  std::vector<int> keypoints(features.keypoints.size());
+  std::iota(keypoints.begin(), keypoints.end(), 0);
+  return MatchViews(ViewsByOrb(map, place), features, features.descriptors, keypoints);
+}
+
+std::vector<PlaceMatch> MatchByLearned(const Features& features, const Map& map,
+                                       const Place& place) {
+  const LearnedDescriptors& learned = features.learned;
+  const std::vector<int> keypoints(learned.keypoints.begin(), learned.keypoints.end());
+  return MatchViews(ViewsByLearned(map, place), features, learned.descriptors, keypoints);
+}
+
+// Adds those of points and key points that have none yet.
+void AddMissing(const std::vector<PlaceMatch>& more, std::vector<PlaceMatch>& matches) {
+  std::set<int> keypoints;
+  std::set<LandmarkId> landmarks;
+  for (const PlaceMatch& m : matches) {
+    keypoints.insert(m.keypoint);
+    landmarks.insert(m.landmark);
+  }
+  for (const PlaceMatch& m : more)
+    if (!keypoints.contains(m.keypoint) && !landmarks.contains(m.landmark)) matches.push_back(m);
+}
+
+}  // namespace
+
+std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
+                                   Appearance appearance) {
+  std::vector<PlaceMatch> matches;
+  if (appearance == Appearance::kLearned) matches = MatchByLearned(features, map, place);
+  AddMissing(MatchByOrb(features, map, place), matches);
+  std::ranges::stable_sort(matches, {}, &PlaceMatch::distance);
+  return matches;
 }
 
 }  // namespace oaslam

@@ -18,7 +18,7 @@ struct PlaceMatch {
 // keyframes have of its points, the key point's nearest is one of the point, and among the image's
 // key points it is the point's nearest. The changes of orientation are consistent. Sorted by
 // distance. With learned descriptors, views of landmarks by other keyframes count, too, since few
-// keyframes have them.
+// keyframes have them; ORB adds matches of points and key points that have none by these.
 std::vector<PlaceMatch> MatchPlace(const Features& features, const Map& map, const Place& place,
                                    Appearance appearance = Appearance::kOrb);
 

@@ -16,8 +16,14 @@ namespace {
 
 // Each takes a match and a RANSAC; the right one is mostly among the first.
 constexpr int kMaxPlaces = 6;
-// Of a pose so likely, no other place is compared.
-constexpr double kSure = 0.998;
+// Between the viewing directions of two images that may be matched: 70 degrees, since descriptors
+// hardly match beyond 45, and one pose is not exact.
+constexpr double kMinCosine = 0.342;
+
+double CosineOfDirections(const Rigid3& cam_from_world, const Rigid3& other_cam_from_world) {
+  return (cam_from_world.rotation.inverse() * Eigen::Vector3d::UnitZ())
+      .dot(other_cam_from_world.rotation.inverse() * Eigen::Vector3d::UnitZ());
+}
 
 Camera WithFocal(const Camera& camera, double focal) {
   Camera changed = camera;
@@ -73,12 +79,14 @@ void Keep(Relocalization found, Relocalization& best) {
 
 Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                   const RelocalizationConfig& config, Rng& rng,
-                                  Appearance appearance) {
+                                  Appearance appearance, const std::optional<Rigid3>& roughly) {
   const PlaceSearchOptions options{3 * config.ransac_iterations, config.accept_confidence};
   const LandmarkHits hits = index.Find(*frame.features, appearance);
   Relocalization best;
   best.why_not = "no place of the map looks like this";
   for (const Place& place : index.RankPlaces(map, hits, kMaxPlaces)) {
+    const Keyframe& keyframe = map.keyframes.At(place.keyframes.front());
+    if (roughly && CosineOfDirections(keyframe.cam_from_world, *roughly) < kMinCosine) continue;
     std::optional<Relocalization> found = FindAtPlace(frame, map, place, appearance, options, rng);
     if (!found) continue;
     Keep(*std::move(found), best);

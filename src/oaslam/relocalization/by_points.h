@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "oaslam/camera.h"
 #include "oaslam/config.h"
 #include "oaslam/map/frame.h"
@@ -10,12 +12,18 @@
 
 namespace oaslam {
 
+// A pose that is so likely needs no other hypothesis beside it.
+constexpr double kSure = 0.998;
+
 // Relocalizes a frame by its points: finds places of similar appearance, estimates the
 // pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
-// other landmarks around. `appearance`: by which descriptors places are found.
+// other landmarks around. `appearance`: by which descriptors places are found. `roughly`: a pose
+// (camera from world) that is known from elsewhere; places that were seen from too different a
+// direction to be matched are left out.
 Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                   const RelocalizationConfig& config, Rng& rng,
-                                  Appearance appearance = Appearance::kOrb);
+                                  Appearance appearance = Appearance::kOrb,
+                                  const std::optional<Rigid3>& roughly = std::nullopt);
 
 // Relocalizes a frame whose focal length is not known. Its camera in the map must have no
 // distortion; its focal length is ignored. Focal lengths over the whole range of lenses are tried,

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "oaslam/geometry/degree.h"
 #include "place_world.h"
 
 namespace oaslam {
@@ -54,6 +55,22 @@ TEST(RelocalizeByPoints, RefusesAnotherWorld) {
     EXPECT_FALSE(report.IsFound());
     EXPECT_FALSE(report.why_not.empty());
   }
+}
+
+TEST(RelocalizeByPoints, LeavesOutPlacesSeenFromTheOtherSide) {
+  const PlaceWorld f;
+  Rng rng(5);
+  const Rigid3 truth = synthetic::PoseOnArc(kWorld, 5);
+  const Frame frame = MakeFrame(MakeView(f.world, truth, {}, rng));
+  const auto found_with = [&](double degrees) {
+    const Rigid3 turned =
+        Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(degrees * kDegree, Eigen::Vector3d::UnitY())),
+               Eigen::Vector3d::Zero()} *
+        truth;
+    return RelocalizeByPoints(frame, f.mapped.map, f.index, {}, rng, Appearance::kOrb, turned);
+  };
+  EXPECT_TRUE(found_with(20).IsFound());
+  EXPECT_TRUE(found_with(120).candidates.empty());
 }
 
 // A strip of the image agrees exactly; of what should be in view beside it, nothing is there.
