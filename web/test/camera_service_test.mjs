@@ -204,9 +204,9 @@ test("a phone that moves and knows nothing of its lens: it is found, and what is
   const rate = answers.length / 12;
   const quantile = (of) => errors[Math.floor(of * errors.length)]?.toFixed(1);
   console.log(`${drawn.length} images drawn, ${rate.toFixed(1)} answers a second, ${posed.length} of ${answers.length} with a pose, delay ${(1000 * delay).toFixed(0)} ms; ` +
-    (errors.length ? `drawn ${quantile(0.5)} px from the later answers (median), ${quantile(0.9)} (90 %)` : "no two answers follow each other closely enough to compare with"));
+    (errors.length ? `drawn ${quantile(0.5)} px from the later answers (median), ${quantile(0.9)} (90 %)` : "too few answers to compare with"));
   assert.ok(posed.length > 0.8 * answers.length && posed.length > 5, `${posed.length} of ${answers.length}`);
-  // From answers half a second apart the motion of a hand between them does not follow.
+  // From answers further apart the motion of a hand between them does not follow.
   if (rate > 4) assert.ok(errors.length > 30 && errors[errors.length >> 1] < 12, String(errors[errors.length >> 1]));
   assert.deepEqual(page.errors, []);
 });

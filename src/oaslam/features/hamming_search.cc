@@ -17,16 +17,17 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Bytes = hn::CappedTag<uint8_t, DescriptorColumns::kBlock>;
 
-// The bits that differ, by the half byte of each descriptor compared: 16 numbers for each of the 16
-// that the half byte can be.
+// For one half byte of each descriptor that is compared: how many of its bits differ from each of
+// the 16 that another can have there.
 using DifferingBits = std::array<const uint8_t*, kComparedTogether>;
 
 // Writes the distances of `kComparedTogether` descriptors to all in the blocks, and the smallest of
-// each. `differing` has those of each half byte.
+// each (255 if there are none). `differing`: one for each half byte.
 #if HWY_TARGET == HWY_SCALAR
 void CompareWithBlocks(const DifferingBits* differing, std::span<const uint8_t> half_bytes,
                        uint8_t* const* rows, uint8_t* smallest) {
   constexpr size_t kBlock = DescriptorColumns::kBlock;
+  std::fill(smallest, smallest + kComparedTogether, uint8_t{255});
   for (size_t r = 0; r < kComparedTogether; ++r)
     for (size_t i = 0; i < half_bytes.size() / DescriptorColumns::kHalfBytes; ++i) {
       const uint8_t* block = &half_bytes[i / kBlock * kBlock * DescriptorColumns::kHalfBytes];
@@ -43,9 +44,8 @@ void CompareWithBlocks(const DifferingBits* differing, std::span<const uint8_t> 
   static_assert(kComparedTogether == 4);
   const Bytes d;
   const size_t lanes = hn::Lanes(d);
-  const auto differ = [d](const uint8_t* bits, hn::Vec<Bytes> seen) {
-    return hn::TableLookupBytes(hn::LoadDup128(d, bits), seen);
-  };
+  const auto differ = [d](const uint8_t* bits, hn::Vec<Bytes> seen)
+                          HWY_ATTR { return hn::TableLookupBytes(hn::LoadDup128(d, bits), seen); };
   auto least_0 = hn::Set(d, 255), least_1 = least_0, least_2 = least_0, least_3 = least_0;
   size_t row = 0;
   for (size_t begin = 0; begin < half_bytes.size();
@@ -70,7 +70,7 @@ void CompareWithBlocks(const DifferingBits* differing, std::span<const uint8_t> 
       least_3 = hn::Min(least_3, sum_3);
     }
   HWY_ALIGN uint8_t least[DescriptorColumns::kBlock];
-  const auto least_of = [&](hn::Vec<Bytes> each) {
+  const auto least_of = [&](hn::Vec<Bytes> each) HWY_ATTR {
     hn::Store(each, d, least);
     return *std::min_element(least, least + lanes);
   };
@@ -148,7 +148,6 @@ void CompareWithAll(std::span<const Descriptor> descriptors, const DescriptorCol
           kBitsThatDiffer[HalfByte(descriptors[std::min(r, descriptors.size() - 1)], h)].data();
   std::array<uint8_t*, kComparedTogether> distances;
   std::array<uint8_t, kComparedTogether> smallest;
-  smallest.fill(255);
   for (size_t r = 0; r < kComparedTogether; ++r) {
     rows[r].hamming.resize(among.half_bytes().size() / DescriptorColumns::kHalfBytes);
     distances[r] = rows[r].hamming.data();

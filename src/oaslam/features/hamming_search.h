@@ -37,7 +37,7 @@ struct DistanceRow {
 // As many descriptors as are compared together.
 constexpr size_t kComparedTogether = 4;
 
-// Compares each of at most `kComparedTogether` descriptors with all in `among`; row r is that of
+// Compares each of 1 to `kComparedTogether` descriptors with all in `among`; row r is that of
 // descriptor r, and rows beyond the last descriptor are of no meaning.
 void CompareWithAll(std::span<const Descriptor> descriptors, const DescriptorColumns& among,
                     std::array<DistanceRow, kComparedTogether>& rows);

@@ -77,15 +77,15 @@ Relocalization FrameSearch::ByPoints(const Frame& frame, Appearance appearance,
                                      const std::optional<Rigid3>& roughly) const {
   Relocalization found = RelocalizeByPoints(
       frame, map_, *tools_.places, tools_.config.relocalization, tools_.rng, appearance, roughly);
-  const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
-  if (found.IsFound() && tools_.mode == RelocalizationMode::kPointsAndObjects && are_few)
+  if (found.IsFound() && tools_.mode == RelocalizationMode::kPointsAndObjects)
     JoinObjects(frame, found);
   return found;
 }
 
 void FrameSearch::JoinObjects(const Frame& frame, Relocalization& found) const {
   const RelocalizationConfig& config = tools_.config.relocalization;
-  if (IsAsInPaper()) return;
+  const bool are_few = found.points.inliers < 2 * tools_.config.tracking.min_relocalization_inliers;
+  if (IsAsInPaper() || !are_few) return;
   Relocalization joint =
       RefineByPointsAndObjects(frame.detections, map_.cameras[frame.camera], map_, config, found);
   found.objects.matched = std::move(joint.objects.matched);
@@ -94,7 +94,12 @@ void FrameSearch::JoinObjects(const Frame& frame, Relocalization& found) const {
   found.covariance = joint.covariance;
 }
 
-std::vector<Relocalization> FrameSearch::PosesByObjects(const Frame& frame) const {
+const std::vector<Relocalization>& FrameSearch::PosesByObjects(const Frame& frame) {
+  if (!poses_by_objects_) poses_by_objects_ = SearchPosesByObjects(frame);
+  return *poses_by_objects_;
+}
+
+std::vector<Relocalization> FrameSearch::SearchPosesByObjects(const Frame& frame) const {
   const Camera& camera = map_.cameras[frame.camera];
   const RelocalizationConfig& config = tools_.config.relocalization;
   if (IsAsInPaper())
@@ -107,14 +112,15 @@ std::vector<Relocalization> FrameSearch::PosesByObjects(const Frame& frame) cons
 }
 
 // The best pose by objects, or the first that points confirm.
-Relocalization FrameSearch::ByObjects(const Frame& frame) const {
-  if (poses_by_objects_->empty()) {
+Relocalization FrameSearch::ByObjects(const Frame& frame) {
+  const std::vector<Relocalization>& poses = PosesByObjects(frame);
+  if (poses.empty()) {
     Relocalization none;
     none.why_not = "no pose explains three detections";
     return none;
   }
   std::vector<PoseHypothesis> candidates;
-  for (const Relocalization& pose : *poses_by_objects_)
+  for (const Relocalization& pose : poses)
     candidates.push_back({pose.cam_from_world, pose.objects.score});
   const auto with_candidates = [&](Relocalization found) {
     found.candidates = std::move(candidates);
@@ -122,7 +128,7 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) const {
     return found;
   };
   const RelocalizationConfig& config = tools_.config.relocalization;
-  for (const Relocalization& pose : *poses_by_objects_) {
+  for (const Relocalization& pose : poses) {
     if (!tools_.places) break;
     if (pose.objects.margin < -config.accept_margin) continue;  // they speak against it
     Relocalization confirmed = Confirmed(frame, pose.cam_from_world, ErrorAngle(pose.objects));
@@ -130,18 +136,21 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) const {
     JoinObjects(frame, confirmed);
     confirmed.evidence = PoseEvidence::kPointsAndObjects;
     confirmed.confidence = ConfidenceOfBoth(confirmed.confidence, pose.confidence);
-    std::vector<std::pair<int, ObjectId>> matched = std::move(confirmed.objects.matched);
-    confirmed.objects = pose.objects;
-    confirmed.objects.matched = std::move(matched);
+    ObjectSupport objects = pose.objects;
+    if (!confirmed.objects.matched.empty()) objects.matched = std::move(confirmed.objects.matched);
+    confirmed.objects = std::move(objects);
     return with_candidates(std::move(confirmed));
   }
-  return with_candidates(poses_by_objects_->front());
+  return with_candidates(poses.front());
 }
 
-bool FrameSearch::ObjectsAreSure() const {
-  if (IsAsInPaper() || poses_by_objects_->empty()) return false;
-  const Relocalization& best = poses_by_objects_->front();
-  return best.IsFound() && best.confidence > kSure;
+std::optional<Relocalization> FrameSearch::BySureObjects(const Frame& frame) {
+  if (!tools_.places || tools_.mode == RelocalizationMode::kPoints || IsAsInPaper())
+    return std::nullopt;
+  const std::vector<Relocalization>& poses = PosesByObjects(frame);
+  if (poses.empty() || !poses.front().IsFound() || poses.front().confidence < kSureConfidence)
+    return std::nullopt;
+  return ByObjects(frame);
 }
 
 Relocalization FrameSearch::Find(const Frame& frame,
@@ -158,19 +167,15 @@ Relocalization FrameSearch::Find(const Frame& frame,
 }
 
 Relocalization FrameSearch::By(Appearance appearance, const Frame& frame) {
-  if (tools_.mode == RelocalizationMode::kPoints) return ByPoints(frame, appearance, std::nullopt);
-  if (!poses_by_objects_) poses_by_objects_ = PosesByObjects(frame);
-  if (!tools_.places) return ByObjects(frame);
-  std::optional<Relocalization> sure;
-  if (ObjectsAreSure()) {
-    sure = ByObjects(frame);
-    if (sure->evidence == PoseEvidence::kPointsAndObjects) return *std::move(sure);
-  }
-  Relocalization by_points =
-      ByPoints(frame, appearance, sure ? std::optional(sure->cam_from_world) : std::nullopt);
-  if (by_points.IsFound()) return by_points;
+  std::optional<Relocalization> sure = BySureObjects(frame);
+  if (sure && sure->evidence == PoseEvidence::kPointsAndObjects) return *std::move(sure);
+  Relocalization by_points;
+  if (tools_.places)
+    by_points =
+        ByPoints(frame, appearance, sure ? std::optional(sure->cam_from_world) : std::nullopt);
+  if (by_points.IsFound() || tools_.mode == RelocalizationMode::kPoints) return by_points;
   Relocalization found = sure ? *std::move(sure) : ByObjects(frame);
-  if (found.IsFound()) return found;
+  if (!tools_.places || found.IsFound()) return found;
   const std::string why_neither = frame.detections.empty() ? by_points.why_not
                                                            : "by points: " + by_points.why_not +
                                                                  "; by objects: " + found.why_not;

@@ -34,25 +34,26 @@ class FrameSearch {
   Relocalization Find(const Frame& frame, const std::function<std::optional<Frame>()>& learned);
 
  private:
-  // By points that are compared by `appearance`, then by objects, which points confirm. Objects
-  // that are sure of a pose come first, since they cost less, and tell which places may be in view.
+  // By objects that are sure of a pose; where points do not confirm it, by points that are compared
+  // by `appearance`, at places that this pose may see; then by objects that are less sure.
   Relocalization By(Appearance appearance, const Frame& frame);
   // By landmarks around a pose from another source, which may be off by this angle in the image.
   Relocalization Confirmed(const Frame& frame, const Rigid3& cam_from_world,
                            double error_rad) const;
   Relocalization ByPoints(const Frame& frame, Appearance appearance,
                           const std::optional<Rigid3>& roughly) const;
-  Relocalization ByObjects(const Frame& frame) const;
-  bool ObjectsAreSure() const;
+  std::optional<Relocalization> BySureObjects(const Frame& frame);
+  Relocalization ByObjects(const Frame& frame);
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
   // with points.)
   void JoinObjects(const Frame& frame, Relocalization& found) const;
-  std::vector<Relocalization> PosesByObjects(const Frame& frame) const;
+  const std::vector<Relocalization>& PosesByObjects(const Frame& frame);
+  std::vector<Relocalization> SearchPosesByObjects(const Frame& frame) const;
   bool IsAsInPaper() const { return tools_.config.relocalization.objects == ObjectMethod::kPaper; }
 
   SearchTools tools_;
   const Map& map_;
-  std::optional<std::vector<Relocalization>> poses_by_objects_;  // best first
+  std::optional<std::vector<Relocalization>> poses_by_objects_;  // best first; once searched
 };
 
 // The same for a frame whose camera is not known, as Relocalizer::FindWithUnknownCamera.

@@ -13,9 +13,10 @@
 namespace oaslam {
 
 // Finds frames in a map, independently of each other (paper, section "Relocalization using
-// Objects"): by points; where these fail, by objects, whose pose guides the search for points; and
-// by objects alone as a last resort, if their evidence is strong. All of this first by ORB, and
-// where that is in vain by learned descriptors.
+// Objects"): by objects that are sure of a pose and points that confirm it, by points, or by
+// objects whose pose guides the search for points; and by objects alone as a last resort, if their
+// evidence is strong. All of this first by ORB, and where that is in vain by learned descriptors,
+// too.
 class Relocalizer {
  public:
   // `index`: of a map in which frames will be found; made at need for any other map.

@@ -120,6 +120,39 @@ TEST(Relocalizer, SaysWhyNotInEveryMode) {
   frame.features = nullptr;
   EXPECT_THAT(why_not(RelocalizationMode::kPointsAndObjects),
               AllOf(Not(HasSubstr("place")), HasSubstr("detections")));
+  EXPECT_EQ(why_not(RelocalizationMode::kPoints), "");
+}
+
+TEST(Relocalizer, SureObjectsComeFirstAndPointsConfirmThem) {
+  const synthetic::World world = synthetic::MakeWorld({.seed = 1}),
+                         other = synthetic::MakeWorld({.seed = 2});
+  Map map = synthetic::MakeMap(world, {}).map;
+  for (uint32_t i = 0; i < 10; ++i) {
+    Object object;
+    object.category_id = static_cast<int>(i);
+    object.state = ObjectState::kMapped;
+    object.ellipsoid = {
+        world.points[20 * i], {0.1 + 0.02 * i, 0.2, 0.15}, Eigen::Quaterniond::Identity()};
+    object.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.1;
+    map.objects.Insert(ObjectId(i), object);
+  }
+  const Rigid3 pose = synthetic::PoseOnArc({}, 3);
+  const auto find = [&](const synthetic::World& points, bool with_objects, ObjectMethod method) {
+    Frame frame = FrameOf(points, pose);
+    if (with_objects) frame.detections = FrameOfObjects(map, pose, 1).detections;
+    SlamConfig config;
+    config.relocalization.objects = method;
+    Rng rng(5);
+    return Relocalizer(config).Find(frame, map, RelocalizationMode::kPointsAndObjects, rng);
+  };
+  const Relocalization both = find(world, true, ObjectMethod::kRobust);
+  EXPECT_EQ(both.evidence, PoseEvidence::kPointsAndObjects) << both.why_not;
+  EXPECT_LT(CentreDistance(both.cam_from_world, pose), 0.02);
+  EXPECT_EQ(both.candidates_are_by, PoseEvidence::kObjects);
+  EXPECT_FALSE(both.objects.matched.empty());
+  EXPECT_EQ(find(other, true, ObjectMethod::kRobust).evidence, PoseEvidence::kObjects);
+  EXPECT_EQ(find(world, false, ObjectMethod::kRobust).evidence, PoseEvidence::kPoints);
+  EXPECT_EQ(find(world, true, ObjectMethod::kPaper).evidence, PoseEvidence::kPoints);
 }
 
 TEST(Relocalizer, SaysWhyNotOfAnUnknownCamera) {

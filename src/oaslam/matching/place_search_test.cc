@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <utility>
 
 #include "oaslam/matching/place_matching.h"
 #include "place_world.h"
@@ -67,19 +68,22 @@ TEST(MatchPlace, OrbAddsWhatLearnedDescriptorsDoNotMatch) {
     if (f.rng.Index(2)) known_by_orb.insert(id);
   for (const KeyframeId id : f.mapped.map.keyframes.Ids()) {
     Keyframe& keyframe = f.mapped.map.keyframes.MutableAt(id);
+    const LearnedDescriptors all = keyframe.features->learned;
+    const std::vector<float> depths = std::exchange(keyframe.learned_depths, {});
     Features features = *keyframe.features;
     features.learned = {};
     for (uint16_t k = 0; k < features.size(); ++k) {
-      const Descriptor& descriptor = keyframe.features->learned.descriptors[k];
       if (known_by_orb.contains(keyframe.landmarks[k])) {
-        features.descriptors[k] = descriptor;
+        features.descriptors[k] = all.descriptors[k];
         continue;
       }
       features.learned.keypoints.push_back(k);
-      features.learned.descriptors.push_back(descriptor);
+      features.learned.descriptors.push_back(all.descriptors[k]);
+      keyframe.learned_depths.push_back(depths[k]);
     }
     keyframe.features = std::make_shared<Features>(std::move(features));
   }
+  ASSERT_TRUE(f.mapped.map.CheckInvariants().empty());
   const View view = MakeView(f.world, synthetic::PoseOnArc(kWorld, 7), {.flipped_bits = 20}, f.rng);
   Features seen = *synthetic::KnownByLearned(*view.features, f.rng);
   const Place place = PlaceAround(
@@ -91,12 +95,16 @@ TEST(MatchPlace, OrbAddsWhatLearnedDescriptorsDoNotMatch) {
   seen.descriptors = view.features->descriptors;
   EXPECT_GT(count(Appearance::kLearned), 1.5 * static_cast<double>(by_learned_alone));
   EXPECT_GT(count(Appearance::kLearned), count(Appearance::kOrb));
+  int right = 0;
   std::set<int> keypoints;
   std::set<LandmarkId> landmarks;
   for (const PlaceMatch& m : MatchPlace(seen, f.mapped.map, place, Appearance::kLearned)) {
     EXPECT_TRUE(keypoints.insert(m.keypoint).second);
     EXPECT_TRUE(landmarks.insert(m.landmark).second);
+    const int point = view.point_of_keypoint[m.keypoint];
+    right += point >= 0 && f.mapped.landmark_of_point[point] == m.landmark;
   }
+  EXPECT_GT(right, 0.9 * static_cast<double>(keypoints.size()));
 }
 
 double DistanceOf(const Relocalization& found, const Rigid3& truth) {

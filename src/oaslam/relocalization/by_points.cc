@@ -10,6 +10,7 @@
 #include "oaslam/matching/place_matching.h"
 #include "oaslam/matching/place_search.h"
 #include "oaslam/matching/point_observation.h"
+#include "oaslam/relocalization/confidence.h"
 
 namespace oaslam {
 namespace {
@@ -90,7 +91,7 @@ Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const Plac
     std::optional<Relocalization> found = FindAtPlace(frame, map, place, appearance, options, rng);
     if (!found) continue;
     Keep(*std::move(found), best);
-    if (best.confidence > kSure) break;
+    if (best.confidence > kSureConfidence) break;
   }
   std::ranges::stable_sort(best.candidates, std::ranges::greater{}, &PoseHypothesis::score);
   return best;

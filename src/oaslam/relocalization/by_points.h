@@ -12,14 +12,11 @@
 
 namespace oaslam {
 
-// A pose that is so likely needs no other hypothesis beside it.
-constexpr double kSure = 0.998;
-
 // Relocalizes a frame by its points: finds places of similar appearance, estimates the
 // pose from their landmarks (P3P in RANSAC), and confirms it by a guided search for the
 // other landmarks around. `appearance`: by which descriptors places are found. `roughly`: a pose
-// (camera from world) that is known from elsewhere; places that were seen from too different a
-// direction to be matched are left out.
+// (camera from world) that is known from elsewhere; of the places found, those that were seen
+// from too different a direction to be matched are left out.
 Relocalization RelocalizeByPoints(const Frame& frame, const Map& map, const PlaceIndex& index,
                                   const RelocalizationConfig& config, Rng& rng,
                                   Appearance appearance = Appearance::kOrb,

@@ -4,6 +4,9 @@
 
 namespace oaslam {
 
+// A pose that is so likely needs no other hypothesis beside it.
+constexpr double kSureConfidence = 0.998;
+
 // The probability, in [0, 1], that a best hypothesis with this evidence is right: within 0.5 m and
 // 30 degrees of the truth on table tops seen from 1 to 3 m, which excludes another place and the
 // wrong side of the desk. (The sigma of a pose tells how accurate a right one is.) Logistic curves
