@@ -9,8 +9,6 @@ target_compile_options(oaslam_options INTERFACE
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   # Hamming distances eight times as fast; in every x86-64 processor since 2008.
   target_compile_options(oaslam_options INTERFACE -mpopcnt)
-  # The kernels also for processors that count the bits of whole vectors; old versions of Highway leave them out.
-  target_compile_definitions(oaslam_options INTERFACE HWY_WANT_AVX3_DL)
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
   # The kernels keep vectors in arrays, and those of SVE have no size for the compiler.
   target_compile_definitions(oaslam_options INTERFACE "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
