@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
@@ -17,9 +19,19 @@
 namespace oaslam {
 namespace {
 
-constexpr int kLeastMatches = 30;               // of the first image in the newest
 constexpr double kSameDirection = 8 * kDegree;  // of translation: the same minimum
-constexpr int kPolished = 4;                    // of the distinct motions
+constexpr int kPolished = 6;                    // at most, until two of them are distinct
+
+// How the camera moved from the first image to the newest, but for the length of the way.
+struct BeginningMotion {
+  Eigen::Quaterniond first_from_newest;
+  Eigen::Vector3d direction;  // of the newest camera in the frame of the first, length 1
+};
+
+BeginningMotion MotionOf(const Rigid3& newest_from_first) {
+  return {Eigen::Quaterniond(newest_from_first.rotation).conjugate(),
+          newest_from_first.OriginInSource().normalized()};
+}
 
 // Points that the first and the newest image both see.
 RayMatches MatchesOf(const Window& window, const WindowOptions& options) {
@@ -51,8 +63,7 @@ std::vector<BeginningMotion> MotionsToTry(const RayMatches& matches,
   const TwoViewOptions samples;
   std::vector<BeginningMotion> motions;
   const auto add = [&](const std::vector<Rigid3>& found) {
-    for (const Rigid3& m : found)
-      motions.push_back({m.rotation.conjugate(), m.OriginInSource().normalized()});
+    for (const Rigid3& m : found) motions.push_back(MotionOf(m));
   };
   add(MotionsOfEssential(FitEssential(matches, samples.essential_iterations, rng).matrix));
   add(MotionsOfHomography(FitHomography(matches, samples.homography_iterations, rng).matrix,
@@ -67,11 +78,59 @@ std::vector<BeginningMotion> MotionsToTry(const RayMatches& matches,
   return motions;
 }
 
+// Of the points whose depth is known, or of all where these are few.
+double MedianInverseDepth(const Window& window) {
+  constexpr size_t kLeast = 10;
+  std::vector<double> known, all;
+  for (const WindowPoint& p : window.points) {
+    all.push_back(p.inverse_depth);
+    if (p.HasDepth()) known.push_back(p.inverse_depth);
+  }
+  return std::max(1e-3, Median(known.size() < kLeast ? std::move(all) : std::move(known)));
+}
+
+// The median ratio of the inverse depths that two windows know; 1 where they share few points.
+double DepthsOverThose(const Window& now, const Window& before) {
+  constexpr size_t kLeast = 10;
+  using Key = std::tuple<int, float, float>;
+  const auto key_of = [](const WindowPoint& p) {
+    return Key(p.anchor, p.anchor_px.x(), p.anchor_px.y());
+  };
+  std::map<Key, double> known;
+  for (const WindowPoint& p : before.points)
+    if (p.HasDepth()) known[key_of(p)] = p.inverse_depth;
+  std::vector<double> ratios;
+  for (const WindowPoint& p : now.points)
+    if (const auto found = known.find(key_of(p)); p.HasDepth() && found != known.end())
+      ratios.push_back(p.inverse_depth / found->second);
+  return ratios.size() < kLeast ? 1 : Median(std::move(ratios));
+}
+
+// Multiplies all lengths; the first image stays.
+void ScaleAboutFirst(double factor, Window& window) {
+  const Rigid3 first = window.images.front().cam_from_odom;
+  for (WindowImage& image : window.images) {
+    Rigid3 image_from_first = image.cam_from_odom * first.Inverse();
+    image_from_first.translation *= factor;
+    image.cam_from_odom = image_from_first * first;
+  }
+  for (WindowPoint& p : window.points) {
+    p.inverse_depth /= factor;
+    p.variance /= factor * factor;
+  }
+  window.unit->length *= factor;
+}
+
 struct Solution {
   InverseDepthState state;
   double cost = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  double outliers = 1;  // share of the sightings; known of polished solutions
+  BeginningMotion motion{};
 };
+
+bool AreDistinct(const Solution& a, const Solution& b) {
+  return a.motion.direction.dot(b.motion.direction) < std::cos(kSameDirection);
+}
 
 class Beginner {
  public:
@@ -81,7 +140,9 @@ class Beginner {
     window_.median_inverse_depth = 1;
     for (WindowPoint& p : window_.points) {
       p.inverse_depth = p.prior_inverse_depth = 1;
-      p.prior_sigma = 1.5;  // from infinity to a quarter of the median depth
+      // Next to nothing: the way is a guess by the parallax, which a rotation can take away. Depths
+      // that are held near the guess turn the direction by up to 40 degrees.
+      p.prior_sigma = 20;
     }
     made_ = ProblemOf(window_, options_, true);
     made_.problem.least_inverse_depth = 0;
@@ -106,7 +167,7 @@ class Beginner {
       const Rigid3 image_from_first(rotation, rotation * (-share * length_ * motion.direction));
       s.state.poses[k] = image_from_first * from_first;
     }
-    constexpr double kDepths[] = {0.0, 0.3, 0.7, 1.2, 2.0, 3.5};  // about the median, which is 1
+    constexpr double kDepths[] = {0, 0.1, 0.3, 0.6, 1, 1.6, 2.5, 4, 6, 9, 14};  // inverse
     SearchDepths(kDepths, std::vector<char>(made_.points.size(), true), made_.problem, s.state);
     return s;
   }
@@ -115,7 +176,21 @@ class Beginner {
     s.cost = MinimizeInverseDepths(made_.problem, {.max_iterations = iterations, .tolerance = 1e-4},
                                    s.state)
                  .solver.cost;
-    s.direction = (s.state.poses[first_] * s.state.poses[newest_].OriginInSource()).normalized();
+    s.motion = MotionOf(s.state.poses[newest_] * s.state.poses[first_].Inverse());
+  }
+
+  // Without the sightings that do not fit. In the cost each of these counts as much as one that
+  // hardly fits, so that solutions with different ones can be compared.
+  void Polish(Solution& s) const {
+    constexpr int kRounds = 2, kIterations = 10;
+    InverseDepthProblem problem = made_.problem;
+    for (int round = 0; round < kRounds; ++round) {
+      FlagOutliers(s.state, problem);
+      MinimizeInverseDepths(problem, {.max_iterations = kIterations, .tolerance = 1e-4}, s.state);
+    }
+    s.outliers = FlagOutliers(s.state, problem);
+    s.cost = CostOf(problem, s.state, std::pow(options_.outlier_px / options_.sigma_px, 2));
+    s.motion = MotionOf(s.state.poses[newest_] * s.state.poses[first_].Inverse());
   }
 
   // Squared sigmas.
@@ -131,41 +206,41 @@ class Beginner {
            static_cast<double>(s.state.inverse_depths.size());
   }
 
-  BeginningMotion MotionOf(const Solution& s) const {
-    return {Eigen::Quaterniond((s.state.poses[newest_] * s.state.poses[first_].Inverse()).rotation)
-                .conjugate(),
-            s.direction};
-  }
-
-  // The window with this solution, the unit of length changed so that the median depth is 1.
-  Window Made(Solution s) const {
+  // The window with this solution, in the unit of the one before.
+  Window Made(Solution s, const Window* before) const {
     Window made = window_;
     // A last step from the minimum gives the variances there.
     const InverseDepthReport report =
         MinimizeInverseDepths(made_.problem, {.max_iterations = 1}, s.state);
     made_.Apply(s.state, made);
-    std::vector<double> known;
-    for (size_t k = 0; k < made_.points.size(); ++k) {
-      WindowPoint& p = made.points[made_.points[k]];
-      p.variance = report.variances[k];
-      if (p.HasDepth()) known.push_back(p.inverse_depth);
-    }
-    constexpr size_t kLeast = 10;
-    const double median =
-        std::max(1e-3, Median(known.size() < kLeast ? s.state.inverse_depths : known));
-    for (WindowImage& image : made.images) image.cam_from_odom.translation *= median;
+    for (size_t k = 0; k < made_.points.size(); ++k)
+      made.points[made_.points[k]].variance = report.variances[k];
+    ScaleAboutFirst(before ? DepthsOverThose(made, *before) : MedianInverseDepth(made), made);
+    const double median = MedianInverseDepth(made);
+    made.median_inverse_depth = median;
+    for (WindowImage& image : made.images) image.median_inverse_depth = median;
     for (WindowPoint& p : made.points) {
-      p.inverse_depth /= median;
-      p.variance /= median * median;
       p.prior_inverse_depth = p.inverse_depth;
-      p.prior_sigma = 1;
+      p.prior_sigma = median;
     }
-    made.unit->length = length_ * median;
-    for (WindowImage& image : made.images) image.median_inverse_depth = 1;
     return made;
   }
 
  private:
+  // Returns the share of outliers.
+  double FlagOutliers(const InverseDepthState& state, InverseDepthProblem& problem) const {
+    int outliers = 0;
+    for (DepthMeasurement& m : problem.measurements) {
+      const DepthPrior& p = problem.points[m.point];
+      const Eigen::Vector3d x = ScaledPoint(state.poses[m.pose] * state.poses[p.anchor].Inverse(),
+                                            p.ray, state.inverse_depths[m.point]);
+      m.is_outlier = x.z() < kNearest ||
+                     (x.head<2>() / x.z() - m.ray).norm() * options_.focal_px > options_.outlier_px;
+      outliers += m.is_outlier;
+    }
+    return outliers / static_cast<double>(problem.measurements.size());
+  }
+
   Window window_;
   WindowOptions options_;
   double length_;
@@ -183,7 +258,6 @@ struct Given {
 std::optional<Given> WhatIsGiven(const Window& window, const WindowOptions& options) {
   Given given{MatchesOf(window, options),
               window.newest().cam_from_odom * window.images.front().cam_from_odom.Inverse()};
-  constexpr size_t kLeastImages = 4;
   if (given.matches.size() < kLeastMatches || window.images.size() < kLeastImages)
     return std::nullopt;
   given.parallax = MedianParallax(given.matches, given.newest_from_first);
@@ -196,59 +270,77 @@ double WayOf(const Given& given, const WindowOptions& options) {
   return std::min(0.5, given.parallax / options.focal_px);
 }
 
+// The best solution and, if there is one, the best that is distinct from it.
+std::vector<Solution> BestTwo(const Beginner& beginner, const Given& given, Rng& rng) {
+  constexpr int kIterations = 12;
+  std::vector<Solution> solutions;
+  for (const BeginningMotion& motion : MotionsToTry(given.matches, given.newest_from_first, rng)) {
+    Solution s = beginner.Start(motion);
+    beginner.Improve(kIterations, s);
+    solutions.push_back(std::move(s));
+  }
+  std::ranges::stable_sort(solutions, {}, &Solution::cost);
+  std::vector<Solution> tried, distinct;
+  const auto is_new = [](const Solution& s, const std::vector<Solution>& others) {
+    return std::ranges::all_of(others, [&](const Solution& o) { return AreDistinct(o, s); });
+  };
+  for (Solution& s : solutions) {
+    if (tried.size() == kPolished) break;
+    if (!is_new(s, tried)) continue;
+    tried.push_back(s);
+    beginner.Polish(s);
+    const auto same =
+        std::ranges::find_if(distinct, [&](const Solution& d) { return !AreDistinct(d, s); });
+    if (same == distinct.end())
+      distinct.push_back(std::move(s));
+    else if (s.cost < same->cost)
+      *same = std::move(s);
+  }
+  std::ranges::stable_sort(distinct, {}, &Solution::cost);
+  if (distinct.size() > 2) distinct.resize(2);
+  return distinct;
+}
+
 }  // namespace
 
-Beginning BeginMotion(const Window& window, const WindowOptions& options,
+int MatchesOfFirst(const Window& window) {
+  const int first = window.images.front().id, newest = window.newest().id;
+  return static_cast<int>(std::ranges::count_if(window.points, [&](const WindowPoint& p) {
+    return p.anchor == first && !p.sightings.empty() && p.sightings.back().image == newest;
+  }));
+}
+
+Beginning BeginMotion(const Window& window, const Window* before, const WindowOptions& options,
                       const BeginningOptions& beginning, double image_width, Rng& rng) {
   Beginning result{window};
   const std::optional<Given> given = WhatIsGiven(window, options);
   if (!given) return result;
   const Beginner beginner(window, options, WayOf(*given, options));
-  std::vector<Solution> solutions;
-  for (const BeginningMotion& motion :
-       MotionsToTry(given->matches, given->newest_from_first, rng)) {
-    Solution s = beginner.Start(motion);
-    beginner.Improve(12, s);
-    solutions.push_back(std::move(s));
-  }
-  std::ranges::stable_sort(solutions, {}, &Solution::cost);
-  std::vector<Solution> distinct;
-  for (Solution& s : solutions) {
-    if (distinct.size() == kPolished) break;
-    if (std::ranges::none_of(distinct, [&](const Solution& d) {
-          return d.direction.dot(s.direction) > std::cos(kSameDirection);
-        }))
-      distinct.push_back(std::move(s));
-  }
-  for (Solution& s : distinct) beginner.Improve(20, s);
-  std::ranges::stable_sort(distinct, {}, &Solution::cost);
-  const Solution& best = distinct.front();
-  const auto rival = std::ranges::find_if(distinct, [&](const Solution& s) {
-    return s.direction.dot(best.direction) < std::cos(kSameDirection);
-  });
+  const std::vector<Solution> found = BestTwo(beginner, *given, rng);
+  const Solution& best = found.front();
   const double unit = beginner.Unit(best);
-  const double gap = rival == distinct.end() ? std::numeric_limits<double>::infinity()
-                                             : (rival->cost - best.cost) / unit;
+  const double gap = found.size() < 2 ? std::numeric_limits<double>::infinity()
+                                      : (found[1].cost - best.cost) / unit;
   const double asked = beginning.least_parallax_px * image_width / 640;
   const bool is_late = window.newest().time_s - window.images.front().time_s > beginning.late_s;
+  result.is_known = true;
   result.is_decided = given->parallax >= (is_late ? asked / 3 : asked) &&
-                      gap > beginning.least_gap && unit < beginning.max_unit &&
+                      gap > beginning.least_gap && best.outliers < beginning.max_outliers &&
                       beginner.ShareBehind(best) < beginning.max_behind;
-  result.leader = beginner.MotionOf(best);
-  result.window = beginner.Made(best);
+  result.window = beginner.Made(best, before);
   return result;
 }
 
-Beginning FollowLeader(const Window& window, const WindowOptions& options,
-                       const BeginningMotion& leader) {
+Beginning FollowLeader(const Window& window, const Window& before, const WindowOptions& options) {
   Beginning result{window};
   const std::optional<Given> given = WhatIsGiven(window, options);
   if (!given) return result;
   const Beginner beginner(window, options, WayOf(*given, options));
-  Solution s = beginner.Start(leader);
+  Solution s = beginner.Start(
+      MotionOf(before.newest().cam_from_odom * before.images.front().cam_from_odom.Inverse()));
   beginner.Improve(12, s);
-  result.leader = beginner.MotionOf(s);
-  result.window = beginner.Made(std::move(s));
+  result.is_known = true;
+  result.window = beginner.Made(std::move(s), &before);
   return result;
 }
 

@@ -19,9 +19,6 @@ constexpr int kLevels = 5;       // of the pyramid: 16 px there are 256 of the i
 constexpr int kLeastPoints = 6;  // fewer do not hold a pose
 // Share of inliers, below which a wrong minimum is likely; .90 misses what walk b at 5 Hz needs.
 constexpr double kDoubtful = 0.95;
-// Seconds between two images. With more of them the window needs no new beginning: it takes a tenth
-// of a second, and none was better by more than .3 % (docs/lab/odometry.md).
-constexpr double kFewImages = 0.08;
 
 Camera Halved(Camera camera) {
   camera.width = (camera.width + 1) / 2;
@@ -104,8 +101,7 @@ void Odometry::ProcessNext(double time_s, OdometryEstimate& estimate) {
   }
   // A wrong minimum shows itself by points that do not fit.
   const double elapsed = time_s - window_.images[window_.images.size() - 2].time_s;
-  if (!is_beginning_ && estimate.inliers < kDoubtful * estimate.tracked && elapsed > kFewImages)
-    is_doubtful_ = true;
+  if (!is_beginning_ && estimate.inliers < kDoubtful * estimate.tracked) is_doubtful_ = true;
   const bool is_uncertain =
       !is_beginning_ &&
       IsUncertain(elapsed, static_cast<double>(estimate.inliers) / estimate.tracked);
@@ -170,6 +166,7 @@ GreyPyramid Odometry::TrackedImage(const GreyImage& image) const {
 
 void Odometry::BeginFirst(double time_s) {
   window_.images.push_back({0, time_s, Rigid3(), true, true});
+  preliminary_ = {};
   keyframe_id_ = 0;
   AddPoints();
 }
@@ -271,18 +268,26 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
                                             : RotationOfFlow(newest.cam_from_odom);
   newest.cam_from_odom = Rigid3(rotation, -(rotation * last.cam_from_odom.OriginInSource()));
   estimate.inliers = estimate.tracked;
-  estimate.cam_from_odom = newest.cam_from_odom;
+  const double time_s = newest.time_s;
+  // Where nothing tells how far the camera has moved since the last image.
+  preliminary_ = newest.cam_from_odom * last.cam_from_odom.Inverse() * preliminary_;
+  while (window_.images.size() > kLeastImages && MatchesOfFirst(window_) < kLeastMatches)
+    DropFirst();
   // All motions are compared from time to time; in between the pose is by the one that leads.
   constexpr double kSeconds = 0.1;
-  const bool is_compared = !leader_ || std::abs(newest.time_s - compared_s_) > kSeconds;
-  Beginning beginning =
-      is_compared ? BeginMotion(window_, window_options_, options_.beginning, camera_.width, rng_)
-                  : FollowLeader(window_, window_options_, *leader_);
-  leader_ = beginning.leader;
-  if (!leader_) return;
-  if (is_compared) compared_s_ = newest.time_s;
-  estimate.cam_from_odom = beginning.window.newest().cam_from_odom;
-  if (!beginning.is_decided) return;
+  const bool is_compared = !leader_ || std::abs(time_s - compared_s_) > kSeconds;
+  Beginning beginning = is_compared
+                            ? BeginMotion(window_, leader_ ? &*leader_ : nullptr, window_options_,
+                                          options_.beginning, camera_.width, rng_)
+                            : FollowLeader(window_, *leader_, window_options_);
+  if (beginning.is_known) preliminary_ = beginning.window.newest().cam_from_odom;
+  estimate.cam_from_odom = preliminary_;
+  if (!beginning.is_known) return;
+  if (is_compared) compared_s_ = time_s;
+  if (!beginning.is_decided) {
+    leader_ = std::move(beginning.window);
+    return;
+  }
   window_ = std::move(beginning.window);
   is_beginning_ = false;
   leader_.reset();
@@ -290,6 +295,20 @@ void Odometry::EstimateBeginning(OdometryEstimate& estimate) {
   keyframe_is_due_ = true;  // with the unit of length
   FlagOutliers(window_options_, window_);
   UpdateMedianDepth(false, window_);
+}
+
+// The next keyframe becomes the first image of the beginning, where the motion that leads has it.
+void Odometry::DropFirst() {
+  do window_.Remove(window_.images.front().id);
+  while (!window_.images.front().is_keyframe);
+  WindowImage& first = window_.images.front();
+  first.is_held = true;
+  if (!leader_) return;
+  while (leader_->images.size() > 1 && leader_->images.front().id < first.id)
+    leader_->Remove(leader_->images.front().id);
+  if (leader_->images.front().id != first.id) return;
+  const Rigid3 change = first.cam_from_odom.Inverse() * leader_->images.front().cam_from_odom;
+  for (WindowImage& image : window_.images) image.cam_from_odom = image.cam_from_odom * change;
 }
 
 void Odometry::EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate) {

@@ -92,6 +92,7 @@ class Odometry {
   int Follow(const Rigid3& predicted);
   Eigen::Matrix3d RotationOfFlow(const Rigid3& predicted) const;
   void EstimateBeginning(OdometryEstimate& estimate);
+  void DropFirst();
   double ShareThatFits(const Rigid3& cam_from_odom) const;
   void OptimizeWindow(std::span<const Rigid3> starts);
   void EstimatePose(const Rigid3& predicted, OdometryEstimate& estimate);
@@ -114,8 +115,9 @@ class Odometry {
   PoseCovariance covariance_ = PoseCovariance::Zero();
   Window window_;
   bool is_beginning_ = true;
-  std::optional<BeginningMotion> leader_;  // of the beginning
-  double compared_s_ = 0;                  // when its rivals were last looked at
+  std::optional<Window> leader_;  // of the beginning: with the motion that explains it best
+  Rigid3 preliminary_;            // the pose of the newest image by it
+  double compared_s_ = 0;         // when its rivals were last looked at
   bool keyframe_is_due_ = false;
   bool is_doubtful_ = false;  // points did not fit since the window was last looked through
   std::shared_ptr<const GreyPyramid> last_, keyframe_, present_;

@@ -36,11 +36,7 @@ void Odometry::MakeKeyframe() {
   int free = 0;
   for (const WindowImage& image : window_.images) free += image.is_keyframe && !image.is_held;
   if (is_beginning_) {
-    if (free + 1 > options_.max_beginning) {
-      do window_.Remove(window_.images.front().id);
-      while (!window_.images.front().is_keyframe);
-      window_.images.front().is_held = true;
-    }
+    if (free + 1 > options_.max_beginning) DropFirst();
   } else {
     for (WindowImage& image : window_.images) {
       if (free <= options_.window) break;
