@@ -50,6 +50,17 @@ inline Rigid3 PoseOnArc(const WorldOptions& options, double angle_deg) {
   return LookAt({options.radius * std::sin(a), -options.radius * std::cos(a), 0.8}, {0, 0, 0});
 }
 
+// What an odometry without errors tells of an image; in the frame of the world.
+inline std::shared_ptr<const FrameMotion> TrueMotion(int image, const Rigid3& cam_from_world,
+                                                     int run = 0) {
+  FrameMotion motion;
+  motion.run = run;
+  motion.image = image;
+  motion.cam_from_odom = cam_from_world;
+  motion.is_keyframe = true;
+  return std::make_shared<const FrameMotion>(std::move(motion));
+}
+
 inline World MakeWorld(const WorldOptions& options) {
   Rng rng(options.seed);
   World world;

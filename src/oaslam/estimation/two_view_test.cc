@@ -53,10 +53,14 @@ Scene MakeScene(Shape shape, const Rigid3& motion, int count, double noise_px, d
   return scene;
 }
 
-TwoViewReport Estimate(const Scene& scene, uint64_t seed) {
-  Rng rng(seed);
-  return EstimateTwoView(kTwoViewCamera, kTwoViewCamera, scene.first, scene.second,
-                         std::vector<double>(scene.first.size(), 1), TwoViewOptions{}, rng);
+// With a motion that is nearly right.
+TwoViewReport Estimate(const Scene& scene) {
+  const Eigen::Quaterniond off(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()));
+  return TriangulateTwoViews(kTwoViewCamera, kTwoViewCamera, scene.first, scene.second,
+                             std::vector<double>(scene.first.size(), 1),
+                             Rigid3(off * Eigen::Quaterniond(scene.second_from_first.rotation),
+                                    3 * scene.second_from_first.translation),
+                             {});
 }
 
 double RotationErrorDeg(const TwoViewReport& report, const Scene& scene) {
@@ -90,47 +94,27 @@ bool IsMotionRight(const TwoViewReport& report, const Scene& scene, double rotat
          DirectionErrorDeg(report, scene) < direction_deg;
 }
 
-// Which of many scenes are refused, or solved wrongly, depends on the last bits, which differ
-// between processors; their share does not.
-TEST(TwoView, GeneralSceneWithNoiseAndOutliers) {
-  int solved = 0, right = 0;
-  for (uint64_t seed = 0; seed < 200; ++seed) {
-    Rng rng(seed);
-    const Scene scene =
-        MakeScene(Shape::kGeneral, Motion({0.3, 0.05, 0.1}, -0.08), 300, 1, 0.3, rng);
-    const TwoViewReport report = Estimate(scene, seed);
-    if (!report.success) continue;
-    ++solved;
-    right += !report.planar && report.triangulated > 150 && IsMotionRight(report, scene, 0.6, 4) &&
-             AreDepthsRight(report, scene);
+// In front of a plane, too, whose two motions no refinement leads from one to the other.
+TEST(TwoView, AMotionIsRefinedAndPointsAreWhereTheyAre) {
+  for (const Shape shape : {Shape::kGeneral, Shape::kPlane}) {
+    int right = 0;
+    constexpr int kScenes = 100;
+    for (uint64_t seed = 0; seed < kScenes; ++seed) {
+      Rng rng(seed);
+      const Scene scene = MakeScene(shape, Motion({0.4, 0.05, 0.1}, -0.05), 300, 0.5, 0.2, rng);
+      const TwoViewReport report = Estimate(scene);
+      right += report.success && report.triangulated > 150 && IsMotionRight(report, scene, 1, 8) &&
+               AreDepthsRight(report, scene);
+    }
+    EXPECT_GE(right, 0.95 * kScenes) << static_cast<int>(shape);
   }
-  EXPECT_GE(solved, 175);
-  EXPECT_GE(right, 0.95 * solved);
-}
-
-TEST(TwoView, APlanarSceneIsSolvedOrRefusedAndHardlyEverWrong) {
-  int solved = 0, right = 0;
-  for (uint64_t seed = 0; seed < 300; ++seed) {
-    Rng rng(seed);
-    const Eigen::Vector3d center{rng.Uniform(-0.6, 0.6), rng.Uniform(-0.4, 0.4),
-                                 rng.Uniform(-0.5, 0.5)};
-    const Scene scene =
-        MakeScene(Shape::kPlane, Motion(center, rng.Uniform(-0.2, 0.2)), 300, 0.5, 0.1, rng);
-    const TwoViewReport report = Estimate(scene, seed);
-    EXPECT_TRUE(report.planar) << seed;
-    if (!report.success) continue;
-    ++solved;
-    right += IsMotionRight(report, scene, 1, 8);
-  }
-  EXPECT_GE(solved, 3);
-  EXPECT_LE(solved - right, 6);
 }
 
 TEST(TwoView, RefusesPureRotation) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
     const Scene scene = MakeScene(Shape::kGeneral, Motion({0, 0, 0}, 0.15), 300, 1, 0.1, rng);
-    EXPECT_FALSE(Estimate(scene, seed).success) << seed;
+    EXPECT_FALSE(Estimate(scene).success) << seed;
   }
 }
 
@@ -138,7 +122,7 @@ TEST(TwoView, RefusesLowParallax) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
     const Scene scene = MakeScene(Shape::kFar, Motion({0.3, 0, 0.1}, 0.05), 300, 1, 0.1, rng);
-    EXPECT_FALSE(Estimate(scene, seed).success) << seed;
+    EXPECT_FALSE(Estimate(scene).success) << seed;
   }
 }
 
@@ -146,19 +130,10 @@ TEST(TwoView, RefusesUnrelatedMatchesAndTooFew) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
     Rng rng(seed);
     EXPECT_FALSE(
-        Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 300, 1, 1, rng), seed).success);
+        Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 300, 1, 1, rng)).success);
     EXPECT_FALSE(
-        Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 7, 0, 0, rng), seed).success);
+        Estimate(MakeScene(Shape::kGeneral, Motion({0.3, 0, 0}, 0), 7, 0, 0, rng)).success);
   }
-}
-
-TEST(TwoView, TheSameSeedGivesTheSameReport) {
-  Rng rng(5);
-  const Scene scene = MakeScene(Shape::kGeneral, Motion({0.3, 0.05, 0.1}, -0.08), 200, 1, 0.3, rng);
-  const TwoViewReport a = Estimate(scene, 9), b = Estimate(scene, 9);
-  ASSERT_TRUE(a.success && b.success);
-  EXPECT_EQ(a.second_from_first.translation, b.second_from_first.translation);
-  EXPECT_EQ(a.points, b.points);
 }
 
 TEST(TwoView, DecompositionsHoldTheTrueMotion) {
@@ -183,23 +158,6 @@ TEST(TwoView, DecompositionsHoldTheTrueMotion) {
   EXPECT_TRUE(holds(MotionsOfHomography(-3 * h, matches)));
   EXPECT_TRUE(holds(MotionsOfEssential(-2 * EssentialOf(unit))));
   EXPECT_TRUE(MotionsOfHomography(motion.rotation.toRotationMatrix(), matches).empty());
-}
-
-// On a plane a known motion decides between the two that the plane allows.
-TEST(TwoView, AKnownMotionIsRefined) {
-  Rng rng(4);
-  const Rigid3 motion = Motion({0.4, 0.05, 0.1}, 0.05);
-  const Scene scene = MakeScene(Shape::kPlane, motion, 300, 0.5, 0.1, rng);
-  TwoViewOptions options;
-  const Eigen::Quaterniond off(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()));
-  options.known_motion = Rigid3(off * Eigen::Quaterniond(motion.rotation), 3 * motion.translation);
-  const TwoViewReport report =
-      EstimateTwoView(kTwoViewCamera, kTwoViewCamera, scene.first, scene.second,
-                      std::vector<double>(scene.first.size(), 1), options, rng);
-  ASSERT_TRUE(report.success) << report.why_not;
-  EXPECT_LT(RotationErrorDeg(report, scene), 0.5);
-  EXPECT_LT(DirectionErrorDeg(report, scene), 3);
-  EXPECT_EQ(report.rival, 0);
 }
 
 }  // namespace

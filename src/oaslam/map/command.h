@@ -1,13 +1,12 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "oaslam/map/map.h"
 
 namespace oaslam {
 
-// A point of the two-view initialisation.
+// A point of the first two keyframes.
 struct InitialPoint {
   int first_keypoint = 0, second_keypoint = 0;
   // In the first camera's frame, for a baseline of 1.
@@ -20,10 +19,8 @@ struct InitialMap {
   KeyframeId first_id, second_id;
   Rigid3 second_from_first;  // |translation| = 1
   std::vector<InitialPoint> points;
-  // Where the map's frame is; nothing: in the first camera.
-  std::optional<Rigid3> second_from_world{};
-  // The distance of the two cameras in the unit of the map; nothing: the unit is the median depth.
-  std::optional<double> baseline{};
+  Rigid3 second_from_world;
+  double baseline = 1;  // the distance of the two cameras, in the unit of the map
 };
 
 // How often a landmark was expected in a frame since the last keyframe, and how often it was found.

@@ -39,16 +39,13 @@ bool InsertInitialMap(const InitialMap& initial, Map& map) {
   }
   fresh.UpdateCovisibility(initial.second_id, 1);
   ApplyCorrection(GlobalBundleAdjustment(fresh, kIterations, BundleConfig{}), fresh);
-  const double depth = fresh.MedianDepth(initial.first_id);
-  if (depth <= 0 || fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
+  if (fresh.MedianDepth(initial.first_id) <= 0 ||
+      fresh.landmarks.size() < std::max(kFewestLandmarks, initial.points.size() / 2))
     return false;
   Rigid3 second_from_first = fresh.keyframes.At(initial.second_id).cam_from_world;
-  const double scale =
-      initial.baseline ? *initial.baseline / second_from_first.translation.norm() : 1 / depth;
+  const double scale = initial.baseline / second_from_first.translation.norm();
   second_from_first.translation *= scale;
-  const Rigid3 first_from_world = initial.second_from_world
-                                      ? second_from_first.Inverse() * *initial.second_from_world
-                                      : Rigid3();
+  const Rigid3 first_from_world = second_from_first.Inverse() * initial.second_from_world;
   const Rigid3 world_from_first = first_from_world.Inverse();
   for (const KeyframeId id : fresh.keyframes.Ids()) {
     Rigid3& pose = fresh.keyframes.MutableAt(id).cam_from_world;

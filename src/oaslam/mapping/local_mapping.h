@@ -12,8 +12,8 @@ namespace oaslam {
 // The steps of local mapping, in the order in which the mapper takes them for each new keyframe.
 // Each is an edit of the map.
 
-// Makes a map from two views: both keyframes and their landmarks, refined together and scaled
-// to a median depth of 1. Returns false and leaves the map as it was when too few landmarks
+// Makes a map from two views: both keyframes and their landmarks, refined together. Frame and unit
+// are given. Returns false and leaves the map as it was when too few landmarks
 // remain after refinement.
 bool InsertInitialMap(const InitialMap& initial, Map& map);
 

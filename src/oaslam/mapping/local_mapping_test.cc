@@ -20,7 +20,7 @@ struct Scene {
   Map& map = mapped.map;
 };
 
-TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
+TEST(InitialMap, IsRefinedInItsFrameAndUnit) {
   const synthetic::World world = synthetic::MakeWorld({});
   Rng rng(3);
   const synthetic::View first = synthetic::MakeView(world, world.cam_from_world[2], {}, rng);
@@ -32,6 +32,8 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
   initial.second_id = KeyframeId(5);
   const Rigid3 motion = world.cam_from_world[3] * world.cam_from_world[2].Inverse();
   initial.second_from_first = Rigid3(motion.rotation, motion.translation.normalized());
+  initial.second_from_world = world.cam_from_world[3];
+  initial.baseline = motion.translation.norm();
   for (int i = 0; i < static_cast<int>(first.point_of_keypoint.size()); ++i)
     for (int j = 0; j < static_cast<int>(second.point_of_keypoint.size()); ++j)
       if (first.point_of_keypoint[i] >= 0 &&
@@ -44,7 +46,13 @@ TEST(InitialMap, IsRefinedAndScaledToMedianDepthOne) {
   map.cameras.push_back(world.camera);
   ASSERT_TRUE(InsertInitialMap(initial, map));
   EXPECT_THAT(map.CheckInvariants(), IsEmpty());
-  EXPECT_NEAR(map.MedianDepth(KeyframeId(4)), 1, 0.05);
+  const Rigid3 change = map.keyframes.At(KeyframeId(4)).cam_from_world *
+                        map.keyframes.At(KeyframeId(5)).cam_from_world.Inverse();
+  EXPECT_NEAR(change.translation.norm(), motion.translation.norm(), 1e-9);
+  EXPECT_LT((map.keyframes.At(KeyframeId(5)).cam_from_world.OriginInSource() -
+             world.cam_from_world[3].OriginInSource())
+                .norm(),
+            1e-9);
   EXPECT_GT(map.landmarks.size(), 250U);
 
   initial.points.resize(12);

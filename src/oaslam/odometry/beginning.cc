@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "oaslam/estimation/huber.h"
-#include "oaslam/estimation/two_view.h"
 #include "oaslam/estimation/two_view_models.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/geometry/pose_step.h"
@@ -60,14 +59,14 @@ double MedianParallax(const RayMatches& matches, const Rigid3& newest_from_first
 
 std::vector<BeginningMotion> MotionsToTry(const RayMatches& matches,
                                           const Rigid3& newest_from_first, Rng& rng) {
-  const TwoViewOptions samples;
+  // Samples of 8 and of 4. They find a model in 95 % of cases where 56 % and 38 % are inliers.
+  constexpr int kOfEssential = 300, kOfHomography = 150;
   std::vector<BeginningMotion> motions;
   const auto add = [&](const std::vector<Rigid3>& found) {
     for (const Rigid3& m : found) motions.push_back(MotionOf(m));
   };
-  add(MotionsOfEssential(FitEssential(matches, samples.essential_iterations, rng).matrix));
-  add(MotionsOfHomography(FitHomography(matches, samples.homography_iterations, rng).matrix,
-                          matches));
+  add(MotionsOfEssential(FitEssential(matches, kOfEssential, rng).matrix));
+  add(MotionsOfHomography(FitHomography(matches, kOfHomography, rng).matrix, matches));
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z)

@@ -45,11 +45,21 @@ class AtlasTest : public testing::Test {
             {}};
   }
 
+  // Images of a walk with an odometry, which a piece of map needs to begin.
+  static constexpr int kBeginning = 30;
+
   void Walk(Atlas& atlas, int first, int count, int first_place, Scene scene, int step = 1) {
     for (int i = 0; i < count; ++i) {
       places_.resize(static_cast<size_t>(first + i) + 1);
       places_[static_cast<size_t>(first + i)] = first_place + step * i;
-      atlas.Process(View(first + i, first_place + step * i, scene));
+      Frame frame = View(first + i, first_place + step * i, scene);
+      if (i < kBeginning) {
+        // Each walk has an odometry with a frame and a unit of its own.
+        Rigid3 motion = TruePose(first_place + step * i) * TruePose(first_place).Inverse();
+        motion.translation /= 1 + first / 50.0;
+        frame.motion = synthetic::TrueMotion(first + i, motion, first);
+      }
+      atlas.Process(frame);
     }
   }
 

@@ -54,6 +54,8 @@ class LateDetections : public testing::Test {
           0,
           synthetic::MakeView(world_, TruePose(i), {.missed = blind ? 1.0 : 0.1}, rng).features,
           {}};
+      constexpr int kBeginning = 30;  // frames with which the map begins
+      if (i < kBeginning) frame.motion = synthetic::TrueMotion(i, TruePose(i));
       frame.detections_follow = lag > 0;
       if (lag == 0 && i % stride == 0) frame.detections = Detect(i);
       states_.push_back(session.Process(frame).state);

@@ -18,6 +18,12 @@ Map EmptyMap() {
   return empty;
 }
 
+// A map needs the odometry to begin; then the camera is followed by its landmarks alone.
+constexpr int kBeginning = 30;
+std::shared_ptr<const FrameMotion> MotionOfBeginning(int frame, const Rigid3& cam_from_world) {
+  return frame < kBeginning ? synthetic::TrueMotion(frame, cam_from_world) : nullptr;
+}
+
 struct WalkResult {
   std::vector<FramePose> trajectory;
   std::vector<Rigid3> final_poses;  // cam_from_world, of trajectory
@@ -44,6 +50,8 @@ WalkResult RunWalk(RunnerMode mode, int frames, int blind_from = -1, int blind_t
     frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle),
                                          {.missed = blind ? 1.0 : 0.1}, rng)
                          .features;
+    if (!blind && i < kBeginning + std::max(0, blind_to))
+      frame.motion = synthetic::TrueMotion(i, synthetic::PoseOnArc({}, angle), i >= blind_to);
     run.states.push_back(atlas.Process(frame).state);
     if (slow_camera) atlas.main().Newest();
   }
@@ -91,13 +99,15 @@ TEST(Tracker, ShowsItsFrameAndRelocalizesWhenTold) {
         synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.4 * i), {.missed = 0.1}, rng)
             .features,
         {}};
+    frame.motion = MotionOfBeginning(i, synthetic::PoseOnArc({}, -20 + 0.4 * i));
     if (i == 50) tracker.ForceRelocalization(std::nullopt);
     outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
     if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
     if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());
     const FrameView view = tracker.View();
     EXPECT_EQ(view.frame.index, i);
-    EXPECT_EQ(view.pose.has_value(), outcome.cam_from_world.has_value());
+    EXPECT_EQ(view.pose.has_value(),
+              outcome.cam_from_world.has_value() && outcome.state != TrackingState::kPreliminary);
     EXPECT_EQ(view.relocalization.has_value(), i == 50);
     if (i == 50) {
       EXPECT_EQ(outcome.state, TrackingState::kRelocalized);
@@ -128,6 +138,7 @@ std::vector<TrackingState> StatesOfWalkThatGoesOnAt(double angle_after) {
     frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, angle),
                                          {.missed = covered ? 1.0 : 0.1}, rng)
                          .features;
+    frame.motion = MotionOfBeginning(i, synthetic::PoseOnArc({}, angle));
     Tracker::Outcome outcome = tracker.Track(frame, *pipeline.SnapshotFor(i));
     if (outcome.command) pipeline.Submit(std::move(*outcome.command), outcome.map_required);
     if (outcome.map_required) outcome = tracker.AdoptInitialMap(frame, *pipeline.Newest());

@@ -98,7 +98,7 @@ Tracker::Outcome Tracker::Continue(const Frame& frame, const Map& map, const Tra
 Tracker::Outcome Tracker::Initialize(const Frame& frame, const Map& map) {
   if (!mapping_) return WithoutMap(nullptr);
   Outcome outcome = WithoutMap(frame.motion.get());
-  std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera], rng_);
+  std::optional<InitialMap> initial = initializer_.Process(frame, map.cameras[frame.camera]);
   if (!initial) return outcome;
   initial->first_id = KeyframeId(next_keyframe_++);
   initial->second_id = KeyframeId(next_keyframe_++);
@@ -128,9 +128,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   anchors_ = {{frame.motion, newest_keyframe_, {}}};
   seen_in_map_time_ = map_began_time_ = frame.timestamp;
   depth_ = map.MedianDepth(newest_keyframe_);
-  unit_.reset();
-  if (frame.motion && !frame.motion->is_preliminary)
-    unit_ = OdometryUnit{frame.motion->run, 0, 1, kUnitSeconds};
+  unit_ = OdometryUnit{frame.motion->run, 0, 1, kUnitSeconds};
   keyframe_motions_ = {{newest_keyframe_, frame.motion}};
   FillInBeforeMap(before, map);
   newest_keyframe_inliers_ = static_cast<int>(map.landmarks.size());

@@ -10,6 +10,7 @@
 
 #include "oaslam/estimation/two_view.h"
 #include "oaslam/util/log.h"
+#include "oaslam/util/median.h"
 
 namespace oaslam {
 namespace {
@@ -46,7 +47,6 @@ void Revise(const FrameMotion& newest, Frame& frame) {
 
 std::vector<Frame> Initializer::Reset() {
   references_.clear();
-  unclear_since_.reset();
   const std::deque<Frame> recent = std::exchange(recent_, {});
   return {recent.begin(), recent.end()};
 }
@@ -70,92 +70,85 @@ KeypointPairs Initializer::Follow(Reference& reference, const Frame& frame,
 }
 
 std::optional<InitialMap> Initializer::Try(const Reference& reference, const Frame& frame,
-                                           const Camera& camera, const KeypointPairs& pairs,
-                                           Rng& rng) {
+                                           const Camera& camera, const KeypointPairs& pairs) {
   const Features &first = *reference.frame.features, &second = *frame.features;
   std::vector<Eigen::Vector2d> in_first, in_second;
-  std::vector<double> sigma, motion;
+  std::vector<double> sigma, moved;
   for (const auto& [a, b] : pairs) {
     in_first.push_back(first.keypoints[a].px.cast<double>());
     in_second.push_back(second.keypoints[b].px.cast<double>());
     sigma.push_back(std::hypot(first.pyramid.scale[first.keypoints[a].octave],
                                second.pyramid.scale[second.keypoints[b].octave]) /
                     std::sqrt(2));
-    motion.push_back((in_first.back() - in_second.back()).norm());
+    moved.push_back((in_first.back() - in_second.back()).norm());
   }
-  std::ranges::nth_element(motion, motion.begin() + static_cast<std::ptrdiff_t>(motion.size() / 2));
-  if (motion[motion.size() / 2] < kStillPixels * second.pyramid.working_pixel()) {
+  if (Median(std::move(moved)) < kStillPixels * second.pyramid.working_pixel()) {
     why_not_ = "the camera has not moved";
     return std::nullopt;
   }
   TwoViewOptions options;
   options.min_parallax_deg = config_.min_init_parallax_deg;
   options.min_points = NeededMatches(frame) / 2;
-  if (HaveKnownMotion(reference.frame.motion, frame.motion))
-    options.known_motion =
-        frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)
-                                          .value_or(reference.frame.motion->cam_from_odom)
-                                          .Inverse();
+  const Rigid3 motion =
+      frame.motion->cam_from_odom * CamFromOdom(*reference.frame.motion, *frame.motion)
+                                        .value_or(reference.frame.motion->cam_from_odom)
+                                        .Inverse();
   const TwoViewReport report =
-      EstimateTwoView(camera, camera, in_first, in_second, sigma, options, rng);
+      TriangulateTwoViews(camera, camera, in_first, in_second, sigma, motion, options);
   if (!report.success) {
     why_not_ = report.parallax_deg < options.min_parallax_deg
                    ? "the camera only turned, or all it sees is far away"
                    : report.why_not;
     return std::nullopt;
   }
-  // Two views of a plane allow two motions. The odometry mostly tells them apart within this time;
-  // where it cannot, the camera hardly moves, and the views decide.
-  constexpr double kSeconds = 2;
-  if (report.planar && unclear_since_ && frame.timestamp - *unclear_since_ < kSeconds) {
-    why_not_ = "the motion is not clear yet";
-    return std::nullopt;
-  }
   Log(LogLevel::kDebug,
       fmt::format("map begun from frames {} and {}: {} matches, {} inliers, {} points, parallax "
-                  "{:.1f} degrees, direction +- {:.1f} degrees, rival {:.2f}{}",
+                  "{:.1f} degrees, direction +- {:.1f} degrees",
                   reference.frame.index, frame.index, pairs.size(), report.inliers,
-                  report.triangulated, report.parallax_deg, report.direction_sigma_deg,
-                  report.rival, report.planar ? ", planar" : ""));
-  InitialMap map{reference.frame, frame, {}, {}, report.second_from_first, {}};
+                  report.triangulated, report.parallax_deg, report.direction_sigma_deg));
+  InitialMap map{reference.frame,
+                 frame,
+                 {},
+                 {},
+                 report.second_from_first,
+                 {},
+                 frame.motion->cam_from_odom,
+                 motion.translation.norm()};
   for (size_t i = 0; i < pairs.size(); ++i)
     if (report.points[i])
       map.points.push_back({pairs[i].first, pairs[i].second, *report.points[i]});
-  if (frame.motion) map.second_from_world = frame.motion->cam_from_odom;
-  if (options.known_motion) map.baseline = options.known_motion->translation.norm();
   return map;
 }
 
-std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera& camera, Rng& rng) {
+std::optional<InitialMap> Initializer::Process(const Frame& frame, const Camera& camera) {
   const int needed = NeededMatches(frame);
-  if (frame.features->size() < needed) why_not_ = "too few corners in the image";
-  if (frame.motion)
+  const bool is_known = frame.motion && !frame.motion->is_preliminary;
+  if (frame.features->size() < needed)
+    why_not_ = "too few corners in the image";
+  else if (!is_known)
+    why_not_ = "the motion is not clear yet";
+  if (is_known)
     for (Reference& reference : references_) Revise(*frame.motion, reference.frame);
-  // Once the odometry knows the motion, no other is to be looked for.
-  std::erase_if(references_, [&](const Reference& r) {
-    return frame.motion && !frame.motion->is_preliminary &&
-           !HaveKnownMotion(r.frame.motion, frame.motion);
-  });
-  if (!frame.motion || !frame.motion->is_preliminary)
-    unclear_since_.reset();
-  else if (!unclear_since_)
-    unclear_since_ = frame.timestamp;
   std::optional<InitialMap> map;
   for (Reference& reference : references_) {
     const KeypointPairs pairs = Follow(reference, frame, camera);
     const bool is_due =
         !reference.last_try || frame.timestamp - *reference.last_try > kBetweenTries;
-    if (map || !is_due || reference.matches < needed) continue;
-    map = Try(reference, frame, camera, pairs, rng);
+    if (map || !is_due || reference.matches < needed ||
+        !HaveKnownMotion(reference.frame.motion, frame.motion))
+      continue;
+    map = Try(reference, frame, camera, pairs);
     reference.last_try = frame.timestamp;
   }
   if (map) return map;
-  std::erase_if(references_, [&](const Reference& r) { return r.matches < needed; });
+  // Once the odometry knows the motion, a reference of which it does not is of no use.
+  std::erase_if(references_, [&](const Reference& r) {
+    return r.matches < needed || (is_known && !HaveKnownMotion(r.frame.motion, frame.motion));
+  });
   const bool begins = references_.empty() ||
                       references_.back().matches < kLostShare * references_.back().first_matches;
   // The poses of other images are not revised.
-  const bool is_useful =
-      !frame.motion || !frame.motion->is_preliminary || frame.motion->is_keyframe;
+  const bool is_useful = is_known || (frame.motion && frame.motion->is_keyframe);
   if (begins && is_useful && frame.features->size() >= needed) {
     if (references_.size() == kMaxReferences) references_.pop_front();
     Reference reference{frame, {}, 0, 0};

@@ -9,19 +9,19 @@
 #include "oaslam/config.h"
 #include "oaslam/map/command.h"
 #include "oaslam/matching/descriptor_match.h"
-#include "oaslam/util/rng.h"
 
 namespace oaslam {
 
-// Finds two frames with enough parallax for an initial map. It tracks the key points of up to four
-// reference frames, and adds a reference when the newest one has lost a share of its matches: a
-// fast camera soon needs a new reference, while a slow one gets its parallax from an old reference.
+// Finds two frames with enough parallax for an initial map, among those between which the odometry
+// knows the motion. It tracks the key points of up to four reference frames, and adds a reference
+// when the newest one has lost a share of its matches: a fast camera soon needs a new reference,
+// while a slow one gets its parallax from an old reference.
 class Initializer {
  public:
   explicit Initializer(const TrackingConfig& config) : config_(config) {}
 
   // Processes the next frame. Returns the initial map, without keyframe ids, once one is reliable.
-  std::optional<InitialMap> Process(const Frame& frame, const Camera& camera, Rng& rng);
+  std::optional<InitialMap> Process(const Frame& frame, const Camera& camera);
   // Begins anew. Returns the frames of the last seconds before the second frame of the initial map,
   // in order, so that they can be tracked in the map afterwards.
   std::vector<Frame> Reset();
@@ -43,13 +43,12 @@ class Initializer {
   int NeededMatches(const Frame& frame) const;
   KeypointPairs Follow(Reference& reference, const Frame& frame, const Camera& camera) const;
   std::optional<InitialMap> Try(const Reference& reference, const Frame& frame,
-                                const Camera& camera, const KeypointPairs& pairs, Rng& rng);
+                                const Camera& camera, const KeypointPairs& pairs);
 
   TrackingConfig config_;
   std::deque<Reference> references_;  // oldest first
   std::deque<Frame> recent_;          // the newest included
   std::string why_not_;
-  std::optional<double> unclear_since_;  // since when the odometry looks for its first motion
 };
 
 }  // namespace oaslam

@@ -106,7 +106,7 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = 3.0;  // the lowest level carries the initialisation
   Initializer initializer{TrackingConfig{}};
-  Rng views(5), rng(0);
+  Rng views(5);
   std::optional<InitialMap> map;
   int at = 0;
   for (int i = 0; i < 40 && !map; ++i) {
@@ -115,7 +115,8 @@ TEST(Initializer, WaitsForParallaxAndThenMakesAMap) {
     frame.timestamp = i / 30.0;
     frame.features =
         synthetic::MakeView(world, synthetic::PoseOnArc({}, 0.4 * i), {}, views).features;
-    map = initializer.Process(frame, world.camera, rng);
+    frame.motion = synthetic::TrueMotion(i, synthetic::PoseOnArc({}, 0.4 * i));
+    map = initializer.Process(frame, world.camera);
     at = i;
   }
   ASSERT_TRUE(map);
@@ -129,17 +130,16 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
   synthetic::World world = synthetic::MakeWorld({});
   for (double& d : world.max_distance) d = 3.0;
   Initializer initializer{TrackingConfig{}};
-  Rng views(5), rng(0);
+  Rng views(5);
   for (int i = 0; i < 25; ++i) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.008 * i, Eigen::Vector3d::UnitY()));
     Frame frame;
     frame.index = i;
     frame.timestamp = i / 30.0;
-    frame.features =
-        synthetic::MakeView(
-            world, Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0), {}, views)
-            .features;
-    EXPECT_FALSE(initializer.Process(frame, world.camera, rng)) << i;
+    const Rigid3 pose = Rigid3(turn, Eigen::Vector3d::Zero()) * synthetic::PoseOnArc({}, 0);
+    frame.features = synthetic::MakeView(world, pose, {}, views).features;
+    frame.motion = synthetic::TrueMotion(i, pose);
+    EXPECT_FALSE(initializer.Process(frame, world.camera)) << i;
   }
   EXPECT_EQ(initializer.why_not(), "the camera only turned, or all it sees is far away");
 }
@@ -147,18 +147,26 @@ TEST(Initializer, NeverFromACameraThatOnlyTurns) {
 TEST(Initializer, SaysWhyThereIsNoMapYet) {
   const synthetic::World world = synthetic::MakeWorld({});
   Initializer initializer{TrackingConfig{}};
-  Rng views(5), rng(0);
-  for (int i = 0; i < 3; ++i) {
-    Frame frame;
-    frame.index = i;
-    frame.features = synthetic::MakeView(world, synthetic::PoseOnArc({}, 0), {}, views).features;
-    EXPECT_FALSE(initializer.Process(frame, world.camera, rng));
+  Rng views(5);
+  Frame frame;
+  const Rigid3 pose = synthetic::PoseOnArc({}, 0);
+  for (frame.index = 0; frame.index < 3; ++frame.index) {
+    frame.timestamp = frame.index / 10.0;
+    frame.features = synthetic::MakeView(world, pose, {}, views).features;
+    FrameMotion motion = *synthetic::TrueMotion(frame.index, pose);
+    motion.is_preliminary = true;
+    frame.motion = std::make_shared<const FrameMotion>(motion);
+    EXPECT_FALSE(initializer.Process(frame, world.camera));
+  }
+  EXPECT_EQ(initializer.why_not(), "the motion is not clear yet");
+  for (; frame.index < 6; ++frame.index) {
+    frame.timestamp = frame.index / 10.0;
+    frame.motion = synthetic::TrueMotion(frame.index, pose);
+    EXPECT_FALSE(initializer.Process(frame, world.camera));
   }
   EXPECT_EQ(initializer.why_not(), "the camera has not moved");
-  Frame blank;
-  blank.index = 3;
-  blank.features = std::make_shared<const Features>();
-  EXPECT_FALSE(initializer.Process(blank, world.camera, rng));
+  frame.features = std::make_shared<const Features>();
+  EXPECT_FALSE(initializer.Process(frame, world.camera));
   EXPECT_EQ(initializer.why_not(), "too few corners in the image");
 }
 
