@@ -207,6 +207,8 @@ class Tracker {
                                      const TrackDemands& demands) const;
   std::vector<std::pair<KeyframeId, KeyframeMotion>> MotionsToKeyframes(const Frame& frame) const;
   void LearnUnit(const Frame& frame, const Map& map, const TrackReport& tracked);
+  static Rigid3 CorrectedPose(const FrameMotion& image, const std::vector<Frame>& frames,
+                              const FrameMotion& now);
   void FillInBeforeMap(const std::vector<Frame>& frames, const Map& map);
   Outcome Lose(const Frame& frame, const Map& map);
   Outcome ByRegistration(const Frame& frame, const Map& map);

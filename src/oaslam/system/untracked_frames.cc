@@ -1,6 +1,10 @@
+#include <algorithm>
+#include <climits>
+#include <cstdlib>
 #include <ranges>
 #include <utility>
 
+#include "oaslam/geometry/pose_step.h"
 #include "oaslam/system/tracker.h"
 
 // Poses that are found afterwards: those before the initial map, and those in which the camera was
@@ -14,37 +18,58 @@ void Tracker::KeepLost(const Frame& frame) {
   if (lost_images_.size() > kMost) lost_images_.erase(lost_images_.begin());
 }
 
-// Tracks the frames that came before the initial map: forward from the first keyframe to the
-// second, and backward from the first until tracking fails.
+// The pose of an image before the map, in the frame of the odometry as it is known with image
+// `now`: it moves with the nearest image whose pose was corrected.
+Rigid3 Tracker::CorrectedPose(const FrameMotion& image, const std::vector<Frame>& frames,
+                              const FrameMotion& now) {
+  Rigid3 corrected = image.cam_from_odom;
+  int nearest = INT_MAX;
+  for (const Frame& frame : frames) {
+    if (!frame.motion || frame.motion->run != now.run) continue;
+    const int distance = std::abs(frame.motion->image - image.image);
+    const auto known =
+        std::ranges::find(now.keyframes, frame.motion->image, &std::pair<int, Rigid3>::first);
+    if (distance >= nearest || known == now.keyframes.end()) continue;
+    nearest = distance;
+    corrected = image.cam_from_odom * frame.motion->cam_from_odom.Inverse() * known->second;
+  }
+  return corrected;
+}
+
+// Looks for the frames that came before the initial map about where the odometry has them: forward
+// from the first keyframe to the second, and backward from the first until tracking fails.
 void Tracker::FillInBeforeMap(const std::vector<Frame>& frames, const Map& map) {
-  // Pixels of the lowest level: wide, since the prediction is the pose of the neighbour in time.
-  constexpr double kWindow = 30;
+  constexpr double kWindow = 30;  // pixels of the lowest level
+  constexpr double kSigmas = 5;
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
-  const std::shared_ptr<const FrameMotion>& now = last_->frame.motion;
+  const FrameMotion& now = *last_->frame.motion;
+  const ExpectedPose doubt{{}, kUnknownWay * depth_, kUnknownWay};
   const auto fill_in = [&](auto&& some) {
     std::shared_ptr<const Features> features = keyframe.features;
     std::vector<LandmarkId> landmarks = keyframe.landmarks;
-    Rigid3 pose = keyframe.cam_from_world;
     bool is_tracked = true;
     for (const Frame& frame : some) {
+      if (!frame.motion || frame.motion->run != now.run) continue;
+      const Rigid3 expected = CorrectedPose(*frame.motion, frames, now);
       TrackReport report;
-      if (is_tracked) report = TrackFromLastFrame(frame, map, *features, landmarks, pose, kWindow);
+      if (is_tracked)
+        report = TrackFromLastFrame(frame, map, *features, landmarks, expected, kWindow);
       if (report.success) report = TrackLocalMap(frame, map, report, Demands());
+      const PoseVector off = StepOf(report.cam_from_world * expected.Inverse());
+      report.success = report.success && off.head<3>().norm() < kSigmas * doubt.sigma_position &&
+                       off.tail<3>().norm() < kSigmas * doubt.sigma_rotation;
       if (report.success) {
         features = frame.features;
         landmarks = report.landmarks;
-        pose = report.cam_from_world;
       } else {
         if (frame.index < keyframe.frame_index) is_tracked = false;
-        // The map has the frame of the odometry, whose first poses are better than none.
-        if (!frame.motion || !now || frame.motion->run != now->run) continue;
-        report.cam_from_world = frame.motion->cam_from_odom;
+        report.cam_from_world = expected;
       }
       trajectory_.Add(
           {frame.index, frame.timestamp, first, RelativeTo(map, first, report.cam_from_world),
            report.success ? TrackingState::kTracking : TrackingState::kPreliminary},
-          frame, report.landmarks);
+          frame, report.success ? report.landmarks : std::vector<LandmarkId>());
     }
   };
   fill_in(frames | std::views::filter(
