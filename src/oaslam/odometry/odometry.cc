@@ -61,6 +61,7 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
     window_ = {};
     is_beginning_ = true;
     leader_.reset();
+    keyframes_.clear();
     is_doubtful_ = false;
     doubt_ = 0;
     last_motions_.clear();
@@ -77,7 +78,11 @@ OdometryEstimate Odometry::Process(const GreyImage& image, double time_s,
     for (const WindowImage& member : window_.images)
       if (member.is_keyframe) estimate.keyframes.emplace_back(member.id, member.cam_from_odom);
   last_ = present_;
-  if (estimate.is_keyframe) keyframe_ = present_;
+  if (estimate.is_keyframe) keyframes_.emplace_back(keyframe_id_, present_);
+  // In a fast turn each image is a keyframe: the errors of patches that are followed from one to
+  // the next add up. 4 and 15 are worse (docs/lab/odometry.md).
+  constexpr size_t kKept = 8;
+  if (keyframes_.size() > kKept) keyframes_.erase(keyframes_.begin());
   Forget();
   return estimate;
 }
@@ -213,7 +218,6 @@ int Odometry::Follow(const Rigid3& predicted) {
   std::vector<PointToFollow> points;
   std::vector<size_t> indices;
   const WindowImage &newest = window_.newest(), &last = window_.images[window_.images.size() - 2];
-  const bool has_keyframe = keyframe_id_ != last.id;
   for (size_t i = 0; i < window_.points.size(); ++i) {
     const WindowPoint& p = window_.points[i];
     if (!p.is_tracked) continue;
@@ -221,11 +225,16 @@ int Odometry::Follow(const Rigid3& predicted) {
     const auto there = PxOf(predicted, p), here = PxOf(last.cam_from_odom, p);
     const float most = 0.5F * static_cast<float>(camera_.width);  // more is a wrong depth
     if (there && here && (*there - *here).norm() < most) guess += *there - *here;
-    points.push_back({p.px, guess, has_keyframe ? p.PxIn(keyframe_id_) : nullptr});
+    PointToFollow& point = points.emplace_back(PointToFollow{p.px, guess});
+    for (const auto& [id, pyramid] : keyframes_)
+      if (const Eigen::Vector2f* px = id == last.id ? nullptr : p.PxIn(id)) {
+        point.earlier = pyramid.get();
+        point.earlier_px = *px;
+        break;
+      }
     indices.push_back(i);
   }
-  const auto places =
-      FollowPoints(points, *last_, has_keyframe ? keyframe_.get() : nullptr, *present_);
+  const auto places = FollowPoints(points, *last_, *present_);
   int followed = 0;
   for (size_t k = 0; k < places.size(); ++k) {
     WindowPoint& p = window_.points[indices[k]];

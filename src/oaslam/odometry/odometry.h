@@ -120,7 +120,9 @@ class Odometry {
   double compared_s_ = 0;         // when its rivals were last looked at
   bool keyframe_is_due_ = false;
   bool is_doubtful_ = false;  // points did not fit since the window was last looked through
-  std::shared_ptr<const GreyPyramid> last_, keyframe_, present_;
+  std::shared_ptr<const GreyPyramid> last_, present_;
+  // The newest keyframes, whose patches are followed; by image.
+  std::vector<std::pair<int, std::shared_ptr<const GreyPyramid>>> keyframes_;
   int keyframe_id_ = -1;
   std::vector<Motion> last_motions_;  // of the two newest images, as they were given
   Gyroscope gyroscope_;

@@ -152,7 +152,7 @@ TEST(PointFlow, PointsWithBadGuessesFollowTheirNeighbours) {
       const bool is_bad = points.size() % 2 == 0;
       points.push_back({px, px + Eigen::Vector2f(is_bad ? 60 : 6, 0)});
     }
-  const auto places = FollowPoints(points, first, nullptr, second);
+  const auto places = FollowPoints(points, first, second);
   int right = 0;
   for (size_t i = 0; i < points.size(); ++i)
     right += places[i] && (*places[i] - points[i].px - Eigen::Vector2f(6, 0)).norm() < 0.1;

@@ -56,17 +56,16 @@ void FollowLostOnes(std::span<const PointToFollow> points, const GreyPyramid& la
 }  // namespace
 
 Places FollowPoints(std::span<const PointToFollow> points, const GreyPyramid& last,
-                    const GreyPyramid* keyframe, const GreyPyramid& next) {
+                    const GreyPyramid& next) {
   Places places;
   for (const PointToFollow& p : points)
     places.push_back(FollowPatchBothWays(last, next, p.px, p.guess, {}, kMaxReturn));
   FollowLostOnes(points, last, next, places);
-  if (!keyframe) return places;
   for (size_t i = 0; i < points.size(); ++i) {
-    if (!places[i] || !points[i].keyframe_px) continue;
+    if (!places[i] || !points[i].earlier) continue;
     constexpr float kMaxShift = 1.5;  // px: more is another place, or a patch that has turned
     const auto moved =
-        FollowPatch(*keyframe, next, *points[i].keyframe_px, *places[i], {.levels = 1});
+        FollowPatch(*points[i].earlier, next, points[i].earlier_px, *places[i], {.levels = 1});
     if (moved && (*moved - *places[i]).norm() < kMaxShift) places[i] = moved;
   }
   return places;
