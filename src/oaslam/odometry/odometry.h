@@ -31,7 +31,8 @@ enum class OdometryState {
   kPreliminary,  // by the motion that explains the images best so far
   kTracking,
   kUncertain,  // too many points do not fit, as in blurred images: the pose may be off by degrees
-  kBlind,      // the image has next to no texture: the pose is a guess, and to be given to nobody
+  kBlind,  // next to no point agrees on a pose, as without texture or at a cut: it is a guess, and
+           // to be given to nobody
 };
 const char* ToString(OdometryState state);
 

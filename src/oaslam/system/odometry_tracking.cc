@@ -75,8 +75,9 @@ std::vector<LandmarkId> LandmarksBefore(const Map& map, KeyframeId id) {
 std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
     const std::shared_ptr<const FrameMotion>& before, const std::shared_ptr<const FrameMotion>& now,
     const FrameMotion& newest) const {
-  // Shares of the way, of the depth and of the turn (docs/lab/odometry.md). In a young map neither
-  // the map nor the odometry knows its scale well.
+  // Shares of the way, of the depth and of the turn (docs/lab/odometry.md). That of the way is at
+  // least this, and as much as this film shows (OdometryUnit). In a young map neither the map nor
+  // the odometry knows its scale well.
   constexpr double kSigmaOfWay = 0.01, kSigmaOfDepth = 0.002, kSigmaOfTurn = 0.0025,
                    kLeastTurn = 0.0005, kTimesIfYoung = 1.5;
   if (!before || !now || before->run != now->run || newest.run != now->run) return std::nullopt;
@@ -91,7 +92,7 @@ std::optional<Tracker::CameraMotion> Tracker::MotionBetween(
   } else {
     motion.cam_from_cam.translation *= unit_->length;
     motion.sigma_position =
-        kSigmaOfWay * motion.cam_from_cam.translation.norm() +
+        std::max(kSigmaOfWay, unit_->spread) * motion.cam_from_cam.translation.norm() +
         (is_young ? kTimesIfYoung : 1) * kSigmaOfDepth * unit_->length * MedianDepth(*now);
   }
   // A way that is not known looks like a turn.
@@ -245,8 +246,10 @@ void Tracker::LearnUnit(const Frame& frame, const Map& map, const TrackReport& t
   }
   const double elapsed = std::abs(frame.timestamp - last_->frame.timestamp);
   unit_->seconds = std::min(kUnitSeconds, unit_->seconds + elapsed);
-  if (unit_->seconds > 0)
-    unit_->length *= std::pow(*length / unit_->length, std::min(1.0, elapsed / unit_->seconds));
+  if (unit_->seconds <= 0) return;
+  const double off = std::log(*length / unit_->length);
+  unit_->length *= std::exp(off * std::min(1.0, elapsed / unit_->seconds));
+  unit_->spread += (std::abs(off) - unit_->spread) * std::min(1.0, elapsed / kUnitSeconds);
 }
 
 // Without mapping nothing but this corrects a pose that the odometry carries on: the frame is

@@ -35,6 +35,9 @@ struct OdometryUnit {
   int loops = 0;  // closed in the map: each may have changed its scale
   double length = 1;
   double seconds = 0;  // over which it was averaged
+  // How far the lengths of single images are off, relative: how well the odometry and the map hold
+  // their scales in this film.
+  double spread = 0.03;
 };
 
 // The error of a position that nothing tells but a hand's usual way in a tenth of a second, as a
