@@ -18,6 +18,10 @@ namespace {
 // something else.
 constexpr double kConfirms = 0.9;
 
+// At most, of a pose by objects where points should confirm it and do not: rooms that are arranged
+// alike have the same objects at the same places.
+constexpr double kUnconfirmed = 0.5;
+
 // 1.6 and 6.5 degrees; wider finds wrong matches.
 constexpr double kMinErrorRad = 1.0 / 35, kMaxErrorRad = 4.0 / 35;
 
@@ -141,7 +145,34 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
     confirmed.objects = std::move(objects);
     return with_candidates(std::move(confirmed));
   }
-  return with_candidates(poses.front());
+  Relocalization best = poses.front();
+  if (best.IsFound() && tools_.places && IsMappedFrom(frame, best.cam_from_world)) {
+    best.evidence = PoseEvidence::kNone;
+    best.confidence = std::min(best.confidence, kUnconfirmed);
+    best.why_not = "objects agree with a pose from where the map shows other points";
+  }
+  return with_candidates(std::move(best));
+}
+
+bool FrameSearch::IsMappedFrom(const Frame& frame, const Rigid3& cam_from_world) const {
+  constexpr int kFewKeypoints = 300;        // as in a blurred image: none may be found again
+  constexpr double kSameDirection = 0.906;  // 25 degrees: ORB finds most points again
+  constexpr double kSamePlace = 0.3;        // of the depth
+  constexpr int kLeastLandmarks = 100;
+  if (frame.features->size() < kFewKeypoints) return false;
+  const Eigen::Vector3d center = cam_from_world.OriginInSource(),
+                        forward = cam_from_world.rotation.inverse() * Eigen::Vector3d::UnitZ();
+  bool is_mapped = false;
+  map_.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
+    const Rigid3& pose = keyframe.cam_from_world;
+    if (is_mapped ||
+        (pose.rotation.inverse() * Eigen::Vector3d::UnitZ()).dot(forward) < kSameDirection)
+      return;
+    is_mapped = (pose.OriginInSource() - center).norm() < kSamePlace * map_.MedianDepth(id) &&
+                std::ranges::count_if(keyframe.landmarks,
+                                      [](LandmarkId l) { return l.IsValid(); }) >= kLeastLandmarks;
+  });
+  return is_mapped;
 }
 
 std::optional<Relocalization> FrameSearch::BySureObjects(const Frame& frame) {

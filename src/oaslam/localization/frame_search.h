@@ -44,6 +44,9 @@ class FrameSearch {
                           const std::optional<Rigid3>& roughly) const;
   std::optional<Relocalization> BySureObjects(const Frame& frame);
   Relocalization ByObjects(const Frame& frame);
+  // Whether images of the map show from about this pose what a frame with as many key points would
+  // share with them.
+  bool IsMappedFrom(const Frame& frame, const Rigid3& cam_from_world) const;
   // Refines a pose that few points support by the objects in view. (Not in the paper, which refines
   // with points.)
   void JoinObjects(const Frame& frame, Relocalization& found) const;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "oaslam/camera.h"
+#include "oaslam/features/features.h"
 #include "oaslam/rigid3.h"
 #include "oaslam/types.h"
 #include "oaslam/util/ids.h"
@@ -31,6 +32,8 @@ struct PointSupport {
   // same pixel: matches seen from an unusual side have correlated errors, so that more of them in
   // one corner of the image do not help.
   double relative_sigma = 0;
+  // kLearned: compared by learned descriptors, too, which find things of one kind alike.
+  Appearance appearance = Appearance::kOrb;
 };
 
 // What objects say for a pose. `score` is the statistic S of docs/objects.md ("From ellipsoids to a

@@ -38,7 +38,8 @@ Relocalization FindNear(const Frame& frame, const Map& map, std::span<const Land
 std::vector<LandmarkId> LandmarksAround(const Map& map, KeyframeId place);
 
 // The probability, in [0, 1], that the best hypothesis is right: within 0.5 m and 30 degrees of the
-// truth on table tops seen from 1 to 3 m. A logistic curve fitted by tools/acceptance
+// truth on table tops seen from 1 to 3 m. Logistic curves: that of ORB fitted by tools/acceptance,
+// that of learned descriptors to images in maps of their own and of other rooms
 // (docs/lab/relocalization.md).
 double ConfidenceOfPoints(const PointSupport& best);
 
@@ -46,7 +47,8 @@ double ConfidenceOfPoints(const PointSupport& best);
 // projections with decreasing radius. Fills in the support of the points and the confidence;
 // evidence and why_not are set by Judge.
 Relocalization SearchAround(const Frame& frame, const Map& map,
-                            std::span<const LandmarkId> landmarks, const Rigid3& cam_from_world);
+                            std::span<const LandmarkId> landmarks, const Rigid3& cam_from_world,
+                            Appearance appearance);
 
 // Fills in what of the support depends on the pose's covariance, and the confidence. `tolerance`:
 // how many times less certain than for a known camera the position is expected to be.

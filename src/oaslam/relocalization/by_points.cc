@@ -141,7 +141,8 @@ Relocalization RelocalizeByPointsAndFocal(const Frame& frame, const Map& map,
     // points are found.
     for (int round = 0; round < 2; ++round) {
       const Map with = WithCameraOf(map, frame, camera);
-      found = RefineFocal(frame, with, SearchAround(frame, with, landmarks, found.cam_from_world),
+      found = RefineFocal(frame, with,
+                          SearchAround(frame, with, landmarks, found.cam_from_world, appearance),
                           config.accept_confidence);
       camera = *found.camera;
     }
