@@ -156,8 +156,8 @@ Relocalization FrameSearch::ByObjects(const Frame& frame) {
 
 bool FrameSearch::IsMappedFrom(const Frame& frame, const Rigid3& cam_from_world) const {
   constexpr int kFewKeypoints = 300;        // as in a blurred image: none may be found again
-  constexpr double kSameDirection = 0.906;  // 25 degrees: ORB finds most points again
-  constexpr double kSamePlace = 0.3;        // of the depth
+  constexpr double kSameDirection = 0.819;  // 35 degrees: descriptors find points again
+  constexpr double kSamePlace = 0.8;        // of the depth
   constexpr int kLeastLandmarks = 100;
   if (frame.features->size() < kFewKeypoints) return false;
   const Eigen::Vector3d center = cam_from_world.OriginInSource(),
