@@ -99,13 +99,11 @@ Map MapOfKeyframes(const std::vector<uint32_t>& ids) {
 }
 
 Frame View(const synthetic::World& world, int index, Rng& rng) {
-  return {
-      index,
-      index / 30.0,
-      0,
-      synthetic::MakeView(world, synthetic::PoseOnArc({}, -20 + 0.8 * index), {.missed = 0.1}, rng)
-          .features,
-      {}};
+  const Rigid3 pose = synthetic::PoseOnArc({}, -20 + 0.8 * index);
+  Frame frame{index, index / 30.0, 0, {}, {}};
+  frame.features = synthetic::MakeView(world, pose, {.missed = 0.1}, rng).features;
+  frame.motion = synthetic::TrueMotion(index, pose);
+  return frame;
 }
 
 void ExpectBadAlloc(const std::exception_ptr& failure) {
