@@ -1,6 +1,5 @@
 #include <algorithm>
-#include <climits>
-#include <cstdlib>
+#include <iterator>
 #include <ranges>
 #include <utility>
 
@@ -19,32 +18,39 @@ void Tracker::KeepLost(const Frame& frame) {
 }
 
 // The pose of an image before the map, in the frame of the odometry as it is known with image
-// `now`: it moves with the nearest image whose pose was corrected.
+// `now`: between the images before and after it whose poses were corrected, or as it was given
+// relative to the nearest of them.
 Rigid3 Tracker::CorrectedPose(const FrameMotion& image, const std::vector<Frame>& frames,
                               const FrameMotion& now) {
-  Rigid3 corrected = image.cam_from_odom;
-  int nearest = INT_MAX;
-  for (const Frame& frame : frames) {
-    if (!frame.motion || frame.motion->run != now.run) continue;
-    const int distance = std::abs(frame.motion->image - image.image);
-    const auto known =
-        std::ranges::find(now.keyframes, frame.motion->image, &std::pair<int, Rigid3>::first);
-    if (distance >= nearest || known == now.keyframes.end()) continue;
-    nearest = distance;
-    corrected = image.cam_from_odom * frame.motion->cam_from_odom.Inverse() * known->second;
+  const auto after =
+      std::ranges::lower_bound(now.keyframes, image.image, {}, &std::pair<int, Rigid3>::first);
+  if (after == now.keyframes.end()) return image.cam_from_odom;
+  if (after->first == image.image) return after->second;
+  if (after != now.keyframes.begin()) {
+    const auto& [first, from] = *std::prev(after);
+    const Rigid3& to = after->second;
+    const double share = (image.image - first) / static_cast<double>(after->first - first);
+    const auto rotation = from.rotation.slerp(share, to.rotation);
+    const Eigen::Vector3d center =
+        from.OriginInSource() + share * (to.OriginInSource() - from.OriginInSource());
+    return Rigid3(rotation, rotation * -center);
   }
-  return corrected;
+  for (const Frame& frame : frames)
+    if (frame.motion && frame.motion->run == now.run && frame.motion->image == after->first)
+      return image.cam_from_odom * frame.motion->cam_from_odom.Inverse() * after->second;
+  return image.cam_from_odom;
 }
 
 // Looks for the frames that came before the initial map about where the odometry has them: forward
 // from the first keyframe to the second, and backward from the first until tracking fails.
 void Tracker::FillInBeforeMap(const std::vector<Frame>& frames, const Map& map) {
   constexpr double kWindow = 30;  // pixels of the lowest level
-  constexpr double kSigmas = 5;
+  // A map of two keyframes tells little: shares of the way from the first one and of the depth;
+  // rad.
+  constexpr double kOfWay = 0.15, kOfDepth = 0.02, kTurn = 0.02;
   const KeyframeId first = trajectory_.poses().front().reference;
   const Keyframe& keyframe = map.keyframes.At(first);
   const FrameMotion& now = *last_->frame.motion;
-  const ExpectedPose doubt{{}, kUnknownWay * depth_, kUnknownWay};
   const auto fill_in = [&](auto&& some) {
     std::shared_ptr<const Features> features = keyframe.features;
     std::vector<LandmarkId> landmarks = keyframe.landmarks;
@@ -57,8 +63,10 @@ void Tracker::FillInBeforeMap(const std::vector<Frame>& frames, const Map& map) 
         report = TrackFromLastFrame(frame, map, *features, landmarks, expected, kWindow);
       if (report.success) report = TrackLocalMap(frame, map, report, Demands());
       const PoseVector off = StepOf(report.cam_from_world * expected.Inverse());
-      report.success = report.success && off.head<3>().norm() < kSigmas * doubt.sigma_position &&
-                       off.tail<3>().norm() < kSigmas * doubt.sigma_rotation;
+      const double way =
+          (expected.OriginInSource() - keyframe.cam_from_world.OriginInSource()).norm();
+      report.success = report.success && off.head<3>().norm() < kOfWay * way + kOfDepth * depth_ &&
+                       off.tail<3>().norm() < kTurn;
       if (report.success) {
         features = frame.features;
         landmarks = report.landmarks;
