@@ -32,13 +32,16 @@ BeginningMotion MotionOf(const Rigid3& newest_from_first) {
           newest_from_first.OriginInSource().normalized()};
 }
 
-// Points that the first and the newest image both see.
+bool IsSeenByFirstAndNewest(const Window& window, const WindowPoint& p) {
+  return p.anchor == window.images.front().id && !p.sightings.empty() &&
+         p.sightings.back().image == window.newest().id;
+}
+
 RayMatches MatchesOf(const Window& window, const WindowOptions& options) {
   RayMatches matches;
   matches.focal_first = matches.focal_second = options.focal_px;
-  const int first = window.images.front().id, newest = window.newest().id;
   for (const WindowPoint& p : window.points) {
-    if (p.anchor != first || p.sightings.empty() || p.sightings.back().image != newest) continue;
+    if (!IsSeenByFirstAndNewest(window, p)) continue;
     matches.first.push_back(p.ray.homogeneous());
     matches.second.push_back(p.sightings.back().ray.homogeneous());
     matches.sigma.push_back(options.sigma_px);
@@ -303,10 +306,8 @@ std::vector<Solution> BestTwo(const Beginner& beginner, const Given& given, Rng&
 }  // namespace
 
 int MatchesOfFirst(const Window& window) {
-  const int first = window.images.front().id, newest = window.newest().id;
-  return static_cast<int>(std::ranges::count_if(window.points, [&](const WindowPoint& p) {
-    return p.anchor == first && !p.sightings.empty() && p.sightings.back().image == newest;
-  }));
+  return static_cast<int>(std::ranges::count_if(
+      window.points, [&](const WindowPoint& p) { return IsSeenByFirstAndNewest(window, p); }));
 }
 
 Beginning BeginMotion(const Window& window, const Window* before, const WindowOptions& options,
