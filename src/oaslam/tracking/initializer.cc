@@ -23,7 +23,8 @@ constexpr double kMatchRatio = 0.9;
 constexpr size_t kMaxReferences = 4;  // each costs one matching per image
 // A new reference begins once the newest one keeps less than this share of its first matches.
 constexpr double kLostShare = 0.7;
-constexpr size_t kMaxRecent = 150;  // 5 s at 30 Hz; a frame takes about 50 KB
+// 10 s at 30 Hz, since a camera that turns waits for long; a frame takes about 50 KB.
+constexpr size_t kMaxRecent = 300;
 // Seconds between two attempts with a reference, since parallax grows slowly.
 constexpr double kBetweenTries = 0.05;
 // Pixels of the lowest level; with less median motion the camera counts as still, since such motion
