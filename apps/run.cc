@@ -301,6 +301,9 @@ int Run(const RunOptions& given) {
     fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}\n",
                tracked, done, saved.map.keyframes.size(), saved.map.landmarks.size(),
                saved.map.CountMappedObjects(), options.out);
+  if (const std::string uncertain = results.Uncertain();
+      !options.common.quiet && !uncertain.empty())
+    fmt::print("{}\n", uncertain);
   if (options.plain.IsUsed() && !options.common.quiet && !saved.map.keyframes.empty())
     fmt::print("to look at it: oaslam view {}\n", options.out);
   view.Finish(saved, interrupted);

@@ -85,18 +85,41 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
   std::ofstream csv(folder_ + "/frames.csv");
   csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
          "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
-         "deg\n";
+         "deg,uncertain\n";
   for (const auto& [index, r] : frames_) {
     const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {},
                                                                         &StampedPose::timestamp);
     csv << fmt::format(
         "{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{},{:.3f},{:."
-        "4g},{:.4g}\n",
+        "4g},{:.4g},{:d}\n",
         index, r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections,
         r.objects, r.ms_total, r.ms_features, r.ms_track, r.ms_objects, r.cpu_ms, filled, r.depth,
         r.piece, r.confidence, SigmaOfPosition(r.covariance),
-        SigmaOfRotation(r.covariance) / kDegree);
+        SigmaOfRotation(r.covariance) / kDegree, r.is_uncertain);
   }
+}
+
+std::string RunResults::Uncertain() const {
+  constexpr double kGap = 1;  // seconds: what is nearer is one passage
+  constexpr size_t kMostNamed = 5;
+  std::vector<std::pair<double, double>> passages;
+  size_t count = 0, poses = 0;
+  for (const auto& [index, r] : frames_) {
+    poses += r.world_from_cam.has_value();
+    if (!r.world_from_cam || !r.is_uncertain) continue;
+    ++count;
+    if (passages.empty() || r.timestamp - passages.back().second > kGap)
+      passages.emplace_back(r.timestamp, r.timestamp);
+    passages.back().second = r.timestamp;
+  }
+  if (count == 0) return "";
+  std::string where;
+  for (size_t i = 0; i < std::min(kMostNamed, passages.size()); ++i)
+    where += fmt::format("{}{:.1f} to {:.1f} s", i > 0 ? ", " : "", passages[i].first,
+                         passages[i].second);
+  if (passages.size() > kMostNamed)
+    where += fmt::format(" and {} more times", passages.size() - kMostNamed);
+  return fmt::format("{} of {} poses were uncertain when they were given: {}", count, poses, where);
 }
 
 void RunResults::WriteCamera() const {
@@ -161,6 +184,9 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["pieces"] = nlohmann::ordered_json::array({PieceSummary(saved.map, trajectory)});
   for (size_t i = 0; i < pieces.size(); ++i)
     summary["pieces"].push_back(PieceSummary(saved.pieces[i].map, pieces[i]));
+  summary["uncertain"] = std::ranges::count_if(frames_, [](const auto& entry) {
+    return entry.second.world_from_cam && entry.second.is_uncertain;
+  });
   summary["unit"] = saved.map.is_metric ? "metre" : "arbitrary";
   summary["loops"] = saved.map.loops_closed;
   summary["camera"] = CameraSummary(camera_, estimate_);

@@ -38,6 +38,9 @@ class RunResults {
   void SetMainPiece(int piece) { main_piece_ = piece; }
   // Converts live poses to a new unit: one old unit is `factor` new ones.
   void Scale(double factor);
+  // How many images have a pose that was uncertain when it was given, and in which seconds; empty:
+  // none.
+  std::string Uncertain() const;
   // `interrupted`: the run ended early; its results are written nevertheless. Returns the number of
   // frames with a final pose. `pieces`: the trajectories of those of `saved`.
   size_t Finish(const SavedMap& saved, const std::vector<StampedPose>& trajectory,

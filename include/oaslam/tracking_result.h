@@ -22,6 +22,10 @@ struct TrackingResult {
   // Of the pose, in the frame of the map; 0 without a pose. What a loop will correct is in it only
   // as far as such errors are usual (docs/lab/uncertainty.md).
   PoseCovariance covariance = PoseCovariance::Zero();
+  // The pose may be off by far more than the covariance says: it is preliminary, its confidence is
+  // below .9, its sigma a tenth of the depth, or the map may have changed its scale since it was
+  // begun, in a doorway or a swing. It ends where the camera sees again what it saw before.
+  bool is_uncertain = false;
   // While the camera's motion carries the pose on (kOdometry): seconds since the map gave it; else
   // 0.
   double seconds_without_map = 0;

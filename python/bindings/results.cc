@@ -27,6 +27,7 @@ void AddTrackingResult(py::module_& m) {
       .def_property_readonly(
           "covariance", [](const TrackingResult& r) { return ArrayOf(r.covariance); },
           doc::TrackingResult_covariance)
+      .def_readonly(OASLAM_FIELD(TrackingResult, is_uncertain))
       .def_readonly(OASLAM_FIELD(TrackingResult, seconds_without_map))
       .def_readonly(OASLAM_FIELD(TrackingResult, depth))
       .def_readonly(OASLAM_FIELD(TrackingResult, piece))

@@ -1,9 +1,11 @@
-import { BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace, Texture } from "three";
+import { BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace, SphereGeometry, Texture } from "three";
 import { DEFAULT_CAMERA, frustumCorners, frustumLines } from "./frustum.js";
 import { contextOf } from "./image_area.js";
-import { STATE_COLORS } from "./palette.js";
+import { COLORS, STATE_COLORS } from "./palette.js";
 
-/** The camera, where it is now or where the timeline points, with its image. */
+const SIGMAS = 3; // of its position, which are drawn
+
+/** The camera, where it is now or where the timeline points, with its image and how uncertain its position is. */
 export class CameraLayer {
   canvas = document.createElement("canvas");
   /** @type {number | null} */ place = null; // of the path, chosen on the timeline
@@ -16,7 +18,8 @@ export class CameraLayer {
     this.image = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.92 }));
     this.image.geometry.setAttribute("uv", new BufferAttribute(new Float32Array([0, 1, 1, 1, 1, 0, 0, 0]), 2));
     this.image.geometry.setIndex([0, 3, 1, 1, 3, 2]);
-    for (const part of [this.lines, this.image]) {
+    this.spread = new Mesh(new SphereGeometry(1, 24, 16), new MeshBasicMaterial({ transparent: true, opacity: 0.25, depthWrite: false }));
+    for (const part of [this.lines, this.image, this.spread]) {
       part.frustumCulled = false;
       this.group.add(part);
     }
@@ -55,7 +58,17 @@ export class CameraLayer {
     this.lines.material.color.set(STATE_COLORS[frame?.state ?? "tracking"]);
     this.group.quaternion.set(pose[0], pose[1], pose[2], pose[3]);
     this.group.position.set(pose[4], pose[5], pose[6]);
+    this.showSpread(this.place === null ? frame : null);
     this.showImage(this.place === null ? frame?.bitmap : null);
+  }
+
+  showSpread(frame) {
+    const spread = frame?.spread;
+    this.spread.visible = Boolean(spread);
+    if (!spread) return;
+    this.spread.scale.fromArray(spread.half_axes.map((x) => Math.max(SIGMAS * x, 1e-6 * this.view.radius)));
+    this.spread.quaternion.fromArray(spread.rotation);
+    this.spread.material.color.set(frame.uncertain ? COLORS.uncertain : STATE_COLORS[frame.state]);
   }
 
   showImage(bitmap) {

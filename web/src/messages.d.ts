@@ -22,9 +22,11 @@ export interface SeenObject extends MapObject { category_id: number; observation
 export interface Detection { box: [left: number, top: number, right: number, bottom: number]; score: number; category_id: number; category: string; object?: number }
 /** A mapped object's outline in the image; `angle` is that of the first half axis. */
 export interface Outline { object: number; label: string; category_id: number; center: Pixel; half_axes: [number, number]; angle: number }
+/** One standard deviation of the camera's position, in the axes of the camera. */
+export interface Spread { half_axes: Triple; rotation: Quaternion }
 export interface FrameMessage {
-  frame: number; state: State; pose?: number[]; camera: Lens; detections: Detection[]; ellipses: Outline[];
-  inliers: number; confidence: number; ms: { total: number; features: number; track: number; objects: number };
+  frame: number; state: State; pose?: number[]; spread?: Spread; camera: Lens; detections: Detection[]; ellipses: Outline[];
+  inliers: number; confidence: number; uncertain?: boolean; ms: { total: number; features: number; track: number; objects: number };
 }
 export interface RunEvent { kind: string; text: string; frame?: number }
 export interface Status { live: boolean; paused: boolean; mapping: boolean; dropped: number; title: string }

@@ -3,12 +3,13 @@ import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeome
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { COLORS } from "./palette.js";
 
-/** The trajectory, and the true one. */
+/** The trajectory, where it is uncertain in another colour, and the true one. */
 export class PathLayer {
   /** @param {import("./map_view.js").MapView} view */
   constructor(view) {
     this.view = view;
     this.path = this.line(COLORS.path, 2.2, 1);
+    this.uncertain = this.line(COLORS.uncertain, 2.6, 1);
     this.truth = this.line(COLORS.groundtruth, 1.2, 0.55);
   }
 
@@ -22,15 +23,17 @@ export class PathLayer {
   }
 
   update(part) {
-    if (part !== "path" && part !== "restart") return;
-    const { path, groundtruth } = this.view.store;
-    const segments = [];
+    if (part !== "path" && part !== "notes" && part !== "restart") return;
+    const { path, groundtruth, notes } = this.view.store;
+    const doubtful = new Set(notes.filter((note) => note.uncertain).map((note) => note.frame));
+    const segments = [], uncertain = [];
     for (let i = 1; i < path.size; ++i) {
       const gap = path.frames[i] - path.frames[i - 1];
       if (gap > 10 || gap <= 0 || !Number.isFinite(path.poses[7 * i + 4]) || !Number.isFinite(path.poses[7 * i - 3])) continue;
-      segments.push(...path.poses.subarray(7 * i - 3, 7 * i), ...path.poses.subarray(7 * i + 4, 7 * i + 7));
+      (doubtful.has(path.frames[i]) ? uncertain : segments).push(...path.poses.subarray(7 * i - 3, 7 * i), ...path.poses.subarray(7 * i + 4, 7 * i + 7));
     }
     this.replace(this.path, segments);
+    this.replace(this.uncertain, uncertain);
     const truth = [];
     for (let i = 3; i < groundtruth.length; i += 3) truth.push(...groundtruth.subarray(i - 3, i + 3));
     this.replace(this.truth, truth);
@@ -44,7 +47,7 @@ export class PathLayer {
   }
 
   setVisible(on) {
-    this.want(this.path, on);
+    for (const line of [this.path, this.uncertain]) this.want(line, on);
   }
 
   setTruthVisible(on) {
@@ -58,6 +61,6 @@ export class PathLayer {
   }
 
   resize(width, height) {
-    for (const line of [this.path, this.truth]) line.material.resolution.set(width, height);
+    for (const line of [this.path, this.uncertain, this.truth]) line.material.resolution.set(width, height);
   }
 }

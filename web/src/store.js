@@ -2,7 +2,7 @@
 /** @typedef {FrameMessage & { px: Float32Array, landmarks: Uint32Array, isMatched: (i: number) => boolean, bitmap: ImageBitmap | null, keyframe?: number }} Frame */
 /** @typedef {Omit<import("./messages").ObjectDetail, "crops"> & { crops: { frame: number, url: string }[] }} Detail */
 /** @typedef {{ id: number, frame: number, pose: Float32Array, edges: Uint32Array }} Keyframe  `edges`: pairs of another keyframe and the number of shared landmarks */
-/** @typedef {{ frame: number, state: number, ms: number, inliers: number }} Note */
+/** @typedef {{ frame: number, state: number, ms: number, inliers: number, uncertain: boolean }} Note */
 /** @type {import("./messages").State[]} */
 export const STATES = ["initializing", "tracking", "relocalized", "objects", "lost", "odometry", "preliminary"];
 const NO_LANDMARK = 0xffffffff;
@@ -172,7 +172,7 @@ export class Store extends EventTarget {
     }
     if (arrays.note_frames) {
       arrays.note_frames.forEach((frame, i) =>
-        this.notes.push({ frame, state: arrays.note_states[i], ms: arrays.note_ms[i], inliers: arrays.note_inliers[i] }));
+        this.notes.push({ frame, state: arrays.note_states[i], ms: arrays.note_ms[i], inliers: arrays.note_inliers[i], uncertain: arrays.note_uncertain[i] > 0 }));
       changed.add("notes");
     }
     if (message.events) {

@@ -42,6 +42,7 @@ struct FrameMotion {
   int image = 0;
   Rigid3 cam_from_odom;
   bool is_preliminary = false;
+  double agreeing = 1;  // share of the points followed that agree with the pose
   // cam_from_odom of the odometry's keyframes as they are known with this image, by image,
   // ascending; none while the motion is preliminary.
   std::vector<std::pair<int, Rigid3>> keyframes{};

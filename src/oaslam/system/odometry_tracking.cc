@@ -249,7 +249,8 @@ void Tracker::LearnUnit(const Frame& frame, const Map& map, const TrackReport& t
   if (unit_->seconds <= 0) return;
   const double off = std::log(*length / unit_->length);
   unit_->length *= std::exp(off * std::min(1.0, elapsed / unit_->seconds));
-  unit_->spread += (std::abs(off) - unit_->spread) * std::min(1.0, elapsed / kUnitSeconds);
+  unit_->spread_seconds = std::min(kUnitSeconds, unit_->spread_seconds + elapsed);
+  unit_->spread += (std::abs(off) - unit_->spread) * std::min(1.0, elapsed / unit_->spread_seconds);
 }
 
 // Without mapping nothing but this corrects a pose that the odometry carries on: the frame is

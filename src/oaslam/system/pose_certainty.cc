@@ -8,10 +8,15 @@
 namespace oaslam {
 namespace {
 
-// Standard deviations of the place of landmarks in view: what stays where all views share them, and
-// for each link of a chain of views (MapDrift). Shares of the depth; and radians. Fitted on the
-// flat.
-constexpr double kOfPlace = 0.001, kOfLink = 0.006, kTurnOfLink = 0.0025;
+// Standard deviations of the place of landmarks in view, for each link of a chain of views
+// (MapDrift): as a share of the depth, half of how far the film's scales of single images are off
+// (OdometryUnit::spread), and in radians. The first views of a map count as a quarter of a link.
+// Fitted on eleven films (docs/lab/uncertainty.md).
+constexpr double kOfSpread = 0.5, kMostSpread = 0.3, kTurnOfLink = 0.0025, kLeastLinks = 0.25;
+
+// A pose is uncertain below this confidence, or where its position may be off by more than this
+// share of the depth.
+constexpr double kSure = 0.9, kFar = 0.1;
 
 // The probability that a position is off by less than a tenth of the depth (Maxwell's
 // distribution).
@@ -34,9 +39,9 @@ Tracker::Outcome Tracker::OutcomeOf(const Frame& frame, const Map& map, const Tr
       Outcome::Tracked(state, tracked.cam_from_world, tracked.matched, tracked.inliers);
   outcome.depth = tracked.depth;
   const double links = drift_.LinksTo(map, tracked.reference);
-  const ExpectedPose map_error{{},
-                               outcome.depth * std::hypot(kOfPlace, kOfLink * std::sqrt(links)),
-                               std::hypot(kOfPlace, kTurnOfLink * std::sqrt(links))};
+  const double spread = std::min(kMostSpread, (unit_ ? *unit_ : OdometryUnit()).spread);
+  const double off = std::sqrt(kLeastLinks + links);
+  const ExpectedPose map_error{{}, outcome.depth * kOfSpread * spread * off, kTurnOfLink * off};
   outcome.covariance = tracked.covariance + map_error.Covariance();
   const bool is_seen = state != TrackingState::kOdometry;
   outcome.seconds_without_map = is_seen ? 0 : frame.timestamp - seen_in_map_time_;
@@ -45,6 +50,11 @@ Tracker::Outcome Tracker::OutcomeOf(const Frame& frame, const Map& map, const Tr
   const double sigma = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace() / 3);
   outcome.confidence =
       seen_confidence_ * (outcome.depth > 0 ? ProbablyNear(sigma / outcome.depth) : 1);
+  const double agreeing = frame.motion ? frame.motion->agreeing : 1;
+  const bool may_have_parted =
+      mapping_ && parting_.Update({frame.timestamp, outcome.inliers, agreeing, links});
+  outcome.is_uncertain = may_have_parted || outcome.confidence < kSure ||
+                         SigmaOfPosition(outcome.covariance) > kFar * outcome.depth;
   return outcome;
 }
 
@@ -55,6 +65,7 @@ Tracker::Outcome Tracker::WithoutMap(const FrameMotion* motion) {
   if (!motion) return outcome;
   outcome.cam_from_world = motion->cam_from_odom;
   outcome.covariance = ExpectedPose{{}, kUnknownWay, kUnknownWay}.Covariance();
+  outcome.is_uncertain = true;
   return outcome;
 }
 
@@ -62,6 +73,7 @@ Tracker::Outcome Tracker::Outcome::ByObjects(const ExpectedPose& pose, double co
   Outcome outcome = Tracked(TrackingState::kObjects, pose.cam_from_world, 0, 0);
   outcome.covariance = pose.Covariance();
   outcome.confidence = confidence;
+  outcome.is_uncertain = confidence < kSure;
   return outcome;
 }
 

@@ -44,6 +44,7 @@ void TakePose(const Tracker::Outcome& outcome, TrackingResult& result) {
   result.objects = outcome.objects;
   result.confidence = outcome.confidence;
   result.covariance = outcome.covariance;
+  result.is_uncertain = outcome.is_uncertain;
   result.seconds_without_map = outcome.seconds_without_map;
   result.depth = outcome.depth;
 }
@@ -141,6 +142,7 @@ std::shared_ptr<const FrameMotion> Slam::Impl::FollowMotion(const ImageInput& gr
     motion->cam_from_odom = estimate.cam_from_odom;
     motion->is_preliminary = estimate.state == OdometryState::kPreliminary;
     motion->is_keyframe = estimate.is_keyframe;
+    motion->agreeing = estimate.inliers / std::max(1.0, static_cast<double>(estimate.tracked));
     for (const OdometryDepth& d : odometry_->Depths())
       motion->depths.push_back({ProjectIdeal(camera_, d.ray.homogeneous()).cast<float>(),
                                 static_cast<float>(d.inverse_depth)});

@@ -133,6 +133,7 @@ Tracker::Outcome Tracker::AdoptInitialMap(const Frame& frame, const Map& map) {
   FillInBeforeMap(before, map);
   newest_keyframe_inliers_ = static_cast<int>(map.landmarks.size());
   drift_ = {};
+  parting_ = {};
   seen_confidence_ = 0;
   TrackReport tracked;
   tracked.cam_from_world = keyframe->cam_from_world;
@@ -211,6 +212,7 @@ void Tracker::GoOnAs(Tracker other, double scale) {
   other.map_is_loaded_ = map_is_loaded_;
   other.lost_images_.clear();
   other.drift_ = {};
+  other.parting_ = {};
   *this = std::move(other);
 }
 

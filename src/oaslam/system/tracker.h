@@ -36,8 +36,8 @@ struct OdometryUnit {
   double length = 1;
   double seconds = 0;  // over which it was averaged
   // How far the lengths of single images are off, relative: how well the odometry and the map hold
-  // their scales in this film.
-  double spread = 0.03;
+  // their scales in this film. Begins as a guess that counts as a second of images.
+  double spread = 0.03, spread_seconds = 1;
 };
 
 // The error of a position that nothing tells but a hand's usual way in a tenth of a second, as a
@@ -62,6 +62,7 @@ class Tracker {
     int objects = 0;
     double confidence = 0;  // [0, 1], of the pose
     PoseCovariance covariance = PoseCovariance::Zero();
+    bool is_uncertain = false;
     double seconds_without_map = 0;
     double depth = 0;  // median depth of the landmarks that support the pose, map units
     double ms_objects = 0;
@@ -279,6 +280,7 @@ class Tracker {
   bool is_pose_doubted_ = false;
   std::optional<Rigid3> prior_;  // from the user, world_from_cam, while the camera is lost
   MapDrift drift_;
+  Parting parting_;
   double seen_confidence_ = 0;     // of the newest pose that the map gave
   double usual_spread_ = 0;        // of the landmarks in the image, over the last seconds
   std::vector<LandmarkUse> uses_;  // since the newest keyframe

@@ -42,6 +42,22 @@ double MapDrift::LinksTo(const Map& map, KeyframeId id) {
   return links_.at(id);
 }
 
+bool Parting::Update(const Image& image) {
+  // Fewer landmarks hold no scale. In eleven films such passages were rare, and the largest errors
+  // came after them (docs/lab/uncertainty.md).
+  constexpr int kFew = 30;
+  constexpr double kSeconds = 0.2, kAgreeing = 0.8, kShorter = 0.3;
+  if (image.inliers >= kFew)
+    few_since_.reset();
+  else if (!few_since_)
+    few_since_ = image.timestamp;
+  if (links_ && image.links < *links_ - kShorter) links_.reset();
+  const bool is_blind = few_since_ && image.timestamp - *few_since_ >= kSeconds;
+  if (is_blind || image.agreeing < kAgreeing)
+    links_ = std::min(image.links, links_.value_or(image.links));
+  return links_.has_value();
+}
+
 // Dijkstra's shortest paths. Keyframes that follow each other are linked where they share nothing,
 // too: the odometry or a joining has tied them.
 void MapDrift::LinkAll(const Map& map) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 
 #include "oaslam/map/map.h"
 
@@ -21,6 +22,24 @@ class MapDrift {
 
   std::map<KeyframeId, double> links_;
   int loops_closed_ = 0;
+};
+
+// Whether the map may have parted from what was mapped before: the camera passed where next to
+// nothing of the map was in view, or many points of the odometry did not agree on a pose. What
+// comes after may have another scale, until a shorter chain of views leads to the first keyframe.
+class Parting {
+ public:
+  struct Image {
+    double timestamp = 0;
+    int inliers = 0;      // landmarks
+    double agreeing = 1;  // FrameMotion
+    double links = 0;     // MapDrift
+  };
+  bool Update(const Image& image);
+
+ private:
+  std::optional<double> few_since_;  // time
+  std::optional<double> links_;      // at the parting
 };
 
 }  // namespace oaslam

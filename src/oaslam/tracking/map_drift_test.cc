@@ -48,5 +48,30 @@ TEST(MapDrift, WhatSharesNothingIsALinkAway) {
   EXPECT_DOUBLE_EQ(MapDrift().LinksTo(map, KeyframeId(2)), 1.5);
 }
 
+TEST(Parting, IsWhereNothingIsSeenForAWhile) {
+  Parting parting;
+  EXPECT_FALSE(parting.Update({1.0, 100, 0.98, 2}));
+  EXPECT_FALSE(parting.Update({1.1, 10, 0.98, 2}));
+  EXPECT_FALSE(parting.Update({1.2, 100, 0.98, 2}));
+  EXPECT_FALSE(parting.Update({1.3, 10, 0.98, 2}));
+  EXPECT_TRUE(parting.Update({1.6, 10, 0.98, 3}));
+  EXPECT_TRUE(parting.Update({1.7, 100, 0.98, 4}));
+}
+
+TEST(Parting, IsWhereManyPointsDoNotAgree) {
+  Parting parting;
+  EXPECT_FALSE(parting.Update({1.0, 100, 0.9, 2}));
+  EXPECT_TRUE(parting.Update({1.1, 100, 0.5, 2}));
+  EXPECT_TRUE(parting.Update({1.2, 100, 0.98, 2}));
+}
+
+TEST(Parting, EndsWhereTheCameraIsBack) {
+  Parting parting;
+  EXPECT_TRUE(parting.Update({1.0, 100, 0.5, 2}));
+  EXPECT_TRUE(parting.Update({2.0, 100, 1, 5}));
+  EXPECT_FALSE(parting.Update({3.0, 100, 1, 1}));
+  EXPECT_FALSE(parting.Update({4.0, 100, 1, 5}));
+}
+
 }  // namespace
 }  // namespace oaslam

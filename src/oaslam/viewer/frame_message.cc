@@ -1,5 +1,7 @@
 #include "oaslam/viewer/frame_message.h"
 
+#include <Eigen/Eigenvalues>
+
 #include "oaslam/geometry/box.h"
 #include "oaslam/geometry/ellipse.h"
 #include "oaslam/geometry/ellipsoid.h"
@@ -59,6 +61,17 @@ json DescribeRelocalization(const Relocalization& found) {
           {"why_not", found.why_not}};
 }
 
+// The ellipsoid of one standard deviation of the position, in the axes of the camera.
+json DescribeSpread(const PoseCovariance& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance.topLeftCorner<3, 3>());
+  Eigen::Matrix3d rotation = axes.eigenvectors();
+  if (rotation.determinant() < 0) rotation.col(0) *= -1;
+  const Eigen::Vector3d half_axes = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const Eigen::Quaterniond q(rotation);
+  return {{"half_axes", {half_axes.x(), half_axes.y(), half_axes.z()}},
+          {"rotation", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
 void AddKeypoints(const FrameView& view, MessageBuilder& message) {
   if (!view.frame.features) return;
   const std::vector<Keypoint>& keypoints = view.frame.features->keypoints;
@@ -88,6 +101,7 @@ void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<cons
            {"inliers", result.inliers},
            {"objects", result.objects},
            {"confidence", result.confidence},
+           {"uncertain", result.is_uncertain},
            {"ms",
             {{"total", result.ms_total},
              {"features", result.ms_features},
@@ -104,6 +118,7 @@ void AddFrame(const FrameRecord& record, const ClassNames& names, std::span<cons
            {"ellipses", json::array()}};
   if (result.world_from_cam) {
     frame["pose"] = PoseNumbers(*result.world_from_cam);
+    frame["spread"] = DescribeSpread(result.covariance);
     frame["ellipses"] = DescribeEllipses(view, result.world_from_cam->Inverse(), camera, names);
   }
   if (view.relocalization) frame["relocalization"] = DescribeRelocalization(*view.relocalization);

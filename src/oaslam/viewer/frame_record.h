@@ -16,6 +16,7 @@ struct FrameNote {
   TrackingState state = TrackingState::kLost;
   int inliers = 0;
   double ms_total = 0;
+  bool is_uncertain = false;  // TrackingResult
 };
 
 // An image and its tracking result, as a run hands it to its viewers; large content is shared.

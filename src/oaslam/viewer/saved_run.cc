@@ -124,6 +124,8 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
                           ColumnOf(header, {"ms_total", "ms"}, path)};
   const size_t state_place = ColumnOf(header, {"state", "status"}, path),
                columns = SplitCommas(header).size();
+  std::optional<size_t> uncertain;  // not in files of localize and of earlier versions
+  if (header.find("uncertain") != header.npos) uncertain = ColumnOf(header, {"uncertain"}, path);
   std::vector<FrameNote> notes;
   for (size_t i = 1; i < lines.size(); ++i) {
     if (Trim(lines[i]).empty()) continue;
@@ -138,7 +140,8 @@ std::vector<FrameNote> LoadNotes(const std::string& path) {
       throw InputError(
           fmt::format("{}:{}: \"{}\" does not fit the columns", path, i + 1, lines[i]));
     notes.push_back({static_cast<int>(values[0]), values[1], *state,
-                     static_cast<int>(std::clamp(values[2], 0.0, 1e6)), values[3]});
+                     static_cast<int>(std::clamp(values[2], 0.0, 1e6)), values[3],
+                     uncertain && NumberAt(fields, *uncertain, path, i + 1) != 0});
   }
   return notes;
 }

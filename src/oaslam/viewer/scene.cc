@@ -16,7 +16,8 @@ using nlohmann::json;
 void Scene::Add(FrameRecord record) {
   NoteState(record);
   const TrackingResult& result = record.result;
-  notes_.push_back({result.frame, result.timestamp, result.state, result.inliers, result.ms_total});
+  notes_.push_back({result.frame, result.timestamp, result.state, result.inliers, result.ms_total,
+                    result.is_uncertain});
   const std::shared_ptr<const Map> map = record.view.map;
   if (record.view.pose && map_ && !map) path_.Add(*record.view.pose, *map_);
   if (!map) return;
@@ -175,7 +176,7 @@ void Scene::Clear() {
 
 void Scene::AddNotes(SceneCursor& cursor, MessageBuilder& message) const {
   std::vector<uint32_t> frames, inliers;
-  std::vector<uint8_t> states;
+  std::vector<uint8_t> states, uncertain;
   std::vector<float> ms;
   for (; cursor.notes < notes_.size(); ++cursor.notes) {
     const FrameNote& note = notes_[cursor.notes];
@@ -183,11 +184,13 @@ void Scene::AddNotes(SceneCursor& cursor, MessageBuilder& message) const {
     inliers.push_back(static_cast<uint32_t>(note.inliers));
     states.push_back(static_cast<uint8_t>(note.state));
     ms.push_back(static_cast<float>(note.ms_total));
+    uncertain.push_back(note.is_uncertain);
   }
   message.Add("note_frames", frames);
   message.Add("note_inliers", inliers);
   message.Add("note_states", states);
   message.Add("note_ms", ms);
+  message.Add("note_uncertain", uncertain);
 }
 
 std::optional<std::string> Scene::News(SceneCursor& cursor) {
