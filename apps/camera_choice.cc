@@ -102,7 +102,9 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
                               const CommonOptions& common) {
   cv::setNumThreads(1);
   const bool is_live = images.starts_with("webcam:");
-  const auto source = OpenImages(images, FrameRange(common));
+  ImageSourceOptions range = FrameRange(common);
+  range.quiet = true;  // the run that follows opens the same images
+  const auto source = OpenImages(images, range);
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", images));

@@ -169,7 +169,7 @@ RunOptions Complete(RunOptions options) {
 std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
   if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s ||
-      options.common.exif_rotation)
+      !options.common.time_unit.empty() || options.common.exif_rotation)
     return "";
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }

@@ -11,6 +11,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/util/lower.h"
+#include "oaslam/util/printable.h"
 #include "oaslam/util/read_file.h"
 
 namespace oaslam {
@@ -74,6 +75,36 @@ std::vector<std::string_view> SplitLines(std::string_view text) {
     begin = end + 1;
   }
   return lines;
+}
+
+bool LooksLikeText(std::string_view head) {
+  constexpr size_t kLongest = 8192;  // twice the longest path
+  if (head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff")) return true;  // UTF-16
+  size_t length = 0;
+  for (const unsigned char c : head) {
+    if ((c < 0x20 && c != '\n' && c != '\r' && c != '\t') || c == 0x7F) return false;
+    length = c == '\n' || c == '\r' ? 0 : length + 1;
+    if (length > kLongest) return false;
+  }
+  return true;
+}
+
+std::string OnOneLine(std::string text, size_t max_bytes) {
+  constexpr std::string_view kCut = "...";
+  if (text.size() > max_bytes) {
+    const auto goes_on = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
+    size_t end = max_bytes - kCut.size();
+    while (end > 0 && goes_on(text[end])) --end;
+    text.replace(end, std::string::npos, kCut);
+  }
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
+  return text;
+}
+
+std::string Quoted(std::string_view text) {
+  constexpr size_t kMaxBytes = 60, kQuotes = 2;
+  return fmt::format("\"{}\"", OnOneLine(Printable(text), kMaxBytes - kQuotes));
 }
 
 std::string BaseName(const std::string& path) {

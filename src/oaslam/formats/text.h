@@ -23,6 +23,16 @@ std::vector<std::string_view> SplitFields(std::string_view line);
 // Lines without their ends (LF or CRLF).
 std::vector<std::string_view> SplitLines(std::string_view text);
 
+// Whether the beginning of a file may be that of a text: no control characters but blanks and ends
+// of lines, and no line that is longer than a path can be.
+bool LooksLikeText(std::string_view head);
+// On one line, without control characters; its end is left out where it is beyond `max_bytes`. No
+// UTF-8 character is cut.
+std::string OnOneLine(std::string text, size_t max_bytes);
+// Text of a file for a message: in quotes, on one line, at most 60 bytes, which leaves room for
+// path, key and bound in a line of a terminal.
+std::string Quoted(std::string_view text);
+
 // Base name of a path.
 std::string BaseName(const std::string& path);
 // The extension with its dot, in lower case.

@@ -50,7 +50,7 @@ class VideoSource : public ImageSource {
     // Damaged headers have rates beyond these.
     if (std::isfinite(rate) && rate > 0.1 && rate < 10000) rate_ = rate;
     if (options.fps) rate_ = *options.fps;
-    Warn();
+    if (!options.quiet) Warn();
   }
 
   std::optional<InputImage> Next() override {
