@@ -114,6 +114,10 @@ void AddClassesOption(CLI::App& app, CommonOptions& options) {
                  "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); "
                  "default: COCO")
       ->type_name("FILE");
+  app.add_option("--category-ids", options.category_ids,
+                 "how --detections numbers COCO's classes: 0 to 79, or 1 to 90 as COCO itself")
+      ->type_name("coco80|coco91")
+      ->check(CLI::IsMember({"coco80", "coco91"}));
 }
 
 void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description) {

@@ -20,6 +20,7 @@ struct CommonOptions {
   std::vector<std::string> set;  // section.key=value
   int from = 0, to = -1;         // frames [from, to); -1: to the end
   std::string classes;           // path, empty: COCO
+  std::string category_ids;      // --category-ids: coco80 or coco91; empty: told by the file
   std::optional<double> fps;
   std::string time_unit;           // --time-unit: a name; empty: told by the times
   bool exif_rotation = false;      // image files are rotated by their metadata

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/locale/encoding_utf.hpp>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -20,9 +21,27 @@ namespace {
 // Detections of ten hours are smaller.
 constexpr size_t kMaxTextFile = size_t{1} << 30;
 
+// UTF-16 without its mark; what is no character becomes U+FFFD or is left out.
+std::string FromUtf16(std::string_view bytes, bool is_big_endian) {
+  std::u16string units;
+  for (size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    const auto low = static_cast<unsigned char>(bytes[i + (is_big_endian ? 1 : 0)]);
+    const auto high = static_cast<unsigned char>(bytes[i + (is_big_endian ? 0 : 1)]);
+    units.push_back(static_cast<char16_t>(low | high << 8));
+  }
+  return boost::locale::conv::utf_to_utf<char>(units);
+}
+
 }  // namespace
 
-std::string ReadTextFile(const std::string& path) { return ReadFile(path, kMaxTextFile); }
+std::string ReadTextFile(const std::string& path) {
+  std::string text = ReadFile(path, kMaxTextFile);
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  const bool is_big_endian = text.starts_with("\xfe\xff");
+  if (is_big_endian || text.starts_with("\xff\xfe"))
+    return FromUtf16(std::string_view(text).substr(2), is_big_endian);
+  return text;
+}
 
 void WriteTextFile(const std::string& path, const std::string& content) {
   namespace fs = std::filesystem;

@@ -9,7 +9,8 @@
 
 namespace oaslam {
 
-// Reads a whole file; throws InputError when it cannot be read, or is larger than 1 GiB.
+// Reads a whole text file, as UTF-8 without a mark at its beginning: a mark tells UTF-16, which is
+// converted. Throws InputError when it cannot be read, or is larger than 1 GiB.
 std::string ReadTextFile(const std::string& path);
 // Writes to `path`.tmp and renames it, so that a full disk or a killed process leaves the old file
 // intact. What is no regular file, such as /dev/stdout, is written directly. Throws InputError when

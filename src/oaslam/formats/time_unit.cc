@@ -24,13 +24,6 @@ std::optional<double> PlainNumber(std::string_view text) {
   return is_plain ? ParseNumber(text) : std::nullopt;
 }
 
-double MedianStep(const std::vector<double>& times) {
-  std::vector<double> steps;
-  for (size_t i = 1; i < times.size(); ++i)
-    if (times[i] != times[i - 1]) steps.push_back(std::abs(times[i] - times[i - 1]));
-  return steps.empty() ? 0 : Median(std::move(steps));
-}
-
 // The unit below seconds in which a step is one of images that show the same place, else seconds.
 double UnitOfStep(double step) {
   constexpr double kLongest = 5;  // seconds
@@ -56,6 +49,13 @@ std::optional<double> UnitOfDate(double time) {
   for (const auto& [name, unit] : kUnits)
     if (time * unit >= kFirst && time * unit <= kLast) return unit;
   return std::nullopt;
+}
+
+double MedianStep(const std::vector<double>& times) {
+  std::vector<double> steps;
+  for (size_t i = 1; i < times.size(); ++i)
+    if (times[i] != times[i - 1]) steps.push_back(std::abs(times[i] - times[i - 1]));
+  return steps.empty() ? 0 : Median(std::move(steps));
 }
 
 std::string ProblemOfSteps(const std::vector<double>& times) {

@@ -15,6 +15,9 @@ std::string_view NameOfUnit(double seconds);
 // The seconds in the unit in which a number is a date from 2001 to 2100, counted from 1970.
 std::optional<double> UnitOfDate(double time);
 
+// The median of the steps from a time to the next that are not 0; 0 where there is none.
+double MedianStep(const std::vector<double>& times);
+
 // What is wrong with times of images in seconds, and the unit that they look like, by the median
 // step from one to the next; empty where nothing is. A step of seconds is accepted where the times
 // are dates, or few.

@@ -11,6 +11,8 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/formats/time_unit.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/images/video_container.h"
+#include "oaslam/images/video_source.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -166,6 +168,21 @@ std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
   if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
   if (IsText(source)) return ReadList(source, options);
   return std::nullopt;
+}
+
+std::vector<std::string> NamesOfImages(const std::string& source,
+                                       const ImageSourceOptions& options) {
+  std::vector<std::string> names;
+  if (options.follow || source.starts_with("webcam:")) return names;
+  ImageSourceOptions quiet = options;
+  quiet.quiet = true;
+  if (const auto images = ListAll(source, quiet)) {
+    for (const ListedImage& image : *images) names.push_back(BaseName(image.path));
+    return names;
+  }
+  const int count = ReadVideoContainer(source).images;
+  for (int i = 0; i < count; ++i) names.push_back(NameOfVideoImage(i));
+  return names;
 }
 
 }  // namespace oaslam

@@ -15,4 +15,9 @@ namespace oaslam {
 std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
                                                 const ImageSourceOptions& options);
 
+// The names of all images of a source, whatever the range in the options; none where they are not
+// known before they come. Throws InputError.
+std::vector<std::string> NamesOfImages(const std::string& source,
+                                       const ImageSourceOptions& options);
+
 }  // namespace oaslam

@@ -160,7 +160,7 @@ TEST(ImageSource, WhatIsNoTextIsNoList) {
   };
   std::string noise;  // without a zero, as a raw film may be
   for (int i = 0; i < 5000; ++i) noise += static_cast<char>(1 + (i * 7919) % 255);
-  for (const auto& [name, content] : {std::pair{"film.raw", noise},
+  for (const auto& [name, content] : {std::pair{"film.bin", noise},
                                       {"small.tgz", std::string("\x1f\x8b\x08\x08 abc\x01")},
                                       {"grey.yuv", std::string(100000, '\x80')}}) {
     EXPECT_THAT(error(folder.Write(name, content)),
