@@ -97,6 +97,13 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
                "use --camera as a start value, and estimate the camera from the images");
 }
 
+void CheckImageSize(const cv::Size& size, const std::string& source) {
+  constexpr int kLeast = 33;  // pixels: the odometry's border at both sides, and one between
+  if (std::min(size.width, size.height) < kLeast)
+    throw InputError(fmt::format("{}: images of {} x {}, allowed: {} pixels or more at each side",
+                                 source, size.width, size.height, kLeast));
+}
+
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
                               const std::optional<Camera>& known, const SlamConfig& config,
                               const CommonOptions& common) {
@@ -108,6 +115,7 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
+  CheckImageSize(image->image.size(), images);
   CameraEstimationOptions options;
   if (!settings.IsAuto())
     options.start = LoadCamera(settings.camera, image->image.size());

@@ -64,6 +64,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   std::optional<InputImage> first = NextReadable();
   if (!first) throw InputError(fmt::format("{}: no readable image", sources.images));
   const cv::Size size = first->image.size();
+  CheckImageSize(size, sources.images);
   const bool is_auto = IsAutoCamera(sources.camera);
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);

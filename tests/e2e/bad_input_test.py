@@ -170,6 +170,14 @@ class TestBadInput(harness.InFolder):
             assert outcome.code == 1, outcome
             assert not any(c in outcome.err for c in "\x1b\x07\u009b"), outcome
 
+    def test_images_that_are_too_small(self):
+        os.mkdir(os.path.join(self.folder, "small"))
+        for i in range(5):
+            with open(os.path.join(self.folder, "small", f"{i}.pgm"), "wb") as f:
+                f.write(b"P5\n32 40\n255\n" + bytes(32 * 40))
+        for camera in ("auto", "fov:60"):
+            self.assert_refused(self.run_slam(images=os.path.join(self.folder, "small"), camera=camera), "small: images of 32 x 40", "33")
+
     def test_detections_of_other_images(self):
         with open(DETECTIONS) as f:
             images = json.load(f)[:FRAMES]
