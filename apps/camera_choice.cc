@@ -97,15 +97,25 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
                "use --camera as a start value, and estimate the camera from the images");
 }
 
+void CheckImageSize(const cv::Size& size, const std::string& source) {
+  constexpr int kLeast = 33;  // pixels: the odometry's border at both sides, and one between
+  if (std::min(size.width, size.height) < kLeast)
+    throw InputError(fmt::format("{}: images of {} x {}, allowed: {} pixels or more at each side",
+                                 source, size.width, size.height, kLeast));
+}
+
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
                               const std::optional<Camera>& known, const SlamConfig& config,
                               const CommonOptions& common) {
   cv::setNumThreads(1);
   const bool is_live = images.starts_with("webcam:");
-  const auto source = OpenImages(images, FrameRange(common));
+  ImageSourceOptions range = FrameRange(common);
+  range.quiet = true;  // the run that follows opens the same images
+  const auto source = OpenImages(images, range);
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
+  CheckImageSize(image->image.size(), images);
   CameraEstimationOptions options;
   if (!settings.IsAuto())
     options.start = LoadCamera(settings.camera, image->image.size());

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -11,9 +12,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <utility>
 
 #include "oaslam/config_file.h"
 #include "oaslam/error.h"
+#include "oaslam/formats/time_unit.h"
+#include "oaslam/util/printable.h"
 
 namespace oaslam::apps {
 namespace {
@@ -21,10 +26,22 @@ namespace {
 std::atomic<bool> got_signal = false;  // set by a signal handler, read by several threads
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-constexpr const char* kPlainPattern = "%^%l%$: %v";
 constexpr const char* kClearLine = "\r\033[K";
 // Frames between plain lines when the total is not known: a line every few seconds.
 constexpr int kPlainStepUnknownTotal = 100;
+
+// The text of a message, which may quote a file.
+class PrintableText : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&,
+              spdlog::memory_buf_t& out) override {
+    const std::string text = Printable({message.payload.data(), message.payload.size()});
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<PrintableText>();
+  }
+};
 
 std::string Duration(double seconds) {
   const int s = static_cast<int>(seconds + 0.5);
@@ -64,6 +81,10 @@ void AddFrameOptions(CLI::App& app, CommonOptions& options) {
   app.add_option("--to", options.to, "One past the last frame")->check(CLI::NonNegativeNumber);
   app.add_option("--fps", options.fps,
                  "Frames a second, for images without time stamps, and in place of a video's own");
+  app.add_option("--time-unit", options.time_unit,
+                 "Unit of the time stamps in a list or in names of images, where they are not s")
+      ->type_name("s|ms|us|ns")
+      ->check(CLI::IsMember({"s", "ms", "us", "ns"}));
 }
 
 void AddExifOption(CLI::App& app, CommonOptions& options) {
@@ -93,6 +114,10 @@ void AddClassesOption(CLI::App& app, CommonOptions& options) {
                  "Classes: names, parts, what moves (YAML \"names: {41: cup}\"; or a name a line); "
                  "default: COCO")
       ->type_name("FILE");
+  app.add_option("--category-ids", options.category_ids,
+                 "how --detections numbers COCO's classes: 0 to 79, or 1 to 90 as COCO itself")
+      ->type_name("coco80|coco91")
+      ->check(CLI::IsMember({"coco80", "coco91"}));
 }
 
 void AddRelocalizationOption(CLI::App& app, std::string& mode, const std::string& description) {
@@ -129,6 +154,7 @@ Classes LoadClasses(const CommonOptions& options) {
 
 ImageSourceOptions FrameRange(const CommonOptions& options) {
   ImageSourceOptions range{.fps = options.fps, .from = options.from, .to = options.to};
+  range.time_unit = SecondsInUnit(options.time_unit);
   if (options.exif_rotation) range.orientation = Orientation::kUpright;
   if (options.follow_s) range.follow = FollowOptions{*options.follow_s, Interrupted};
   return range;
@@ -180,13 +206,19 @@ OutputFolder FolderOfMapFile(const std::string& path, const std::string& option)
   return FolderOfOutputFile(path, option);
 }
 
+void SetMessagePattern(const std::string& before) {
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PrintableText>('*').set_pattern(before + "%^%l%$: %*");
+  spdlog::set_formatter(std::move(formatter));
+}
+
 ProgressBar::ProgressBar(int total, bool quiet)
     : total_(total),
       quiet_(quiet),
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(std::chrono::steady_clock::now()) {
   // A message replaces the line of the bar, which is drawn again below it.
-  if (terminal_ && !quiet_) spdlog::set_pattern(std::string(kClearLine) + kPlainPattern);
+  if (terminal_ && !quiet_) SetMessagePattern(kClearLine);
 }
 
 ProgressBar::~ProgressBar() { Finish(); }
@@ -223,7 +255,7 @@ void ProgressBar::Finish() {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
-    spdlog::set_pattern(kPlainPattern);
+    SetMessagePattern("");
     fmt::print(stderr, "{}{} frames in {}\n", kClearLine, done_, Duration(seconds));
   } else if (done_ > printed_) {
     fmt::print(stderr, "{}\n", Line(state_, seconds));

@@ -20,14 +20,16 @@ struct CommonOptions {
   std::vector<std::string> set;  // section.key=value
   int from = 0, to = -1;         // frames [from, to); -1: to the end
   std::string classes;           // path, empty: COCO
+  std::string category_ids;      // --category-ids: coco80 or coco91; empty: told by the file
   std::optional<double> fps;
+  std::string time_unit;           // --time-unit: a name; empty: told by the times
   bool exif_rotation = false;      // image files are rotated by their metadata
   std::optional<double> follow_s;  // --follow: 0 without a limit
 };
 
 void AddQuietOption(CLI::App& app, CommonOptions& options);    // --quiet, --verbose
 void AddConfigOptions(CLI::App& app, CommonOptions& options);  // --config, --set
-void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps
+void AddFrameOptions(CLI::App& app, CommonOptions& options);   // --from, --to, --fps, --time-unit
 void AddExifOption(CLI::App& app, CommonOptions& options);     // --exif-rotation
 void AddFollowOption(CLI::App& app, CommonOptions& options);   // --follow
 void AddPieceOption(CLI::App& app, int& piece);                // --piece, of a map file
@@ -65,6 +67,10 @@ class OutputFolder {
                                               const std::string& option = "--out");
 // The same for a map file, which cannot be a device either, since it is replaced as a whole.
 [[nodiscard]] OutputFolder FolderOfMapFile(const std::string& path, const std::string& option);
+
+// Messages are written as `before` and their text after it, of which nothing is a command to a
+// terminal.
+void SetMessagePattern(const std::string& before);
 
 // Progress on stderr: one line on a terminal, a line every tenth otherwise, nothing when quiet.
 class ProgressBar {

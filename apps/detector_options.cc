@@ -74,9 +74,11 @@ std::string NameOfDetector(const DetectorSettings& settings) {
   return settings.model == "default" ? kDefaultModel : fs::path(settings.model).filename().string();
 }
 
-Classes ClassesFor(const CommonOptions& common, const Detector* detector) {
+Classes ClassesFor(const CommonOptions& common, const Detector* detector,
+                   const ClassNames& categories) {
   if (common.classes.empty() && detector != nullptr && !detector->class_names().empty())
     return {detector->class_names(), {}};
+  if (common.classes.empty() && !categories.empty()) return {categories, {}};
   return LoadClasses(common);
 }
 

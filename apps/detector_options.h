@@ -34,7 +34,8 @@ std::unique_ptr<Detector> LoadDetector(const DetectorSettings& settings);
 std::string NameOfDetector(const DetectorSettings& settings);
 
 // The classes of --classes, else those named in the detector's file (the detector may be null or
-// have no names), else COCO's.
-Classes ClassesFor(const CommonOptions& common, const Detector* detector);
+// have no names), else `categories` of a file of detections, else COCO's.
+Classes ClassesFor(const CommonOptions& common, const Detector* detector,
+                   const ClassNames& categories = {});
 
 }  // namespace oaslam::apps

@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "camera_choice.h"
+#include "detection_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/geometry/degree.h"
+#include "oaslam/images/image_list.h"
 
 namespace oaslam::apps {
 
@@ -24,9 +26,13 @@ CLI::Option* AddImuOption(CLI::App& app, SideFiles& files) {
 }
 
 SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
-                       const DetectorSettings& detector_settings)
-    : detector(LoadDetector(detector_settings)) {
-  if (!files.detections.empty()) detections = LoadDetections(files.detections);
+                       const DetectorSettings& detector_settings, const CommonOptions& common)
+    : detections_path(files.detections), detector(LoadDetector(detector_settings)) {
+  if (!files.detections.empty()) {
+    DetectionFile file = LoadDetectionsFor(files.detections, common);
+    detections = DetectionTable(std::move(file.images));
+    categories = std::move(file.categories);
+  }
   if (!files.gravity.empty()) gravity = GravityTrack::Load(files.gravity);
   if (files.imu.empty()) return;
   const bool is_auto = IsAutoCamera(camera);
@@ -47,6 +53,9 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   range.color = side_.detector != nullptr;
   range.color_if_free = sources.for_display;
   images_ = OpenImages(sources.images, range);
+  if (!side_.detections_path.empty())
+    side_.detections = MatchedToImages(side_.detections, NamesOfImages(sources.images, range),
+                                       side_.detections_path);
   if (sources.live && (range.follow || sources.images.starts_with("webcam:"))) {
     auto latest = std::make_unique<LatestImageSource>(std::move(images_));
     latest_ = latest.get();
@@ -55,6 +64,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   std::optional<InputImage> first = NextReadable();
   if (!first) throw InputError(fmt::format("{}: no readable image", sources.images));
   const cv::Size size = first->image.size();
+  CheckImageSize(size, sources.images);
   const bool is_auto = IsAutoCamera(sources.camera);
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);

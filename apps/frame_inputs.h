@@ -49,9 +49,11 @@ struct SideInputs {
   // Throws InputError. Empty paths: nothing. `camera` tells how it lies to the gyroscope, if it is
   // a file.
   SideInputs(const SideFiles& files, const std::string& camera,
-             const DetectorSettings& detector_settings);
+             const DetectorSettings& detector_settings, const CommonOptions& common);
 
   DetectionTable detections;
+  std::string detections_path;
+  ClassNames categories;  // of the detections, if these have classes of their own
   GravityTrack gravity;
   std::vector<AngularVelocity> angular_velocity;  // ascending in time
   std::string axes;                               // of the gyroscope, in words

@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "detection_choice.h"
 #include "frame_inputs.h"
 #include "gravity_file.h"
 #include "oaslam/camera_file.h"
@@ -177,7 +178,7 @@ FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::option
 }
 
 SideInputs SideInputsOf(const LocalizeOptions& options) {
-  return {options.side, options.camera, options.detector};
+  return {options.side, options.camera, options.detector, options.common};
 }
 
 // Estimates the one camera of a source: relocalizes images until some are found, and takes the
@@ -272,8 +273,9 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   if (IsAutoCamera(options.camera))
     throw InputError("localize: --camera auto needs --images; give a calibration");
   const Camera camera = LoadCamera(options.camera, {0, 0});
-  const auto images = SelectTimedDetections(LoadDetections(options.side.detections),
-                                            options.side.detections, options.common);
+  const auto images = SelectTimedDetections(
+      DetectionTable(LoadDetectionsFor(options.side.detections, options.common).images),
+      options.side.detections, options.common);
   GravityTrack gravity =
       options.side.gravity.empty() ? GravityTrack() : GravityTrack::Load(options.side.gravity);
   Slam slam(config, camera);

@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "commands.h"
+#include "common.h"
 #include "oaslam/detection/network.h"
 #include "oaslam/error.h"
 #include "oaslam/images/video_container.h"
@@ -18,7 +19,7 @@ namespace {
 void InstallLogger() {
   oaslam::SilenceFfmpeg();
   spdlog::set_default_logger(spdlog::stderr_color_mt("oaslam"));
-  spdlog::set_pattern("%^%l%$: %v");
+  oaslam::apps::SetMessagePattern("");
   oaslam::SetLogSink([](oaslam::LogLevel level, const std::string& message) {
     switch (level) {
       case oaslam::LogLevel::kDebug:

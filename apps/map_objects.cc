@@ -11,6 +11,8 @@
 
 #include "commands.h"
 #include "common.h"
+#include "detection_choice.h"
+#include "detector_options.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
@@ -48,10 +50,11 @@ const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double tim
   return nearest;
 }
 
-std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera) {
+std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera,
+                                            std::vector<ImageDetections> detected) {
   const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
-  const std::vector<TimedDetections> images =
-      SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  const std::vector<TimedDetections> images = SelectTimedDetections(
+      DetectionTable(std::move(detected)), options.detections, options.common);
   std::vector<PosedDetections> frames;
   for (const TimedDetections& image : images) {
     const StampedPose* pose = NearestPose(poses, image.timestamp);
@@ -114,9 +117,11 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
 void MapObjects(const Options& options) {
   const Stopwatch watch;
   const SlamConfig config = LoadConfiguration(options.common);
-  const Classes classes = LoadClasses(options.common);
+  DetectionFile detections = LoadDetectionsFor(options.detections, options.common);
+  const Classes classes = ClassesFor(options.common, nullptr, detections.categories);
   const Camera camera = LoadCamera(options.camera, {0, 0});
-  const std::vector<PosedDetections> frames = PoseDetections(options, camera);
+  const std::vector<PosedDetections> frames =
+      PoseDetections(options, camera, std::move(detections.images));
   const OutputFolder folder(options.out);
   const OutputFolder map_folder = options.map_out.empty()
                                       ? OutputFolder(options.out)

@@ -88,7 +88,7 @@ int RunOdometry(const OdometryCommandOptions& options) {
   Report report(options.report);
   InstallInterruptHandler();
   FrameInputs inputs({options.images, options.camera, {}},
-                     SideInputs(options.side, options.camera, {}), options.common);
+                     SideInputs(options.side, options.camera, {}, options.common), options.common);
   Odometry odometry(inputs.camera(), OdometryOptions{}, options.seed);
   Tracked tracked;
   std::exception_ptr failure;

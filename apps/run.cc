@@ -169,7 +169,7 @@ RunOptions Complete(RunOptions options) {
 std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
   if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s ||
-      options.common.exif_rotation)
+      !options.common.time_unit.empty() || options.common.exif_rotation)
     return "";
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }
@@ -191,9 +191,9 @@ int Run(const RunOptions& given) {
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
-  SideInputs side(options.side, options.camera.camera, options.detector);
-  const bool has_detector = side.detector != nullptr;
-  const Classes classes = ClassesFor(options.common, side.detector.get());
+  SideInputs side(options.side, options.camera.camera, options.detector, options.common);
+  const bool has_names = side.detector != nullptr || !side.categories.empty();
+  const Classes classes = ClassesFor(options.common, side.detector.get(), side.categories);
   const MetricScale scale(options.scale, classes.names, groundtruth);
   const auto models = LoadModels(options.models, options.recording.IsAskedFor());
   CheckAddress(options.viewer);
@@ -213,7 +213,7 @@ int Run(const RunOptions& given) {
   Slam slam(config, inputs.camera());
   const auto set_classes = [&](bool is_loaded) {
     // A class file applies from now on; without one a loaded map keeps its relations.
-    if (!is_loaded || has_detector || !options.common.classes.empty())
+    if (!is_loaded || has_names || !options.common.classes.empty())
       slam.SetClassNames(classes.names);
     if (!options.common.classes.empty()) slam.SetClassRelations(classes.relations);
   };

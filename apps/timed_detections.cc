@@ -5,7 +5,8 @@
 #include <algorithm>
 
 #include "oaslam/error.h"
-#include "oaslam/formats/text.h"
+#include "oaslam/formats/time_unit.h"
+#include "oaslam/images/image_files.h"
 
 namespace oaslam::apps {
 
@@ -13,21 +14,18 @@ std::vector<TimedDetections> SelectTimedDetections(const DetectionTable& table,
                                                    const std::string& path,
                                                    const CommonOptions& options) {
   std::vector<TimedDetections> images;
-  bool stamped = true;
+  std::vector<std::string> names;
   for (const ImageDetections& image : table.images()) {
-    const auto stamp = ParseNumber(WithoutExtension(BaseName(image.file_name)));
-    stamped = stamped && stamp.has_value();
-    images.push_back({0, stamp.value_or(0), image.file_name, image.detections});
+    names.push_back(image.file_name);
+    images.push_back({0, 0, image.file_name, image.detections});
   }
-  // Frame numbers are numbers, too: only a number with a fraction is a time stamp.
-  const auto has_fraction = [](const TimedDetections& image) {
-    return WithoutExtension(BaseName(image.name)).find('.') != std::string::npos;
-  };
-  stamped = stamped && std::ranges::any_of(images, has_fraction);
+  const auto times = TimesOfNames(names, SecondsInUnit(options.time_unit));
+  const bool stamped = times.has_value();
+  for (size_t i = 0; stamped && i < images.size(); ++i) images[i].timestamp = times->seconds[i];
   if (stamped)
     std::ranges::stable_sort(images, {}, &TimedDetections::timestamp);
   else
-    std::ranges::stable_sort(images, {}, &TimedDetections::name);
+    std::ranges::stable_sort(images, NaturalLess, &TimedDetections::name);
   for (size_t i = 0; i < images.size(); ++i) {
     images[i].index = static_cast<int>(i);
     if (!stamped) images[i].timestamp = static_cast<double>(i) / options.fps.value_or(30);

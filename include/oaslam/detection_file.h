@@ -37,8 +37,9 @@ class OASLAM_API DetectionTable {
   std::shared_ptr<const Content> content_;
 };
 
-// Reads OA-SLAM's JSON or COCO results (docs/formats.md). Throws InputError: malformed JSON, or an
-// entry with a NaN, inverted or absurd box, named by file name and index.
+// Reads OA-SLAM's JSON or COCO results (docs/formats.md). A few boxes that are not finite, inverted
+// or absurd are left out, and counted in a warning. Throws InputError: malformed JSON, or so many
+// of them that the file has another meaning; the first is named by file name and index.
 OASLAM_API DetectionTable LoadDetections(const std::string& path);
 
 // Writes OA-SLAM's JSON. Bytes of a file name that are not UTF-8 become U+FFFD. Throws InputError

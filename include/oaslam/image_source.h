@@ -45,6 +45,12 @@ struct ImageSourceOptions {
   std::optional<FollowOptions> follow{};
   // BGR from videos and cameras, which decode to BGR anyway; image files stay grey.
   bool color_if_free = false;
+  // Seconds in the unit of the time stamps in a list or in the names of images: 1, 1e-3, 1e-6 or
+  // 1e-9. Empty: seconds, refused where the step between images is not one of seconds; of names
+  // that are dates, the unit in which they are.
+  std::optional<double> time_unit{};
+  // What is found about the source is not logged: another reader of it does.
+  bool quiet = false;
 };
 
 // A sequence of images, read one at a time.
@@ -62,9 +68,11 @@ class OASLAM_API ImageSource {
 };
 
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
-// of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). With options.follow only a
-// folder of images is allowed, which may still be empty. Throws InputError where the source does
-// not exist, a list is empty, or a line has neither form. FFmpeg writes its own messages about a
+// of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). Names that are times, as in
+// "1341847980.7.png", give the times and the order of a folder, and of a list without times. With
+// options.follow only a folder of images is allowed, which may still be empty. Throws InputError
+// where the source does not exist or is a pipe, a list is empty, a line has neither form, or the
+// unit of its times is not seconds. FFmpeg writes its own messages about a
 // damaged video to stderr, or to where av_log_set_callback directs them.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options);

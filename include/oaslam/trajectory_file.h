@@ -15,7 +15,9 @@ struct StampedPose {
 };
 
 // TUM format: "timestamp tx ty tz qx qy qz qw" in each line, camera to world; '#' starts a comment.
-// Sorted by time on return. Throws InputError naming path and line.
+// Time stamps that are dates may be in ms, us or ns. EuRoC's ground truth (commas, qw first) and
+// KITTI's poses (with their times.txt beside them) are read, too. Sorted by time on return. Throws
+// InputError naming path and line.
 OASLAM_API std::vector<StampedPose> LoadTrajectory(const std::string& path);
 // Writes that format. Throws InputError where the file cannot be written, or a number of a pose is
 // not finite.

@@ -1,4 +1,5 @@
 """Bad input gets one clear error and a status that is not 0, and nothing that was computed is lost."""
+import json
 import os
 import shutil
 import signal
@@ -137,6 +138,52 @@ class TestBadInput(harness.InFolder):
     def test_wrong_image_size(self):
         camera = self.write("camera.txt", "1 PINHOLE 320 240 262 262 160 120\n")
         self.assert_refused(self.run_slam(camera=camera), "320 x 240", "640 x 480")
+
+    def test_times_in_another_unit(self):
+        for unit, first, step in (("ns", 1403636579763555584, 33333333), ("us", 0, 33333), ("ms", 0, 33)):
+            folder = self.frames_with(lambda lines, _: [f"{first + step * i} {line.split()[-1]}" for i, line in enumerate(lines)])
+            for mode in ("lockstep", "live"):
+                self.assert_refused(self.run_slam("--mode", mode, images=folder), "rgb.txt", f"--time-unit {unit}")
+            shutil.rmtree(folder)
+
+    def test_helper_files_shift_no_time(self):
+        folder = os.path.join(self.folder, "mac")
+        shutil.copytree(os.path.join(self.frames, "rgb"), folder)
+        for name in os.listdir(folder):
+            with open(os.path.join(folder, "._" + name), "wb") as f:
+                f.write(b"\0\5\26\7\0\2\0\0Mac OS X        ")
+        outcome = self.run_slam(images=folder)
+        assert outcome.code == 0, outcome
+        assert "._" not in outcome.err
+        assert float(harness.read_csv(os.path.join(self.out, "frames.csv"))[0]["timestamp"]) == 0
+
+    def test_a_name_that_looks_like_a_protocol(self):
+        os.symlink(VIDEO, os.path.join(self.folder, "2024-05-01T10:30:12.mp4"))
+        outcome = oaslam("run", "--images", "2024-05-01T10:30:12.mp4", "--camera", CAMERA, "--to", "40", "--out", "o:1",
+                         "--record", "2024-05-01T10:30:12_ar.mp4", cwd=self.folder)
+        assert outcome.code == 0, outcome
+        assert os.path.getsize(os.path.join(self.folder, "2024-05-01T10:30:12_ar.mp4")) > 1000
+
+    def test_nothing_of_a_file_is_a_command_to_the_terminal(self):
+        for text in ("1.5 a.png\n\tb\u009b31m\x1b[31m\n", "names\x1b]0;x\x07"):
+            outcome = oaslam("evaluate", "trajectory", self.write("t.txt", text), harness.groundtruth("map_front"))
+            assert outcome.code == 1, outcome
+            assert not any(c in outcome.err for c in "\x1b\x07\u009b"), outcome
+
+    def test_images_that_are_too_small(self):
+        os.mkdir(os.path.join(self.folder, "small"))
+        for i in range(5):
+            with open(os.path.join(self.folder, "small", f"{i}.pgm"), "wb") as f:
+                f.write(b"P5\n32 40\n255\n" + bytes(32 * 40))
+        for camera in ("auto", "fov:60"):
+            self.assert_refused(self.run_slam(images=os.path.join(self.folder, "small"), camera=camera), "small: images of 32 x 40", "33")
+
+    def test_detections_of_other_images(self):
+        with open(DETECTIONS) as f:
+            images = json.load(f)[:FRAMES]
+        for i, image in enumerate(images):
+            image["file_name"] = f"kitchen {chr(97 + i % 26)}{chr(97 + i // 26)}.jpg"
+        self.assert_refused(self.run_slam("--detections", self.write("d.json", json.dumps(images))), "d.json", "kitchen aa.jpg", "000000")
 
     # ---- calibration, configuration
 

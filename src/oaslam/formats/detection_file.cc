@@ -12,23 +12,85 @@
 #include <utility>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/detection_input.h"
 #include "oaslam/formats/detection_json.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/geometry/detection_check.h"
+#include "oaslam/util/log.h"
+#include "oaslam/util/printable.h"
 
 namespace oaslam {
 namespace {
 
 using Json = nlohmann::json;
 
+// JSON has no NaN and no Infinity, but Python writes them: null outside of strings, which no box
+// may have either.
+std::string WithoutNan(const std::string& text) {
+  std::string result;
+  bool is_string = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') is_string = !is_string;
+    const std::string_view rest = std::string_view(text).substr(i);
+    const size_t length = is_string                       ? 0
+                          : rest.starts_with("NaN")       ? 3
+                          : rest.starts_with("Infinity")  ? 8
+                          : rest.starts_with("-Infinity") ? 9
+                                                          : 0;
+    if (length > 0) {
+      result += "null";
+      i += length - 1;
+      continue;
+    }
+    result += text[i];
+    if (is_string && text[i] == '\\' && i + 1 < text.size()) result += text[++i];
+  }
+  return result;
+}
+
 Json ParseJson(const std::string& path) {
+  const std::string text = ReadTextFile(path);
+  Json json = Json::parse(text, nullptr, false);
+  if (!json.is_discarded()) return json;
   try {
-    return Json::parse(ReadTextFile(path));
+    return Json::parse(WithoutNan(text));
   } catch (const Json::exception& error) {
-    throw InputError(fmt::format("{}: malformed JSON: {}", path, error.what()));
+    throw InputError(
+        fmt::format("{}: malformed JSON: {}", path, OnOneLine(Printable(error.what()), 200)));
   }
 }
+
+// Boxes that cannot be used: a few are left out, more of them tell that a file is not what it is
+// taken for.
+class LeftOut {
+ public:
+  // Calls `read`; false where it refused a box.
+  bool Try(const std::function<void()>& read) {
+    ++total_;
+    try {
+      read();
+      return true;
+    } catch (const InputError& error) {
+      if (++count_ == 1) first_ = error.what();
+      return false;
+    }
+  }
+  // Throws InputError where too many were refused, and warns of a few.
+  void Check() const {
+    constexpr int kFew = 4;  // one of so many
+    if (count_ == 0) return;
+    if (count_ == total_ || count_ > std::max(1, total_ / kFew))
+      throw InputError(
+          total_ == 1 ? first_
+                      : fmt::format("{} (the first of {} bad ones of {})", first_, count_, total_));
+    Log(LogLevel::kWarning, fmt::format("{}; left out, as {} of {} boxes", first_, count_, total_));
+  }
+
+ private:
+  int count_ = 0, total_ = 0;
+  std::string first_;
+};
 
 // The place of a value in the file, for messages.
 struct Place {
@@ -36,7 +98,8 @@ struct Place {
   std::string entry;
 
   [[noreturn]] void Refuse(const std::string& problem) const {
-    throw InputError(fmt::format("{}: {}: {}", path, entry, problem));
+    constexpr size_t kMaxBytes = 200;  // a value may be long
+    throw InputError(fmt::format("{}: {}: {}", path, entry, OnOneLine(problem, kMaxBytes)));
   }
   // Throws if there is a problem with the value of this key.
   void RefuseIf(const std::string& problem, const char* key) const {
@@ -146,6 +209,7 @@ Detection ReadOwnDetection(const Json& entry, const Place& place) {
 // [{"file_name": ..., "detections": [...]}]
 std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) {
   std::vector<ImageDetections> images;
+  LeftOut left_out;
   for (size_t i = 0; i < root.size(); ++i) {
     const Place image_place{path, fmt::format("entry {}", i)};
     const Json& name = image_place.Member(root[i], "file_name");
@@ -156,14 +220,31 @@ std::vector<ImageDetections> ReadOwn(const Json& root, const std::string& path) 
     if (!detections.is_array())
       image_place.Refuse(fmt::format("detections: {}, expected a list", detections.type_name()));
     for (size_t k = 0; k < detections.size(); ++k)
-      image.detections.push_back(ReadOwnDetection(
-          detections[k], {path, fmt::format("{}, detection {}", image.file_name, k)}));
+      left_out.Try([&] {
+        image.detections.push_back(ReadOwnDetection(
+            detections[k], {path, fmt::format("{}, detection {}", image.file_name, k)}));
+      });
     images.push_back(std::move(image));
   }
+  left_out.Check();
   return images;
 }
 
 using ImageList = std::map<int64_t, std::string>;
+
+// [{"id": 1, "name": "person"}]; empty where there are none.
+ClassNames ReadCategories(const Json& root, const std::string& path) {
+  ClassNames names;
+  if (!root.is_object() || !root.contains("categories")) return names;
+  const Json& categories = root["categories"];
+  for (size_t i = 0; i < categories.size(); ++i) {
+    const Place place{path, fmt::format("categories[{}]", i)};
+    const Json& name = place.Member(categories[i], "name");
+    if (!name.is_string()) place.Refuse(fmt::format("name: {}, expected a name", JsonText(name)));
+    names[CategoryOf(place.Member(categories[i], "id"), "id", place)] = name.get<std::string>();
+  }
+  return names;
+}
 
 ImageList ReadImageList(const Json& images, const std::string& path) {
   ImageList list;
@@ -179,14 +260,15 @@ ImageList ReadImageList(const Json& images, const std::string& path) {
   return list;
 }
 
-// COCO results name images by number; the list {"images": [{"id", "file_name"}]} is in another file
-// beside them.
-ImageList FindImageList(const std::string& path) {
+// COCO results name images by number; the list {"images": [{"id", "file_name"}]}, perhaps with
+// "categories", is in another file beside them.
+ImageList FindImageList(const std::string& path, ClassNames& categories) {
   const std::filesystem::path file(path);
   for (const auto& name : {file.stem().string() + ".images.json", std::string("images.json")}) {
     const std::string candidate = (file.parent_path() / name).string();
     if (!std::filesystem::exists(candidate)) continue;
     const Json root = ParseJson(candidate);
+    categories = ReadCategories(root, candidate);
     return ReadImageList(
         root.is_object() ? Place{candidate, "image list"}.Member(root, "images") : root, candidate);
   }
@@ -196,52 +278,69 @@ ImageList FindImageList(const std::string& path) {
                   path, file.stem().string()));
 }
 
-std::vector<ImageDetections> ReadCoco(const Json& results, std::optional<ImageList> list,
-                                      const std::string& path) {
-  std::vector<ImageDetections> images;
-  std::map<std::string, size_t> index;
-  const auto image_of = [&](const std::string& name) -> ImageDetections& {
-    const auto [found, is_new] = index.emplace(name, images.size());
-    if (is_new) images.push_back({name, {}});
-    return images[found->second];
-  };
-  const auto is_numbered = [](const Json& r) {
-    return r.is_object() && r.contains("image_id") && r["image_id"].is_number_integer();
-  };
-  if (!list && std::any_of(results.begin(), results.end(), is_numbered)) list = FindImageList(path);
-  if (list)
-    for (const auto& [id, name] : *list) image_of(name);
-  for (size_t i = 0; i < results.size(); ++i) {
-    const Place place{path, fmt::format("entry {}", i)};
-    const Json& id = place.Member(results[i], "image_id");
-    if (!id.is_string() && (!id.is_number_integer() || !list->contains(id.get<int64_t>())))
-      place.Refuse(fmt::format("image_id: {} is not in the image list", JsonText(id)));
-    const std::string name = id.is_string() ? id.get<std::string>() : list->at(id.get<int64_t>());
-    const Place named{path, fmt::format("entry {} ({})", i, name)};
-    Detection detection;
-    detection.category_id = ReadCategory(results[i], named);
-    detection.score =
-        results[i].contains("score") ? ReadScore(results[i]["score"], "score", named) : 1.0;
-    const auto [x, y, width, height] = named.Numbers<4>(named.Member(results[i], "bbox"), "bbox");
-    detection.box = CheckedBox({x, y, x + width, y + height}, named);
-    image_of(name).detections.push_back(detection);
-  }
-  return images;
+// The name of the image of a result: "file_name", as Ultralytics writes it, "image_id", or what the
+// list says of that number.
+std::string NameOfImage(const Json& result, const std::optional<ImageList>& list,
+                        const Place& place) {
+  const Json& id = place.Member(result, "image_id");
+  if (result.contains("file_name") && result["file_name"].is_string())
+    return result["file_name"].get<std::string>();
+  if (id.is_string()) return id.get<std::string>();
+  if (!id.is_number_integer() || !list || !list->contains(id.get<int64_t>()))
+    place.Refuse(fmt::format("image_id: {} is not in the image list", JsonText(id)));
+  return list->at(id.get<int64_t>());
 }
 
-std::vector<ImageDetections> ReadAny(const Json& root, const std::string& path) {
+DetectionFile ReadCoco(const Json& results, std::optional<ImageList> list, ClassNames categories,
+                       const std::string& path) {
+  DetectionFile file{{}, std::move(categories), true};
+  std::map<std::string, size_t> index;
+  const auto image_of = [&](const std::string& name) -> ImageDetections& {
+    const auto [found, is_new] = index.emplace(name, file.images.size());
+    if (is_new) file.images.push_back({name, {}});
+    return file.images[found->second];
+  };
+  const auto is_numbered = [](const Json& r) {
+    return r.is_object() && r.contains("image_id") && r["image_id"].is_number_integer() &&
+           !(r.contains("file_name") && r["file_name"].is_string());
+  };
+  if (!list && std::any_of(results.begin(), results.end(), is_numbered))
+    list = FindImageList(path, file.categories);
+  if (list)
+    for (const auto& [id, name] : *list) image_of(name);
+  LeftOut left_out;
+  for (size_t i = 0; i < results.size(); ++i) {
+    const Place place{path, fmt::format("entry {}", i)};
+    const std::string name = NameOfImage(results[i], list, place);
+    ImageDetections& image = image_of(name);
+    left_out.Try([&] {
+      const Place named{path, fmt::format("entry {} ({})", i, name)};
+      Detection detection;
+      detection.category_id = ReadCategory(results[i], named);
+      detection.score =
+          results[i].contains("score") ? ReadScore(results[i]["score"], "score", named) : 1.0;
+      const auto [x, y, width, height] = named.Numbers<4>(named.Member(results[i], "bbox"), "bbox");
+      detection.box = CheckedBox({x, y, x + width, y + height}, named);
+      image.detections.push_back(detection);
+    });
+  }
+  left_out.Check();
+  return file;
+}
+
+DetectionFile ReadAny(const Json& root, const std::string& path) {
   if (root.is_object()) {
     const Place place{path, "file"};
     const ImageList list = ReadImageList(place.Member(root, "images"), path);
     const Json& annotations = place.Member(root, "annotations");
     if (!annotations.is_array()) place.Refuse("annotations: expected a list");
-    return ReadCoco(annotations, list, path);
+    return ReadCoco(annotations, list, ReadCategories(root, path), path);
   }
   if (!root.is_array())
     throw InputError(fmt::format("{}: expected a list of images with detections", path));
   if (!root.empty() && root[0].is_object() && root[0].contains("image_id"))
-    return ReadCoco(root, std::nullopt, path);
-  return ReadOwn(root, path);
+    return ReadCoco(root, std::nullopt, {}, path);
+  return {ReadOwn(root, path)};
 }
 
 }  // namespace
@@ -282,16 +381,20 @@ const std::vector<Detection>& DetectionTable::Find(const std::string& image_name
   return found != content.by_stem.end() ? content.images[found->second].detections : none;
 }
 
-DetectionTable LoadDetections(const std::string& path) {
-  std::vector<ImageDetections> images = ReadAny(ParseJson(path), path);
+DetectionFile ReadDetectionFile(const std::string& path) {
+  DetectionFile file = ReadAny(ParseJson(path), path);
   std::map<std::string, std::string> seen;
-  for (const ImageDetections& image : images) {
+  for (const ImageDetections& image : file.images) {
     const auto [other, is_new] = seen.emplace(BaseName(image.file_name), image.file_name);
     if (!is_new)
       throw InputError(fmt::format("{}: {}: the base name is that of {}, too", path,
                                    image.file_name, other->second));
   }
-  return DetectionTable(std::move(images));
+  return file;
+}
+
+DetectionTable LoadDetections(const std::string& path) {
+  return DetectionTable(ReadDetectionFile(path).images);
 }
 
 void SaveDetections(const std::string& path, const std::vector<ImageDetections>& images) {

@@ -1,10 +1,12 @@
 #include "oaslam/detection_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "expect_input_error.h"
 #include "temp_folder.h"
@@ -28,9 +30,41 @@ std::string ErrorOf(const std::string& text) {
 }
 
 std::string WithBox(const std::string& box) {
-  return R"([{"file_name": "7.png", "detections": [{"category_id": 1, "detection_score": 0.8, "bbox": [0, 0, 1, 1]},
+  return R"([{"file_name": "7.png", "detections": [
              {"category_id": 1, "detection_score": 0.8, "bbox": )" +
          box + "}]}]";
+}
+
+// Boxes of an image, the first `bad` of them inverted.
+std::string WithBadBoxes(int bad, int good) {
+  std::string text = R"([{"file_name": "7.png", "detections": [)";
+  for (int i = 0; i < bad + good; ++i)
+    text += fmt::format(R"({}{{"category_id": 1, "detection_score": 0.8, "bbox": [5, 0, {}, 9]}})",
+                        i > 0 ? "," : "", i < bad ? 1 : 9);
+  return text + "]}]";
+}
+
+TEST(DetectionFile, AFewBadBoxesAreLeftOut) {
+  const TempFolder folder;
+  for (const auto& [bad, good] : {std::pair{1, 1}, {1, 30}, {5, 20}})
+    EXPECT_THAT(LoadDetections(folder.Write("d.json", WithBadBoxes(bad, good))).Find("7"),
+                SizeIs(good));
+  // Python writes NaN, which is no JSON.
+  EXPECT_THAT(LoadDetections(folder.Write("d.json", R"([{"file_name": "NaN.png", "detections": [
+    {"category_id": 1, "detection_score": NaN, "bbox": [0, 0, 1, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, -Infinity, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, 1, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, 1, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, 1, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, 1, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, 1, 1]},
+    {"category_id": 1, "detection_score": 0.5, "bbox": [0, 0, 1, 1]}]}])"))
+                  .Find("NaN.png"),
+              SizeIs(6));
+  // In a file of x, y, width and height many boxes are inverted.
+  EXPECT_THAT(ErrorOf(WithBadBoxes(6, 10)),
+              AllOf(HasSubstr("7.png, detection 0"), HasSubstr("the first of 6 bad ones of 16")));
+  EXPECT_THAT(ErrorOf(WithBadBoxes(3, 0)), HasSubstr("the first of 3 bad ones of 3"));
 }
 
 TEST(DetectionFile, FindsByBaseNameThenWithoutExtension) {
@@ -110,6 +144,15 @@ TEST(DetectionFile, Coco) {
       AllOf(HasSubstr("entry 0 (a/img.jpg)"), HasSubstr("bbox")));
 }
 
+TEST(DetectionFile, UltralyticsPredictions) {
+  const TempFolder folder;
+  const DetectionTable table = LoadDetections(folder.Write("predictions.json", R"([
+    {"image_id": 12, "file_name": "000012.jpg", "category_id": 41, "bbox": [10, 20, 5, 6], "score": 0.5},
+    {"image_id": 12, "file_name": "000012.jpg", "category_id": 41, "bbox": [1, 2, 5, 6], "score": 0.5}])"));
+  ASSERT_THAT(table.Find("000012"), SizeIs(2));
+  EXPECT_EQ(table.Find("000012")[0].box, (Box{10, 20, 15, 26}));
+}
+
 std::string WithLabels(const std::string& labels, const std::string& more = "") {
   return R"([{"file_name": "7.png", "detections": [{"bbox": [0, 0, 1, 1], "labels": )" + labels +
          more + "}]}]";
@@ -153,9 +196,9 @@ TEST(DetectionFile, BadEntriesAreNamed) {
   for (const char* box : {"[5, 0, 1, 9]", "[0, 9, 4, 9]", "[0, 0, 1e7, 9]", "[0, 0, 9]",
                           "[0, 0, null, 9]", "[0, 0, \"4\", 9]"})
     EXPECT_THAT(ErrorOf(WithBox(box)),
-                AllOf(HasSubstr("d.json"), HasSubstr("7.png, detection 1"), HasSubstr("bbox")))
+                AllOf(HasSubstr("d.json"), HasSubstr("7.png, detection 0"), HasSubstr("bbox")))
         << box;
-  EXPECT_THAT(ErrorOf(WithBox("[0, 0, NaN, 9]")), HasSubstr("malformed JSON"));
+  EXPECT_THAT(ErrorOf(WithBox("[0, 0, NaN, 9]")), HasSubstr("bbox: null, expected a number"));
   EXPECT_THAT(ErrorOf(WithBox("[0, 0, 1e999, 9]")), HasSubstr("d.json"));
   EXPECT_THAT(ErrorOf("[{\"file_name\": \"a\"}]"),
               AllOf(HasSubstr("entry 0"), HasSubstr("\"detections\" is missing")));

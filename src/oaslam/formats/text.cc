@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/locale/encoding_utf.hpp>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -11,6 +12,7 @@
 
 #include "oaslam/error.h"
 #include "oaslam/util/lower.h"
+#include "oaslam/util/printable.h"
 #include "oaslam/util/read_file.h"
 
 namespace oaslam {
@@ -19,9 +21,27 @@ namespace {
 // Detections of ten hours are smaller.
 constexpr size_t kMaxTextFile = size_t{1} << 30;
 
+// UTF-16 without its mark; what is no character becomes U+FFFD or is left out.
+std::string FromUtf16(std::string_view bytes, bool is_big_endian) {
+  std::u16string units;
+  for (size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    const auto low = static_cast<unsigned char>(bytes[i + (is_big_endian ? 1 : 0)]);
+    const auto high = static_cast<unsigned char>(bytes[i + (is_big_endian ? 0 : 1)]);
+    units.push_back(static_cast<char16_t>(low | high << 8));
+  }
+  return boost::locale::conv::utf_to_utf<char>(units);
+}
+
 }  // namespace
 
-std::string ReadTextFile(const std::string& path) { return ReadFile(path, kMaxTextFile); }
+std::string ReadTextFile(const std::string& path) {
+  std::string text = ReadFile(path, kMaxTextFile);
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  const bool is_big_endian = text.starts_with("\xfe\xff");
+  if (is_big_endian || text.starts_with("\xff\xfe"))
+    return FromUtf16(std::string_view(text).substr(2), is_big_endian);
+  return text;
+}
 
 void WriteTextFile(const std::string& path, const std::string& content) {
   namespace fs = std::filesystem;
@@ -74,6 +94,36 @@ std::vector<std::string_view> SplitLines(std::string_view text) {
     begin = end + 1;
   }
   return lines;
+}
+
+bool LooksLikeText(std::string_view head) {
+  constexpr size_t kLongest = 8192;  // twice the longest path
+  if (head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff")) return true;  // UTF-16
+  size_t length = 0;
+  for (const unsigned char c : head) {
+    if ((c < 0x20 && c != '\n' && c != '\r' && c != '\t') || c == 0x7F) return false;
+    length = c == '\n' || c == '\r' ? 0 : length + 1;
+    if (length > kLongest) return false;
+  }
+  return true;
+}
+
+std::string OnOneLine(std::string text, size_t max_bytes) {
+  constexpr std::string_view kCut = "...";
+  if (text.size() > max_bytes) {
+    const auto goes_on = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
+    size_t end = max_bytes - kCut.size();
+    while (end > 0 && goes_on(text[end])) --end;
+    text.replace(end, std::string::npos, kCut);
+  }
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
+  return text;
+}
+
+std::string Quoted(std::string_view text) {
+  constexpr size_t kMaxBytes = 60, kQuotes = 2;
+  return fmt::format("\"{}\"", OnOneLine(Printable(text), kMaxBytes - kQuotes));
 }
 
 std::string BaseName(const std::string& path) {

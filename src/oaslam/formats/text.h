@@ -9,7 +9,8 @@
 
 namespace oaslam {
 
-// Reads a whole file; throws InputError when it cannot be read, or is larger than 1 GiB.
+// Reads a whole text file, as UTF-8 without a mark at its beginning: a mark tells UTF-16, which is
+// converted. Throws InputError when it cannot be read, or is larger than 1 GiB.
 std::string ReadTextFile(const std::string& path);
 // Writes to `path`.tmp and renames it, so that a full disk or a killed process leaves the old file
 // intact. What is no regular file, such as /dev/stdout, is written directly. Throws InputError when
@@ -22,6 +23,16 @@ std::optional<double> ParseNumber(std::string_view text);
 std::vector<std::string_view> SplitFields(std::string_view line);
 // Lines without their ends (LF or CRLF).
 std::vector<std::string_view> SplitLines(std::string_view text);
+
+// Whether the beginning of a file may be that of a text: no control characters but blanks and ends
+// of lines, and no line that is longer than a path can be.
+bool LooksLikeText(std::string_view head);
+// On one line, without control characters; its end is left out where it is beyond `max_bytes`. No
+// UTF-8 character is cut.
+std::string OnOneLine(std::string text, size_t max_bytes);
+// Text of a file for a message: in quotes, on one line, at most 60 bytes, which leaves room for
+// path, key and bound in a line of a terminal.
+std::string Quoted(std::string_view text);
 
 // Base name of a path.
 std::string BaseName(const std::string& path);

@@ -5,51 +5,147 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/table_file.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/formats/time_unit.h"
+#include "oaslam/util/log.h"
+#include "oaslam/util/lower.h"
 
 namespace oaslam {
 namespace {
 
-// The numbers of a line that is no comment, `count` or more of them, and the number of the line.
-struct NumberedRow {
+// A line that is no comment.
+struct Row {
   int line = 0;
-  std::vector<double> values;
+  std::vector<std::string_view> fields;
 };
 
-std::vector<NumberedRow> ReadRows(const std::string& path, size_t count) {
-  const std::string text = ReadTextFile(path);
-  std::vector<NumberedRow> rows;
-  int line_number = 0;
-  for (const std::string_view line : SplitLines(text)) {
-    ++line_number;
-    const std::string_view trimmed = Trim(line);
-    if (trimmed.empty() || trimmed[0] == '#') continue;
-    const auto fields = SplitFields(trimmed);
-    if (fields.size() < count)
+// The lines of a file, which refer to its text.
+struct Table {
+  std::string path, text;
+  std::vector<Row> rows;
+  std::string header{};  // the last comment before the first row, or a first row of words
+  bool has_commas = false;
+
+  // The first `count` numbers of a row.
+  std::vector<double> Numbers(const Row& row, size_t count) const {
+    if (row.fields.size() < count)
       throw InputError(
-          fmt::format("{}:{}: {} columns, expected {}", path, line_number, fields.size(), count));
-    NumberedRow row{line_number, {}};
+          fmt::format("{}:{}: {} columns, expected {}", path, row.line, row.fields.size(), count));
+    std::vector<double> numbers;
     for (size_t i = 0; i < count; ++i) {
-      const auto value = ParseNumber(fields[i]);
+      const auto value = ParseNumber(row.fields[i]);
       if (!value)
         throw InputError(
-            fmt::format("{}:{}: \"{}\", expected a number", path, line_number, fields[i]));
-      row.values.push_back(*value);
+            fmt::format("{}:{}: {}, expected a number", path, row.line, Quoted(row.fields[i])));
+      numbers.push_back(*value);
     }
-    rows.push_back(std::move(row));
+    return numbers;
   }
-  return rows;
+};
+
+void ReadRows(const std::string& path, Table& table) {
+  table.path = path;
+  table.text = ReadTextFile(path);
+  int line_number = 0;
+  for (const std::string_view line : SplitLines(table.text)) {
+    ++line_number;
+    const std::string_view trimmed = Trim(line);
+    if (trimmed.empty()) continue;
+    const bool has_commas = trimmed.find(',') != std::string_view::npos;
+    if (trimmed[0] == '#' || (table.rows.empty() && has_commas && table.header.empty() &&
+                              !ParseNumber(SplitCommas(trimmed)[0]))) {
+      if (table.rows.empty()) table.header = Lower(trimmed);
+      continue;
+    }
+    table.has_commas = table.has_commas || has_commas;
+    table.rows.push_back({line_number, has_commas ? SplitCommas(trimmed) : SplitFields(trimmed)});
+  }
 }
 
-StampedPose PoseOf(const NumberedRow& row, const std::string& path) {
-  const auto& v = row.values;
+StampedPose PoseOf(const std::vector<double>& v, const Table& table, const Row& row) {
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   if (std::abs(rotation.norm() - 1) > 0.1)  // files of other tools may be rounded
-    throw InputError(fmt::format("{}:{}: quaternion of length {:.3g}, expected 1", path, row.line,
-                                 rotation.norm()));
+    throw InputError(fmt::format("{}:{}: quaternion of length {:.3g}, expected 1", table.path,
+                                 row.line, rotation.norm()));
   return {v[0], Rigid3(rotation.normalized(), Eigen::Vector3d(v[1], v[2], v[3]))};
+}
+
+// How many columns of the first row are numbers, if all are.
+size_t NumbersInFirstRow(const Table& table) {
+  const auto& fields = table.rows.front().fields;
+  const bool are_numbers = std::ranges::all_of(
+      fields, [](std::string_view field) { return ParseNumber(field).has_value(); });
+  return are_numbers ? fields.size() : 0;
+}
+
+// Twelve numbers a line are the first three rows of a rigid motion, in KITTI's files. Their times
+// are in times.txt beside them, a number a line.
+std::vector<StampedPose> ReadKitti(const Table& table) {
+  const std::string times_path =
+      (std::filesystem::path(table.path).parent_path() / "times.txt").string();
+  std::error_code error;
+  if (!std::filesystem::exists(times_path, error))
+    throw InputError(
+        fmt::format("{}: has KITTI's twelve numbers a line, without times: put the times.txt of "
+                    "its images beside it, or give TUM's \"timestamp tx ty tz qx qy qz qw\"",
+                    table.path));
+  Table times;
+  ReadRows(times_path, times);
+  if (times.rows.size() != table.rows.size())
+    throw InputError(fmt::format("{}: {} times, but {} has {} poses", times_path, times.rows.size(),
+                                 table.path, table.rows.size()));
+  std::vector<StampedPose> poses;
+  for (size_t i = 0; i < table.rows.size(); ++i) {
+    const std::vector<double> v = table.Numbers(table.rows[i], 12);
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> motion(v.data());
+    const Eigen::Matrix3d rotation = motion.leftCols<3>();
+    constexpr double kRounded = 1e-2;  // files have six digits or so
+    if (!(rotation * rotation.transpose()).isIdentity(kRounded) || rotation.determinant() < 0)
+      throw InputError(fmt::format("{}:{}: twelve numbers, but no rotation as in KITTI's poses",
+                                   table.path, table.rows[i].line));
+    poses.push_back({times.Numbers(times.rows[i], 1)[0],
+                     Rigid3(Eigen::Quaterniond(rotation).normalized(), motion.col(3))});
+  }
+  return poses;
+}
+
+// Whether the quaternion begins with w: by the header, or in a file with commas and nanoseconds,
+// which is EuRoC's.
+bool BeginsWithW(const Table& table, bool is_ns) {
+  const std::vector<std::string_view> names = SplitCommas(table.header);
+  const auto is_w = [&](size_t i) {
+    const std::string_view name = names[i].substr(0, names[i].find_first_of(" ["));
+    return name.ends_with("_w") || name.ends_with("qw");
+  };
+  if (table.has_commas && names.size() >= 8 && (is_w(4) || is_w(7))) return is_w(4);
+  if (table.has_commas && !is_ns)
+    throw InputError(
+        fmt::format("{}: has commas, and no header that tells the order of its quaternions: give "
+                    "\"timestamp tx ty tz qx qy qz qw\" with blanks",
+                    table.path));
+  return table.has_commas;
+}
+
+// The unit of the times: seconds, or that in which they are dates.
+double UnitOfTimes(const Table& table) {
+  std::vector<double> times;
+  for (const Row& row : table.rows) times.push_back(table.Numbers(row, 1)[0]);
+  const double date = UnitOfDate(times.front()).value_or(1);
+  if (date < 1) {
+    Log(LogLevel::kInfo, fmt::format("{}: its times are in {}", table.path, NameOfUnit(date)));
+    return date;
+  }
+  if (table.header.find("[ns]") != std::string::npos) return 1e-9;
+  constexpr double kLongest = 3600;  // between poses, seconds
+  if (const double step = MedianStep(times); step > kLongest)
+    throw InputError(
+        fmt::format("{}: the median step between its times is {:.6g}, they are not in seconds",
+                    table.path, step));
+  return 1;
 }
 
 bool IsFinite(const StampedPose& pose) {
@@ -71,8 +167,27 @@ void AppendPose(std::string& text, const StampedPose& pose) {
 }  // namespace
 
 std::vector<StampedPose> LoadTrajectory(const std::string& path) {
+  Table table;
+  ReadRows(path, table);
+  if (table.rows.empty()) return {};
+  const size_t numbers = NumbersInFirstRow(table);
   std::vector<StampedPose> poses;
-  for (const NumberedRow& row : ReadRows(path, 8)) poses.push_back(PoseOf(row, path));
+  if (numbers == 12) {
+    poses = ReadKitti(table);
+  } else if (numbers > 9 && !table.has_commas) {
+    throw InputError(
+        fmt::format("{}:{}: {} numbers, expected TUM's \"timestamp tx ty tz qx qy qz qw\"", path,
+                    table.rows.front().line, numbers));
+  } else {
+    const double unit = UnitOfTimes(table);
+    const bool begins_with_w = BeginsWithW(table, unit == 1e-9);
+    for (const Row& row : table.rows) {
+      std::vector<double> values = table.Numbers(row, 8);
+      values[0] *= unit;
+      if (begins_with_w) std::rotate(values.begin() + 4, values.begin() + 5, values.end());
+      poses.push_back(PoseOf(values, table, row));
+    }
+  }
   std::ranges::stable_sort(poses, {}, &StampedPose::timestamp);
   return poses;
 }
@@ -99,9 +214,13 @@ void SaveScoredPoses(const std::string& path, const std::vector<ScoredPose>& pos
 }
 
 std::vector<ScoredPose> LoadScoredPoses(const std::string& path) {
+  Table table;
+  ReadRows(path, table);
   std::vector<ScoredPose> poses;
-  for (const NumberedRow& row : ReadRows(path, 9))
-    poses.push_back({PoseOf(row, path), row.values[8]});
+  for (const Row& row : table.rows) {
+    const std::vector<double> values = table.Numbers(row, 9);
+    poses.push_back({PoseOf(values, table, row), values[8]});
+  }
   return poses;
 }
 

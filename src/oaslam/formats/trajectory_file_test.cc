@@ -55,6 +55,64 @@ TEST(TrajectoryFile, BadLinesAreNamed) {
   EXPECT_THAT(error("1 2 3 4 0 0 0 0\n"), HasSubstr("quaternion of length 0"));
 }
 
+TEST(TrajectoryFile, EurocGroundTruth) {
+  const TempFolder folder;
+  const auto poses = LoadTrajectory(folder.Write(
+      "data.csv",
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+      "q_RS_z [], v_RS_R_x [m s^-1]\r\n"
+      "1403636580838555648,4.68,-1.78,0.78,0.8,0.6,0,0,-0.02\r\n"
+      "1403636580843555328,4.69,-1.78,0.78,0.8,0.6,0,0,-0.03\r\n"));
+  ASSERT_THAT(poses, SizeIs(2));
+  EXPECT_NEAR(poses[0].timestamp, 1403636580.838555648, 1e-6);
+  EXPECT_EQ(poses[0].world_from_cam.translation, Eigen::Vector3d(4.68, -1.78, 0.78));
+  EXPECT_NEAR(poses[0].world_from_cam.rotation.w(), 0.8, 1e-12);
+  EXPECT_NEAR(poses[0].world_from_cam.rotation.x(), 0.6, 1e-12);
+  // Without a header nanoseconds tell; a header with another order does, too.
+  const auto bare =
+      LoadTrajectory(folder.Write("b.csv", "1403636580838555648,1,2,3,0.8,0.6,0,0\n"));
+  EXPECT_NEAR(bare[0].world_from_cam.rotation.x(), 0.6, 1e-12);
+  const auto tum = LoadTrajectory(
+      folder.Write("c.csv", "timestamp,tx,ty,tz,qx,qy,qz,qw\n1.5,1,2,3,0.6,0,0,0.8\n"));
+  EXPECT_EQ(tum[0].timestamp, 1.5);
+  EXPECT_NEAR(tum[0].world_from_cam.rotation.x(), 0.6, 1e-12);
+  EXPECT_THAT(
+      InputErrorOf([&] { LoadTrajectory(folder.Write("d.csv", "1.5,1,2,3,0.6,0,0,0.8\n")); }),
+      AllOf(HasSubstr("d.csv"), HasSubstr("order of its quaternions")));
+}
+
+TEST(TrajectoryFile, TimesInNanosecondsInTumsLayout) {
+  const TempFolder folder;
+  const auto poses =
+      LoadTrajectory(folder.Write("t.txt", "1403636579763555584.000000 1 2 3 0 0 0 1\n"));
+  EXPECT_NEAR(poses[0].timestamp, 1403636579.763555584, 1e-6);
+  EXPECT_THAT(InputErrorOf([&] {
+                LoadTrajectory(folder.Write("t.txt", "0 1 2 3 0 0 0 1\n50000000 1 2 3 0 0 0 1\n"));
+              }),
+              HasSubstr("median step between its times is 5e+07"));
+}
+
+TEST(TrajectoryFile, Kitti) {
+  const TempFolder folder;
+  const std::string path =
+      folder.Write("00.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n0 0 1 7 0 1 0 8 -1 0 0 9\n");
+  EXPECT_THAT(InputErrorOf([&] { LoadTrajectory(path); }),
+              AllOf(HasSubstr("00.txt: has KITTI's twelve numbers"), HasSubstr("times.txt")));
+  folder.Write("times.txt", "0.000000e+00\n1.037e-01\n");
+  const auto poses = LoadTrajectory(path);
+  ASSERT_THAT(poses, SizeIs(2));
+  EXPECT_EQ(poses[1].timestamp, 0.1037);
+  EXPECT_EQ(poses[1].world_from_cam.translation, Eigen::Vector3d(7, 8, 9));
+  EXPECT_LT((poses[1].world_from_cam.rotation * Eigen::Vector3d::UnitX() + Eigen::Vector3d::UnitZ())
+                .norm(),
+            1e-12);
+  folder.Write("times.txt", "0\n");
+  EXPECT_THAT(InputErrorOf([&] { LoadTrajectory(path); }), HasSubstr("1 times, but"));
+  for (const char* text : {"1 2 3 4 5 6 7 8 9 10 11 12\n", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"})
+    EXPECT_THAT(InputErrorOf([&] { LoadTrajectory(folder.Write("x.txt", text)); }),
+                HasSubstr("x.txt"));
+}
+
 TEST(TrajectoryFile, NothingIsWrittenThatCannotBeRead) {
   const TempFolder folder;
   Rigid3 broken;

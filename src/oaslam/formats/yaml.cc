@@ -10,25 +10,6 @@
 #include "oaslam/formats/text.h"
 
 namespace oaslam {
-namespace {
-
-// The text on one line, without its end where that is beyond `max_bytes`; no UTF-8 character is
-// cut.
-std::string OnOneLine(std::string text, size_t max_bytes) {
-  constexpr std::string_view kCut = "...";
-  if (text.size() > max_bytes) {
-    const auto goes_on = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
-    size_t end = max_bytes - kCut.size();
-    while (end > 0 && goes_on(text[end])) --end;
-    text.replace(end, std::string::npos, kCut);
-  }
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
-  return text;
-}
-
-}  // namespace
-
 YAML::Node ParseYamlMapping(std::string text, const std::string& path) {
   // OpenCV's directive has a colon, which YAML forbids; blanking it keeps the numbers of lines.
   if (text.starts_with("%YAML")) text.replace(0, std::min(text.find('\n'), text.size()), "");
@@ -46,7 +27,7 @@ YAML::Node ParseYamlMapping(std::string text, const std::string& path) {
 std::string TextOfNode(const YAML::Node& node) {
   constexpr size_t kMaxBytes = 60;  // leaves room for path, key and bound in a line of a terminal
   if (!node || node.IsNull()) return "nothing";
-  if (node.IsScalar()) return fmt::format("\"{}\"", OnOneLine(node.Scalar(), kMaxBytes - 2));
+  if (node.IsScalar()) return Quoted(node.Scalar());
   YAML::Emitter emitter;
   emitter.SetSeqFormat(YAML::Flow);
   emitter.SetMapFormat(YAML::Flow);

@@ -26,7 +26,7 @@ std::string Repeated(const std::string& what, int times) {
 }
 
 TEST(Yaml, ANodeIsShownOnOneShortLine) {
-  EXPECT_EQ(TextOfNode(YAML::Node("two\nlines\x7f")), "\"two lines \"");
+  EXPECT_EQ(TextOfNode(YAML::Node("two\nlines\x7f")), "\"two lines\\x7f\"");
   EXPECT_EQ(TextOfNode(YAML::Load("[1, two]")), "[1, two]");
   EXPECT_EQ(TextOfNode(YAML::Load("a:")["a"]), "nothing");
   // 60 bytes with the quotes are shown as they are.

@@ -12,8 +12,10 @@
 #include <cstring>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "oaslam/error.h"
+#include "oaslam/formats/time_unit.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/util/log.h"
 
@@ -70,8 +72,12 @@ class FolderWatch {
 
 class FollowedFolder : public ImageSource {
  public:
-  FollowedFolder(const std::string& folder, const ImageSourceOptions& options, double fps)
-      : folder_(folder), options_(options), fps_(fps), watch_(folder), last_arrival_(Clock::now()) {
+  FollowedFolder(const std::string& folder, const ImageSourceOptions& options)
+      : folder_(folder),
+        options_(options),
+        fps_(options.fps.value_or(kDefaultFps)),
+        watch_(folder),
+        last_arrival_(Clock::now()) {
     AddAllImages();  // after the watch has begun, so that no image is missed
   }
 
@@ -79,7 +85,7 @@ class FollowedFolder : public ImageSource {
     while (!IsStopped()) {
       if (options_.to >= 0 && index_ >= options_.to) return std::nullopt;
       if (!waiting_.empty()) {
-        const std::string name = *waiting_.begin();
+        const auto [time, name] = *waiting_.begin();
         waiting_.erase(waiting_.begin());
         if (index_ < options_.from) {
           taken_.insert(name);
@@ -87,7 +93,7 @@ class FollowedFolder : public ImageSource {
           continue;
         }
         const std::string path = (fs::path(folder_) / name).string();
-        InputImage image{index_, index_ / fps_, name,
+        InputImage image{index_, unit_ && !options_.fps ? time : index_ / fps_, name,
                          ReadImage(path, options_.color, options_.orientation)};
         // An image that cannot be read is tried again, with the same index, when its writer closes
         // it.
@@ -107,22 +113,52 @@ class FollowedFolder : public ImageSource {
   void Stop() override { is_stopped_ = true; }
 
  private:
-  struct Natural {
-    bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
+  struct Waiting {
+    double time = 0;  // in its name, seconds; 0 where names are no times
+    std::string name;
+    bool operator<(const Waiting& other) const {
+      return time != other.time ? time < other.time : NaturalLess(name, other.name);
+    }
   };
 
   bool IsStopped() const {
     return is_stopped_ || (options_.follow->stopped && options_.follow->stopped());
   }
 
-  void Arrive(std::string name) {
-    if (taken_.contains(name)) return;
-    waiting_.insert(std::move(name));
+  // The first images tell whether names are times, and in what unit.
+  void Arrive(const std::vector<std::string>& names) {
+    if (names.empty()) return;
     last_arrival_ = Clock::now();
+    if (std::exchange(is_first_, false))
+      if (const auto times = TimesOfNames(names, options_.time_unit)) {
+        unit_ = times->unit;
+        if (!options_.quiet)
+          Log(LogLevel::kInfo, fmt::format("{}: the names of the images are taken as times, in {}",
+                                           folder_, NameOfUnit(*unit_)));
+      }
+    for (const std::string& name : names) Arrive(name);
+  }
+
+  void Arrive(const std::string& name) {
+    if (taken_.contains(name)) return;
+    double time = 0;
+    if (unit_) {
+      const auto times = TimesOfNames({name}, unit_);
+      if (!times)
+        return Log(LogLevel::kWarning, fmt::format("{}: its name is no time as those before are, "
+                                                   "passed over",
+                                                   (fs::path(folder_) / name).string()));
+      time = times->seconds.front();
+      if (last_time_ && !options_.time_unit)
+        if (const std::string problem = ProblemOfSteps({*last_time_, time}); !problem.empty())
+          throw InputError(fmt::format("{}: {}", folder_, problem));
+      last_time_ = time;
+    }
+    waiting_.insert({time, name});
   }
 
   void AddAllImages() {
-    for (std::string& name : ImageNames(folder_)) Arrive(std::move(name));
+    Arrive(ImageNames(folder_));
     if (fs::exists(fs::path(folder_) / kStopFile)) has_ended_ = true;
   }
 
@@ -131,10 +167,12 @@ class FollowedFolder : public ImageSource {
     // Interval at which `stopped` is checked; Ctrl-C feels immediate.
     constexpr int kSlice_ms = 100;
     FolderWatch::Changes changes = watch_.Wait(kSlice_ms);
-    for (std::string& name : changes.names) {
+    std::vector<std::string> images;
+    for (const std::string& name : changes.names) {
       if (name == kStopFile) has_ended_ = true;
-      if (HasImageExtension(name)) Arrive(std::move(name));
+      if (HasImageExtension(name) && !IsHelperFile(name)) images.push_back(name);
     }
+    Arrive(images);
     if (changes.is_gone) {
       Log(LogLevel::kWarning, fmt::format("{}: the folder is gone", folder_));
       has_ended_ = true;
@@ -155,7 +193,10 @@ class FollowedFolder : public ImageSource {
   ImageSourceOptions options_;
   double fps_;
   FolderWatch watch_;
-  std::set<std::string, Natural> waiting_;  // names of images that exist and are not taken yet
+  std::set<Waiting> waiting_;        // images that exist and are not taken yet
+  bool is_first_ = true;             // no image has come yet
+  std::optional<double> unit_;       // of times in names, seconds; empty: they are no times
+  std::optional<double> last_time_;  // of the image that came last, if names are times
   std::set<std::string> taken_;
   // Arrival of the last image read from the queue; initially the start.
   Clock::time_point last_arrival_;
@@ -167,8 +208,8 @@ class FollowedFolder : public ImageSource {
 }  // namespace
 
 std::unique_ptr<ImageSource> FollowFolder(const std::string& folder,
-                                          const ImageSourceOptions& options, double fps) {
-  return std::make_unique<FollowedFolder>(folder, options, fps);
+                                          const ImageSourceOptions& options) {
+  return std::make_unique<FollowedFolder>(folder, options);
 }
 
 }  // namespace oaslam

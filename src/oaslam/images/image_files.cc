@@ -11,6 +11,8 @@
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/util/log.h"
+#include "oaslam/util/lower.h"
 
 namespace oaslam {
 namespace {
@@ -18,6 +20,29 @@ namespace {
 namespace fs = std::filesystem;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+// "thumb_0001.jpg", "0001_thumb.jpg", "0001.thumbnail.png", "0001-thumb.jpg"; of a name in lower
+// case.
+bool IsThumbnail(const std::string& name) {
+  const std::string stem = WithoutExtension(name);
+  for (const char* word : {"thumb", "thumbnail"})
+    for (const char mark : {'_', '-', '.'})
+      if (stem.starts_with(std::string(word) + mark) || stem.ends_with(mark + std::string(word)))
+        return true;
+  return false;
+}
+
+// Whether a file begins like an image, or is one that was damaged: it is empty, begins with zeros,
+// or cannot be read.
+bool MayBeImage(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 12> head{};
+  if (!file.read(head.data(), head.size()) && file.gcount() == 0) return true;
+  const std::string_view text(head.data(), head.size());
+  const bool is_zero = text.find_first_not_of('\0') == std::string_view::npos;
+  const bool is_heif = text.substr(4, 4) == "ftyp";  // of HEIC and AVIF, too
+  return is_zero || is_heif || cv::haveImageReader(path);
+}
 
 }  // namespace
 
@@ -68,14 +93,26 @@ bool HasImageExtension(const std::string& path) {
   return std::ranges::find(kExtensions, LowerExtension(path)) != kExtensions.end();
 }
 
+bool IsHelperFile(const std::string& name) {
+  static constexpr std::array kNames = {"thumbs.db", "ehthumbs.db", "desktop.ini", "icon\r"};
+  const std::string lower = Lower(name);
+  return lower.starts_with('.') || std::ranges::find(kNames, lower) != kNames.end() ||
+         IsThumbnail(lower);
+}
+
 std::vector<std::string> ImageNames(const std::string& folder) {
   std::error_code error;
   fs::directory_iterator entries(folder, error);
   if (error) throw InputError(fmt::format("{}: {}", folder, error.message()));
   std::vector<std::string> names;
-  for (const auto& entry : entries)
-    if (HasImageExtension(entry.path().string()) && !entry.is_directory())
-      names.push_back(entry.path().filename().string());
+  for (const auto& entry : entries) {
+    const std::string name = entry.path().filename().string();
+    if (!HasImageExtension(name) || IsHelperFile(name) || entry.is_directory(error)) continue;
+    if (MayBeImage(entry.path().string()))
+      names.push_back(name);
+    else
+      Log(LogLevel::kWarning, fmt::format("{}: is no image, passed over", entry.path().string()));
+  }
   std::ranges::sort(names, NaturalLess);
   return names;
 }

@@ -19,10 +19,19 @@ cv::Mat InColor(const cv::Mat& image, const std::string& path, Orientation orien
 
 bool HasImageExtension(const std::string& path);
 
+// Whether a file of this name is a system's own beside the images: what macOS keeps of another file
+// (._NAME), .DS_Store, Thumbs.db and the like, hidden files, thumbnails.
+bool IsHelperFile(const std::string& name);
+
+// Images a second where nothing tells their times; that of most cameras.
+inline constexpr double kDefaultFps = 30;
+
 // "2.png" before "10.png": runs of digits compare as numbers.
 bool NaturalLess(const std::string& a, const std::string& b);
 
-// The images of a folder, in natural order. Throws InputError when it cannot be read.
+// The images of a folder, in natural order. Helper files and files that are no images, whatever
+// their names, are not among them; damaged and empty ones are. Throws InputError when it cannot be
+// read.
 std::vector<std::string> ImageNames(const std::string& folder);
 
 }  // namespace oaslam

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <vector>
@@ -16,14 +14,13 @@
 #include "oaslam/formats/text.h"
 #include "oaslam/images/followed_folder.h"
 #include "oaslam/images/image_files.h"
+#include "oaslam/images/image_list.h"
 #include "oaslam/images/video_source.h"
 
 namespace oaslam {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kDefaultFps = 30;  // of most cameras
 
 class ListSource : public ImageSource {
  public:
@@ -85,47 +82,6 @@ class WebcamSource : public ImageSource {
   int index_ = 0;
 };
 
-std::vector<ListedImage> ListFolder(const std::string& folder, double fps) {
-  std::vector<ListedImage> images;
-  for (const std::string& name : ImageNames(folder))
-    images.push_back(
-        {static_cast<double>(images.size()) / fps, (fs::path(folder) / name).string()});
-  return images;
-}
-
-// "timestamp path" or "path" in each line, all lines alike; paths are relative to
-// the folder of the list.
-std::vector<ListedImage> ReadList(const std::string& path, double fps) {
-  const fs::path folder = fs::path(path).parent_path();
-  const std::string text = ReadTextFile(path);
-  std::vector<ListedImage> images;
-  std::optional<bool> with_times;
-  int line_number = 0;
-  for (const std::string_view raw : SplitLines(text)) {
-    ++line_number;
-    const std::string_view line = Trim(raw);
-    if (line.empty() || line[0] == '#') continue;
-    const std::string_view first = SplitFields(line)[0];
-    const auto timestamp = ParseNumber(first);
-    const std::string_view rest = timestamp ? Trim(line.substr(first.size())) : line;
-    if (rest.empty() || (with_times && *with_times != timestamp.has_value()))
-      throw InputError(fmt::format("{}:{}: \"{}\", expected \"{}path\"", path, line_number, line,
-                                   with_times.value_or(true) ? "timestamp " : ""));
-    with_times = timestamp.has_value();
-    images.push_back(
-        {timestamp.value_or(static_cast<double>(images.size()) / fps), (folder / rest).string()});
-  }
-  return images;
-}
-
-bool IsText(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 4096> head{};  // enough to tell text from binary data
-  file.read(head.data(), head.size());
-  return std::find(head.begin(), head.begin() + file.gcount(), '\0') ==
-         head.begin() + file.gcount();
-}
-
 void CheckOptions(const ImageSourceOptions& options) {
   if (options.from < 0)
     throw InputError(fmt::format("--from {}: allowed: 0 and above", options.from));
@@ -138,29 +94,13 @@ void CheckOptions(const ImageSourceOptions& options) {
     throw InputError(fmt::format("--fps {}: allowed: above 0 to 10000", *options.fps));
 }
 
-// All images of a source; nothing where it is a video or a camera.
-std::optional<std::vector<ListedImage>> ListAll(const std::string& source, double fps) {
-  std::error_code error;
-  if (!fs::exists(source, error))
-    throw InputError(fmt::format("{}: there is no such file or folder", source));
-  if (fs::is_directory(source, error)) {
-    const std::string list = (fs::path(source) / "rgb.txt").string();
-    return fs::exists(list, error) ? ReadList(list, fps) : ListFolder(source, fps);
-  }
-  if (fs::is_regular_file(source, error) && fs::file_size(source, error) == 0)
-    throw InputError(fmt::format("{}: is empty", source));
-  if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
-  if (IsText(source)) return ReadList(source, fps);
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
                                                    const ImageSourceOptions& options) {
   CheckOptions(options);
   if (source.starts_with("webcam:")) return std::nullopt;
-  auto images = ListAll(source, options.fps.value_or(kDefaultFps));
+  auto images = ListAll(source, options);
   if (!images) return std::nullopt;
   const int count = static_cast<int>(images->size());
   if (count == 0) throw InputError(fmt::format("{}: no images", source));
@@ -174,14 +114,17 @@ std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
 std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                         const ImageSourceOptions& options) {
   CheckOptions(options);
-  if (options.follow && (source.starts_with("webcam:") || !fs::is_directory(source) ||
-                         fs::exists(fs::path(source) / "rgb.txt")))
+  std::error_code error;
+  if (options.follow && (source.starts_with("webcam:") || !fs::is_directory(source, error) ||
+                         fs::exists(fs::path(source) / "rgb.txt", error)))
     throw InputError(
         fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
   if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
-  if (options.follow) return FollowFolder(source, options, options.fps.value_or(kDefaultFps));
+  if (options.follow) return FollowFolder(source, options);
   if (auto images = ListImages(source, options))
     return std::make_unique<ListSource>(std::move(*images), options);
+  if (options.time_unit)
+    throw InputError(fmt::format("{}: --time-unit: a video tells the unit of its times", source));
   return OpenVideo(source, options);
 }
 

@@ -1,8 +1,12 @@
 #include "oaslam/image_source.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "exif_jpeg.h"
@@ -47,6 +51,157 @@ TEST(ImageSource, FolderInNaturalOrder) {
   EXPECT_EQ(images[0].image.type(), CV_8UC1);
   EXPECT_EQ(images[0].image.size(), cv::Size(8, 6));
   EXPECT_EQ(ReadAll(folder.path(), {.color = true})[0].image.type(), CV_8UC3);
+}
+
+std::vector<double> Times(const std::vector<InputImage>& images) {
+  std::vector<double> times;
+  for (const InputImage& image : images) times.push_back(image.timestamp);
+  return times;
+}
+
+TEST(ImageSource, NamesThatAreTimesGiveOrderAndTimes) {
+  const TempFolder folder;
+  for (const char* name :
+       {"1500000000.0.pgm", "1500000000.1.pgm", "1500000000.033333.pgm", "1500000000.066667.pgm"})
+    folder.Write(std::string("d/") + name, Pgm(8, 6, 50));
+  const auto images = ReadAll(folder / "d");
+  EXPECT_THAT(Names(images), ElementsAre("1500000000.0.pgm", "1500000000.033333.pgm",
+                                         "1500000000.066667.pgm", "1500000000.1.pgm"));
+  EXPECT_THAT(Times(images),
+              ElementsAre(1500000000.0, 1500000000.033333, 1500000000.066667, 1500000000.1));
+  EXPECT_THAT(Times(ReadAll(folder / "d", {.fps = 10})), ElementsAre(0, 0.1, 0.2, 0.3));
+  EXPECT_EQ(ReadAll(folder / "d", {.from = 1})[0].name, "1500000000.033333.pgm");
+  // The same of a list without times, as `ls` writes it.
+  const std::string list = folder.Write("l.txt",
+                                        "d/1500000000.0.pgm\nd/1500000000.033333.pgm\n"
+                                        "d/1500000000.066667.pgm\nd/1500000000.1.pgm\n");
+  EXPECT_EQ(Times(ReadAll(list)), Times(images));
+  // Digits of different lengths before the point.
+  for (const char* name : {"9.9.pgm", "10.0.pgm", "9.95.pgm"})
+    folder.Write(std::string("e/") + name, Pgm(8, 6, 50));
+  EXPECT_THAT(Times(ReadAll(folder / "e")), ElementsAre(9.9, 9.95, 10.0));
+}
+
+TEST(ImageSource, UnitsOfTime) {
+  const TempFolder folder;
+  const auto list = [&](double first, double step) {
+    std::string text;
+    for (int i = 0; i < 12; ++i) text += fmt::format("{:.6f} a.pgm\n", first + i * step);
+    return folder.Write("list.txt", text);
+  };
+  folder.Write("a.pgm", Pgm(8, 6, 50));
+  const auto error = [&](double first, double step, const ImageSourceOptions& options = {}) {
+    return InputErrorOf([&] { OpenImages(list(first, step), options); });
+  };
+  EXPECT_THAT(
+      error(1403636579763555584, 33333333),
+      AllOf(HasSubstr("list.txt: "), HasSubstr("looks like ns"), HasSubstr("--time-unit ns")));
+  EXPECT_THAT(error(1403636579763555, 33333), HasSubstr("--time-unit us"));
+  EXPECT_THAT(error(0, 33), HasSubstr("--time-unit ms"));
+  const auto read = ReadAll(list(1403636579763, 50), {.time_unit = 1e-3});
+  EXPECT_NEAR(read[1].timestamp - read[0].timestamp, 0.05, 1e-6);
+  EXPECT_EQ(ReadAll(list(0, 33), {.time_unit = 1})[1].timestamp, 33);
+  // The header of EuRoC's lists names the unit; their images are in the folder `data`.
+  folder.Write("data/7.pgm", Pgm(8, 6, 50));
+  const auto euroc = ReadAll(
+      folder.Write("data.csv", "#timestamp [ns],filename\r\n1403636579763555584,7.pgm\r\n"));
+  EXPECT_NEAR(euroc.at(0).timestamp, 1403636579.763555584, 1e-6);
+  EXPECT_FALSE(euroc.at(0).image.empty());
+  for (const char* name : {"1403636579763555584.pgm", "1403636579813555456.pgm"})
+    folder.Write(std::string("ns/") + name, Pgm(8, 6, 50));
+  const auto named = ReadAll(folder / "ns");
+  EXPECT_NEAR(named[1].timestamp - named[0].timestamp, 0.05, 1e-6);
+  folder.Write("x/a.pgm", Pgm(8, 6, 50));
+  EXPECT_THAT(InputErrorOf([&] { OpenImages(folder / "x", {.time_unit = 1e-3}); }),
+              HasSubstr("names of the images are no times"));
+}
+
+TEST(ImageSource, HelperFilesAreNoImages) {
+  const TempFolder folder;
+  const std::string apple_double("\0\5\26\7\0\2\0\0Mac OS X        ", 24);
+  for (const char* name : {"000000.pgm", "000001.pgm", "000002.pgm"})
+    folder.Write(name, Pgm(8, 6, 50));
+  folder.Write("._000000.pgm", apple_double);
+  folder.Write("000000_thumb.pgm", Pgm(4, 3, 50));
+  folder.Write("thumb_000001.pgm", Pgm(4, 3, 50));
+  folder.Write(".hidden.pgm", Pgm(8, 6, 50));
+  folder.Write("000000a.png", "<html>not found</html>\n");
+  folder.Write("0000.jpg", apple_double);
+  folder.Write("Thumbs.db", "db");
+  folder.Write(".DS_Store", "db");
+  const auto images = ReadAll(folder.path());
+  EXPECT_THAT(Names(images), ElementsAre("000000.pgm", "000001.pgm", "000002.pgm"));
+  EXPECT_DOUBLE_EQ(images[2].timestamp, 2.0 / 30);
+  // Nor in a list, as `find` writes it.
+  const auto listed =
+      ReadAll(folder.Write("list.txt", "._000000.pgm\n000000.pgm\n.DS_Store\n000001.pgm\n"));
+  EXPECT_THAT(Names(listed), ElementsAre("000000.pgm", "000001.pgm"));
+  EXPECT_DOUBLE_EQ(listed[1].timestamp, 1.0 / 30);
+}
+
+TEST(ImageSource, DamagedImagesKeepTheirPlace) {
+  const TempFolder folder;
+  folder.Write("0.pgm", Pgm(8, 6, 50));
+  folder.Write("1.pgm", "");                      // the disk was full
+  folder.Write("2.pgm", std::string(100, '\0'));  // power failed
+  folder.Write("3.pgm", Pgm(8, 6, 50).substr(0, 20));
+  folder.Write("4.pgm", Pgm(8, 6, 50));
+  const auto images = ReadAll(folder.path());
+  EXPECT_THAT(Names(images), ElementsAre("0.pgm", "1.pgm", "2.pgm", "3.pgm", "4.pgm"));
+  EXPECT_TRUE(images[1].image.empty());
+  EXPECT_TRUE(images[2].image.empty());
+  EXPECT_DOUBLE_EQ(images[4].timestamp, 4.0 / 30);
+}
+
+TEST(ImageSource, WhatIsNoTextIsNoList) {
+  const TempFolder folder;
+  const auto error = [&](const std::string& source) {
+    return InputErrorOf([&] { OpenImages(source, {}); });
+  };
+  std::string noise;  // without a zero, as a raw film may be
+  for (int i = 0; i < 5000; ++i) noise += static_cast<char>(1 + (i * 7919) % 255);
+  for (const auto& [name, content] : {std::pair{"film.bin", noise},
+                                      {"small.tgz", std::string("\x1f\x8b\x08\x08 abc\x01")},
+                                      {"grey.yuv", std::string(100000, '\x80')}}) {
+    EXPECT_THAT(error(folder.Write(name, content)),
+                AllOf(HasSubstr(name), HasSubstr("neither a list of images nor a video")));
+  }
+  EXPECT_THAT(error("/dev/zero"), HasSubstr("/dev/zero: is a device"));
+  const std::string pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(error(pipe), HasSubstr("is a pipe"));
+  // A line of a list does not reach the terminal as it is, nor whole.
+  const std::string message =
+      error(folder.Write("list.txt", "1.5 a.png\nb\xc2\x9b[31m" + std::string(5000, 'x') + "\n"));
+  EXPECT_THAT(message, HasSubstr("list.txt:2: \"b"));
+  EXPECT_LT(message.size(), 300);
+}
+
+TEST(ImageSource, LinksThatLeadNowhere) {
+  const TempFolder folder;
+  std::filesystem::create_symlink("self.png", folder / "self.png");
+  std::filesystem::create_symlink("gone.png", folder / "link.png");
+  const auto error = [&](const std::string& source) {
+    return InputErrorOf([&] { OpenImages(source, {}); });
+  };
+  EXPECT_THAT(error(folder / "self.png"), HasSubstr("leads back to itself"));
+  EXPECT_THAT(error(folder / "link.png"), HasSubstr("is a link to gone.png, which is not there"));
+  folder.Write("a.pgm", Pgm(8, 6, 50));
+  const auto images = ReadAll(folder.path());
+  EXPECT_THAT(Names(images), ElementsAre("a.pgm", "link.png", "self.png"));
+  EXPECT_TRUE(images[1].image.empty());
+}
+
+TEST(ImageSource, Associations) {
+  const TempFolder folder;
+  folder.Write("rgb/1.pgm", Pgm(8, 6, 50));
+  for (const char* line :
+       {"1.5 rgb/1.pgm 1.52 depth/1.png\n", "1.52 depth/1.png 1.5 rgb/1.pgm\n"}) {
+    const auto images = ReadAll(folder.Write("associations.txt", line));
+    EXPECT_THAT(Names(images), ElementsAre("1.pgm"));
+    EXPECT_EQ(images[0].timestamp, 1.5);
+    EXPECT_FALSE(images[0].image.empty());
+  }
 }
 
 TEST(ImageSource, TumFolderWithAMissingAndABrokenImage) {

@@ -61,6 +61,22 @@ TEST(FollowedFolder, AnImageThatWasNotWholeComesAgainWhenItIs) {
   EXPECT_EQ(whole->index, 0);  // not used up by the incomplete one
 }
 
+TEST(FollowedFolder, NamesThatAreTimesGiveTheTimes) {
+  const TempFolder folder;
+  for (const char* name : {"9.966667.pgm", "9.933333.pgm", "._9.9.pgm"}) folder.Write(name, Pgm(1));
+  const auto source = OpenImages(folder.path(), Following());
+  EXPECT_EQ(source->Next()->timestamp, 9.933333);
+  EXPECT_EQ(source->Next()->timestamp, 9.966667);
+  folder.Write("10.033333.pgm", Pgm(1));
+  folder.Write("10.0.pgm", Pgm(1));
+  folder.Write("preview.pgm", Pgm(1));
+  folder.Write("thumb_10.0.pgm", Pgm(1));
+  EXPECT_EQ(source->Next()->timestamp, 10.0);
+  EXPECT_EQ(source->Next()->timestamp, 10.033333);
+  folder.Write("10033.333.pgm", Pgm(1));
+  EXPECT_THAT(InputErrorOf([&] { source->Next(); }), HasSubstr("median step"));
+}
+
 TEST(FollowedFolder, WhatCameDuringLongWorkIsTaken) {
   const TempFolder folder;
   folder.Write("a.pgm", Pgm(1));

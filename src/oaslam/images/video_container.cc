@@ -40,7 +40,7 @@ Input Open(const std::string& path) {
   return avformat_find_stream_info(context, nullptr) < 0 ? nullptr : std::move(input);
 }
 
-// The first video stream, which OpenCV uses, too.
+// The first video stream, which OpenCV uses, too. It may be a cover picture.
 AVStream* VideoStream(const AVFormatContext& input) {
   for (unsigned i = 0; i < input.nb_streams; ++i)
     if (input.streams[i]->codecpar->codec_type == AVMEDIA_TYPE_VIDEO) return input.streams[i];
@@ -75,6 +75,18 @@ Packets ReadPackets(AVFormatContext& input, int stream) {
   if (packets.shown > 1 && packets.times.front() == packets.times.back()) have_times = false;
   if (!have_times) packets.times.clear();
   return packets;
+}
+
+// Whether the last image is in the last hundredth of what the header announces.
+bool EndsInTime(const Packets& packets, const AVStream& stream) {
+  constexpr double kNearEnd = 0.99;
+  if (packets.times.empty() || stream.duration <= 0) return false;
+  const auto start = stream.start_time == AV_NOPTS_VALUE ? 0 : stream.start_time;
+  const auto last = static_cast<double>(packets.times.back() - start);
+  // One image is shown until the end.
+  const double interval = static_cast<double>(stream.duration) /
+                          static_cast<double>(std::max<int64_t>(stream.nb_frames, 1));
+  return last + 1.5 * interval >= kNearEnd * static_cast<double>(stream.duration);
 }
 
 VideoTimes TimesOf(const std::vector<int64_t>& stored, const AVStream& stream) {
@@ -139,6 +151,11 @@ VideoContainer ReadVideoContainer(const std::string& path) {
   if (!stream)
     throw InputError(
         fmt::format("{}: neither a list of images nor a video that can be opened", path));
+  if (stream->disposition & AV_DISPOSITION_ATTACHED_PIC)
+    throw InputError(fmt::format(
+        "{}: its first video stream is a cover picture; ffmpeg -i FILE -map 0:V -c copy NEW.mp4 "
+        "takes the film out, if there is one",
+        path));
   VideoContainer container;
   container.codec = avcodec_get_name(stream->codecpar->codec_id);
   if (!avcodec_find_decoder(stream->codecpar->codec_id))
@@ -149,6 +166,7 @@ VideoContainer ReadVideoContainer(const std::string& path) {
   if (stream->nb_frames > packets.hidden)
     container.announced = static_cast<int>(stream->nb_frames) - packets.hidden;
   container.times = TimesOf(packets.times, *stream);
+  container.ends_in_time = EndsInTime(packets, *stream);
   container.turn_deg = TurnOf(*stream);
   return container;
 }

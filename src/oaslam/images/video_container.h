@@ -19,6 +19,9 @@ struct VideoTimes {
 struct VideoContainer {
   int images = 0;     // number of shown images: without those that an edit list hides
   int announced = 0;  // number in the header, 0 if unknown; larger where the file is truncated
+  // Whether the last image is at the end that the header announces: then the images that are
+  // missing were never recorded, and nothing was cut off.
+  bool ends_in_time = false;
   VideoTimes times;
   int turn_deg = 0;   // clockwise rotation that makes the stored images upright: 0, 90, 180 or 270
   std::string codec;  // e.g. "hevc"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
@@ -41,7 +42,8 @@ class VideoSource : public ImageSource {
     if (images == 0) throw InputError(fmt::format("{}: no image in it, damaged?", path));
     if (options.from >= images)
       throw InputError(fmt::format("--from {}: {} has {} frames", options.from, path, images));
-    if (!capture_.open(path, Backend()))
+    // Of a relative path, a colon may end the name of a protocol.
+    if (!capture_.open(std::filesystem::absolute(path).string(), Backend()))
       throw InputError(fmt::format("{}: cannot be decoded ({})", path, container_.codec));
     // Rotation is done here, by the container's value: OpenCV 4.6 rotates by 90 degrees in the
     // wrong direction.
@@ -50,7 +52,7 @@ class VideoSource : public ImageSource {
     // Damaged headers have rates beyond these.
     if (std::isfinite(rate) && rate > 0.1 && rate < 10000) rate_ = rate;
     if (options.fps) rate_ = *options.fps;
-    Warn();
+    if (!options.quiet) Warn();
   }
 
   std::optional<InputImage> Next() override {
@@ -63,7 +65,7 @@ class VideoSource : public ImageSource {
       if (!options_.color && !options_.color_if_free && image.channels() == 3)
         cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
       const int index = index_++;
-      return InputImage{index, timestamp, fmt::format("{:06}", index),
+      return InputImage{index, timestamp, NameOfVideoImage(index),
                         Turned(image, container_.turn_deg)};
     }
     return std::nullopt;
@@ -79,7 +81,10 @@ class VideoSource : public ImageSource {
       Log(LogLevel::kWarning, path_ + ": " + what);
     };
     const int images = container_.images, announced = container_.announced;
-    if (images < announced)
+    if (images < announced && container_.ends_in_time)
+      warn(fmt::format("{} of {} images were dropped by the recorder; the others keep their times",
+                       announced - images, announced));
+    else if (images < announced)
       warn(fmt::format("ends after {} of {} images, damaged?", images, announced));
     if (options_.fps) return;
     if (container_.times.seconds.empty())
@@ -138,6 +143,8 @@ class VideoSource : public ImageSource {
 };
 
 }  // namespace
+
+std::string NameOfVideoImage(int index) { return fmt::format("{:06}", index); }
 
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options) {
   return std::make_unique<VideoSource>(path, options);

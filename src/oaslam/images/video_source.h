@@ -12,4 +12,7 @@ namespace oaslam {
 // OpenImages; so does Next, where no image at all can be decoded.
 std::unique_ptr<ImageSource> OpenVideo(const std::string& path, const ImageSourceOptions& options);
 
+// The name of an image of a video or a camera: "000012" of index 12.
+std::string NameOfVideoImage(int index);
+
 }  // namespace oaslam

@@ -40,6 +40,7 @@ Tokens Tokens::Load(const std::string& path) {
   Tokens tokens;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
+    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // of Windows' editors
     std::istringstream fields(line.substr(0, line.find('#')));
     std::string kind, token, rest;
     if (!(fields >> kind)) continue;

@@ -11,6 +11,7 @@
 #include "oaslam/service/geopose_protocol.h"
 #include "oaslam/service/received_image.h"
 #include "oaslam/util/base64.h"
+#include "oaslam/util/lower.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -132,7 +133,8 @@ Json AnswerLocalize(ServiceState& state, const ServedMap& map,
 
 LocalizeRequest ReadLocalizeRequest(HttpRequest request) {
   LocalizeRequest read;
-  const std::string type(request.fields[boost::beast::http::field::content_type]);
+  const std::string type =
+      Lower(std::string(request.fields[boost::beast::http::field::content_type]));
   std::string mode = TextOf(request, "mode");
   if (type.starts_with("image/jpeg") || type.starts_with("image/png")) {
     const nlohmann::json json = ImageOfQuery(request);

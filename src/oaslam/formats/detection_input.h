@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "oaslam/class_names.h"
+#include "oaslam/detection_file.h"
+
+namespace oaslam {
+
+// What a file of detections holds.
+struct DetectionFile {
+  std::vector<ImageDetections> images;
+  ClassNames categories{};  // the names that COCO's "categories" give; empty: there are none
+  bool is_coco = false;     // COCO results; else OA-SLAM's own form
+};
+
+// Reads what LoadDetections reads, whose doubts it logs. Throws InputError.
+DetectionFile ReadDetectionFile(const std::string& path);
+
+// How the 80 classes of COCO are numbered.
+enum class CocoNumbers {
+  k80,       // 0 to 79, as detectors number them
+  k91,       // 1 to 90, with gaps, as COCO's own files do
+  kUnclear,  // the categories of a file fit both
+};
+CocoNumbers NumbersOf(const std::vector<ImageDetections>& images);
+// Replaces COCO's own numbers by 0 to 79.
+void Renumber91To80(std::vector<ImageDetections>& images);
+// Replaces each category by the number that its name has in `wanted`. False where a category has no
+// name or the name is not there; then nothing is changed.
+bool RenumberByName(const ClassNames& names, const ClassNames& wanted,
+                    std::vector<ImageDetections>& images);
+
+// The detections with the names of the images to which they belong, so that each image finds its
+// own: by name, without extension, or by the number in the name where that is unique (counted from
+// 0 or from 1). `images`: all names of a source; `path`: of the detections. Throws InputError,
+// with an example of both, where no name belongs to an image.
+DetectionTable MatchedToImages(const DetectionTable& detections,
+                               const std::vector<std::string>& images, const std::string& path);
+
+}  // namespace oaslam

@@ -1,0 +1,188 @@
+#include "oaslam/images/image_list.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include "oaslam/error.h"
+#include "oaslam/formats/text.h"
+#include "oaslam/formats/time_unit.h"
+#include "oaslam/images/image_files.h"
+#include "oaslam/images/video_container.h"
+#include "oaslam/images/video_source.h"
+#include "oaslam/util/log.h"
+
+namespace oaslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A line of a list.
+struct ListLine {
+  std::optional<double> time;
+  std::string_view path;  // empty: the line is not understood
+};
+
+// "timestamp path", "timestamp,path" or "path". Of an association (of TUM's tools) "timestamp path
+// timestamp path" the image that is no depth image.
+ListLine ParseLine(std::string_view line) {
+  const std::string_view first = line.substr(0, line.find_first_of(" \t,"));
+  const std::optional<double> time = ParseNumber(first);
+  if (!time) return {std::nullopt, line};
+  std::string_view rest = Trim(line.substr(first.size()));
+  if (rest.starts_with(',')) rest = Trim(rest.substr(1));
+  const auto fields = SplitFields(rest);
+  const auto is_image = [&](size_t i) { return HasImageExtension(std::string(fields[i])); };
+  if (fields.size() < 3 || !is_image(0) || !is_image(2)) return {time, rest};
+  const std::optional<double> second = ParseNumber(fields[1]);
+  if (!second) return {time, rest};
+  const bool is_second = fields[0].find("depth") != std::string_view::npos;
+  return is_second ? ListLine{second, fields[2]} : ListLine{time, fields[0]};
+}
+
+// The folder to which the paths of a list refer.
+fs::path FolderOfList(const std::string& path) {
+  // Standard input that is a file is one of the links there.
+  std::error_code error;
+  const fs::path real = path.starts_with("/dev/") ? fs::canonical(path, error) : fs::path(path);
+  return (error ? fs::path(path) : real).parent_path();
+}
+
+// EuRoC's lists name images in the folder `data` beside them.
+std::string PathOfLine(const fs::path& folder, std::string_view path) {
+  std::error_code error;
+  const fs::path beside = folder / path, in_data = folder / "data" / path;
+  return (!fs::exists(beside, error) && fs::exists(in_data, error) ? in_data : beside).string();
+}
+
+void CheckSteps(const std::vector<ListedImage>& images, const std::string& source) {
+  std::vector<double> times;
+  for (const ListedImage& image : images) times.push_back(image.timestamp);
+  if (const std::string problem = ProblemOfSteps(times); !problem.empty())
+    throw InputError(fmt::format("{}: {}", source, problem));
+}
+
+// Gives the images their times: those of their names, by which they are sorted then, or by the rate
+// in their order. Whether names are times is said.
+void SetTimes(const std::string& source, const ImageSourceOptions& options,
+              std::vector<ListedImage>& images) {
+  std::vector<std::string> names;
+  for (const ListedImage& image : images) names.push_back(image.path);
+  const auto times = TimesOfNames(names, options.time_unit);
+  if (options.time_unit && !times)
+    throw InputError(fmt::format("{}: --time-unit: the names of the images are no times", source));
+  for (size_t i = 0; times && i < images.size(); ++i) images[i].timestamp = times->seconds[i];
+  if (times) {
+    std::ranges::stable_sort(images, {}, &ListedImage::timestamp);
+    if (!options.time_unit && !options.fps) CheckSteps(images, source);
+    if (!options.fps && !options.quiet)
+      Log(LogLevel::kInfo, fmt::format("{}: the names of the images are taken as times, in {}",
+                                       source, NameOfUnit(times->unit)));
+    if (!options.fps) return;
+  }
+  for (size_t i = 0; i < images.size(); ++i)
+    images[i].timestamp = static_cast<double>(i) / options.fps.value_or(kDefaultFps);
+}
+
+std::vector<ListedImage> ListFolder(const std::string& folder, const ImageSourceOptions& options) {
+  std::vector<ListedImage> images;
+  for (const std::string& name : ImageNames(folder))
+    images.push_back({0, (fs::path(folder) / name).string()});
+  SetTimes(folder, options, images);
+  return images;
+}
+
+std::vector<ListedImage> ReadList(const std::string& path, const ImageSourceOptions& options) {
+  const fs::path folder = FolderOfList(path);
+  const std::string text = ReadTextFile(path);
+  std::vector<ListedImage> images;
+  std::optional<bool> with_times;
+  std::optional<double> unit = options.time_unit;
+  int line_number = 0;
+  for (const std::string_view raw : SplitLines(text)) {
+    ++line_number;
+    const std::string_view line = Trim(raw);
+    if (line.starts_with('#') && line.find("[ns]") != std::string_view::npos && !unit) unit = 1e-9;
+    if (line.empty() || line[0] == '#') continue;
+    const ListLine parsed = ParseLine(line);
+    if (parsed.path.empty() || (with_times && *with_times != parsed.time.has_value()))
+      throw InputError(fmt::format("{}:{}: {}, expected \"{}path\"", path, line_number,
+                                   Quoted(line), with_times.value_or(true) ? "timestamp " : ""));
+    with_times = parsed.time.has_value();
+    if (IsHelperFile(BaseName(std::string(parsed.path)))) continue;
+    images.push_back({parsed.time.value_or(0) * unit.value_or(1), PathOfLine(folder, parsed.path)});
+  }
+  if (!with_times.value_or(true))
+    SetTimes(path, options, images);
+  else if (!unit)
+    CheckSteps(images, path);
+  return images;
+}
+
+// Whether a file may be a list: it has no control characters, and no line that is longer than a
+// path.
+bool IsText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 1 << 16> head{};  // enough to tell text from binary data
+  file.read(head.data(), head.size());
+  return LooksLikeText({head.data(), static_cast<size_t>(file.gcount())});
+}
+
+void CheckPlainFile(const std::string& source) {
+  std::error_code error;
+  switch (fs::status(source, error).type()) {
+    case fs::file_type::regular:
+      if (fs::file_size(source, error) == 0) throw InputError(fmt::format("{}: is empty", source));
+      return;
+    case fs::file_type::fifo:
+    case fs::file_type::socket:
+      throw InputError(
+          fmt::format("{}: is a pipe, which can be read only once; save it as a file", source));
+    default:
+      throw InputError(fmt::format(
+          "{}: is a device, expected a file or a folder; webcam:N is a camera", source));
+  }
+}
+
+}  // namespace
+
+std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
+                                                const ImageSourceOptions& options) {
+  std::error_code error;
+  if (!fs::exists(source, error)) {
+    if (error == std::errc::too_many_symbolic_link_levels)
+      throw InputError(fmt::format("{}: is a link that leads back to itself", source));
+    if (fs::is_symlink(source, error))
+      throw InputError(fmt::format("{}: is a link to {}, which is not there", source,
+                                   fs::read_symlink(source, error).string()));
+    throw InputError(fmt::format("{}: there is no such file or folder", source));
+  }
+  if (fs::is_directory(source, error)) {
+    const std::string list = (fs::path(source) / "rgb.txt").string();
+    return fs::exists(list, error) ? ReadList(list, options) : ListFolder(source, options);
+  }
+  CheckPlainFile(source);
+  if (HasImageExtension(source)) return std::vector{ListedImage{0.0, source}};
+  if (IsText(source)) return ReadList(source, options);
+  return std::nullopt;
+}
+
+std::vector<std::string> NamesOfImages(const std::string& source,
+                                       const ImageSourceOptions& options) {
+  std::vector<std::string> names;
+  if (options.follow || source.starts_with("webcam:")) return names;
+  ImageSourceOptions quiet = options;
+  quiet.quiet = true;
+  if (const auto images = ListAll(source, quiet)) {
+    for (const ListedImage& image : *images) names.push_back(BaseName(image.path));
+    return names;
+  }
+  const int count = ReadVideoContainer(source).images;
+  for (int i = 0; i < count; ++i) names.push_back(NameOfVideoImage(i));
+  return names;
+}
+
+}  // namespace oaslam

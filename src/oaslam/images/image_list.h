@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "oaslam/image_source.h"
+
+namespace oaslam {
+
+// All images of a folder or of a list file, in their order and with their times; nothing where the
+// source is a video. A folder is in the natural order of its names, or, if they are times, in the
+// order of these. Throws InputError where there is no such source, where it is no plain file, and
+// where a line of a list or the unit of the times is not understood.
+std::optional<std::vector<ListedImage>> ListAll(const std::string& source,
+                                                const ImageSourceOptions& options);
+
+// The names of all images of a source, whatever the range in the options; none where they are not
+// known before they come. Throws InputError.
+std::vector<std::string> NamesOfImages(const std::string& source,
+                                       const ImageSourceOptions& options);
+
+}  // namespace oaslam
