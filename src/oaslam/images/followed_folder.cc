@@ -111,9 +111,7 @@ class FollowedFolder : public ImageSource {
     bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
   };
 
-  bool IsStopped() const {
-    return is_stopped_ || (options_.follow->stopped && options_.follow->stopped());
-  }
+  bool IsStopped() const { return is_stopped_ || (options_.stopped && options_.stopped()); }
 
   void Arrive(std::string name) {
     if (taken_.contains(name)) return;

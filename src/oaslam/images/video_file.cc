@@ -56,7 +56,9 @@ double FrameRateOf(const std::vector<double>& timestamps) {
 }
 
 VideoFile::VideoFile(const std::string& path)
-    : path_(path), written_path_(fmt::format("{}.{}.tmp.mp4", path, getpid())) {
+    : path_(path),
+      written_path_(fmt::format("{}.{}.tmp.mp4", path, getpid())),
+      leftover_(written_path_) {
   if (fs::path(path).extension() != ".mp4")
     throw InputError(fmt::format("{}: not a video that can be written; allowed: .mp4", path));
   std::error_code error;
