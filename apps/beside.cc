@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cctype>
 #include <filesystem>
 
 #include "model_offer.h"
 #include "oaslam/error.h"
+#include "oaslam/images/camera_source.h"
+#include "oaslam/util/url.h"
 
 namespace oaslam::apps {
 
@@ -23,10 +25,18 @@ void AddPlainForm(CLI::App& app, PlainForm& form, CLI::Option* images) {
 }
 
 std::string FolderBeside(const std::string& images, const std::string& suffix) {
-  if (images.starts_with("webcam:")) {
-    std::string name = images;
-    std::ranges::replace(name, ':', '_');
-    return name + suffix;
+  if (IsCamera(images)) {
+    std::string name = WithoutPassword(images);
+    name = name.substr(0, name.find_first_of("?#"));  // there may be secrets, too
+    while (name.ends_with('/')) name.pop_back();
+    const auto is_plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+    std::string plain;
+    for (const char c : name)
+      if (is_plain(c) || c == '-' || c == '.')
+        plain += c;
+      else if (!plain.empty() && plain.back() != '_')
+        plain += '_';
+    return plain + suffix;
   }
   fs::path path = fs::path(images).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();  // "walk/"
@@ -42,7 +52,7 @@ std::string FolderBeside(const std::string& images, const std::string& suffix) {
 void Complete(const PlainForm& form, const std::string& suffix, const PlainChoices& choices) {
   if (!form.IsUsed()) return;
   std::error_code error;
-  if (!form.images.starts_with("webcam:") && !fs::exists(form.images, error))
+  if (!IsCamera(form.images) && !fs::exists(form.images, error))
     throw InputError(fmt::format("{}: there is no such file or folder", form.images));
   choices.images = form.images;
   if (choices.out.empty()) choices.out = FolderBeside(form.images, suffix);

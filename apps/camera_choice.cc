@@ -13,8 +13,10 @@
 #include "oaslam/camera_file.h"
 #include "oaslam/error.h"
 #include "oaslam/image_source.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
+#include "oaslam/util/url.h"
 
 namespace oaslam::apps {
 namespace {
@@ -108,13 +110,13 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
                               const std::optional<Camera>& known, const SlamConfig& config,
                               const CommonOptions& common) {
   cv::setNumThreads(1);
-  const bool is_live = images.starts_with("webcam:");
+  const bool is_live = IsCamera(images);
   ImageSourceOptions range = FrameRange(common);
   range.quiet = true;  // the run that follows opens the same images
   const auto source = OpenImages(images, range);
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
   if (!image && Interrupted()) return {};
-  if (!image) throw InputError(fmt::format("{}: no readable image", images));
+  if (!image) throw InputError(fmt::format("{}: no readable image", WithoutPassword(images)));
   CheckImageSize(image->image.size(), images);
   CameraEstimationOptions options;
   if (!settings.IsAuto())
@@ -126,21 +128,18 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   CameraEstimator estimator(config, options);
   CameraEstimate estimate;
   const int parts = is_live ? 1 : kMaxParts;
-  for (int part = 0; part < parts && image && !Interrupted(); ++part) {
+  for (int part = 0; part < parts && image; ++part) {
     estimator.Forget();
-    while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds) &&
-           !Interrupted()) {
+    while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds)) {
       const double time = image->timestamp;
       estimator.Add(image->image, time);
       image = NextReadable(*source, time);
     }
-    if (Interrupted()) return estimate;
     CameraEstimate found = estimator.Estimate();
     if (part == 0 || found.is_determined || found.focal_sigma_px < estimate.focal_sigma_px)
       estimate = std::move(found);
     if (estimate.is_determined) break;
   }
-  if (Interrupted()) return estimate;
   if (estimate.is_determined)
     spdlog::info("camera: {}, estimated from {} images", Describe(estimate), estimate.images);
   else

@@ -32,8 +32,7 @@ void CheckImageSize(const cv::Size& size, const std::string& source);
 // Estimates the camera of a source from its images, from as many parts of it as are needed; of a
 // live source, from its first seconds. `known` is the start value if nothing better is given, such
 // as the camera of a map. Reports the result, and warns where the images do not determine the
-// camera. After an interrupt it returns at once, with nothing estimated. Throws InputError as
-// FrameInputs does.
+// camera. Throws InputError as FrameInputs does.
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
                               const std::optional<Camera>& known, const SlamConfig& config,
                               const CommonOptions& common);

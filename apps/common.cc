@@ -7,8 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -22,9 +20,6 @@
 
 namespace oaslam::apps {
 namespace {
-
-std::atomic<bool> got_signal = false;  // set by a signal handler, read by several threads
-static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr const char* kClearLine = "\r\033[K";
 // Frames between plain lines when the total is not known: a line every few seconds.
@@ -48,6 +43,9 @@ std::string Duration(double seconds) {
   return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
                    : fmt::format("{}:{:02}", s / 60, s % 60);
 }
+
+// Without an error where the terminal is gone: the results count.
+void PutOnStderr(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace
 
@@ -156,7 +154,8 @@ ImageSourceOptions FrameRange(const CommonOptions& options) {
   ImageSourceOptions range{.fps = options.fps, .from = options.from, .to = options.to};
   range.time_unit = SecondsInUnit(options.time_unit);
   if (options.exif_rotation) range.orientation = Orientation::kUpright;
-  if (options.follow_s) range.follow = FollowOptions{*options.follow_s, Interrupted};
+  if (options.follow_s) range.follow = FollowOptions{*options.follow_s};
+  range.stopped = Interrupted;
   return range;
 }
 
@@ -169,7 +168,10 @@ OutputFolder::OutputFolder(const std::string& path) {
        !fs::exists(p, error); p = p.parent_path())
     missing.push_back(p);
   for (size_t i = missing.size(); i-- > 0;)
-    if (fs::create_directory(missing[i], error)) created_.insert(created_.begin(), missing[i]);
+    if (fs::create_directory(missing[i], error)) {
+      created_.insert(created_.begin(), missing[i]);
+      leftovers_.emplace_back(missing[i].string());
+    }
   const bool is_there = fs::is_directory(path, error);
   const fs::path probe = fs::path(path) / fmt::format(".oaslam-{}", getpid());
   const bool is_writable = is_there && static_cast<bool>(std::ofstream(probe) << "x" << std::flush);
@@ -240,12 +242,11 @@ void ProgressBar::Update(int done, const std::string& state) {
   if (terminal_) {
     if (drawn_s_ >= 0 && seconds - drawn_s_ < 0.1) return;
     drawn_s_ = seconds;
-    fmt::print(stderr, "{}{}", kClearLine, Line(state, seconds));
-    std::fflush(stderr);
+    PutOnStderr(kClearLine + Line(state, seconds));
   } else if (done - printed_ >=
              (total_ > 0 ? std::max((total_ + 9) / 10, 1) : kPlainStepUnknownTotal)) {
     printed_ = done;
-    fmt::print(stderr, "{}\n", Line(state, seconds));
+    PutOnStderr(Line(state, seconds) + "\n");
   }
 }
 
@@ -256,19 +257,10 @@ void ProgressBar::Finish() {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
     SetMessagePattern("");
-    fmt::print(stderr, "{}{} frames in {}\n", kClearLine, done_, Duration(seconds));
+    PutOnStderr(fmt::format("{}{} frames in {}\n", kClearLine, done_, Duration(seconds)));
   } else if (done_ > printed_) {
-    fmt::print(stderr, "{}\n", Line(state_, seconds));
+    PutOnStderr(Line(state_, seconds) + "\n");
   }
 }
-
-void InstallInterruptHandler() {
-  struct sigaction action = {};
-  action.sa_handler = [](int) { got_signal = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-}
-
-bool Interrupted() { return got_signal; }
 
 }  // namespace oaslam::apps

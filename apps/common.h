@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,6 +11,8 @@
 #include "oaslam/class_names.h"
 #include "oaslam/config.h"
 #include "oaslam/image_source.h"
+#include "oaslam/util/leftover.h"
+#include "signals.h"
 
 namespace oaslam::apps {
 
@@ -59,6 +62,7 @@ class OutputFolder {
   void RemoveWhatIsEmpty();
 
   std::vector<std::filesystem::path> created_;  // the innermost one first
+  std::deque<Leftover> leftovers_;              // those, the outermost one first
 };
 
 // The folder of a file, which must not be a folder itself. `option` gave the path. Throws
@@ -94,9 +98,5 @@ class ProgressBar {
   std::string state_;
   std::chrono::steady_clock::time_point start_;
 };
-
-// The first Ctrl-C makes the command finish with its results so far; a second one kills it.
-void InstallInterruptHandler();
-bool Interrupted();
 
 }  // namespace oaslam::apps

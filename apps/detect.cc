@@ -1,13 +1,14 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <exception>
 #include <filesystem>
 #include <set>
 
 #include "commands.h"
 #include "common.h"
 #include "detector_options.h"
+#include "failures.h"
+#include "oaslam/detection/detector_pool.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
 #include "oaslam/util/stopwatch.h"
@@ -39,6 +40,8 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
       !std::filesystem::exists(options.out) || std::filesystem::is_regular_file(options.out);
   std::set<std::string> done_before;
   for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
+  // Of one thread, so that Ctrl-C does not wait for a large network.
+  DetectorPool pool({[&](const cv::Mat& image) { return detector.Detect(image); }});
   ProgressBar progress(source.size(), options.common.quiet);
   int done = 0;
   while (!Interrupted()) {
@@ -51,7 +54,9 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
       continue;
     }
     const Stopwatch watch;
-    found.images.push_back({input->name, detector.Detect(input->image)});
+    std::future<std::vector<Detection>> detections = pool.Add(input->image);
+    if (!IsReadyUnlessInterrupted(detections)) return;
+    found.images.push_back({input->name, detections.get()});
     found.ms += watch.WallMs();
     ++found.detected;
     const size_t count = found.images.back().detections.size();
@@ -61,14 +66,13 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
   }
 }
 
-int RunDetect(DetectOptions options) {
+void RunDetect(DetectOptions options) {
   if (options.images.empty()) options.images = options.path;
   if (options.images.empty()) throw InputError("detect: no images given: oaslam detect PATH");
   if (options.detector.model.empty()) options.detector.model = "default";
   if (!options.detector.IsGiven()) throw InputError("detect: --detector none finds nothing");
   const std::unique_ptr<Detector> detector = LoadDetector(options.detector);
   const OutputFolder folder = FolderOfOutputFile(options.out);
-  InstallInterruptHandler();
   ImageSourceOptions range = FrameRange(options.common);
   range.color = true;
   const auto source = OpenImages(options.images, range);
@@ -81,20 +85,19 @@ int RunDetect(DetectOptions options) {
     spdlog::info("{}: {} images are done", options.out, found.images.size());
   }
   const size_t done_before = found.images.size();
-  std::exception_ptr failure;
-  try {
-    DetectAll(*source, *detector, options, found);
-  } catch (const std::exception&) {
-    failure = std::current_exception();  // rethrown after the results are saved
-  }
-  if (found.images.size() > done_before) SaveDetections(options.out, found.images);
-  if (failure) std::rethrow_exception(failure);
+  InstallInterruptHandler();
+  Failures failures;  // reported after the results are saved
+  failures.Try([&] { DetectAll(*source, *detector, options, found); });
+  failures.Try([&] {
+    if (found.images.size() > done_before) SaveDetections(options.out, found.images);
+  });
+  failures.Throw();
   if (found.images.empty() && !Interrupted())
     throw InputError(options.images + ": no image could be read");
   spdlog::info("{}{} objects in {} images, {:.1f} ms an image -> {}",
                Interrupted() ? "interrupted: " : "", found.boxes, found.detected,
                found.detected > 0 ? found.ms / found.detected : 0.0, options.out);
-  return Interrupted() ? 130 : 0;
+  EndIfInterrupted();
 }
 
 }  // namespace
@@ -103,8 +106,9 @@ void AddDetectCommand(CLI::App& app) {
   auto options = std::make_shared<DetectOptions>();
   CLI::App* command =
       app.add_subcommand("detect", "Run an object detector on images and save what it finds");
-  auto* images = command->add_option("--images", options->images,
-                                     "TUM folder, list file, folder of images, video, or webcam:N");
+  auto* images = command->add_option(
+      "--images", options->images,
+      "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
   command->add_option("path", options->path, "the images, as for --images")->excludes(images);
   AddDetectorOptions(*command, options->detector);
   command->add_option("--out", options->out, "Where to write the detections (JSON)")
@@ -117,9 +121,7 @@ void AddDetectCommand(CLI::App& app) {
   AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);
   AddQuietOption(*command, options->common);
-  command->callback([options] {
-    if (const int code = RunDetect(*options)) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { RunDetect(*options); });
 }
 
 }  // namespace oaslam::apps

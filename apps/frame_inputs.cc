@@ -14,6 +14,8 @@
 #include "oaslam/formats/imu_file.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/images/image_list.h"
+#include "oaslam/images/camera_source.h"
+#include "oaslam/util/url.h"
 
 namespace oaslam::apps {
 
@@ -45,7 +47,7 @@ SideInputs::SideInputs(const SideFiles& files, const std::string& camera,
 }
 
 FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common)
-    : side_(std::move(side)), is_lost_(sources.in_map) {
+    : side_(std::move(side)) {
   // One thread for OpenCV: for the small images of a pyramid its threads cost more than they gain,
   // and a detector that works ahead has its own threads.
   cv::setNumThreads(side_.detector && sources.live ? -1 : 1);
@@ -56,13 +58,16 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   if (!side_.detections_path.empty())
     side_.detections = MatchedToImages(side_.detections, NamesOfImages(sources.images, range),
                                        side_.detections_path);
-  if (sources.live && (range.follow || sources.images.starts_with("webcam:"))) {
+  if (sources.live && (range.follow || IsCamera(sources.images))) {
     auto latest = std::make_unique<LatestImageSource>(std::move(images_));
     latest_ = latest.get();
     images_ = std::move(latest);
   }
   std::optional<InputImage> first = NextReadable();
-  if (!first) throw InputError(fmt::format("{}: no readable image", sources.images));
+  if (!first)
+    throw InputError(fmt::format("{}: no readable image", WithoutPassword(sources.images)));
+  // A camera that begins in a given map is lost until it is found.
+  if (sources.in_map) lost_since_s_ = first->timestamp;
   const cv::Size size = first->image.size();
   CheckImageSize(size, sources.images);
   const bool is_auto = IsAutoCamera(sources.camera);
@@ -70,7 +75,7 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
   if (side_.detector) StartDetector(sources);
   // Not for a growing folder or a camera, where an image would have to wait for the ones after it.
-  if (pool_ && !range.follow && !sources.images.starts_with("webcam:"))
+  if (pool_ && !range.follow && !IsCamera(sources.images))
     most_ahead_ = pool_->MostAhead(first->image);
   const bool is_chosen = Choose(*first);
   read_.push_back({std::move(*first), is_chosen});
@@ -121,7 +126,7 @@ bool FrameInputs::Choose(const InputImage& image) {
                            : view_change_.Choose(image.image, image.timestamp);
 }
 
-void FrameInputs::Read(size_t ahead, bool looks_at_all) {
+void FrameInputs::Read(size_t ahead) {
   while (read_.size() < ahead + 1) {
     std::optional<InputImage> image = NextReadable();
     if (!image) break;
@@ -129,16 +134,30 @@ void FrameInputs::Read(size_t ahead, bool looks_at_all) {
     read_.push_back({std::move(*image), is_chosen});
     ++read_count_;
   }
-  // A lost camera will probably need the detections of images that are not chosen, too.
-  if (pool_)
-    for (ReadImage& read : read_)
-      if ((read.is_chosen || looks_at_all) && !read.found.valid())
-        read.found = pool_->Add(read.image.image);
+  if (!pool_) return;
+  InputImage last = last_looked_at_;
+  for (ReadImage& read : read_) {
+    if (!read.is_chosen || !IsWanted(read.image, last)) continue;
+    last = read.image;
+    if (!read.found.valid()) read.found = pool_->Add(read.image.image);
+  }
+}
+
+bool FrameInputs::IsWanted(const InputImage& image, const InputImage& last) const {
+  return !lost_since_s_ || detect_every_ > 0 || last.image.empty() ||
+         HelpsLostCamera(image.timestamp - *lost_since_s_, image.timestamp - last.timestamp,
+                         last.image, image.image);
+}
+
+void FrameInputs::SetState(TrackingState state) {
+  if (state != TrackingState::kLost && state != TrackingState::kObjects)
+    lost_since_s_.reset();
+  else if (!lost_since_s_)
+    lost_since_s_ = given_s_;
 }
 
 std::optional<FrameInput> FrameInputs::Next() {
-  const bool looks_at_all = is_lost_ && detect_every_ == 0;
-  Read(most_ahead_, looks_at_all);
+  Read(most_ahead_);
   if (read_.empty()) return std::nullopt;
   ReadImage read = std::move(read_.front());
   read_.pop_front();
@@ -148,6 +167,8 @@ std::optional<FrameInput> FrameInputs::Next() {
   frame.name = image.name;
   frame.path = image.path;
   frame.orientation = image.orientation;
+  given_s_ = image.timestamp;
+  frame.taken_s = image.taken_s;
   frame.input.image = image.image;
   frame.input.timestamp = image.timestamp;
   frame.input.gravity_in_cam = side_.gravity.At(image.timestamp);
@@ -160,8 +181,10 @@ std::optional<FrameInput> FrameInputs::Next() {
     frame.input.detections_follow = true;
   } else if (!pool_) {
     frame.input.detections = side_.detections.Find(image.name);
-  } else if (read.is_chosen || looks_at_all) {
+  } else if (read.is_chosen && IsWanted(image, last_looked_at_)) {
+    if (!IsReadyUnlessInterrupted(read.found)) return std::nullopt;
     frame.input.detections = read.found.get();
+    last_looked_at_ = image;
     ++looked_at_;
   }
   return frame;

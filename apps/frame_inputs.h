@@ -27,6 +27,7 @@ struct FrameInput {
   ImageInput input;
   std::string path;                                // of the image's own file, if it has one
   Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
+  std::optional<double> taken_s{};                 // as in InputImage
 };
 
 // The speed of a detector.
@@ -87,17 +88,15 @@ class FrameInputs {
   bool is_live() const { return latest_ != nullptr; }
   // The number of images of a live source that were missed while another was processed.
   int dropped() const { return latest_ ? latest_->dropped() : 0; }
-  // The next image. While the camera is lost, the detector runs even where the view has hardly
-  // changed.
+  // The next image; nothing at the end, and once the command is interrupted. The detector looks at
+  // images whose view has changed; of a lost camera as HelpsLostCamera says.
   std::optional<FrameInput> Next();
   // The last image is not processed: its samples of angular velocity come with the next one.
   void KeepSamples(const FrameInput& frame) {
     given_samples_ -= frame.input.angular_velocity.size();
   }
   // The state after the last image. The camera counts as lost unless points gave its pose.
-  void SetState(TrackingState state) {
-    is_lost_ = state == TrackingState::kLost || state == TrackingState::kObjects;
-  }
+  void SetState(TrackingState state);
 
   // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
   // once they are ready.
@@ -117,7 +116,7 @@ class FrameInputs {
   DetectorPace pace() const {
     if (background_) return {background_->images(), background_->busy_ms()};
     if (!pool_) return {};
-    // Detections that were made ahead for a lost camera may not have been needed.
+    // Detections that were made ahead may not have been needed, where the camera got lost.
     const double ms = pool_->busy_ms() / std::max(pool_->images(), 1);
     return {looked_at_, looked_at_ * ms};
   }
@@ -133,7 +132,9 @@ class FrameInputs {
   std::optional<InputImage> NextReadable();
   void StartDetector(const Sources& sources);
   // Reads images, those within `ahead` of the next one.
-  void Read(size_t ahead, bool looks_at_all);
+  void Read(size_t ahead);
+  // Whether the detector looks at an image that was chosen. `last`: the one that it looked at last.
+  bool IsWanted(const InputImage& image, const InputImage& last) const;
   bool Choose(const InputImage& image);
 
   std::unique_ptr<ImageSource> images_;
@@ -144,7 +145,9 @@ class FrameInputs {
   int read_count_ = 0, looked_at_ = 0;
   Camera camera_;
   SideInputs side_;
-  bool is_lost_;
+  std::optional<double> lost_since_s_;  // while the camera is lost
+  double given_s_ = 0;                  // time stamp of the image that was given last
+  InputImage last_looked_at_;           // by the detector
   std::optional<double> first_timestamp_, last_timestamp_;
   size_t given_samples_ = 0;  // of angular velocity
   int detect_every_ = 0;      // 0: where the view changes

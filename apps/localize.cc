@@ -13,6 +13,7 @@
 #include "common.h"
 #include "content_options.h"
 #include "detection_choice.h"
+#include "failures.h"
 #include "frame_inputs.h"
 #include "gravity_file.h"
 #include "oaslam/camera_file.h"
@@ -71,19 +72,22 @@ class LocalizeResults {
   int count() const { return count_; }  // images so far
   bool has_poses() const { return !poses_.empty(); }
 
-  void Finish(const SavedMap& saved, bool quiet) {
-    if (!frames_.is_open()) OpenFrames();
-    frames_.flush();
-    SavePresence(saved);
-    SaveTrajectory(folder_ + "/poses.txt", poses_);
-    SaveScoredPoses(folder_ + "/candidates.txt", candidates_);
-    SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map,
-                                      .trajectory = {},
-                                      .groundtruth = {},
-                                      .localized = poses_,
-                                      .names = saved.class_names,
-                                      .title = "oaslam localize"});
-    if (quiet) return;
+  void Finish(const SavedMap& saved, Failures& failures) {
+    failures.Try([&] { FinishFrames(); });
+    failures.Try([&] { SavePresence(saved); });
+    failures.Try([&] { SaveTrajectory(folder_ + "/poses.txt", poses_); });
+    failures.Try([&] { SaveScoredPoses(folder_ + "/candidates.txt", candidates_); });
+    failures.Try([&] {
+      SaveMapSvg(folder_ + "/map.svg", {.map = &saved.map,
+                                        .trajectory = {},
+                                        .groundtruth = {},
+                                        .localized = poses_,
+                                        .names = saved.class_names,
+                                        .title = "oaslam localize"});
+    });
+  }
+
+  void Print() const {
     fmt::print(
         "{} of {} images localized ({} by points, {} by points from objects, {} by objects alone, "
         "{} followed from these); results in {}\n",
@@ -100,6 +104,11 @@ class LocalizeResults {
     frames_ << "frame,timestamp,status,confidence,inlier_points,matched_objects,sigma_position,ms_"
                "features,"
                "ms,object_score,object_margin,focal_length\n";
+  }
+  void FinishFrames() {
+    if (!frames_.is_open()) OpenFrames();
+    frames_.close();
+    if (!frames_) throw InputError(fmt::format("{}/frames.csv: cannot be written whole", folder_));
   }
   void SavePresence(const SavedMap& saved) const {
     nlohmann::ordered_json objects = nlohmann::ordered_json::array();
@@ -191,7 +200,7 @@ std::optional<Camera> CameraFromMap(const LocalizeOptions& options, const SlamCo
   slam.Load(options.map, options.piece);
   RelocalizationResult best;
   int found = 0;
-  for (int i = 0; i < kMaxImages && found < kEnough && !Interrupted(); ++i) {
+  for (int i = 0; i < kMaxImages && found < kEnough; ++i) {
     const std::optional<FrameInput> frame = inputs.Next();
     if (!frame) break;
     RelocalizationResult r = slam.RelocalizeWithUnknownCamera(
@@ -232,8 +241,9 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   recording.Begin(slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   int done = 0;
-  std::exception_ptr failure;
-  try {
+  InstallInterruptHandler();
+  Failures failures;
+  failures.Try([&] {
     while (const std::optional<FrameInput> frame = Interrupted() ? std::nullopt : inputs.Next()) {
       if (MustForget(options, done)) BeginInMap(options, slam);
       RelocalizationResult result;
@@ -252,14 +262,12 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       results.Add(frame->index, frame->input.timestamp, result, is_followed);
       progress.Update(++done, ToString(result.evidence));
     }
-  } catch (const std::exception&) {
-    failure = std::current_exception();
-  }
+  });
   progress.Finish();
   inputs.ReportSensors(SlamAccess::GyroscopeOf(slam));
   results.SetPresence(slam.Presence());
-  if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
-  if (failure) std::rethrow_exception(failure);
+  failures.Add(recording.Finish());
+  failures.Throw();
 }
 
 void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config,
@@ -282,6 +290,7 @@ void LocalizeDetections(const LocalizeOptions& options, const SlamConfig& config
   BeginInMap(options, slam);
   ProgressBar progress(static_cast<int>(images.size()), options.common.quiet);
   int done = 0;
+  InstallInterruptHandler();
   for (const TimedDetections& image : images) {
     if (Interrupted()) break;
     if (MustForget(options, done)) BeginInMap(options, slam);
@@ -306,7 +315,7 @@ LocalizeOptions Complete(LocalizeOptions options) {
   return options;
 }
 
-int Localize(const LocalizeOptions& given) {
+void Localize(const LocalizeOptions& given) {
   const LocalizeOptions options = Complete(given);
   if (options.recording.IsAskedFor() && options.images.empty())
     throw InputError("localize: --record needs --images");
@@ -316,23 +325,21 @@ int Localize(const LocalizeOptions& given) {
   const SavedMap saved = LoadPiece(options.map, options.piece);
   const OutputFolder folder(options.out);
   LocalizeResults results(options.out);
-  InstallInterruptHandler();
-  std::exception_ptr failure;
-  try {
+  Failures failures;
+  failures.Try([&] {
     if (options.images.empty())
       LocalizeDetections(options, config, results);
     else
       LocalizeImages(options, config, results);
-  } catch (const std::exception&) {
-    failure = std::current_exception();
-  }
+  });
   // Nothing is written where the inputs were refused.
-  if (!failure || results.count() > 0) results.Finish(saved, options.common.quiet);
-  if (failure) std::rethrow_exception(failure);
+  if (!failures.Any() || results.count() > 0) results.Finish(saved, failures);
+  failures.Throw();
+  if (!options.common.quiet) results.Print();
   if (options.plain.IsUsed() && results.has_poses() && !options.common.quiet)
     fmt::print("to look at it: oaslam view {} --map {}{}\n", options.out, options.map,
                options.piece > 0 ? fmt::format(" --piece {}", options.piece) : "");
-  return Interrupted() ? 130 : 0;
+  EndIfInterrupted();
 }
 
 }  // namespace
@@ -343,9 +350,9 @@ void AddLocalizeCommand(CLI::App& app) {
   const auto options = std::make_shared<LocalizeOptions>();
   command->add_option("--map", options->map, "map file")->required();
   AddPieceOption(*command, options->piece);
-  auto* images = command->add_option(
-      "--images", options->images,
-      "TUM folder, list file, folder of images, video, or webcam:N; without: by detections alone");
+  auto* images = command->add_option("--images", options->images,
+                                     "TUM folder, list file, folder of images, video, or camera "
+                                     "(webcam:0, rtsp://...); without: by detections alone");
   AddPlainForm(*command, options->plain, images);
   command->add_option("--camera", options->camera,
                       "calibration file, fov:DEGREES for a guess, or auto (default): that of the "
@@ -372,9 +379,7 @@ void AddLocalizeCommand(CLI::App& app) {
   AddCommonOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);
-  command->callback([options] {
-    if (const int code = Localize(*options)) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { Localize(*options); });
 }
 
 }  // namespace oaslam::apps

@@ -3,15 +3,18 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
 #include <exception>
 
 #include "commands.h"
 #include "common.h"
+#include "help.h"
 #include "oaslam/detection/network.h"
 #include "oaslam/error.h"
 #include "oaslam/images/video_container.h"
 #include "oaslam/util/log.h"
 #include "optional_values.h"
+#include "signals.h"
 
 namespace {
 
@@ -54,10 +57,16 @@ What is in a map, and edit it:    oaslam info FILE, oaslam objects FILE, oaslam 
 oaslam COMMAND --help lists the options of a command, oaslam --help the commands.
 )";
 
-}  // namespace
+// Nobody gets results that could not be written.
+int CheckStdout(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  spdlog::error("standard output: cannot be written");
+  return code != 0 ? code : 1;
+}
 
-int main(int argc, char** argv) {
+int Main(int argc, char** argv) {
   InstallLogger();
+  oaslam::apps::EndOnSignals();
   CLI::App app{"OA-SLAM: monocular SLAM with points and objects that finds its way back"};
   app.name("oaslam");
   app.set_version_flag("--version",
@@ -78,6 +87,7 @@ int main(int argc, char** argv) {
   oaslam::apps::AddServeCommand(app);
   oaslam::apps::AddModelsCommand(app);
   oaslam::apps::AddOdometryCommand(app);
+  oaslam::apps::GroupOptions(app);
   if (argc < 2) {
     fmt::print("{}", kOverview);
     // A script that forgot the command gets an error.
@@ -86,13 +96,21 @@ int main(int argc, char** argv) {
   try {
     app.parse(oaslam::apps::WithOptionalValues(argc, argv));
   } catch (const CLI::ParseError& error) {
-    return app.exit(error);
+    const int code = app.exit(error);
+    if (const std::string meant = oaslam::apps::DidYouMean(app); code != 0 && !meant.empty())
+      fmt::print(stderr, "{}\n", meant);
+    return code;
   } catch (const oaslam::InputError& error) {
     spdlog::error(error.what());
     return 1;
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return oaslam::apps::Interrupted() ? 130 : 1;
     spdlog::error("unexpected: {}", error.what());
     return 2;
   }
   return 0;
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return CheckStdout(Main(argc, argv)); }

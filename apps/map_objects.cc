@@ -13,6 +13,7 @@
 #include "common.h"
 #include "detection_choice.h"
 #include "detector_options.h"
+#include "failures.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
@@ -84,16 +85,19 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
         {keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
   });
   const int objects = result.map.CountMappedObjects();
-  SaveTrajectory((out / "trajectory.txt").string(), trajectory);
-  SaveTrajectory((out / "keyframes.txt").string(), trajectory);
-  SaveObjectsJson((out / "objects.json").string(), result.map, names);
+  Failures failures;
+  for (const char* name : {"trajectory.txt", "keyframes.txt"})
+    failures.Try([&] { SaveTrajectory((out / name).string(), trajectory); });
+  failures.Try([&] { SaveObjectsJson((out / "objects.json").string(), result.map, names); });
   MapPlot plot;
   plot.map = &result.map;
   plot.trajectory = trajectory;
   plot.names = names;
   plot.title = fmt::format("{} objects from {} known poses", objects, frames);
-  SaveMapSvg((out / "map.svg").string(), plot);
-  if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  failures.Try([&] { SaveMapSvg((out / "map.svg").string(), plot); });
+  failures.Try([&] {
+    if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+  });
   const double wall_s = watch.WallMs() / 1000, ms = wall_s * 1000 / static_cast<double>(frames);
   const nlohmann::ordered_json summary = {{"version", OASLAM_VERSION},
                                           {"mode", "map-objects"},
@@ -108,7 +112,9 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
                                           {"wall_s", wall_s},
                                           {"peak_rss_mb", PeakRssMb()},
                                           {"mean_iou", result.mean_iou}};
-  WriteTextFile((out / "summary.json").string(), JsonText(summary, 2) + "\n");
+  failures.Try(
+      [&] { WriteTextFile((out / "summary.json").string(), JsonText(summary, 2) + "\n"); });
+  failures.Throw();
   if (!options.common.quiet)
     fmt::print("{} objects from {} images, mean IoU {:.3f}, in {:.1f} s\n", objects, frames,
                result.mean_iou, wall_s);

@@ -26,7 +26,7 @@ class DownloadProgress {
   DownloadProgress(std::string name, int64_t bytes, bool quiet)
       : name_(std::move(name)), bytes_(bytes), quiet_(quiet) {}
   ~DownloadProgress() {
-    if (is_drawn_) fmt::print(stderr, "\n");
+    if (is_drawn_) std::fputs("\n", stderr);
   }
   DownloadProgress(const DownloadProgress&) = delete;
   DownloadProgress& operator=(const DownloadProgress&) = delete;
@@ -38,11 +38,7 @@ class DownloadProgress {
     tenth_ = tenth;
     const std::string line = fmt::format("{}: {:3} %, {:.1f} of {}", name_, done * 100 / bytes_,
                                          static_cast<double>(done) / 1e6, SizeText(bytes_));
-    if (is_terminal_)
-      fmt::print(stderr, "\r{}", line);
-    else
-      fmt::print(stderr, "{}\n", line);
-    std::fflush(stderr);
+    std::fputs((is_terminal_ ? "\r" + line : line + "\n").c_str(), stderr);
     is_drawn_ = is_terminal_;
   }
 
@@ -100,11 +96,13 @@ std::optional<fs::path> FetchForUser(const PublishedModel& model, bool replace, 
                                      bool quiet) {
   InstallInterruptHandler();
   DownloadProgress progress(model.name, model.bytes, quiet);
-  return FetchModel(model, FolderForModels(), replace,
-                    {.timeout_s = timeout_s, .progress = [&](int64_t done) {
-                       progress.Update(done);
-                       return !Interrupted();
-                     }});
+  const auto path = FetchModel(model, FolderForModels(), replace,
+                               {.timeout_s = timeout_s, .progress = [&](int64_t done) {
+                                  progress.Update(done);
+                                  return !Interrupted();
+                                }});
+  EndOnSignals();
+  return path;
 }
 
 fs::path FolderForModels() {

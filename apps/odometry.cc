@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <exception>
 #include <fstream>
 
 #include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
+#include "failures.h"
 #include "frame_inputs.h"
 #include "oaslam/error.h"
 #include "oaslam/geometry/degree.h"
@@ -29,7 +29,7 @@ struct OdometryCommandOptions {
 // One line for each image, for who wants to see what the odometry did.
 class Report {
  public:
-  explicit Report(const std::string& path) {
+  explicit Report(const std::string& path) : path_(path) {
     if (path.empty()) return;
     file_.open(path);
     if (!file_) throw InputError(path + ": cannot be written");
@@ -45,7 +45,15 @@ class Report {
                          static_cast<int>(e.was_restarted), ms);
   }
 
+  // Throws InputError where it could not be written.
+  void Finish() {
+    if (!file_.is_open()) return;
+    file_.close();
+    if (!file_) throw InputError(path_ + ": cannot be written whole");
+  }
+
  private:
+  std::string path_;
   std::ofstream file_;
 };
 
@@ -81,29 +89,26 @@ void TrackAll(FrameInputs& inputs, Odometry& odometry, bool quiet, Report& repor
   progress.Finish();
 }
 
-int RunOdometry(const OdometryCommandOptions& options) {
+void RunOdometry(const OdometryCommandOptions& options) {
   if (IsAutoCamera(options.camera))
     throw InputError("odometry: --camera auto: a calibration file or fov:DEGREES is needed");
   const OutputFolder folder = FolderOfOutputFile(options.out);
   Report report(options.report);
-  InstallInterruptHandler();
   FrameInputs inputs({options.images, options.camera, {}},
                      SideInputs(options.side, options.camera, {}, options.common), options.common);
   Odometry odometry(inputs.camera(), OdometryOptions{}, options.seed);
   Tracked tracked;
-  std::exception_ptr failure;
-  try {
-    TrackAll(inputs, odometry, options.common.quiet, report, tracked);
-  } catch (const std::exception&) {
-    failure = std::current_exception();  // rethrown after the results are saved
-  }
-  SaveTrajectory(options.out, tracked.trajectory);
+  InstallInterruptHandler();
+  Failures failures;  // reported after the results are saved
+  failures.Try([&] { TrackAll(inputs, odometry, options.common.quiet, report, tracked); });
+  failures.Try([&] { SaveTrajectory(options.out, tracked.trajectory); });
+  failures.Try([&] { report.Finish(); });
   inputs.ReportSensors(odometry.gyroscope());
-  if (failure) std::rethrow_exception(failure);
+  failures.Throw();
   spdlog::info("{}{} of {} images with a pose, {:.1f} ms an image -> {}",
                Interrupted() ? "interrupted: " : "", tracked.trajectory.size(), tracked.images,
                tracked.images > 0 ? tracked.ms / tracked.images : 0.0, options.out);
-  return Interrupted() ? 130 : 0;
+  EndIfInterrupted();
 }
 
 }  // namespace
@@ -115,8 +120,9 @@ void AddOdometryCommand(CLI::App& app) {
       "The camera's motion alone, without a map: drifts, but has a pose for every image with "
       "texture");
   command
-      ->add_option("images", options->images,
-                   "TUM folder, list file, folder of images, video, or webcam:N")
+      ->add_option(
+          "images", options->images,
+          "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)")
       ->required();
   command->add_option("--camera", options->camera, "Calibration file, or fov:DEGREES")->required();
   command->add_option("--out", options->out, "Where to write the trajectory (TUM)")
@@ -131,9 +137,7 @@ void AddOdometryCommand(CLI::App& app) {
   AddFrameOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddQuietOption(*command, options->common);
-  command->callback([options] {
-    if (const int code = RunOdometry(*options)) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { RunOdometry(*options); });
 }
 
 }  // namespace oaslam::apps

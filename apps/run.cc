@@ -5,20 +5,24 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <future>
 #include <memory>
-#include <thread>
+#include <utility>
 
 #include "beside.h"
 #include "camera_choice.h"
 #include "commands.h"
 #include "common.h"
 #include "content_options.h"
+#include "failures.h"
 #include "frame_inputs.h"
 #include "live_view.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/system/slam_access.h"
+#include "oaslam/util/url.h"
 #include "recording.h"
 #include "run_results.h"
 
@@ -49,8 +53,7 @@ SlamConfig Configure(const RunOptions& options) {
   if (!options.mode.empty()) common.set.push_back("runner.mode=" + options.mode);
   if (options.seed) common.set.push_back(fmt::format("runner.seed={}", *options.seed));
   SlamConfig defaults;
-  if (options.plain.IsUsed() && options.images.starts_with("webcam:"))
-    defaults.runner.mode = RunnerMode::kLive;
+  if (options.plain.IsUsed() && IsCamera(options.images)) defaults.runner.mode = RunnerMode::kLive;
   return LoadConfiguration(common, defaults);
 }
 
@@ -67,7 +70,9 @@ class LivePace {
     const double interval_s = timestamp - last_;
     last_ = timestamp;
     if (ahead_s < -interval_s) return false;
-    if (ahead_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(ahead_s));
+    const double left_s = std::min(ahead_s, kLongestWait_s);
+    *start_s_ -= std::max(ahead_s, 0.0) - std::max(left_s, 0.0);
+    SleepUnlessInterrupted(left_s);
     return true;
   }
   // To be called after the run was paused.
@@ -76,6 +81,9 @@ class LivePace {
   }
 
  private:
+  // A longer gap in a recording shows nothing.
+  static constexpr double kLongestWait_s = 2;
+
   std::optional<double> start_s_;
   double last_ = 0;
 };
@@ -168,7 +176,7 @@ RunOptions Complete(RunOptions options) {
 // the same time stamps.
 std::string PathToFindAgain(const RunOptions& options) {
   std::error_code error;
-  if (options.images.starts_with("webcam:") || options.common.fps || options.common.follow_s ||
+  if (IsCamera(options.images) || options.common.fps || options.common.follow_s ||
       !options.common.time_unit.empty() || options.common.exif_rotation)
     return "";
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
@@ -180,14 +188,13 @@ void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int im
                  pace.images, images);
 }
 
-int Run(const RunOptions& given) {
+void Run(const RunOptions& given) {
   const RunOptions options = Complete(given);
   const SlamConfig config = Configure(options);
   if (!options.models.empty() && !options.viewer.port && !options.recording.IsAskedFor())
     throw InputError("run: --model needs --viewer or --record");
   const bool is_live = config.runner.mode == RunnerMode::kLive;
   if (is_live) spdlog::info("live: images that come too late are dropped");
-  InstallInterruptHandler();  // the first image of a growing folder may take long to come
   const std::vector<StampedPose> groundtruth = options.groundtruth.empty()
                                                    ? std::vector<StampedPose>{}
                                                    : LoadTrajectory(options.groundtruth);
@@ -203,7 +210,6 @@ int Run(const RunOptions& given) {
                                       : FolderOfMapFile(options.map_out, "--map-out");
   Recording recording(options.recording, models);
   const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
-  if (first_estimate && Interrupted()) return 130;  // there is nothing yet to write
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detector, is_live,
        options.viewer.port || options.recording.IsAskedFor(), !options.map_in.empty(),
@@ -229,22 +235,16 @@ int Run(const RunOptions& given) {
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
   if (options.plain.IsUsed()) results.SetImages(PathToFindAgain(options));
-  LiveView view(options.viewer, options.images, slam, groundtruth, models, options.common.quiet);
+  LiveView view(options.viewer, WithoutPassword(options.images), slam, groundtruth, models,
+                options.common.quiet);
   recording.Begin(slam, inputs.camera());
   ProgressBar progress(inputs.size(), options.common.quiet);
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
-  // The first error; it is reported after all results have been saved.
-  std::exception_ptr failure;
-  const auto attempt = [&](const auto& step) {
-    try {
-      step();
-    } catch (const std::exception&) {
-      if (!failure) failure = std::current_exception();
-    }
-  };
-  attempt([&] {
+  Failures failures;  // reported after all results have been saved
+  InstallInterruptHandler();
+  failures.Try([&] {
     while (!Interrupted()) {
       pace.Delay(view.Obey(slam, reset));
       if (Interrupted()) break;
@@ -262,41 +262,65 @@ int Run(const RunOptions& given) {
       AddLateDetections(inputs, slam, results);
       view.Show(slam, *frame, result, dropped);
       recording.Add(slam, *frame, result);
-      progress.Update(++done, fmt::format("{}, {} points", ToString(result.state), result.inliers));
+      std::string state = fmt::format("{}, {} points", ToString(result.state), result.inliers);
+      if (frame->taken_s) {
+        const double age_s = Seconds() - *frame->taken_s;
+        results.AddAge(age_s);
+        state += fmt::format(", {:.2f} s old", age_s);
+      }
+      progress.Update(++done, state);
     }
-    inputs.FinishLate();
+    if (!Interrupted()) inputs.FinishLate();
     AddLateDetections(inputs, slam, results);
   });
+  failures.Add(recording.Finish());
   inputs.ReportSensors(SlamAccess::GyroscopeOf(slam));
   results.SetDetectorPace(inputs.pace(), Seconds() - start_s);
   dropped += inputs.dropped();
   progress.Finish();
   SayDetectorPace(options, inputs.pace(), done);
-  const bool interrupted = Interrupted();
-  attempt([&] { slam.Finish(); });
-  results.SetMainPiece(slam.MainPiece());
-  SavedMap saved = SlamAccess::Export(slam);
+  const int main_piece = slam.MainPiece();
+  // Saves the map and what belongs to it. May be called twice: it changes only copies.
+  const auto save = [&](SavedMap saved, int piece, const std::optional<CameraEstimate>& estimate,
+                        Failures& failed) {
+    RunResults written = results;
+    written.SetMainPiece(piece);
+    written.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
+    // Earlier frames belong to the map that the run began with.
+    std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
+    failed.Add(ScaleToMetres(scale, saved, trajectory, written));
+    std::vector<std::vector<StampedPose>> pieces;
+    for (const Piece& piece_of_map : saved.pieces)
+      pieces.push_back(WorldPoses(piece_of_map.map, piece_of_map.trajectory, first_frame));
+    size_t tracked = 0;
+    failed.Try([&] {
+      tracked = written.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s,
+                               Interrupted());
+    });
+    failed.Try([&] {
+      if (!options.map_out.empty()) SaveMap(options.map_out, saved);
+    });
+    return std::pair(std::move(saved), tracked);
+  };
+  const SavedMap unfinished = SlamAccess::Export(slam);
+  SavedMap finished;
   std::optional<CameraEstimate> estimate = first_estimate;
-  attempt([&] { estimate = RefineWholeMap(options, config, first_estimate, saved); });
-  results.SetCamera(estimate ? estimate->camera : inputs.camera(), estimate);
-  // Earlier frames belong to the map that the run began with.
-  std::vector<StampedPose> trajectory = WorldPoses(saved.map, saved.trajectory, first_frame);
-  if (const auto unscaled = ScaleToMetres(scale, saved, trajectory, results); !failure)
-    failure = unscaled;
-  std::vector<std::vector<StampedPose>> pieces;
-  for (const Piece& piece : saved.pieces)
-    pieces.push_back(WorldPoses(piece.map, piece.trajectory, first_frame));
-  size_t tracked = 0;
-  attempt([&] {
-    tracked =
-        results.Finish(saved, trajectory, pieces, groundtruth, Seconds() - start_s, interrupted);
+  auto finishing = std::async(std::launch::async, [&] {
+    failures.Try([&] { slam.Finish(); });
+    finished = SlamAccess::Export(slam);
+    failures.Try([&] { estimate = RefineWholeMap(options, config, first_estimate, finished); });
   });
-  attempt([&] {
-    if (!options.map_out.empty()) SaveMap(options.map_out, saved);
-  });
-  if (const std::exception_ptr unwritten = recording.Finish(); !failure) failure = unwritten;
+  // This only improves the map, and may take longer than who ends the run will wait.
+  if (!IsReadyUnlessInterrupted(finishing)) {
+    Failures early;
+    save(unfinished, main_piece, first_estimate, early);
+    if (!early.Any()) SavedOnSignal();
+  }
+  finishing.get();
+  const bool interrupted = Interrupted();
+  const auto [saved, tracked] = save(std::move(finished), slam.MainPiece(), estimate, failures);
   if (dropped > 0) spdlog::warn("{} images came too late and were dropped", dropped);
-  if (failure) std::rethrow_exception(failure);
+  failures.Throw();
   if (!options.common.quiet)
     fmt::print("{} of {} frames tracked, {} keyframes, {} landmarks, {} objects; results in {}\n",
                tracked, done, saved.map.keyframes.size(), saved.map.landmarks.size(),
@@ -307,7 +331,7 @@ int Run(const RunOptions& given) {
   if (options.plain.IsUsed() && !options.common.quiet && !saved.map.keyframes.empty())
     fmt::print("to look at it: oaslam view {}\n", options.out);
   view.Finish(saved, interrupted);
-  return interrupted ? 130 : 0;
+  if (interrupted) EndIfInterrupted();
 }
 
 }  // namespace
@@ -316,8 +340,9 @@ void AddRunCommand(CLI::App& app) {
   auto* command =
       app.add_subcommand("run", "SLAM on images: trajectory, map of points and objects");
   const auto options = std::make_shared<RunOptions>();
-  auto* images = command->add_option("--images", options->images,
-                                     "TUM folder, list file, folder of images, video, or webcam:N");
+  auto* images = command->add_option(
+      "--images", options->images,
+      "TUM folder, list file, folder of images, video, or camera (webcam:0, rtsp://...)");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
   auto* detections = command->add_option("--detections", options->side.detections,
@@ -349,9 +374,7 @@ void AddRunCommand(CLI::App& app) {
   AddCommonOptions(*command, options->common);
   AddExifOption(*command, options->common);
   AddFollowOption(*command, options->common);
-  command->callback([options] {
-    if (const int code = Run(*options)) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { Run(*options); });
 }
 
 }  // namespace oaslam::apps

@@ -5,14 +5,15 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "failures.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/evaluation/trajectory_metrics.h"
 #include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/geometry/degree.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/util/stopwatch.h"
@@ -82,14 +83,14 @@ RunResults::RunResults(const std::string& folder, const SlamConfig& config)
     : folder_(folder), config_(config) {}
 
 void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
-  std::ofstream csv(folder_ + "/frames.csv");
-  csv << "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
-         "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
-         "deg,uncertain\n";
+  std::string csv =
+      "frame,timestamp,state,keypoints,matched,inliers,detections,objects,ms_total,ms_features,"
+      "ms_track,ms_objects,cpu_ms,filled,depth,piece,confidence,sigma_position,sigma_rotation_"
+      "deg,uncertain\n";
   for (const auto& [index, r] : frames_) {
     const bool filled = !r.world_from_cam && std::ranges::binary_search(trajectory, r.timestamp, {},
                                                                         &StampedPose::timestamp);
-    csv << fmt::format(
+    csv += fmt::format(
         "{},{:.6f},{},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:d},{:.6g},{},{:.3f},{:."
         "4g},{:.4g},{:d}\n",
         index, r.timestamp, ToString(r.state), r.keypoints, r.matched, r.inliers, r.detections,
@@ -97,6 +98,7 @@ void RunResults::WriteFrames(const std::vector<StampedPose>& trajectory) const {
         r.piece, r.confidence, SigmaOfPosition(r.covariance),
         SigmaOfRotation(r.covariance) / kDegree, r.is_uncertain);
   }
+  WriteTextFile(folder_ + "/frames.csv", csv);
 }
 
 std::string RunResults::Uncertain() const {
@@ -127,7 +129,7 @@ void RunResults::WriteCamera() const {
                            : estimate_->is_determined
                                ? Describe(*estimate_) + ", estimated from the images"
                                : "a guess: " + estimate_->why_not;
-  std::ofstream(folder_ + "/camera.yaml") << CameraText(camera_, note);
+  WriteTextFile(folder_ + "/camera.yaml", CameraText(camera_, note));
 }
 
 void RunResults::Detected(int frame, int detections, std::optional<int> objects) {
@@ -163,13 +165,14 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
       live.push_back({r.timestamp, *r.world_from_cam});
     ms.push_back(r.ms_total);
   }
-  WriteFrames(trajectory);
-  WriteCamera();
-  WritePieces(pieces);
-  SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
-  SaveTrajectory(folder_ + "/trajectory_live.txt", live);
-  SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map));
-  SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names);
+  Failures failures;
+  failures.Try([&] { WriteFrames(trajectory); });
+  failures.Try([&] { WriteCamera(); });
+  failures.Try([&] { WritePieces(pieces); });
+  failures.Try([&] { SaveTrajectory(folder_ + "/trajectory.txt", trajectory); });
+  failures.Try([&] { SaveTrajectory(folder_ + "/trajectory_live.txt", live); });
+  failures.Try([&] { SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map)); });
+  failures.Try([&] { SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names); });
 
   nlohmann::ordered_json summary;
   summary["version"] = OASLAM_VERSION;
@@ -200,6 +203,9 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   summary["cpu_s"] = Rounded(ProcessCpuSeconds(), .01);
   summary["wall_s"] = Rounded(wall_s, .01);
   summary["peak_rss_mb"] = Rounded(PeakRssMb(), .1);
+  if (!ages_s_.empty())
+    summary["image_age_s"] = {{"median", Rounded(Percentile(ages_s_, .5), .001)},
+                              {"p95", Rounded(Percentile(ages_s_, .95), .001)}};
   if (pace_.images > 0) {
     summary["detector"] = {
         {"images", pace_.images},
@@ -223,8 +229,9 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
     }
   }
   if (interrupted) summary["interrupted"] = true;
-  SaveMapSvg(folder_ + "/map.svg", plot);
-  std::ofstream(folder_ + "/summary.json") << JsonText(summary, 2) << '\n';
+  failures.Try([&] { SaveMapSvg(folder_ + "/map.svg", plot); });
+  failures.Try([&] { WriteTextFile(folder_ + "/summary.json", JsonText(summary, 2) + "\n"); });
+  failures.Throw();
   return trajectory.size();
 }
 

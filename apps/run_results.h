@@ -20,6 +20,8 @@ class RunResults {
   void Add(int source_index, const TrackingResult& result) {
     frames_.emplace_back(source_index, result);
   }
+  // Of a camera: the age of an image when its results are shown, seconds.
+  void AddAge(double age_s) { ages_s_.push_back(age_s); }
   // Records the detections that came later for a frame that was added before.
   void Detected(int frame, int detections, std::optional<int> objects);
   // The images of the run, so that they are found again; empty: not recorded.
@@ -60,6 +62,7 @@ class RunResults {
   std::string images_;
   DetectorPace pace_;
   double detector_wall_s_ = 0;
+  std::vector<double> ages_s_;
   std::vector<std::pair<int, TrackingResult>> frames_;  // by index in the source
 };
 

@@ -67,10 +67,15 @@ void Serve(ServeOptions options) {
     spdlog::warn("without --token-file everybody who reaches the service may read and write");
   if (!has_choice && !options.detector.IsGiven()) SayHowToGetDetector();
   boost::asio::signal_set ends(io, SIGINT, SIGTERM);
+  if (HearsHangUp()) ends.add(SIGHUP);
   ends.async_wait([&](boost::system::error_code error, int) {
     if (error) return;
     spdlog::info("ending: requests in flight are answered");
     server.Drain([&] { io.stop(); });
+    // A second signal does not wait for them.
+    ends.async_wait([&](boost::system::error_code again, int) {
+      if (!again) io.stop();
+    });
   });
   server.Start();
   fmt::print("{}\n", server.url());

@@ -66,7 +66,7 @@ void ReadPictures(ImageSource& images, const std::map<int64_t, int>& frames, Vie
   }
 }
 
-// Waits for Ctrl-C or a termination signal, which are blocked in all threads started
+// Waits for Ctrl-C, TERM or HUP, which are blocked in all threads started
 // after the construction.
 class EndSignal {
  public:
@@ -74,11 +74,13 @@ class EndSignal {
     sigemptyset(&signals_);
     sigaddset(&signals_, SIGINT);
     sigaddset(&signals_, SIGTERM);
+    if (HearsHangUp()) sigaddset(&signals_, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
   void Wait() const {
     int which = 0;
     sigwait(&signals_, &which);
+    pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);  // a second one does not wait
   }
 
  private:

@@ -22,7 +22,7 @@ packages=(
   libopencv-{core,imgproc,imgcodecs,videoio,dnn}-dev                        # images, videos, networks; libopencv-dev brings VTK, Qt and GDAL
   libsqlitecpp-dev nlohmann-json3-dev libyaml-cpp-dev libprotozero-dev      # map file, detections, configuration, ONNX files
   libcli11-dev libspdlog-dev libfmt-dev libboost-dev                        # command line, messages, the viewer's server (Beast)
-  pkg-config libavformat-dev libavcodec-dev libavutil-dev libexif-dev       # time stamps of videos, metadata of videos and images
+  pkg-config libavdevice-dev libavformat-dev libavcodec-dev libswscale-dev libavutil-dev libexif-dev  # cameras, time stamps of videos, metadata of videos and images
   libassimp-dev                                                             # models of virtual content
   libssl-dev libpq-dev libgeographiclib-dev prometheus-cpp-dev              # the service: digests, maps in PostgreSQL, geographic coordinates, metrics
   libcurl4-openssl-dev                                                      # oaslam models get

@@ -26,12 +26,13 @@ struct InputImage {
   cv::Mat image;
   std::string path{};  // of the image's own file; empty for videos and cameras
   Orientation orientation = Orientation::kStored;  // the orientation in which that file is read
+  // Of a camera: when it was taken, or a little later, in seconds of std::chrono::steady_clock.
+  std::optional<double> taken_s{};
 };
 
 // Options for a folder of images that grows while it is read.
 struct FollowOptions {
-  double quiet_s = 0;             // the source ends when no image has come for this long; 0: never
-  std::function<bool()> stopped;  // checked several times a second; empty: never stopped
+  double quiet_s = 0;  // the source ends when no image has come for this long; 0: never
 };
 
 // Which images of a source are read, and how.
@@ -51,6 +52,9 @@ struct ImageSourceOptions {
   std::optional<double> time_unit{};
   // What is found about the source is not logged: another reader of it does.
   bool quiet = false;
+  // Ends a wait for images of a camera or a growing folder; checked several times a second, also by
+  // other threads. Empty: never.
+  std::function<bool()> stopped{};
 };
 
 // A sequence of images, read one at a time.
@@ -68,12 +72,12 @@ class OASLAM_API ImageSource {
 };
 
 // Opens a TUM folder (has rgb.txt), a list file ("timestamp path" or "path" in each line), a folder
-// of images, a video file (OpenVideo) or "webcam:N" (docs/formats.md). Names that are times, as in
-// "1341847980.7.png", give the times and the order of a folder, and of a list without times. With
-// options.follow only a folder of images is allowed, which may still be empty. Throws InputError
-// where the source does not exist or is a pipe, a list is empty, a line has neither form, or the
-// unit of its times is not seconds. FFmpeg writes its own messages about a
-// damaged video to stderr, or to where av_log_set_callback directs them.
+// of images, a video file (OpenVideo) or a camera: "webcam:N", "usb:N", "/dev/videoN" or an address
+// (docs/command.md). Names that are times, as in "1341847980.7.png", give the times and the order of
+// a folder, and of a list without times. With options.follow only a folder of images is allowed,
+// which may still be empty. Throws InputError where the source does not exist or is a pipe, a list is
+// empty, a line has neither form, or the unit of its times is not seconds. FFmpeg writes its own
+// messages about a damaged video to stderr, or to where av_log_set_callback directs them.
 OASLAM_API std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                                    const ImageSourceOptions& options);
 

@@ -79,7 +79,8 @@ std::shared_ptr<Images> Open(const PathText& source, std::optional<double> fps, 
                              bool color, Orientation orientation,
                              std::optional<double> follow_quiet_s, bool color_if_free) {
   ImageSourceOptions options{fps, from, to, color, orientation, {}, color_if_free};
-  if (follow_quiet_s) options.follow = FollowOptions{*follow_quiet_s, StoppedBySignals()};
+  if (follow_quiet_s) options.follow = FollowOptions{*follow_quiet_s};
+  options.stopped = StoppedBySignals();
   std::shared_ptr<ImageSource> opened;
   {
     const WithoutPythonsLock without_gil;

@@ -61,4 +61,13 @@ double ShareMoved(const cv::Mat& from, const cv::Mat& to) {
   return ShareMoved(small, MeanGradient(small), Small(to));
 }
 
+bool HelpsLostCamera(double lost_for_s, double since_last_s, const cv::Mat& last,
+                     const cv::Mat& image) {
+  constexpr double kOften_s = 0.1, kSeldom_s = 0.5, kLong_s = 5, kStill = 5;
+  const double pause_s = (lost_for_s < kLong_s ? kOften_s : kSeldom_s) - kTimeSlack;
+  if (since_last_s < pause_s) return false;
+  return since_last_s > kStill * pause_s || last.size() != image.size() ||
+         ShareMoved(last, image) > kMoved;
+}
+
 }  // namespace oaslam

@@ -27,4 +27,10 @@ class ViewChange {
 // motions are told apart: large ones give some percent.
 double ShareMoved(const cv::Mat& from, const cv::Mat& to);
 
+// Whether a detector should look at an image of a lost camera, which is found by a few views of
+// objects: ten times a second, and twice a second once it is lost for long; a fifth as often where
+// the view is still that of `last`, which it looked at last. Times in seconds of the time stamps.
+bool HelpsLostCamera(double lost_for_s, double since_last_s, const cv::Mat& last,
+                     const cv::Mat& image);
+
 }  // namespace oaslam

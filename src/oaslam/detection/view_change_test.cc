@@ -57,5 +57,35 @@ TEST(ViewChange, TakesImagesOfOneColour) {
   EXPECT_FALSE(change.Choose(black, 0.01));
 }
 
+// Images looked at of a camera that stays lost for a time, at 30 Hz.
+int CountWhileLost(double seconds, int pixels_a_tenth) {
+  cv::Mat last = View(0);
+  double last_s = 0;
+  int count = 0;
+  for (int i = 1; i <= static_cast<int>(30 * seconds); ++i) {
+    const double now = i / 30.0;
+    const cv::Mat image = View(static_cast<int>(10 * now) * pixels_a_tenth % 300);
+    if (!HelpsLostCamera(now, now - last_s, last, image)) continue;
+    last = image;
+    last_s = now;
+    ++count;
+  }
+  return count;
+}
+
+TEST(ViewChange, ALostCameraIsLookedForOftenAtFirst) {
+  EXPECT_NEAR(CountWhileLost(5, 20), 50, 3);
+  EXPECT_NEAR(CountWhileLost(21, 20), 50 + 32, 4);
+}
+
+TEST(ViewChange, ALostCameraThatStandsStillIsLookedForSeldom) {
+  EXPECT_NEAR(CountWhileLost(5, 0), 10, 1);
+  EXPECT_NEAR(CountWhileLost(20, 0), 10 + 6, 2);
+}
+
+TEST(ViewChange, ImagesOfAnotherSizeShowAnotherView) {
+  EXPECT_TRUE(HelpsLostCamera(0, 0.2, View(0), View(0).rowRange(0, 240)));
+}
+
 }  // namespace
 }  // namespace oaslam

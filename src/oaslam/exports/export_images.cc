@@ -7,7 +7,9 @@
 
 #include "oaslam/error.h"
 #include "oaslam/exports/map_export.h"
+#include "oaslam/formats/text.h"
 #include "oaslam/geometry/camera_model.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/util/log.h"
 
@@ -79,8 +81,9 @@ KeyframeImages ExtractFrames(const std::vector<KeyframeTime>& times, ImageSource
     const std::string path = folder + "/images/" + name;
     std::error_code error;
     fs::create_directories(folder + "/images", error);
-    if (!cv::imwrite(path, frame->image))
-      throw InputError(fmt::format("{}: cannot be written", path));
+    std::vector<unsigned char> png;
+    cv::imencode(".png", frame->image, png);  // imwrite does not notice a full disk
+    WriteTextFile(path, {png.begin(), png.end()});
     images[*id] = {name, "images/" + name};
   }
   return images;
@@ -153,7 +156,7 @@ KeyframeImages FindImages(const Map& map, const std::string& source,
   const bool are_files_right = options.orientation == Orientation::kStored;
   if (const auto listed = ListImages(source, options); listed && are_files_right)
     images = FindListed(times, *listed, source, folder);
-  else if (source.starts_with("webcam:"))
+  else if (IsCamera(source))
     throw InputError(fmt::format("--images {}: a camera does not keep its images", source));
   else
     images = ExtractFrames(times, *OpenImages(source, options), folder);

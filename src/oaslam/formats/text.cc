@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <boost/locale/encoding_utf.hpp>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <system_error>
 
 #include "oaslam/error.h"
+#include "oaslam/util/leftover.h"
 #include "oaslam/util/lower.h"
 #include "oaslam/util/printable.h"
 #include "oaslam/util/read_file.h"
@@ -50,18 +53,23 @@ void WriteTextFile(const std::string& path, const std::string& content) {
   const bool is_plain = type == fs::file_type::regular || type == fs::file_type::not_found;
   // Devices, pipes and links are not replaced.
   const std::string written = is_plain ? path + ".tmp" : path;
+  const Leftover leftover(is_plain ? written : "");
+  errno = 0;
   std::ofstream file(written, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
   file << content;
   file.close();
   bool success = static_cast<bool>(file);
+  const int reason = errno;
+  error = {success ? 0 : reason, std::generic_category()};
   if (is_plain && success) {
     fs::rename(written, path, error);
     success = !error;
   }
   if (success) return;
+  const std::string why = error ? ": " + error.message() : "";
   if (is_plain && is_open) fs::remove(written, error);
-  throw InputError(fmt::format("{}: cannot be written", path));
+  throw InputError(fmt::format("{}: cannot be written{}", path, why));
 }
 
 std::optional<double> ParseNumber(std::string_view text) {

@@ -8,6 +8,7 @@
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
 #include "oaslam/image_source.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/video_container.h"
 
@@ -37,7 +38,7 @@ std::optional<double> FromVideo(const std::string& path) {
 }  // namespace
 
 std::optional<double> FocalLength35mm(const std::string& source) {
-  if (source.starts_with("webcam:")) return std::nullopt;
+  if (IsCamera(source)) return std::nullopt;
   try {
     const auto images = ListImages(source, {});
     const auto length = images ? FromExif(images->front().path) : FromVideo(source);

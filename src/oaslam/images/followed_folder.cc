@@ -121,9 +121,7 @@ class FollowedFolder : public ImageSource {
     }
   };
 
-  bool IsStopped() const {
-    return is_stopped_ || (options_.follow->stopped && options_.follow->stopped());
-  }
+  bool IsStopped() const { return is_stopped_ || (options_.stopped && options_.stopped()); }
 
   // The first images tell whether names are times, and in what unit.
   void Arrive(const std::vector<std::string>& names) {

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <filesystem>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <vector>
 
 #include "oaslam/error.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/images/camera_source.h"
 #include "oaslam/images/followed_folder.h"
 #include "oaslam/images/image_files.h"
 #include "oaslam/images/image_list.h"
@@ -44,43 +41,6 @@ class ListSource : public ImageSource {
   int next_ = 0;
 };
 
-// A live camera; time stamps are the seconds since the first image.
-class WebcamSource : public ImageSource {
- public:
-  WebcamSource(const std::string& source, const ImageSourceOptions& options) : options_(options) {
-    const auto number = ParseNumber(source.substr(7));
-    // No system has a larger number of cameras.
-    if (!number || *number < 0 || *number > 1000 || *number != std::floor(*number))
-      throw InputError(fmt::format("{}: expected webcam:N with N from 0", source));
-    if (!capture_.open(static_cast<int>(*number)))
-      throw InputError(fmt::format("{}: cannot be opened", source));
-    if (options.fps) capture_.set(cv::CAP_PROP_FPS, *options.fps);
-  }
-
-  std::optional<InputImage> Next() override {
-    for (; index_ < options_.from; ++index_)
-      if (!capture_.grab()) return std::nullopt;
-    cv::Mat image;
-    if ((options_.to >= 0 && index_ >= options_.to) || !capture_.read(image)) return std::nullopt;
-    const auto now = std::chrono::steady_clock::now();
-    if (!start_) start_ = now;
-    if (!options_.color && !options_.color_if_free && image.channels() == 3)
-      cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
-    InputImage result{index_, std::chrono::duration<double>(now - *start_).count(),
-                      fmt::format("{:06}", index_), image.clone()};
-    ++index_;
-    return result;
-  }
-  int size() const override {
-    return options_.to < 0 ? -1 : std::max(options_.to - options_.from, 0);
-  }
-
- private:
-  ImageSourceOptions options_;
-  cv::VideoCapture capture_;
-  std::optional<std::chrono::steady_clock::time_point> start_;
-  int index_ = 0;
-};
 
 void CheckOptions(const ImageSourceOptions& options) {
   if (options.from < 0)
@@ -99,7 +59,7 @@ void CheckOptions(const ImageSourceOptions& options) {
 std::optional<std::vector<ListedImage>> ListImages(const std::string& source,
                                                    const ImageSourceOptions& options) {
   CheckOptions(options);
-  if (source.starts_with("webcam:")) return std::nullopt;
+  if (IsCamera(source)) return std::nullopt;
   auto images = ListAll(source, options);
   if (!images) return std::nullopt;
   const int count = static_cast<int>(images->size());
@@ -115,11 +75,11 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& source,
                                         const ImageSourceOptions& options) {
   CheckOptions(options);
   std::error_code error;
-  if (options.follow && (source.starts_with("webcam:") || !fs::is_directory(source, error) ||
+  if (options.follow && (IsCamera(source) || !fs::is_directory(source, error) ||
                          fs::exists(fs::path(source) / "rgb.txt", error)))
     throw InputError(
         fmt::format("{}: --follow asks for a folder of images (without rgb.txt)", source));
-  if (source.starts_with("webcam:")) return std::make_unique<WebcamSource>(source, options);
+  if (IsCamera(source)) return OpenCamera(source, options);
   if (options.follow) return FollowFolder(source, options);
   if (auto images = ListImages(source, options))
     return std::make_unique<ListSource>(std::move(*images), options);

@@ -23,7 +23,8 @@ std::string Pgm(char level) { return std::string("P5\n4 4\n255\n").append(16, le
 
 ImageSourceOptions Following(double quiet_s = 0, std::function<bool()> stopped = {}) {
   ImageSourceOptions options;
-  options.follow = FollowOptions{quiet_s, std::move(stopped)};
+  options.follow = FollowOptions{quiet_s};
+  options.stopped = std::move(stopped);
   return options;
 }
 

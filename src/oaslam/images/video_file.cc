@@ -58,7 +58,8 @@ double FrameRateOf(const std::vector<double>& timestamps) {
 VideoFile::VideoFile(const std::string& path)
     : path_(path),
       // Of a relative path, a colon may end the name of a protocol.
-      written_path_(fmt::format("{}.{}.tmp.mp4", fs::absolute(path).string(), getpid())) {
+      written_path_(fmt::format("{}.{}.tmp.mp4", fs::absolute(path).string(), getpid())),
+      leftover_(written_path_) {
   if (fs::path(path).extension() != ".mp4")
     throw InputError(fmt::format("{}: not a video that can be written; allowed: .mp4", path));
   std::error_code error;

@@ -2,8 +2,11 @@
 
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "oaslam/util/leftover.h"
 
 namespace cv {
 class VideoWriter;
@@ -34,7 +37,8 @@ class VideoFile {
   void Write(const cv::Mat& picture);
 
   std::string path_, written_path_;  // written under another name, and renamed when it is complete
-  std::vector<cv::Mat> first_;       // pictures kept until the rate is known
+  Leftover leftover_;
+  std::vector<cv::Mat> first_;  // pictures kept until the rate is known
   std::vector<double> timestamps_;
   std::unique_ptr<cv::VideoWriter> writer_;
   int count_ = 0;  // pictures written

@@ -83,6 +83,9 @@ TEST(Url, IsShownWithoutPassword) {
   EXPECT_EQ(WithoutPassword("http://u:p@a/b@c"), "http://a/b@c");
   EXPECT_EQ(WithoutPassword("http://u:p@a"), "http://a");
   EXPECT_EQ(WithoutPassword("https://a/b@c"), "https://a/b@c");
+  EXPECT_EQ(WithoutPassword("rtsp://me:p@ss@10.0.0.2:554/live?q=a@b"),
+            "rtsp://10.0.0.2:554/live?q=a@b");
+  EXPECT_EQ(WithoutPassword("webcam:0"), "webcam:0");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "oaslam/models/part_file.h"
+#include "oaslam/util/url.h"
 
 namespace oaslam {
 
@@ -23,8 +24,5 @@ struct DownloadOptions {
 // come, unless that cannot be the file's.
 bool Download(const std::string& url, int64_t bytes, PartFile& part,
               const DownloadOptions& options);
-
-// A URL without the user's name and password, for messages.
-std::string WithoutPassword(const std::string& url);
 
 }  // namespace oaslam

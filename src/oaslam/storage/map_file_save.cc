@@ -17,6 +17,7 @@
 #include "oaslam/storage/map_file.h"
 #include "oaslam/storage/map_part.h"
 #include "oaslam/storage/map_schema.h"
+#include "oaslam/util/leftover.h"
 #include "oaslam/util/log.h"
 
 namespace oaslam {
@@ -297,6 +298,7 @@ void WriteFile(const std::string& path, const SavedMap& saved) {
     throw InputError(fmt::format("{}: cannot be written: is no regular file", path));
   const std::string temporary = fmt::format("{}.{}.tmp", path, getpid());
   fs::remove(temporary, error);
+  const Leftover leftover(temporary);
   try {
     {
       SQLite::Database database(

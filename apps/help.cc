@@ -1,0 +1,98 @@
+#include "help.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "oaslam/formats/text.h"
+
+namespace oaslam::apps {
+namespace {
+
+constexpr const char* kMore = "More";
+constexpr std::array kGroups = {"Input", "Camera", "Objects", "Output", "Live", kMore};
+
+// The options that are not of the last group.
+const std::map<std::string, std::vector<std::string>>& OptionsOfGroups() {
+  static const std::map<std::string, std::vector<std::string>> options = {
+      {"Input",
+       {"images", "dataset", "time-unit", "from", "to", "fps", "exif-rotation", "follow", "map",
+        "map-in", "maps", "piece", "imu", "gravity", "groundtruth", "trajectory"}},
+      {"Camera", {"camera", "refine-camera", "rolling-shutter", "mask"}},
+      {"Objects",
+       {"detections", "detector", "detector-layout", "detector-size", "detector-min-score",
+        "detector-backend", "detect-every", "classes", "scale-object"}},
+      {"Output",
+       {"out", "map-out", "force", "resume", "record", "model", "report", "scale-from",
+        "keep-images", "quiet", "verbose"}},
+      {"Live",
+       {"mode", "viewer", "viewer-stay", "viewer-paused", "port", "bind", "host", "tls-cert",
+        "tls-key", "tls-self-signed", "token-file", "insecure"}}};
+  return options;
+}
+
+std::string GroupOf(const std::string& option) {
+  for (const auto& [group, names] : OptionsOfGroups())
+    if (std::ranges::find(names, option) != names.end()) return group;
+  return kMore;
+}
+
+// CLI11 has the groups in the order of their first options, which begins with --help.
+class InOrder : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const override {
+    std::string text =
+        make_description(app) + make_usage(app, std::move(name)) + make_positionals(app);
+    for (const char* group : kGroups) {
+      const auto options = app->get_options([&](const CLI::Option* option) {
+        return option->get_group() == group && option->nonpositional();
+      });
+      if (!options.empty()) text += make_group(group, false, options);
+    }
+    return text;
+  }
+};
+
+// The nearest word with so few wrong letters that it is probably meant; empty: none.
+std::string Nearest(const std::string& word, const std::vector<std::string>& words) {
+  const auto edits = [&](const std::string& known) { return EditDistance(known, word); };
+  const auto nearest = std::ranges::min_element(words, {}, edits);
+  const size_t most = std::max<size_t>(2, word.size() / 3);
+  return nearest != words.end() && edits(*nearest) <= static_cast<int>(most) ? *nearest : "";
+}
+
+}  // namespace
+
+void GroupOptions(CLI::App& app) {
+  constexpr size_t kMany = 12;  // fewer are read without headings
+  for (CLI::App* command : app.get_subcommands({})) {
+    if (command->get_options().size() < kMany) continue;
+    command->formatter(std::make_shared<InOrder>());
+    for (CLI::Option* option : command->get_options())
+      if (option->nonpositional()) option->group(GroupOf(option->get_single_name()));
+  }
+}
+
+std::string DidYouMean(const CLI::App& app) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  for (const std::string& given : app.remaining(true)) {
+    const std::string word = given.substr(0, given.find('='));
+    std::vector<std::string> words;
+    if (word.starts_with("-"))
+      for (const CLI::Option* option : command->get_options())
+        for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
+    else
+      for (const CLI::App* known : command->get_subcommands({})) words.push_back(known->get_name());
+    const std::string meant = Nearest(word, words);
+    if (!meant.empty()) return fmt::format("Did you mean {} instead of {}?", meant, word);
+  }
+  return "";
+}
+
+}  // namespace oaslam::apps

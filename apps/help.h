@@ -1,0 +1,16 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace oaslam::apps {
+
+// Sorts the options of each command that has many into groups: input, camera, objects, output,
+// live, more. To be called once all commands are added.
+void GroupOptions(CLI::App& app);
+
+// After a command line that was refused: the command or option that is written nearly as one of its
+// words, in a sentence; empty where there is none.
+std::string DidYouMean(const CLI::App& app);
+
+}  // namespace oaslam::apps

@@ -1,0 +1,43 @@
+#include "oaslam/util/leftover.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace oaslam {
+namespace {
+
+// A signal handler can read this without a lock. Who takes a path out of its place owns it. More at
+// once are not expected; they are not removed.
+std::array<std::atomic<char*>, 64> leftovers{};
+static_assert(std::atomic<char*>::is_always_lock_free);
+
+}  // namespace
+
+Leftover::Leftover(const std::string& path) {
+  if (path.empty()) return;
+  char* copy = strdup(path.c_str());
+  for (size_t i = 0; copy && i < leftovers.size(); ++i)
+    if (char* free_place = nullptr; leftovers[i].compare_exchange_strong(free_place, copy)) {
+      place_ = static_cast<int>(i);
+      return;
+    }
+  std::free(copy);
+}
+
+Leftover::~Leftover() {
+  if (place_ >= 0) std::free(leftovers[static_cast<size_t>(place_)].exchange(nullptr));
+}
+
+void RemoveLeftovers() noexcept {
+  // From the last to the first: a folder was noted before what is in it.
+  for (size_t i = leftovers.size(); i-- > 0;)
+    if (const char* path = leftovers[i].exchange(nullptr))
+      if (unlink(path) != 0) rmdir(path);
+}
+
+}  // namespace oaslam

@@ -1,0 +1,58 @@
+"""What the command says of itself: options in groups, and what was probably meant."""
+import re
+
+import harness
+import pytest
+from harness import must_run, oaslam
+
+GROUPS = ["Input", "Camera", "Objects", "Output", "Live", "More"]
+
+
+def sections(command):
+    """{heading: names of the options there}, in the order of the help."""
+    found = {}
+    for heading, text in re.findall(r"^(\w+):\n((?:  .*\n?)+)", must_run(command, "--help").out, flags=re.M):
+        found[heading] = re.findall(r"^  (?:-\w,)?--([\w-]+)", text, flags=re.M)
+    return found
+
+
+class TestHelp:
+    @pytest.mark.parametrize("command", ["run", "localize", "view", "serve", "map-objects", "detect"])
+    def test_options_are_in_groups(self, command):
+        found = sections(command)
+        groups = [heading for heading in found if heading != "Positionals"]
+        assert groups == [group for group in GROUPS if group in groups] and len(groups) > 3, groups
+        assert "help" in found["More"]
+        everything = [name for group in groups for name in found[group]]
+        assert len(everything) == len(set(everything))
+
+    def test_each_where_it_is_looked_for(self):
+        found = sections("run")
+        for group, names in (("Input", ["images", "from", "imu"]), ("Camera", ["camera", "rolling-shutter"]), ("Objects", ["detector", "classes"]),
+                             ("Output", ["out", "map-out", "record"]), ("Live", ["mode", "viewer"]), ("More", ["set", "config", "seed"])):
+            assert set(names) <= set(found[group]), (group, found)
+
+    def test_few_options_need_no_groups(self):
+        assert list(sections("merge"))[-1] == "Options"
+
+    @pytest.mark.parametrize("words,meant", [
+        (["lokalize", "--map", "a.map"], "localize"), (["rnu", "walk.mp4"], "run"), (["map_objects"], "map-objects"), (["models", "gte", "yolox_nano"], "get"),
+        (["run", "walk.mp4", "--camra", "a.yaml"], "--camera"), (["run", "--image", "a.mp4"], "--images"), (["localize", "--map", "a", "--detectons=b.json"], "--detections"),
+        (["export", "--map", "a", "--formt", "ply"], "--format"), (["evaluate", "trajectory", "a", "b", "--plto", "x.svg"], "--plot")])
+    def test_what_was_meant(self, words, meant):
+        done = oaslam(*words)
+        assert done.code > 100, done
+        assert f"Did you mean {meant} instead of" in done.err, done
+
+    @pytest.mark.parametrize("words", [["run", "--zzzzzz", "1"], ["photograph"], ["run"], ["run", "walk.mp4", "--from", "x"]])
+    def test_no_guess_where_nothing_is_near(self, words):
+        done = oaslam(*words)
+        assert done.code != 0
+        assert "Did you mean" not in done.err, done
+
+    @pytest.mark.parametrize("setting,meant", [("tracking.min_inlier=25", "tracking.min_inliers"), ("mapping.min_shared_landmark=3", "mapping.min_shared_landmarks"),
+                                               ("runer.lag=1", "runner.lag")])
+    def test_settings(self, setting, meant):
+        done = oaslam("run", "--images", harness.clip("map_front")[1], "--camera", "fov:60", "--out", "/tmp/none", "--set", setting)
+        assert done.code == 1, done
+        assert meant in done.err.split(setting.split("=")[0], 1)[1], done
