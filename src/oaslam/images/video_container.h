@@ -20,6 +20,9 @@ struct VideoContainer {
   int images = 0;     // number of shown images: without those that an edit list hides
   int announced = 0;  // number in the header, 0 if unknown; larger where the file is truncated
   VideoTimes times;
+  // Width to height of a stored pixel, as players stretch the width; 1 where the file does not say,
+  // or says what no camera does (`odd_pixel_ratio`).
+  double pixel_ratio = 1, odd_pixel_ratio = 1;
   int turn_deg = 0;   // clockwise rotation that makes the stored images upright: 0, 90, 180 or 270
   std::string codec;  // e.g. "hevc"
 };
