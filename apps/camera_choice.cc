@@ -15,6 +15,7 @@
 #include "oaslam/image_source.h"
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
+#include "readable_images.h"
 
 namespace oaslam::apps {
 namespace {
@@ -23,13 +24,6 @@ namespace {
 constexpr int kMaxParts = 3;
 // How much of a live source is used: nothing is mapped before, so that it must be short.
 constexpr double kLiveSeconds = 10;
-
-// Skips missing images and repeated time stamps, as FrameInputs does, which warns about them later.
-std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<double>& last) {
-  while (std::optional<InputImage> image = images.Next())
-    if (!image->image.empty() && (!last || image->timestamp > *last)) return image;
-  return std::nullopt;
-}
 
 // Undoes a rolling shutter if the map shows one; returns its readout time in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
@@ -102,8 +96,11 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
                               const CommonOptions& common) {
   cv::setNumThreads(1);
   const bool is_live = images.starts_with("webcam:");
-  const auto source = OpenImages(images, FrameRange(common));
-  std::optional<InputImage> image = NextReadable(*source, std::nullopt);
+  const ImageSourceOptions range = FrameRange(common);
+  // FrameInputs warns of what is skipped.
+  ReadableImages source(OpenImages(images, range),
+                        {.is_live = is_live || range.follow, .says = false});
+  std::optional<InputImage> image = source.Next();
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
   CameraEstimationOptions options;
@@ -120,9 +117,8 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
     estimator.Forget();
     while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds) &&
            !Interrupted()) {
-      const double time = image->timestamp;
-      estimator.Add(image->image, time);
-      image = NextReadable(*source, time);
+      estimator.Add(image->image, image->timestamp);
+      image = source.Next();
     }
     if (Interrupted()) return estimate;
     CameraEstimate found = estimator.Estimate();
