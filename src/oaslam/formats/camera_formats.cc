@@ -498,7 +498,8 @@ Camera ReadKittiKind(const Reader& reader) {
     const auto found = reader.Find({key});
     if (!found) continue;
     std::vector<double> p;
-    for (const std::string_view field : SplitFields(reader.Text({key})))
+    const std::string row = reader.Text({key});
+    for (const std::string_view field : SplitFields(row))
       p.push_back(ParseNumber(field).value_or(std::nan("")));
     if (p.size() != 12 || std::ranges::any_of(p, [](double x) { return std::isnan(x); }))
       throw InputError(fmt::format("{}: {}: {}, expected 12 numbers", reader.path, key,
