@@ -17,6 +17,7 @@
 #include "oaslam/map/camera_replacement.h"
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/util/url.h"
+#include "readable_images.h"
 
 namespace oaslam::apps {
 namespace {
@@ -25,13 +26,6 @@ namespace {
 constexpr int kMaxParts = 3;
 // How much of a live source is used: nothing is mapped before, so that it must be short.
 constexpr double kLiveSeconds = 10;
-
-// Skips missing images and repeated time stamps, as FrameInputs does, which warns about them later.
-std::optional<InputImage> NextReadable(ImageSource& images, const std::optional<double>& last) {
-  while (std::optional<InputImage> image = images.Next())
-    if (!image->image.empty() && (!last || image->timestamp > *last)) return image;
-  return std::nullopt;
-}
 
 // Undoes a rolling shutter if the map shows one; returns its readout time in seconds, else 0.
 double UndoReadout(const SlamConfig& config, int camera, SavedMap& saved) {
@@ -113,8 +107,10 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   const bool is_live = IsCamera(images);
   ImageSourceOptions range = FrameRange(common);
   range.quiet = true;  // the run that follows opens the same images
-  const auto source = OpenImages(images, range);
-  std::optional<InputImage> image = NextReadable(*source, std::nullopt);
+  // FrameInputs warns of what is skipped.
+  ReadableImages source(OpenImages(images, range),
+                        {.is_live = is_live || range.follow, .says = false});
+  std::optional<InputImage> image = source.Next();
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", WithoutPassword(images)));
   CheckImageSize(image->image.size(), images);
@@ -131,9 +127,8 @@ CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string&
   for (int part = 0; part < parts && image; ++part) {
     estimator.Forget();
     while (image && !estimator.IsFull() && !(is_live && estimator.Duration() > kLiveSeconds)) {
-      const double time = image->timestamp;
-      estimator.Add(image->image, time);
-      image = NextReadable(*source, time);
+      estimator.Add(image->image, image->timestamp);
+      image = source.Next();
     }
     CameraEstimate found = estimator.Estimate();
     if (part == 0 || found.is_determined || found.focal_sigma_px < estimate.focal_sigma_px)

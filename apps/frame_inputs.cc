@@ -54,29 +54,32 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
   ImageSourceOptions range = FrameRange(common);
   range.color = side_.detector != nullptr;
   range.color_if_free = sources.for_display;
-  images_ = OpenImages(sources.images, range);
+  std::unique_ptr<ImageSource> images = OpenImages(sources.images, range);
   if (!side_.detections_path.empty())
     side_.detections = MatchedToImages(side_.detections, NamesOfImages(sources.images, range),
                                        side_.detections_path);
-  if (sources.live && (range.follow || IsCamera(sources.images))) {
-    auto latest = std::make_unique<LatestImageSource>(std::move(images_));
+  const bool comes_late = range.follow || IsCamera(sources.images);
+  if (sources.live && comes_late) {
+    auto latest = std::make_unique<LatestImageSource>(std::move(images));
     latest_ = latest.get();
-    images_ = std::move(latest);
+    images = std::move(latest);
   }
+  images_ = std::make_unique<ReadableImages>(
+      std::move(images),
+      ReadableImages::Options{.any_size = sources.any_size, .is_live = comes_late});
   std::optional<InputImage> first = NextReadable();
   if (!first)
     throw InputError(fmt::format("{}: no readable image", WithoutPassword(sources.images)));
   // A camera that begins in a given map is lost until it is found.
   if (sources.in_map) lost_since_s_ = first->timestamp;
-  const cv::Size size = first->image.size();
+  const cv::Size size = images_->size();
   CheckImageSize(size, sources.images);
   const bool is_auto = IsAutoCamera(sources.camera);
   camera_ = sources.known_camera ? *sources.known_camera
                                  : LoadCamera(is_auto ? "fov:65" : sources.camera, size);
   if (side_.detector) StartDetector(sources);
   // Not for a growing folder or a camera, where an image would have to wait for the ones after it.
-  if (pool_ && !range.follow && !IsCamera(sources.images))
-    most_ahead_ = pool_->MostAhead(first->image);
+  if (pool_ && !comes_late) most_ahead_ = pool_->MostAhead(first->image);
   const bool is_chosen = Choose(*first);
   read_.push_back({std::move(*first), is_chosen});
   ++read_count_;
@@ -85,21 +88,10 @@ FrameInputs::FrameInputs(const Sources& sources, SideInputs side, const CommonOp
 }
 
 std::optional<InputImage> FrameInputs::NextReadable() {
-  while (std::optional<InputImage> image = images_->Next()) {
-    if (image->image.empty()) {
-      spdlog::warn("image {} ({}): missing or unreadable, skipped", image->index, image->name);
-      continue;
-    }
-    if (last_timestamp_ && !(image->timestamp > *last_timestamp_)) {
-      spdlog::warn("image {} ({}): time stamp {:.6f} is not after {:.6f}, skipped", image->index,
-                   image->name, image->timestamp, *last_timestamp_);
-      continue;
-    }
-    if (!first_timestamp_) first_timestamp_ = image->timestamp;
-    last_timestamp_ = image->timestamp;
-    return image;
-  }
-  return std::nullopt;
+  std::optional<InputImage> image = images_->Next();
+  if (image && !first_timestamp_) first_timestamp_ = image->timestamp;
+  if (image) last_timestamp_ = image->timestamp;
+  return image;
 }
 
 void FrameInputs::StartDetector(const Sources& sources) {

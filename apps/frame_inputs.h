@@ -18,6 +18,7 @@
 #include "oaslam/latest_image.h"
 #include "oaslam/odometry/gyroscope.h"
 #include "oaslam/slam.h"
+#include "readable_images.h"
 
 namespace oaslam::apps {
 
@@ -61,10 +62,9 @@ struct SideInputs {
   std::unique_ptr<Detector> detector;             // null: none
 };
 
-// Images with their time stamps and detections, from files or from a detector. Skips, with a
-// warning, images that are missing or unreadable, and those whose time stamp is not after the one
-// before. A detector works ahead on threads of its own; which images it looks at, and what it
-// finds, does not depend on its speed.
+// Images with their time stamps and detections, from files or from a detector. Skips what
+// ReadableImages skips. A detector works ahead on threads of its own; which images it looks at, and
+// what it finds, does not depend on its speed.
 class FrameInputs {
  public:
   struct Sources {
@@ -78,12 +78,13 @@ class FrameInputs {
     // The camera begins in a given map, lost until it is found.
     bool in_map = false;
     std::optional<Camera> known_camera{};  // used instead of `camera`
+    bool any_size = false;                 // images may differ in size from the camera
   };
 
   FrameInputs(const Sources& sources, SideInputs side, const CommonOptions& common);
 
   const Camera& camera() const { return camera_; }
-  int size() const { return images_->size(); }
+  int size() const { return images_->count(); }
   // Whether the source is live: images come when they are taken.
   bool is_live() const { return latest_ != nullptr; }
   // The number of images of a live source that were missed while another was processed.
@@ -137,8 +138,8 @@ class FrameInputs {
   bool IsWanted(const InputImage& image, const InputImage& last) const;
   bool Choose(const InputImage& image);
 
-  std::unique_ptr<ImageSource> images_;
-  const LatestImageSource* latest_ = nullptr;  // images_ if the source is live
+  std::unique_ptr<ReadableImages> images_;
+  const LatestImageSource* latest_ = nullptr;  // in images_ if the source is live
   std::deque<ReadImage>
       read_;               // read ahead; the first image is read in the constructor, for its size
   size_t most_ahead_ = 0;  // images

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,8 @@
 #include "oaslam/exports/map_results.h"
 #include "oaslam/formats/json_text.h"
 #include "oaslam/formats/text.h"
+#include "oaslam/image_localizer.h"
+#include "oaslam/images/focal_metadata.h"
 #include "oaslam/storage/map_file.h"
 #include "oaslam/system/slam_access.h"
 #include "oaslam/trajectory_file.h"
@@ -176,6 +179,39 @@ bool MustForget(const LocalizeOptions& options, int done) {
   return options.forget_every > 0 && done > 0 && done % options.forget_every == 0;
 }
 
+// Finds images that the camera of the others did not take: of another size or lens.
+class OtherImages {
+ public:
+  OtherImages(const LocalizeOptions& options, const SlamConfig& config)
+      : options_(options), config_(config) {}
+
+  RelocalizationResult Find(const FrameInput& frame, RelocalizationMode mode) {
+    // Loads the map again, since few folders hold such images.
+    if (!localizer_) localizer_.emplace(options_.map, config_, options_.piece);
+    const RelocalizationResult found = localizer_->LocalizeWithUnknownCamera(frame.input, mode);
+    return found.world_from_cam ? found : ByMetadata(frame, mode).value_or(found);
+  }
+  // By the focal length in the image's metadata; nothing where it has none, or that does not help.
+  std::optional<RelocalizationResult> ByMetadata(const FrameInput& frame, RelocalizationMode mode) {
+    const auto mm = frame.path.empty() ? std::nullopt : FocalLength35mm(frame.path);
+    if (!mm) return std::nullopt;
+    if (!localizer_) localizer_.emplace(options_.map, config_, options_.piece);
+    const cv::Size size = frame.input.image.size();
+    Camera camera{.width = size.width, .height = size.height};
+    camera.fx = camera.fy = *mm * std::hypot(size.width, size.height) / kFrameDiagonal35mm;
+    camera.cx = 0.5 * (size.width - 1), camera.cy = 0.5 * (size.height - 1);
+    RelocalizationResult found = localizer_->Localize(frame.input, camera, mode);
+    if (!found.world_from_cam) return std::nullopt;
+    found.camera = camera;
+    return found;
+  }
+
+ private:
+  const LocalizeOptions& options_;
+  const SlamConfig& config_;
+  std::optional<ImageLocalizer> localizer_;  // once it is needed
+};
+
 FrameInputs::Sources SourcesOf(const LocalizeOptions& options, const std::optional<Camera>& known) {
   return {.images = options.images,
           .camera = options.camera,
@@ -228,10 +264,11 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
   Recording recording(options.recording,
                       LoadModels(options.models, options.recording.IsAskedFor()));
   SideInputs side = SideInputsOf(options);
-  FrameInputs inputs(
-      SourcesOf(options,
-                is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt),
-      std::move(side), options.common);
+  FrameInputs::Sources sources = SourcesOf(
+      options, is_auto && !options.every_frame ? CameraFromMap(options, config) : std::nullopt);
+  sources.any_size = true;
+  FrameInputs inputs(sources, std::move(side), options.common);
+  OtherImages others(options, config);
   results.SetFocalLength(inputs.camera().fx);
   Slam slam(config, inputs.camera());
   BeginInMap(options, slam);
@@ -248,9 +285,14 @@ void LocalizeImages(const LocalizeOptions& options, const SlamConfig& config,
       if (MustForget(options, done)) BeginInMap(options, slam);
       RelocalizationResult result;
       bool is_followed = false;
-      if (options.every_frame) {
+      const Camera& camera = inputs.camera();
+      if (frame->input.image.size() != cv::Size(camera.width, camera.height)) {
+        result = others.Find(*frame, mode);
+      } else if (options.every_frame) {
         result = is_auto ? slam.RelocalizeWithUnknownCamera(frame->input, mode)
                          : slam.Relocalize(frame->input, mode);
+        if (is_auto && !result.world_from_cam)
+          result = others.ByMetadata(*frame, mode).value_or(result);
         recording.Add(*frame, result);
       } else {
         const TrackingResult tracked = slam.Process(frame->input);

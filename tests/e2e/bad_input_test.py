@@ -57,6 +57,22 @@ class TestBadInput(harness.InFolder):
     def tracked(self):
         return len(harness.read_tum(os.path.join(self.out, "trajectory.txt")))
 
+    # ---- images
+
+    def test_an_image_of_another_size_is_passed_over(self):
+        def shrink(lines, folder):
+            for i in (0, 30):  # the first one as well
+                path = os.path.join(folder, lines[i].split()[1])
+                subprocess.run(["ffmpeg", "-nostdin", "-loglevel", "error", "-y", "-i", path, "-vf", "scale=320:240",
+                                path + ".png"], check=True)
+                os.replace(path + ".png", path)
+            return lines[:60]
+        outcome = self.run_slam(images=self.frames_with(shrink))
+        assert outcome.code == 0, outcome
+        assert outcome.err.count("is 320 x 240, the others are 640 x 480, skipped") == 2, outcome
+        assert "2 of 60 images were skipped" in outcome.err
+        assert harness.read_json(os.path.join(self.out, "summary.json"))["frames"] == 58
+
     # ---- classes
 
     def test_class_files(self):

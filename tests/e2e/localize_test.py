@@ -1,6 +1,7 @@
 """Localization in a saved map of the sample, and SLAM that goes on in it."""
 import os
 import re
+import subprocess
 import xml.etree.ElementTree
 
 import harness
@@ -28,6 +29,22 @@ class TestLocalize(harness.InFolder):
         assert sum(e < 0.2 for e in errors) > 0.7 * 150
         assert sum(e < 0.3 for e in errors) > 0.95 * len(errors)
         self.check_evaluation(os.path.join(self.folder, "both"), errors)
+
+    def test_photos_of_other_sizes_are_found_each_by_itself(self):
+        photos = self.path("photos")
+        os.mkdir(photos)
+        video = os.path.join(harness.SAMPLE, "map_front", "video.mp4")
+        for name, at, change in (("0.png", 1, "null"), ("1.png", 3, "transpose=1"), ("2.png", 5, "null"), ("3.png", 7, "scale=480:360")):
+            subprocess.run(["ffmpeg", "-nostdin", "-loglevel", "error", "-ss", str(at), "-i", video, "-frames:v", "1", "-vf", change,
+                            os.path.join(photos, name)], check=True)
+        camera = harness.clip("map_front")[3]
+        for options in ((), ("--camera", camera)):
+            out = self.path("photos_out" + str(len(options)))
+            must_run("localize", "--map", harness.DESK_MAP, "--images", photos, "--every-frame", *options, "--out", out)
+            frames = harness.read_csv(os.path.join(out, "frames.csv"))
+            assert [f["status"] != "failed" for f in frames] == [True] * 4
+            for frame, focal in zip(frames, (525, 525, 525, 393.75)):
+                assert float(frame["focal_length"]) == pytest.approx(focal, rel=0.05)
 
     def test_learned_descriptors_find_the_desk_from_further_round(self):
         part = [*harness.clip("query_around")[:4], "--relocalization", "points", "--every-frame", "--from", "60", "--to", "90"]

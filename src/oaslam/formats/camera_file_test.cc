@@ -170,8 +170,8 @@ TEST(CameraFile, BadInputIsNamed) {
               AllOf(HasSubstr("double_sphere"), HasSubstr("allowed")));
   EXPECT_THAT(error(Replaced(kRos, "image_height: 480\n", "")),
               HasSubstr("image_height is missing"));
-  EXPECT_THAT(error(Replaced(kRos, "data: [0.2312", "data: [1, 1, 1, 0.2312")),
-              HasSubstr("only 5 coefficients"));
+  EXPECT_THAT(error(Replaced(kRos, "data: [0.2312", "data: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.2312")),
+              AllOf(HasSubstr("distortion_coefficients[14]"), HasSubstr("only 14 coefficients")));
   EXPECT_THAT(error("a: 1\n"), HasSubstr("not a calibration"));
   EXPECT_THAT(error("a: [1\n"), HasSubstr("bad.yaml:"));
   EXPECT_THAT(InputErrorOf([&] { LoadCamera(folder / "missing.yaml", {}); }),
@@ -194,17 +194,25 @@ TEST(CameraFile, AMatrixWithoutItsDataIsNamed) {
 
 // A valid file of each kind.
 std::vector<std::string> GoodFiles() {
-  return {kRos,
-          "width: 848\nheight: 800\ndistortion_model: equidistant\n"
-          "D: [0.1, -0.2, 0.3, -0.4]\nK: [286, 0, 421, 0, 287, 398, 0, 0, 1]\n",
-          "%YAML:1.0\n---\nCamera_Matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
-          "   data: [ 657.46, 0., 319.5, 0., 657.47, 239.5, 0., 0., 1. ]\n",
-          "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 517.3\nCamera.fy: 516.5\n"
-          "Camera.cx: 318.6\nCamera.cy: 255.3\nCamera.k1: 0.26\n",
-          "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n"
-          "  distortion_model: radtan\n  distortion_coeffs: [-0.01, 0.02, 0.0, 0.0]\n"
-          "  resolution: [752, 480]\n",
-          "1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n"};
+  return {
+      kRos,
+      "width: 848\nheight: 800\ndistortion_model: equidistant\n"
+      "D: [0.1, -0.2, 0.3, -0.4]\nK: [286, 0, 421, 0, 287, 398, 0, 0, 1]\n",
+      "%YAML:1.0\n---\nCamera_Matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+      "   data: [ 657.46, 0., 319.5, 0., 657.47, 239.5, 0., 0., 1. ]\n",
+      "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 517.3\nCamera.fy: 516.5\n"
+      "Camera.cx: 318.6\nCamera.cy: 255.3\nCamera.k1: 0.26\n",
+      "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n"
+      "  distortion_model: radtan\n  distortion_coeffs: [-0.01, 0.02, 0.0, 0.0]\n"
+      "  resolution: [752, 480]\n",
+      "1 SIMPLE_RADIAL 1920 1080 1500 960 540 0.01\n",
+      "525 525 319.5 239.5 0.1 0 0 0\n",
+      "Camera: {model: fisheye, fx: 525, fy: 525, cx: 319.5, cy: 239.5}\n",
+      "cameras: [{image_dimension: [640, 480], focal_length: [525, 525], principal_point: "
+      "[319, 239]}]\n",
+      "model_type: PINHOLE\nprojection_parameters: {fx: 525, fy: 525, cx: 319, cy: 239}\n",
+      "<opencv_storage><K type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>"
+      "525 0 319 0 525 239 0 0 1</data></K></opencv_storage>\n"};
 }
 
 // Expects that the text is read, or refused with a message that names the file.

@@ -122,6 +122,17 @@ int TurnOf(const AVStream& stream) {
   return static_cast<int>((quarters + 4) % 4) * 90;
 }
 
+// The ratios of broadcast and camcorders are between 8:15 and 2:1.
+constexpr double kMostPixelRatio = 4;
+
+void SetPixelRatio(AVFormatContext& input, AVStream& stream, VideoContainer& container) {
+  const AVRational ratio = av_guess_sample_aspect_ratio(&input, &stream, nullptr);
+  if (ratio.num <= 0 || ratio.den <= 0) return;
+  const double value = av_q2d(ratio);
+  const bool is_likely = value >= 1 / kMostPixelRatio && value <= kMostPixelRatio;
+  (is_likely ? container.pixel_ratio : container.odd_pixel_ratio) = value;
+}
+
 void SayNothing(void*, int, const char*, va_list) {}
 
 }  // namespace
@@ -168,6 +179,7 @@ VideoContainer ReadVideoContainer(const std::string& path) {
   container.times = TimesOf(packets.times, *stream);
   container.ends_in_time = EndsInTime(packets, *stream);
   container.turn_deg = TurnOf(*stream);
+  SetPixelRatio(*input, *stream, container);
   return container;
 }
 

@@ -23,6 +23,9 @@ struct VideoContainer {
   // missing were never recorded, and nothing was cut off.
   bool ends_in_time = false;
   VideoTimes times;
+  // Width to height of a stored pixel, as players stretch the width; 1 where the file does not say,
+  // or says what no camera does (`odd_pixel_ratio`).
+  double pixel_ratio = 1, odd_pixel_ratio = 1;
   int turn_deg = 0;   // clockwise rotation that makes the stored images upright: 0, 90, 180 or 270
   std::string codec;  // e.g. "hevc"
 };

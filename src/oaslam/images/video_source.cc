@@ -23,6 +23,16 @@ int Backend() {
   return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
 }
 
+// The image with square pixels: its width is stretched, as players do.
+cv::Mat WithSquarePixels(const cv::Mat& image, double pixel_ratio) {
+  const int width = static_cast<int>(std::lround(image.cols * pixel_ratio));
+  if (width == image.cols || width < 1) return image;
+  cv::Mat square;
+  cv::resize(image, square, {width, image.rows}, 0, 0,
+             width > image.cols ? cv::INTER_LINEAR : cv::INTER_AREA);
+  return square;
+}
+
 // Always returns a copy, since cv::VideoCapture may overwrite its image.
 cv::Mat Turned(const cv::Mat& image, int clockwise_deg) {
   if (clockwise_deg == 0) return image.clone();
@@ -65,8 +75,9 @@ class VideoSource : public ImageSource {
       if (!options_.color && !options_.color_if_free && image.channels() == 3)
         cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
       const int index = index_++;
-      return InputImage{index, timestamp, NameOfVideoImage(index),
-                        Turned(image, container_.turn_deg)};
+      return InputImage{
+          index, timestamp, NameOfVideoImage(index),
+          Turned(WithSquarePixels(image, container_.pixel_ratio), container_.turn_deg)};
     }
     return std::nullopt;
   }
@@ -86,6 +97,15 @@ class VideoSource : public ImageSource {
                        announced - images, announced));
     else if (images < announced)
       warn(fmt::format("ends after {} of {} images, damaged?", images, announced));
+    if (const double ratio = container_.pixel_ratio; std::abs(ratio - 1) > 1e-3)
+      Log(LogLevel::kInfo,
+          fmt::format(
+              "{}: its pixels are {:.4g} times as wide as high; images are stretched to square "
+              "ones, as players show them, and calibration and boxes are of these",
+              path_, ratio));
+    if (const double ratio = container_.odd_pixel_ratio; ratio != 1)
+      warn(fmt::format("pixels {:.4g} times as wide as high are not believed; taken as square",
+                       ratio));
     if (options_.fps) return;
     if (container_.times.seconds.empty())
       warn(fmt::format(

@@ -103,6 +103,31 @@ TEST(VideoSource, TimesAreThoseStored) {
               Pointwise(DoubleNear(1e-9), RegularTimes(static_cast<int>(times.size()), 10)));
 }
 
+TEST(VideoSource, PixelsAreMadeSquare) {
+  OASLAM_SKIP_WITHOUT_ENCODER("libx264");
+  const TempFolder folder;
+  const auto watch = [&](const std::string& name, const std::string& filter) {
+    EXPECT_TRUE(
+        RunFfmpeg(Picture("144x108", 0.2) + "-vf " + filter + " -c:v libx264 " + folder / name));
+    return Watch(folder / name);
+  };
+  const Film wide = watch("wide.mp4", "setsar=4/3");  // as HDV
+  EXPECT_EQ(wide.sizes.front(), cv::Size(192, 108));
+  EXPECT_THAT(wide.warnings, ElementsAre(AllOf(HasSubstr("wide.mp4"), HasSubstr("1.333"))));
+  EXPECT_EQ(watch("narrow.mkv", "setsar=8/9").sizes.front(), cv::Size(128, 108));  // as NTSC DV
+  const Film square = watch("square.mp4", "setsar=1");
+  EXPECT_EQ(square.sizes.front(), cv::Size(144, 108));
+  EXPECT_THAT(square.warnings, IsEmpty());
+  const Film odd = watch("odd.mp4", "setsar=20");
+  EXPECT_EQ(odd.sizes.front(), cv::Size(144, 108));
+  EXPECT_THAT(odd.warnings, ElementsAre(HasSubstr("not believed")));
+  // A turned film: its stored width is what is stretched.
+  std::string bytes = folder.Read("wide.mp4");
+  const std::string zero(4, '\0'), one("\0\1\0\0", 4), minus_one("\xff\xff\0\0", 4);
+  Overwrite(bytes, bytes.find("tkhd") + 44, zero + one + zero + minus_one + zero);
+  EXPECT_EQ(Watch(folder.Write("turned.mp4", bytes)).sizes.front(), cv::Size(108, 192));
+}
+
 TEST(VideoSource, WhatAnEditListLeavesOutIsNotCounted) {
   OASLAM_SKIP_WITHOUT_ENCODER("libx264");
   const TempFolder folder;
