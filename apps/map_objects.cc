@@ -50,7 +50,7 @@ const StampedPose* NearestPose(const std::vector<StampedPose>& poses, double tim
 
 std::vector<PosedDetections> PoseDetections(const Options& options, const Camera& camera) {
   const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
-  const std::vector<TimedDetections> images =
+  std::vector<TimedDetections> images =
       SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
   std::vector<PosedDetections> frames;
   for (const TimedDetections& image : images) {
@@ -77,6 +77,7 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
   std::vector<StampedPose> trajectory;
   result.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     trajectory.push_back({keyframe.timestamp, keyframe.cam_from_world.Inverse()});
+  saved.recordings = {{std::filesystem::path(options.detections).stem().string(), "", 0}};
     saved.trajectory.push_back(
         {keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
   });

@@ -21,6 +21,7 @@
 #include "oaslam/system/slam_access.h"
 #include "recording.h"
 #include "run_results.h"
+#include "recording_choice.h"
 
 namespace oaslam::apps {
 namespace {

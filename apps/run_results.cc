@@ -76,6 +76,12 @@ nlohmann::ordered_json PieceSummary(const Map& map, const std::vector<StampedPos
   return summary;
 }
 
+// Times of earlier recordings, which the map was continued from, would be mixed with those of this
+// one.
+int FirstFrameOfLast(const SavedMap& saved) {
+  return saved.recordings.empty() ? 0 : saved.recordings.back().first_frame;
+}
+
 }  // namespace
 
 RunResults::RunResults(const std::string& folder, const SlamConfig& config)
@@ -145,7 +151,7 @@ size_t RunResults::Finish(const SavedMap& saved, const std::vector<StampedPose>&
   WritePieces(pieces);
   SaveTrajectory(folder_ + "/trajectory.txt", trajectory);
   SaveTrajectory(folder_ + "/trajectory_live.txt", live);
-  SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map));
+  SaveTrajectory(folder_ + "/keyframes.txt", KeyframePoses(saved.map, FirstFrameOfLast(saved)));
   SaveObjectsJson(folder_ + "/objects.json", saved.map, saved.class_names);
 
   nlohmann::ordered_json summary;

@@ -176,6 +176,8 @@ SavedMap SlamAccess::Export(const Slam& slam) {
   SavedMap saved{*impl.atlas_->main().Mapped(), impl.loaded_trajectory_, *impl.class_names_,
                  impl.atlas_->Others()};
   AdoptPoses(impl.session().tracker().trajectory(), 1, saved.trajectory);
+  saved.recordings = impl.loaded_recordings_;
+  if (FramesOf(saved) > impl.first_index_) saved.recordings.push_back(impl.recording_);
   return saved;
 }
 

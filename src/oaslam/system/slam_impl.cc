@@ -12,6 +12,7 @@
 #include "oaslam/geometry/camera_model.h"
 #include "oaslam/localization/image_search.h"
 #include "oaslam/system/slam_access.h"
+#include "oaslam/util/log.h"
 #include "oaslam/util/stopwatch.h"
 
 namespace oaslam {
@@ -80,6 +81,8 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   first_index_ = next_index_ = frames;
   loaded_trajectory_ = std::move(saved.trajectory);
   if (is_loaded) class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
+  loaded_recordings_ = std::move(saved.recordings);
+  recording_.first_frame = frames;
   Post();
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "oaslam/anchors/editing.h"
@@ -66,6 +67,8 @@ class OASLAM_LOCAL Slam::Impl {
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
+  MapRecordings loaded_recordings_;
+  MapRecording recording_;  // what Process is given
   TrackingResult newest_;   // as posted last
   uint64_t beginning_ = 0;  // SlamAccess::BeginningOf
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
