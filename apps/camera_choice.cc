@@ -98,15 +98,15 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings) {
 }
 
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
-                              const std::optional<Camera>& known, const SlamConfig& config,
-                              const CommonOptions& common) {
+                              const std::optional<Camera>& known, const cv::Mat& mask,
+                              const SlamConfig& config, const CommonOptions& common) {
   cv::setNumThreads(1);
   const bool is_live = images.starts_with("webcam:");
   const auto source = OpenImages(images, FrameRange(common));
   std::optional<InputImage> image = NextReadable(*source, std::nullopt);
   if (!image && Interrupted()) return {};
   if (!image) throw InputError(fmt::format("{}: no readable image", images));
-  CameraEstimationOptions options;
+  CameraEstimationOptions options{.mask = mask};
   if (!settings.IsAuto())
     options.start = LoadCamera(settings.camera, image->image.size());
   else if (known && known->width == image->image.cols && known->height == image->image.rows)

@@ -28,12 +28,12 @@ void AddCameraOptions(CLI::App& app, CameraSettings& settings);
 
 // Estimates the camera of a source from its images, from as many parts of it as are needed; of a
 // live source, from its first seconds. `known` is the start value if nothing better is given, such
-// as the camera of a map. Reports the result, and warns where the images do not determine the
-// camera. After an interrupt it returns at once, with nothing estimated. Throws InputError as
-// FrameInputs does.
+// as the camera of a map; `mask` as for Slam::SetMask. Reports the result, and warns where the
+// images do not determine the camera. After an interrupt it returns at once, with nothing
+// estimated. Throws InputError as FrameInputs does.
 CameraEstimate EstimateCamera(const CameraSettings& settings, const std::string& images,
-                              const std::optional<Camera>& known, const SlamConfig& config,
-                              const CommonOptions& common);
+                              const std::optional<Camera>& known, const cv::Mat& mask,
+                              const SlamConfig& config, const CommonOptions& common);
 
 // Refines an estimated camera by the whole map: bundle adjustment with its intrinsics, after which
 // the map is converted to the new camera. Camera and map stay as they are where the map does not

@@ -11,6 +11,7 @@
 
 #include "commands.h"
 #include "common.h"
+#include "mask_choice.h"
 #include "oaslam/camera_file.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
@@ -29,7 +30,7 @@ namespace {
 
 struct Options {
   CommonOptions common;
-  std::string trajectory, camera, detections, out, map_out;
+  std::string trajectory, camera, detections, out, map_out, mask;
 };
 
 // Seconds between a detection's image and its pose; that of the TUM benchmark's own tools.
@@ -52,6 +53,8 @@ std::vector<PosedDetections> PoseDetections(const Options& options, const Camera
   const std::vector<StampedPose> poses = LoadTrajectory(options.trajectory);
   std::vector<TimedDetections> images =
       SelectTimedDetections(LoadDetections(options.detections), options.detections, options.common);
+  const cv::Mat mask = MaskFor(options.mask, options.camera, "", options.common);
+  for (TimedDetections& image : images) EraseHidden(mask, image.detections);
   std::vector<PosedDetections> frames;
   for (const TimedDetections& image : images) {
     const StampedPose* pose = NearestPose(poses, image.timestamp);
@@ -149,6 +152,7 @@ void AddMapObjectsCommand(CLI::App& app) {
       ->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Output folder")->required()->type_name("DIR");
   command->add_option("--map-out", options->map_out, "Also save the map")->type_name("FILE");
+  AddMaskOption(*command, options->mask);
   AddCommonOptions(*command, options->common);
   command->callback([options] { MapObjects(*options); });
 }

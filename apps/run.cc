@@ -15,6 +15,7 @@
 #include "content_options.h"
 #include "frame_inputs.h"
 #include "live_view.h"
+#include "mask_choice.h"
 #include "metric_scale.h"
 #include "oaslam/bundle/rolling_shutter.h"
 #include "oaslam/objects/object_mapper.h"
@@ -36,7 +37,8 @@ struct RunOptions {
   RecordingSettings recording;
   std::vector<std::string> models;
   CameraSettings camera;
-  std::string images, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth;
+  std::string images, out, map_out, map_in, mode, relocalization = "points+objects", groundtruth,
+                                                  mask;
   std::optional<int> seed;
   std::optional<double> readout_ms;
 };
@@ -112,9 +114,10 @@ std::exception_ptr ScaleToMetres(const MetricScale& scale, SavedMap& saved,
 }
 
 // Estimates the camera before the run, unless it is given.
-std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config) {
+std::optional<CameraEstimate> EstimateFor(const RunOptions& options, const SlamConfig& config,
+                                          const cv::Mat& mask) {
   if (!options.camera.IsEstimated()) return std::nullopt;
-  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), config,
+  return EstimateCamera(options.camera, options.images, CameraOfMap(options.map_in), mask, config,
                         options.common);
 }
 
@@ -203,7 +206,8 @@ int Run(const RunOptions& given) {
                                       ? OutputFolder(options.out)
                                       : FolderOfMapFile(options.map_out, "--map-out");
   Recording recording(options.recording, models);
-  const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config);
+  const cv::Mat mask = MaskFor(options.mask, options.camera.camera, options.images, options.common);
+  const std::optional<CameraEstimate> first_estimate = EstimateFor(options, config, mask);
   if (first_estimate && Interrupted()) return 130;  // there is nothing yet to write
   FrameInputs inputs(
       {options.images, options.camera.camera, options.detector, is_live,
@@ -236,6 +240,8 @@ int Run(const RunOptions& given) {
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
+  UseMask(options.mask, mask, slam, inputs.camera());
+  slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
   // The first error; it is reported after all results have been saved.
   std::exception_ptr failure;
   const auto attempt = [&](const auto& step) {
@@ -328,6 +334,7 @@ void AddRunCommand(CLI::App& app) {
                       "start from this map: relocalize in it, go on mapping");
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
   AddRelocalizationOption(*command, options->relocalization, "by what a lost camera is found");
+  AddMaskOption(*command, options->mask);
   command
       ->add_option("--rolling-shutter", options->readout_ms,
                    "milliseconds in which the camera reads out an image, top row to bottom row: "
