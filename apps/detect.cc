@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "common.h"
 #include "detector_options.h"
+#include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/error.h"
 #include "oaslam/util/stopwatch.h"
@@ -31,7 +32,7 @@ struct Found {
 
 // Processes the images except those that `found` contains already. Saves every kSaveEvery images,
 // so that a kill does not lose everything.
-void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& options,
+void DetectAll(ImageSource& source, TurnedDetector& detector, const DetectOptions& options,
                Found& found) {
   constexpr int kSaveEvery = 200;  // images: 10 s of work at 50 ms an image
   // A pipe gets a single document at the end.
@@ -40,6 +41,7 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
   std::set<std::string> done_before;
   for (const ImageDetections& image : found.images) done_before.insert(image.file_name);
   ProgressBar progress(source.size(), options.common.quiet);
+  const bool is_auto = !TurnOf(options.detector);
   int done = 0;
   while (!Interrupted()) {
     const std::optional<InputImage> input = source.Next();
@@ -51,7 +53,9 @@ void DetectAll(ImageSource& source, Detector& detector, const DetectOptions& opt
       continue;
     }
     const Stopwatch watch;
-    found.images.push_back({input->name, detector.Detect(input->image)});
+    const std::optional<int> turn =
+        is_auto ? KnownTurn(*input, std::nullopt) : std::optional<int>();
+    found.images.push_back({input->name, detector(input->image, turn)});
     found.ms += watch.WallMs();
     ++found.detected;
     const size_t count = found.images.back().detections.size();
@@ -83,7 +87,9 @@ int RunDetect(DetectOptions options) {
   const size_t done_before = found.images.size();
   std::exception_ptr failure;
   try {
-    DetectAll(*source, *detector, options, found);
+    TurnedDetector turned([&](const cv::Mat& image) { return detector->Detect(image); },
+                          TurnOf(options.detector));
+    DetectAll(*source, turned, options, found);
   } catch (const std::exception&) {
     failure = std::current_exception();  // rethrown after the results are saved
   }

@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <deque>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "common.h"
 #include "detector_options.h"
 #include "gravity_file.h"
 #include "oaslam/background_detector.h"
 #include "oaslam/detection/detector_pool.h"
+#include "oaslam/detection/turned_detector.h"
 #include "oaslam/detection/view_change.h"
 #include "oaslam/detection_file.h"
 #include "oaslam/image_source.h"
@@ -99,12 +102,10 @@ class FrameInputs {
 
   // Live, with a detector: offers the image of a processed frame; TakeLate returns its detections
   // once they are ready.
-  void DetectLate(int frame, const cv::Mat& image) {
-    if (background_) background_->Offer(frame, image);
-  }
-  std::vector<BackgroundDetector::Result> TakeLate() {
-    return background_ ? background_->Take() : std::vector<BackgroundDetector::Result>{};
-  }
+  // `gravity_in_cam`: as it is measured, or as the map knows it.
+  void DetectLate(int frame, const cv::Mat& image,
+                  const std::optional<Eigen::Vector3d>& gravity_in_cam);
+  std::vector<BackgroundDetector::Result> TakeLate();
   // Waits for detections in progress.
   void FinishLate() {
     if (background_) background_->Wait();
@@ -125,14 +126,16 @@ class FrameInputs {
   struct ReadImage {
     InputImage image;
     bool is_chosen = false;                       // for the detector
+    int turn = 0;                                 // that brings it upright
     std::future<std::vector<Detection>> found{};  // valid once the detector has the image
   };
 
   std::optional<InputImage> NextReadable();
-  void StartDetector(const Sources& sources);
+  void StartDetector(const Sources& sources, const ImageSourceOptions& range);
   // Reads images, those within `ahead` of the next one.
   void Read(size_t ahead, bool looks_at_all);
   bool Choose(const InputImage& image);
+  int TurnFor(const InputImage& image);
 
   std::unique_ptr<ImageSource> images_;
   const LatestImageSource* latest_ = nullptr;  // images_ if the source is live
@@ -144,8 +147,11 @@ class FrameInputs {
   SideInputs side_;
   bool is_lost_;
   std::optional<double> first_timestamp_, last_timestamp_;
-  size_t given_samples_ = 0;  // of angular velocity
-  int detect_every_ = 0;      // 0: where the view changes
+  size_t given_samples_ = 0;                            // of angular velocity
+  std::optional<int> given_turn_;                       // --detector-turn
+  int usual_turn_ = 0;                                  // of images whose vertical is not known
+  std::map<int, std::pair<int, cv::Size>> late_turns_;  // of images in the background, with sizes
+  int detect_every_ = 0;                                // 0: where the view changes
   ViewChange view_change_;
   // The detector in the background (live), or its copies (else); destroyed before `side_`.
   std::unique_ptr<BackgroundDetector> background_;

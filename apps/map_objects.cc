@@ -77,10 +77,10 @@ void WriteResults(const Options& options, const KnownPoseMap& result, const Clas
                   size_t frames, const Stopwatch& watch) {
   const std::filesystem::path out(options.out);
   SavedMap saved{result.map, {}, names};
+  saved.recordings = {{std::filesystem::path(options.detections).stem().string(), "", 0}};
   std::vector<StampedPose> trajectory;
   result.map.keyframes.ForEach([&](KeyframeId id, const Keyframe& keyframe) {
     trajectory.push_back({keyframe.timestamp, keyframe.cam_from_world.Inverse()});
-  saved.recordings = {{std::filesystem::path(options.detections).stem().string(), "", 0}};
     saved.trajectory.push_back(
         {keyframe.frame_index, keyframe.timestamp, id, Rigid3(), TrackingState::kTracking});
   });

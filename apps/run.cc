@@ -21,8 +21,8 @@
 #include "oaslam/objects/object_mapper.h"
 #include "oaslam/system/slam_access.h"
 #include "recording.h"
-#include "run_results.h"
 #include "recording_choice.h"
+#include "run_results.h"
 
 namespace oaslam::apps {
 namespace {
@@ -178,6 +178,16 @@ std::string PathToFindAgain(const RunOptions& options) {
   return std::filesystem::absolute(options.images, error).lexically_normal().string();
 }
 
+// Gravity in the camera's frame as it was measured, or as the map knows it.
+std::optional<Eigen::Vector3d> GravityAt(const Slam& slam, const FrameInput& frame,
+                                         const TrackingResult& result) {
+  if (frame.input.gravity_in_cam) return frame.input.gravity_in_cam;
+  const std::shared_ptr<const Map> map = SlamAccess::View(slam).map;
+  // What only follows from how the camera was held does not tell how it is held.
+  if (!map || !map->up || map->up_keyframes == 0 || !result.world_from_cam) return std::nullopt;
+  return result.world_from_cam->rotation.conjugate() * -*map->up;
+}
+
 void SayDetectorPace(const RunOptions& options, const DetectorPace& pace, int images) {
   if (options.detector.IsGiven())
     spdlog::info("detector: {}, {} of {} images looked at", NameOfDetector(options.detector),
@@ -230,6 +240,8 @@ int Run(const RunOptions& given) {
   };
   slam.SetRelocalizationMode(RelocalizationModeOf(options.relocalization));
   if (!options.map_in.empty()) slam.Load(options.map_in);
+  UseMask(options.mask, mask, slam, inputs.camera());
+  slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
   first_frame = FramesOf(SlamAccess::Export(slam));
   set_classes(!options.map_in.empty());
   RunResults results(options.out, config);
@@ -240,8 +252,6 @@ int Run(const RunOptions& given) {
   LivePace pace;
   const double start_s = Seconds();
   int done = 0, dropped = 0;
-  UseMask(options.mask, mask, slam, inputs.camera());
-  slam.NameRecording(NameOfImages(options.images), ImagesOnDisk(options.images));
   // The first error; it is reported after all results have been saved.
   std::exception_ptr failure;
   const auto attempt = [&](const auto& step) {
@@ -265,7 +275,7 @@ int Run(const RunOptions& given) {
       const TrackingResult result = slam.Process(frame->input);
       inputs.SetState(result.state);
       results.Add(frame->index, result);
-      inputs.DetectLate(result.frame, frame->input.image);
+      inputs.DetectLate(result.frame, frame->input.image, GravityAt(slam, *frame, result));
       AddLateDetections(inputs, slam, results);
       view.Show(slam, *frame, result, dropped);
       recording.Add(slam, *frame, result);
@@ -324,6 +334,7 @@ void AddRunCommand(CLI::App& app) {
                                      "TUM folder, list file, folder of images, video, or webcam:N");
   AddPlainForm(*command, options->plain, images);
   AddCameraOptions(*command, options->camera);
+  AddMaskOption(*command, options->mask);
   auto* detections = command->add_option("--detections", options->side.detections,
                                          "JSON with the boxes of all images");
   AddDetectorOptions(*command, options->detector)->excludes(detections);
@@ -334,7 +345,6 @@ void AddRunCommand(CLI::App& app) {
                       "start from this map: relocalize in it, go on mapping");
   command->add_option("--mode", options->mode, "sequential, lockstep (default) or live");
   AddRelocalizationOption(*command, options->relocalization, "by what a lost camera is found");
-  AddMaskOption(*command, options->mask);
   command
       ->add_option("--rolling-shutter", options->readout_ms,
                    "milliseconds in which the camera reads out an image, top row to bottom row: "

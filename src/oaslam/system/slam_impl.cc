@@ -81,9 +81,9 @@ void Slam::Impl::Begin(SavedMap saved, bool is_loaded) {
   newest_.state = is_loaded ? TrackingState::kLost : TrackingState::kInitializing;
   first_index_ = next_index_ = frames;
   loaded_trajectory_ = std::move(saved.trajectory);
-  if (is_loaded) class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
   loaded_recordings_ = std::move(saved.recordings);
   recording_.first_frame = frames;
+  if (is_loaded) class_names_ = std::make_shared<const ClassNames>(std::move(saved.class_names));
   Post();
 }
 

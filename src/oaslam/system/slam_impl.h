@@ -67,12 +67,12 @@ class OASLAM_LOCAL Slam::Impl {
   std::optional<StillParts> still_parts_{std::in_place};  // nothing where the mask is given
   std::unique_ptr<Atlas> atlas_;
   std::vector<FramePose> loaded_trajectory_;
+  MapRecordings loaded_recordings_;
+  MapRecording recording_;  // what Process is given
   std::shared_ptr<const ClassNames> class_names_ =
       std::make_shared<const ClassNames>(CocoClassNames());
   std::shared_ptr<SlamStates::Board> states_ = std::make_shared<SlamStates::Board>();
   mutable SnapshotSeries snapshots_;
-  MapRecordings loaded_recordings_;
-  MapRecording recording_;  // what Process is given
   TrackingResult newest_;   // as posted last
   uint64_t beginning_ = 0;  // SlamAccess::BeginningOf
   RelocalizationMode mode_ = RelocalizationMode::kPointsAndObjects;
